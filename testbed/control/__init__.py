@@ -1,0 +1,1 @@
+"""Valve loops, posture, gait, ropes, force distribution, supervision."""

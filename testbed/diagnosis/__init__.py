@@ -1,0 +1,1 @@
+"""From a recording to the effect that the model lacks."""

@@ -1,0 +1,1 @@
+"""The named effects a model may lack: one list for simulator, estimators and diagnosis."""

@@ -1,0 +1,39 @@
+"""The few named errors of the testbed; the command line turns them into one clear line and an exit status."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class InputError(Exception):
+    """Something the user handed in cannot be used (exit status 2).
+
+    The message is one line that names the file, the field, the value found and what is allowed.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: str | Path | None = None,
+        field: str | None = None,
+        value: object = None,
+        allowed: str | None = None,
+    ) -> None:
+        self.problem, self.file, self.field, self.value, self.allowed = problem, file, field, value, allowed
+        parts = [str(file)] if file is not None else []
+        if field is not None:
+            parts.append(field if value is None else f"{field} = {_short(value)}")
+        text = ": ".join([*parts, problem])
+        if allowed is not None:
+            text += f" (allowed: {allowed})"
+        super().__init__(" ".join(text.split()))
+
+
+class SimulationFault(Exception):
+    """The simulation produced a state that cannot be (a non-finite number, an engine failure): exit status 1."""
+
+
+def _short(value: object, limit: int = 60) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 3] + "..."

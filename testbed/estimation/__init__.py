@@ -1,0 +1,1 @@
+"""From pressures to cylinder forces, foot loads and contact."""

@@ -1,0 +1,1 @@
+"""Recordings in and out, metrics, benchmarks, the paper's experiments."""

@@ -1,0 +1,38 @@
+"""Where the files that travel with the testbed are: from a checkout and from an installed wheel alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from testbed.errors import InputError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def folder(name: str) -> Path:
+    """Folder `name` (`urdf` or `scenarios`) of the wheel, or of the checkout."""
+    for candidate in (_PACKAGE / "data" / name, _PACKAGE.parent / name):
+        if candidate.is_dir():
+            return candidate
+    raise InputError(f"the installation has no folder {name!r}", allowed="a complete wheel or checkout")
+
+
+def urdf(name: str = "roboclimber") -> Path:
+    """Path of a shipped URDF."""
+    return folder("urdf") / f"{name}.urdf"
+
+
+def scenario(name: str | Path) -> Path:
+    """Path of a scenario: a file as given, or a shipped one by its bare name.
+
+    Raises InputError if there is neither.
+    """
+    given = Path(name)
+    if given.is_file():
+        return given
+    if given.suffix in ("", ".yaml", ".yml"):
+        shipped = folder("scenarios") / f"{given.stem}.yaml"
+        if shipped.is_file() and str(given.parent) in (".", "scenarios"):
+            return shipped
+    names = ", ".join(sorted(p.stem for p in folder("scenarios").glob("*.yaml")))
+    raise InputError("no such scenario", file=str(name), allowed=f"a file, or one of {names}")

@@ -1,0 +1,1 @@
+"""The simulated truth: engine, terrain, ropes, drill, hydraulics, sensors, undeclared effects."""
