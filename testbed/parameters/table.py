@@ -1,0 +1,77 @@
+"""Columns of numbers from a Parquet or CSV file, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+
+Array = npt.NDArray[np.float64]
+
+
+def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> dict[str, Array]:
+    """The columns named in `wanted` (column -> field that names it), as float64 of equal length.
+
+    Raises InputError: missing file, broken table, missing column, a column that is not numbers.
+    """
+    table = _open(path)
+    out: dict[str, Array] = {}
+    for column, field in wanted.items():
+        if column not in table.column_names:
+            raise InputError(
+                f"{path.name} has no such column",
+                file=declared_in,
+                field=field,
+                value=column,
+                allowed=", ".join(table.column_names),
+            )
+        try:
+            values = table.column(column).cast("float64").to_numpy(zero_copy_only=False)
+        except Exception as error:
+            raise InputError(f"column {column!r} is not numbers: {error}", file=path) from error
+        out[column] = np.ascontiguousarray(values, dtype=np.float64)
+    return out
+
+
+def write_columns(path: Path, columns: Mapping[str, Array]) -> None:
+    """Write equal-length columns as Parquet or CSV by the file's ending, whole or not at all.
+
+    Raises InputError for another ending or a place that cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    if path.suffix not in (".parquet", ".csv"):
+        raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
+    table = pa.table({name: np.asarray(values) for name, values in columns.items()})
+    partial = path.with_name(path.name + ".part")
+    try:
+        if path.suffix == ".csv":
+            pa.csv.write_csv(table, partial)
+        else:
+            pa.parquet.write_table(table, partial)
+        partial.replace(path)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", file=path) from error
+
+
+def _open(path: Path) -> Any:
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    if not path.is_file():
+        raise InputError("no such file", file=path)
+    try:
+        if path.suffix == ".csv":
+            return pyarrow.csv.read_csv(path)
+        if path.suffix == ".parquet":
+            return pyarrow.parquet.read_table(path, use_threads=False)
+    except Exception as error:
+        raise InputError(f"is not a readable table: {error}", file=path) from error
+    raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
