@@ -1,0 +1,179 @@
+"""Scenario files: ground, posture, task and duration, read into one frozen, checked object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from testbed.errors import InputError
+from testbed.parameters.checked import Checked, Numbers, Sequence, checked
+from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario_parts import (
+    Estimator,
+    Expect,
+    Hydraulics,
+    Model,
+    Rates,
+    Robot,
+    Ropes,
+    Sensors,
+    Terrain,
+    Undeclared,
+)
+from testbed.parameters.scenario_tasks import Event, Stand, Task
+from testbed.parameters.yaml_files import parse_yaml, read_yaml
+from testbed.resources import scenario as scenario_path
+
+FORMAT = "roboclimber-scenario/1"
+
+
+class Scenario(Checked):
+    """One scenario, checked and frozen."""
+
+    format: Literal["roboclimber-scenario/1"] = Field(description="format of the file")
+    name: str = Field(
+        min_length=1,
+        max_length=80,
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$",
+        description="short name; folders are called after it",
+    )
+    description: str = Field(default="", description="what it is for, one or two sentences")
+    seed: int = Field(default=0, ge=0, le=2**32 - 1, description="seed of everything random in the run")
+    duration_s: float = Field(default=10.0, gt=0, le=36000, description="simulated time [s]")
+    rates: Rates = Rates()
+    terrain: Terrain = Terrain()
+    robot: Robot = Robot()
+    ropes: Ropes = Ropes()
+    hydraulics: Hydraulics = Hydraulics()
+    sensors: Sensors = Sensors()
+    task: Task = Stand()
+    events: Annotated[tuple[Event, ...], Sequence] = Field(
+        default=(), description="things that happen at a given time"
+    )
+    model: Model = Model()
+    estimator: Estimator = Estimator()
+    undeclared: Annotated[tuple[Undeclared, ...], Sequence] = Field(
+        default=(), description="effects of the world that the model lacks"
+    )
+    expect: Expect = Expect()
+
+
+def load_scenario(
+    path_or_name: str | Path,
+    overrides: list[str] | tuple[str, ...] = (),
+    seed: int | None = None,
+    duration: float | None = None,
+) -> Scenario:
+    """Read a scenario file (or a shipped one by name), with changes `a.b=c` applied before it is checked.
+
+    Raises InputError (file, dotted field, value, what is allowed) for anything that cannot be used.
+    """
+    path = scenario_path(path_or_name)
+    data = read_yaml(path)
+    if not isinstance(data, dict):
+        raise InputError(
+            "must be a mapping of keys to values",
+            file=path,
+            allowed=f"format: {FORMAT} and the scenario's keys",
+        )
+    data.setdefault("name", path.stem)
+    for override in overrides:
+        _override(data, override)
+    if seed is not None:
+        data["seed"] = seed
+    if duration is not None:
+        data["duration_s"] = duration
+    scenario = checked(Scenario, data, path)
+    check_parameters(scenario.hydraulics.parameters, path, "hydraulics.parameters")
+    check_parameters(scenario.model.parameters, path, "model.parameters")
+    return scenario
+
+
+def check_parameters(changes: Numbers, file: Path, section: str) -> None:
+    """Refuse a change of a parameter that the machine does not have, or of another shape."""
+    for name, value in changes.items():
+        machine = roboclimber()
+        leaves = dict(machine.leaves())
+        if name not in leaves:
+            raise InputError(
+                "no such parameter",
+                file=file,
+                field=f"{section}.{name}",
+                allowed=_nearest(name, list(leaves)),
+            )
+        old = leaves[name].value
+        if np.shape(old) != np.shape(value):
+            raise InputError(
+                "has another shape",
+                file=file,
+                field=f"{section}.{name}",
+                value=value,
+                allowed=f"like {old!r}",
+            )
+
+
+def _nearest(name: str, names: list[str]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    return f"a parameter such as {', '.join(near or names[:3])}; `testbed parameters` lists all"
+
+
+def _override(data: dict[str, Any], text: str) -> None:
+    """Put `a.b=c` into the raw tree; `c` is YAML; a number in the path counts a list's entries from 0."""
+    path, equals, value_text = text.partition("=")
+    keys = path.strip().split(".")
+    if not equals or not all(keys):
+        raise InputError(
+            "is not an assignment",
+            file="--set",
+            value=None,
+            field=text or "''",
+            allowed="a.b=c, such as terrain.slope_deg=60",
+        )
+    value = parse_yaml(value_text, f"--set {path}")
+    node: Any = data
+    while len(keys) > 1 and keys[0] != "parameters":
+        key = keys.pop(0)
+        if isinstance(node, list):
+            node = node[_entry(node, key, text)]
+        elif isinstance(node, dict):
+            if node.get(key) is None:
+                node[key] = {}
+            node = node[key]
+        else:
+            raise InputError(
+                "has no parts", file="--set", field=text, allowed="the path of a value in the scenario"
+            )
+    if (
+        keys[0] == "parameters" and len(keys) > 1 and isinstance(node, dict)
+    ):  # a dotted parameter path is one key
+        group = node.setdefault("parameters", {})
+        if not isinstance(group, Mapping):
+            raise InputError(
+                "has no parts", file="--set", field=text, allowed="the path of a value in the scenario"
+            )
+        node, keys = group, [".".join(keys[1:])]
+    if isinstance(node, list):
+        node[_entry(node, keys[0], text)] = value
+    elif isinstance(node, dict):
+        node[keys[0]] = value
+    else:
+        raise InputError(
+            "has no parts", file="--set", field=text, allowed="the path of a value in the scenario"
+        )
+
+
+def _entry(node: list[Any], key: str, text: str) -> int:
+    if not key.isdigit() or int(key) >= len(node):
+        raise InputError(
+            "no such entry",
+            file="--set",
+            field=text,
+            allowed=f"0 to {len(node) - 1}" if node else "nothing: the list is empty",
+        )
+    return int(key)
