@@ -56,7 +56,7 @@ def _corner(p: Parameters, x: float, y: float) -> list[Shape]:
 
 
 def _power_unit(p: Parameters) -> list[Shape]:
-    long, wide, tall = p["power_unit"]["inertia_box_m"]
+    long, wide, tall = p["power_unit_body"]["inertia_box_m"]
     base = -tall / 2
     drawn = [
         box((long, wide, tall * 0.40), (0.0, 0.0, base + tall * 0.20), "dark"),
@@ -73,7 +73,7 @@ def _power_unit(p: Parameters) -> list[Shape]:
 
 
 def _drill_mast(p: Parameters) -> list[Shape]:
-    drill = p["drill"]
+    drill = p["drill_body"]
     length, rails = drill["mast_length_m"], drill["mast_offset_m"]
     half, rear = 0.13, rails - 0.05
     drawn: list[Shape] = []
@@ -102,7 +102,7 @@ def _drill_mast(p: Parameters) -> list[Shape]:
 
 def _drill_string(p: Parameters) -> list[Shape]:
     """Sledge, rotary head, rod and hammer on the drill axis (x = y = 0 of the mast)."""
-    drill = p["drill"]
+    drill = p["drill_body"]
     rod_top = 0.22 + drill["rod_length_m"]
     bit = drill["hole_diameter_m"] / 2
     return [
@@ -117,8 +117,8 @@ def _drill_string(p: Parameters) -> list[Shape]:
 
 
 def _rod_store(p: Parameters) -> list[Shape]:
-    tall = p["rod_store"]["inertia_box_m"][2]
-    length = p["drill"]["rod_length_m"]
+    tall = p["rod_store_body"]["inertia_box_m"][2]
+    length = p["drill_body"]["rod_length_m"]
     drawn = [post(0.03, -tall / 2, tall / 2, 0.0, 0.0, "steel")]
     for height in (-0.66, 0.62):
         drawn.append(post(0.17, height, height + 0.03, 0.0, 0.0, "yellow"))
