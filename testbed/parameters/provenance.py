@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from testbed.errors import InputError
+from testbed.parameters.yaml_files import read_yaml
 
 MARKS = {
     "A": "said by the robot's authors",
@@ -65,7 +65,9 @@ class Parameters(Mapping[str, Any]):
         node: Any = self._tree
         for key in path.split("."):
             if not isinstance(node, Mapping) or key not in node:
-                raise InputError("no such parameter", file=self._file, field=path, allowed=", ".join(map(str, node)))
+                raise InputError(
+                    "no such parameter", file=self._file, field=path, allowed=", ".join(map(str, node))
+                )
             node = node[key]
         if not isinstance(node, Quantity):
             raise InputError("is a group, not a number", file=self._file, field=path)
@@ -114,7 +116,9 @@ def _check_number(value: Any, file: str, path: str) -> None:
         return
     for v in values:
         if isinstance(v, bool) or not isinstance(v, (int, float)) or not math.isfinite(v):
-            raise InputError("is not a finite number", file=file, field=path, value=value, allowed="finite numbers")
+            raise InputError(
+                "is not a finite number", file=file, field=path, value=value, allowed="finite numbers"
+            )
 
 
 def _read(node: Mapping[str, Any], file: str, path: str) -> dict[str, Any]:
@@ -123,7 +127,10 @@ def _read(node: Mapping[str, Any], file: str, path: str) -> dict[str, Any]:
         here = f"{path}{key}"
         if not isinstance(item, Mapping):
             raise InputError(
-                "must carry value, unit, mark and source", file=file, field=here, value=item,
+                "must carry value, unit, mark and source",
+                file=file,
+                field=here,
+                value=item,
                 allowed="{value: .., unit: .., mark: A-E, source: ..}",
             )
         if "value" not in item:
@@ -131,9 +138,16 @@ def _read(node: Mapping[str, Any], file: str, path: str) -> dict[str, Any]:
             continue
         extra = set(item) - {"value", "unit", "mark", "source"}
         if extra:
-            raise InputError(f"unknown key {sorted(extra)[0]!r}", file=file, field=here, allowed="value, unit, mark, source")
+            raise InputError(
+                f"unknown key {sorted(extra)[0]!r}",
+                file=file,
+                field=here,
+                allowed="value, unit, mark, source",
+            )
         if item.get("mark") not in MARKS:
-            raise InputError("has no valid mark", file=file, field=here, value=item.get("mark"), allowed=", ".join(MARKS))
+            raise InputError(
+                "has no valid mark", file=file, field=here, value=item.get("mark"), allowed=", ".join(MARKS)
+            )
         for word in ("unit", "source"):
             if not item.get(word):
                 raise InputError(f"has no {word}", file=file, field=here)
@@ -146,12 +160,7 @@ def _read(node: Mapping[str, Any], file: str, path: str) -> dict[str, Any]:
 
 def read_parameters(path: Path) -> Parameters:
     """Read a parameter file. Raises InputError naming file, field, value and what is allowed."""
-    try:
-        tree = yaml.load(path.read_text(), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    except yaml.YAMLError as error:
-        raise InputError(f"is not YAML: {error}", file=path) from error
+    tree = read_yaml(path)
     if not isinstance(tree, Mapping):
         raise InputError("must be a mapping of groups", file=path)
     return Parameters(_read(tree, str(path.name), ""), "", str(path.name))
