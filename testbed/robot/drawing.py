@@ -106,7 +106,7 @@ def _drill_string(p: Parameters) -> list[Shape]:
     rod_top = 0.22 + drill["rod_length_m"]
     bit = drill["hole_diameter_m"] / 2
     return [
-        box((drill["mast_offset_m"] - 0.02, 0.24, 0.10), (0.11, 0.0, rod_top + 0.08), "steel"),
+        box((drill["mast_offset_m"] - 0.10, 0.18, 0.10), (0.15, 0.0, rod_top + 0.12), "steel"),
         box((0.22, 0.24, 0.30), (0.0, 0.0, rod_top + 0.18), "yellow"),
         post(0.07, rod_top + 0.33, rod_top + 0.50, 0.0, 0.0, "dark"),
         post(0.055, rod_top - 0.06, rod_top + 0.04, 0.0, 0.0, "dark"),
@@ -124,7 +124,7 @@ def _rod_store(p: Parameters) -> list[Shape]:
         drawn.append(post(0.17, height, height + 0.03, 0.0, 0.0, "yellow"))
     for k in range(8):
         x, y = (0.13 * f(2 * math.pi * k / 8) for f in (math.cos, math.sin))
-        drawn.append(post(0.03, -length / 2, length / 2, x, y, "light"))
+        drawn.append(post(0.03, -length / 2, length / 2, x, y, "grey" if k % 2 else "light"))
     return drawn
 
 
