@@ -36,7 +36,7 @@ def start(state: NDArray[np.float64], z: float, r: float) -> float:
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample through the KBF. p = [Q, R, ...] in N2; a sample that is not a number only propagates P."""
     if state[2] == 0.0:
-        return start(state, z, p[1]) if np.isfinite(z) else 0.0
+        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
     if not np.isfinite(z):
         state[1] += p[0]
         return float(state[0])

@@ -17,7 +17,7 @@ from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample. p = [Q, R, e_max, ...] in N2, N2, N; a sample that is not a number is rejected."""
     if state[2] == 0.0:
-        return start(state, z, p[1]) if np.isfinite(z) else 0.0
+        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
     if not abs(z - state[0]) <= p[2]:
         state[1] += p[0]
         return float(state[0])

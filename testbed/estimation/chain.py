@@ -1,0 +1,148 @@
+"""The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters -> contact word.
+
+    one_chamber  = pA A_A                                                                   (1)
+    two_chamber  = pA A_A - pB A_B                                                          (3)
+    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with (5)
+    kbf, modified_kbf = the paper's filters on `friction`                                   (6)
+    own          = the same balance with friction as a set at rest, through a gate that cannot lock out
+
+All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled call a step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.estimation.believed import Believed
+from testbed.estimation.chain_kernel import (
+    METHODS,
+    OUTPUTS,
+    STATE_COLUMNS,
+    replay_chain,
+    step_chain,
+)
+from testbed.parameters.names import AXES, LEGS
+
+Array = NDArray[np.float64]
+COLUMNS: tuple[str, ...] = tuple(
+    f"{'estimate_' if name in METHODS or name.startswith('own_') else ''}{name}_{leg}"
+    for name in OUTPUTS
+    for leg in LEGS
+)
+"""Names of a flattened output row: `estimate_one_chamber_fl`, .., `velocity_rr`, .., `contact_rr`."""
+
+
+def gravity_in_body(roll_rad: float, pitch_rad: float, yaw_rad: float = 0.0, g_m_s2: float = 9.81) -> Array:
+    """Gravity's vector [3] in the body frame, m/s2, for rotation_body_to_world = Rz(yaw) Ry(pitch) Rx(roll).
+
+    -g times the last row of that matrix; yaw has no part in it. On a slope that rises towards +x pitch < 0.
+    """
+    del yaw_rad
+    c = math.cos(pitch_rad)
+    up = (-math.sin(pitch_rad), c * math.sin(roll_rad), c * math.cos(roll_rad))
+    return -g_m_s2 * np.array(up)
+
+
+class EstimatorChain:
+    """The estimators of a run: `step` once per control period, results in `output` (and, flat, in `row`).
+
+    `output[i, leg]`, i in the order of OUTPUTS, is overwritten at every step and never reallocated.
+    """
+
+    def __init__(self, believed: Believed) -> None:
+        t, self.believed = believed.tuning, believed
+        self._legs = np.array([leg.packed() for leg in believed.legs])
+        self._common = np.array(
+            [
+                believed.dt_s, believed.encoder_resolution_m, t.observer_rad_s, t.rest_m_s, t.slide_m_s,
+                t.pressure_sd_pa, t.friction_sd_share, t.speed_sd_m_s, t.acceleration_sd_m_s2,
+                20.0, t.kbf_q_n2, t.kbf_r_n2, t.e_max_n, t.hold_samples,
+                t.contact_on_n, t.contact_off_n, t.contact_dwell_s,
+            ]
+        )  # fmt: skip
+        self._state = np.zeros((len(LEGS), STATE_COLUMNS))
+        self.output = np.zeros((len(OUTPUTS), len(LEGS)))
+        self.row = self.output.reshape(-1)
+
+    def reset(self) -> None:
+        """Forget everything seen so far."""
+        self._state[:] = 0.0
+        self.output[:] = 0.0
+
+    def step(
+        self,
+        pressure_a_pa: Array,
+        pressure_b_pa: Array,
+        position: Array,
+        gravity_in_body_m_s2: Array,
+        valve_command: Array,
+        oil_temperature_degc: float = 20.0,
+    ) -> Array:
+        """One period. Pressures (Pa, gauge), encoder readings (m, rad) and commands (1) are [12] by axis.
+
+        Gravity is [3] in the body frame, m/s2. Returns `output` [len(OUTPUTS), 4], the chain's own array.
+        """
+        self._common[9] = oil_temperature_degc
+        step_chain(
+            pressure_a_pa, pressure_b_pa, position, gravity_in_body_m_s2, valve_command,
+            self._legs, self._common, self._state, self.output,
+        )  # fmt: skip
+        return self.output
+
+    def method(self, name: str) -> Array:
+        """A view of one output's four legs, e.g. `method("own")`. Raises InputError for an unknown name."""
+        if name not in OUTPUTS:
+            raise InputError("no such estimate", field="method", value=name, allowed=", ".join(OUTPUTS))
+        view: Array = self.output[OUTPUTS.index(name)]
+        return view
+
+
+def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:
+    """The chain over the whole-robot recording's columns (n rows each): every name of COLUMNS -> array [n].
+
+    Needs `position_*`, `pressure_a_*`, `pressure_b_*` of the vertical joints and `attitude_roll`, `attitude_pitch`.
+    Raises InputError naming the column that is missing.
+    """
+    pa, pb, q = (_by_axis(columns, stem) for stem in ("pressure_a", "pressure_b", "position"))
+    roll, pitch = _column(columns, "attitude_roll"), _column(columns, "attitude_pitch")
+    g = believed.gravity_m_s2 * np.cos(pitch)
+    gravity = np.stack([believed.gravity_m_s2 * np.sin(pitch), -g * np.sin(roll), -g * np.cos(roll)], axis=1)
+    temperature = np.ascontiguousarray(columns.get("oil_temperature", np.full(len(roll), 20.0)))
+    chain = EstimatorChain(believed)
+    out = np.empty((len(roll), len(OUTPUTS), len(LEGS)))
+    replay_chain(pa, pb, q, gravity, np.zeros(len(AXES)), temperature, chain._legs, chain._common, chain._state, out)
+    flat = out.reshape(len(roll), -1)
+    return {name: np.ascontiguousarray(flat[:, i]) for i, name in enumerate(COLUMNS)}
+
+
+def forces(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:
+    """`t`, and per leg `force_<leg>_n` with `_low` and `_high`: what `testbed estimate` writes of a robot recording."""
+    estimates = replay(columns, believed)
+    out = {"t": np.asarray(_column(columns, "t"))}
+    for leg in LEGS:
+        out[f"force_{leg}_n"] = estimates[f"estimate_own_{leg}"]
+        out[f"force_{leg}_n_low"] = estimates[f"estimate_own_low_{leg}"]
+        out[f"force_{leg}_n_high"] = estimates[f"estimate_own_high_{leg}"]
+    return out
+
+
+def _column(columns: Mapping[str, Array], name: str) -> Array:
+    if name not in columns:
+        raise InputError("the recording has no such column", field=name)
+    return columns[name]
+
+
+def _by_axis(columns: Mapping[str, Array], stem: str) -> Array:
+    """[n, 12]; only the vertical joints are asked for, the others are filled with zeros where they are missing."""
+    first = _column(columns, f"{stem}_{LEGS[0]}_vertical")
+    out = np.zeros((len(first), len(AXES)))
+    for i, axis in enumerate(AXES):
+        name = f"{stem}_{axis}"
+        if name in columns or axis.endswith("_vertical"):
+            out[:, i] = _column(columns, name)
+    return out

@@ -1,0 +1,135 @@
+"""The compiled step of the live chain (see chain.py): four legs, one call, nothing allocated."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from testbed.estimation import contact, encoder
+from testbed.estimation.filters import kbf, modified_kbf, persistent
+from testbed.estimation.friction_set import FRICTION_SIZE, friction_set, published
+
+Array = NDArray[np.float64]
+
+METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
+OUTPUTS = (*METHODS, "own_low", "own_high", "own_sd", "velocity", "acceleration", "contact")
+"""Rows of the output [len(OUTPUTS), 4]: N; N; N; m/s; m/s2; 0 or 1."""
+
+# a leg's packed numbers: friction[8], then believed.SCALARS
+AREA_A, AREA_B, MASS, EXTRA_MASS, STROKE, GAIN_A, GAIN_B, ZERO_A, ZERO_B, DRIFT_A = range(8, 18)
+SLOPE, PRESSURE_COEFFICIENT, LOAD_COEFFICIENT, RATE, REFERENCE = range(18, 23)
+SPRING, SPRING_REST, CUSHION, CUSHION_START, OFFSET = range(23, 28)
+# what is common to the legs
+DT, RESOLUTION, OBSERVER, REST, SLIDE, PRESSURE_SD, FRICTION_SD, SPEED_SD, ACCELERATION_SD, OIL = range(10)
+FILTER = 10  # Q, R, e_max, hold
+CONTACT = 14  # on, off, dwell
+# a leg's state: encoder, the three filters, the held estimate, contact, time
+ENCODER = 0
+KBF = ENCODER + encoder.STATE_SIZE
+MODIFIED = KBF + kbf.STATE_SIZE
+OWN = MODIFIED + kbf.STATE_SIZE
+WORD = OWN + persistent.STATE_SIZE
+HELD = WORD + contact.STATE_SIZE
+TIME = HELD + 1
+STARTED = TIME + 1
+FACTOR = STARTED + 1  # work space: this leg's friction (5) at the oil's temperature
+STATE_COLUMNS = FACTOR + FRICTION_SIZE
+
+
+@njit(cache=True)
+def step_leg(
+    measured_a: float, measured_b: float, reading: float, gravity_along: float, leg: Array, c: Array, s: Array, o: Array
+) -> None:
+    """One leg, one step: measured pressures in Pa, encoder in m, gravity along extension in m/s2 -> o[OUTPUTS].
+
+    Corrects the pressures for believed sensor errors first; published columns (1), (3) use them corrected too.
+    """
+    dt = c[DT]
+    pa = (measured_a - leg[ZERO_A] - leg[DRIFT_A] * s[TIME]) / (1.0 + leg[GAIN_A])
+    pb = (measured_b - leg[ZERO_B]) / (1.0 + leg[GAIN_B])
+    s[TIME] += dt
+    e = s[ENCODER:KBF]
+    encoder.observe(e, reading, c[RESOLUTION], dt, c[OBSERVER])
+    v, a = encoder.bounded_speed(e, c[RESOLUTION], c[REST]), e[encoder.A]
+    slides = encoder.sliding(e, c[RESOLUTION], c[REST], c[SLIDE])
+
+    f = s[FACTOR:STATE_COLUMNS]
+    f[:] = leg[:FRICTION_SIZE]
+    if leg[RATE] != 0.0:
+        thinning = math.exp(-leg[RATE] * (c[OIL] - leg[REFERENCE]))
+        f[0] *= thinning
+        f[4] *= thinning
+    x = e[encoder.X]
+    factor = 1.0 + leg[SLOPE] * (x / leg[STROKE] - 0.5)
+    extra = leg[PRESSURE_COEFFICIENT] * (pa + pb) + leg[LOAD_COEFFICIENT] * max(s[OWN], 0.0)
+
+    two = pa * leg[AREA_A] - pb * leg[AREA_B]
+    balance = two + (leg[MASS] + leg[EXTRA_MASS]) * (gravity_along - a) + leg[OFFSET]
+    balance += leg[CUSHION] * max(leg[CUSHION_START] - x, 0.0) - leg[SPRING] * (x - leg[SPRING_REST])
+    simple = balance - published(v, f, extra, factor)
+    low_f, high_f = friction_set(v, e[encoder.DIRECTION], slides, f, extra, factor)
+    low, high = balance - high_f, balance - low_f
+    if s[STARTED] == 0.0:
+        s[HELD], s[STARTED] = 0.5 * (low + high), 1.0
+    # where friction is a set the last estimate stands, as long as some friction in the set explains it
+    s[HELD] = min(max(s[HELD], low), high)
+
+    p = c[FILTER:CONTACT]
+    o[0] = pa * leg[AREA_A]
+    o[1] = two
+    o[2] = simple
+    o[3] = kbf.step(s[KBF:MODIFIED], simple, p)
+    o[4] = modified_kbf.step(s[MODIFIED:OWN], simple, p)
+    o[5] = persistent.step(s[OWN:WORD], s[HELD], p)
+    o[6], o[7] = low, high
+    o[8] = _standard_deviation(low, high, v, s[OWN + 1], f, leg, c)
+    o[9], o[10] = v, a
+    o[11] = contact.step(s[WORD:HELD], o[5], dt, c[CONTACT:])
+
+
+@njit(cache=True)
+def _standard_deviation(low: float, high: float, v: float, variance: float, f: Array, leg: Array, c: Array) -> float:
+    """Of `own`, N: sensors' accuracy through the areas, friction's uncertainty, speed, acceleration, the set's width.
+
+    A set of width w that says no more than its two ends counts as uniform: w^2 / 12.
+    """
+    sensors = c[PRESSURE_SD] ** 2 * (leg[AREA_A] ** 2 + leg[AREA_B] ** 2)
+    slope = f[0] if v >= 0.0 else f[4]
+    friction = (c[FRICTION_SD] * 0.5 * (f[1] + f[5])) ** 2 + (slope * c[SPEED_SD]) ** 2
+    inertia = ((leg[MASS] + leg[EXTRA_MASS]) * c[ACCELERATION_SD]) ** 2
+    return math.sqrt(sensors + friction + inertia + variance + (high - low) ** 2 / 12.0)
+
+
+@njit(cache=True)
+def step_chain(
+    pa: Array, pb: Array, q: Array, gravity: Array, u: Array, legs: Array, c: Array, state: Array, out: Array
+) -> None:
+    """All four legs, one step: pa, pb, q, u [12] by axis, gravity [3] in the body frame, out [len(OUTPUTS), 4].
+
+    The vertical joint extends along -z of the body, so that gravity along extension is -gravity[2].
+    """
+    for leg in range(4):
+        i = 3 * leg + 2
+        step_leg(pa[i], pb[i], q[i], -gravity[2], legs[leg], c, state[leg], out[:, leg])
+
+
+@njit(cache=True)
+def replay_chain(
+    pa: Array,
+    pb: Array,
+    q: Array,
+    gravity: Array,
+    u: Array,
+    oil: Array,
+    legs: Array,
+    c: Array,
+    state: Array,
+    out: Array,
+) -> None:
+    """`step_chain` over n rows: pa, pb, q [n, 12], gravity [n, 3], oil [n] in degC, out [n, len(OUTPUTS), 4]."""
+    for k in range(pa.shape[0]):
+        c[OIL] = oil[k]
+        step_chain(pa[k], pb[k], q[k], gravity[k], u, legs, c, state, out[k])

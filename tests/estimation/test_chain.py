@@ -1,0 +1,218 @@
+"""The live chain: the paper's equations by hand, the friction set, contact words, speed."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from testbed.errors import InputError
+from testbed.estimation import contact, encoder
+from testbed.estimation.believed import Believed, Leg, Tuning
+from testbed.estimation.chain import COLUMNS, EstimatorChain, forces, gravity_in_body, replay
+from testbed.estimation.friction_set import friction_set, published
+from testbed.parameters.leg_model import EffectEntry, Friction
+from testbed.parameters.names import LEGS
+
+AREA_A = 0.25 * math.pi * 0.07**2
+AREA_B = AREA_A - 0.25 * math.pi * 0.04**2
+FRICTION = Friction(
+    viscous_plus_n_s_m=5000.0, coulomb_plus_n=600.0, stribeck_plus_n=200.0, stribeck_speed_plus_m_s=0.007,
+    viscous_minus_n_s_m=4000.0, coulomb_minus_n=500.0, stribeck_minus_n=150.0, stribeck_speed_minus_m_s=0.008,
+)  # fmt: skip
+EIGHT = Leg(AREA_A, AREA_B, FRICTION).packed()[:8]
+STILL = gravity_in_body(0.0, 0.0)
+
+
+def believed(**changes):
+    leg = Leg(AREA_A, AREA_B, FRICTION, **changes)
+    return Believed((leg, leg, leg, leg))
+
+
+def axes(value):
+    return np.full(12, value)
+
+
+def air_motion(speed, seconds=6.0, pb=2.0e6, load=None):
+    """Columns of a robot recording whose four vertical joints move with `speed(t)` against `load(t)`."""
+    t = np.arange(0.0, seconds, 1e-3)
+    v = speed(t)
+    x = 0.25 + np.cumsum(v) * 1e-3
+    f = np.array([published(w, EIGHT, 0.0, 1.0) for w in v])
+    external = np.zeros_like(t) if load is None else load(t)
+    pa = (external + pb * AREA_B + f - 91.7 * 9.81 + 91.7 * np.gradient(v, 1e-3)) / AREA_A
+    columns = {"t": t, "attitude_roll": 0 * t, "attitude_pitch": 0 * t}
+    for leg in LEGS:
+        columns[f"pressure_a_{leg}_vertical"] = pa
+        columns[f"pressure_b_{leg}_vertical"] = np.full_like(t, pb)
+        columns[f"position_{leg}_vertical"] = np.round(x / 1e-4) * 1e-4
+    return columns, v, external
+
+
+def test_one_and_two_chamber_forces_equal_pressure_times_area():
+    # 4 MPa on 38.48 cm2 = 15394 N; 2 MPa on 25.92 cm2 = 5184 N
+    chain = EstimatorChain(believed())
+    chain.step(axes(4.0e6), axes(2.0e6), axes(0.1), STILL, axes(0.0))
+    assert chain.method("one_chamber") == pytest.approx(np.full(4, 15393.80), abs=0.01)
+    assert chain.method("two_chamber") == pytest.approx(np.full(4, 10210.18), abs=0.01)
+
+
+def test_only_the_vertical_joints_are_read():
+    chain = EstimatorChain(believed())
+    pa = np.arange(12) * 1e5
+    chain.step(pa, axes(0.0), axes(0.1), STILL, axes(0.0))
+    assert chain.method("one_chamber") == pytest.approx(np.array([2, 5, 8, 11]) * 1e5 * AREA_A)
+
+
+@pytest.mark.parametrize("slope_deg", [0.0, 30.0, 45.0, 80.0])
+def test_frame_weight_counts_with_the_cosine_of_the_slope(slope_deg):
+    chain = EstimatorChain(believed())
+    chain.step(axes(1e6), axes(1e6), axes(0.1), gravity_in_body(0.0, -math.radians(slope_deg)), axes(0.0))
+    weight = chain.method("friction") - chain.method("two_chamber")
+    assert weight == pytest.approx(np.full(4, 91.7 * 9.81 * math.cos(math.radians(slope_deg))), abs=1e-6)
+
+
+def test_gravity_points_downhill_on_a_slope_that_rises_towards_x():
+    g = gravity_in_body(0.0, -math.radians(30.0))
+    assert g == pytest.approx([-4.905, 0.0, -8.4957], abs=1e-4)
+
+
+def test_roll_to_the_right_tilts_gravity_to_the_right():
+    # positive roll turns y (left) upwards, so that gravity leans towards -y
+    assert gravity_in_body(0.1, 0.0)[1] == pytest.approx(-9.81 * math.sin(0.1))
+
+
+def test_friction_of_equation_5_equals_the_hand_computed_value():
+    # 5000 * 0.02 + 600 + 200 exp(-0.02 / 0.007) = 711.49; -(4000 * 0.02 + 500 + 150 exp(-2.5)) = -592.31
+    assert published(0.02, EIGHT, 0.0, 1.0) == pytest.approx(711.487, abs=1e-3)
+    assert published(-0.02, EIGHT, 0.0, 1.0) == pytest.approx(-592.313, abs=1e-3)
+    assert published(0.0, EIGHT, 0.0, 1.0) == 0.0
+
+
+def test_friction_at_rest_is_the_set_between_both_break_away_forces():
+    assert friction_set(0.0, 1.0, 0.0, EIGHT, 0.0, 1.0) == pytest.approx((-650.0, 800.0))
+    low, high = friction_set(0.02, 1.0, 1.0, EIGHT, 0.0, 1.0)
+    assert low == high == pytest.approx(711.487, abs=1e-3)
+
+
+def test_encoder_observer_follows_a_constant_speed_within_two_mm_s():
+    s = np.zeros(encoder.STATE_SIZE)
+    speeds = []
+    for k in range(4000):
+        encoder.observe(s, round(0.005 * k * 1e-3 / 1e-4) * 1e-4, 1e-4, 1e-3, 60.0)
+        speeds.append(s[encoder.V])
+    assert np.abs(np.array(speeds[1000:]) - 0.005).max() < 0.002
+    assert encoder.sliding(s, 1e-4, 0.001, 0.003) == 1.0
+
+
+def test_one_count_to_and_fro_is_rest():
+    s = np.zeros(encoder.STATE_SIZE)
+    for k in range(400):
+        encoder.observe(s, 1e-4 * (k // 20 % 2), 1e-4, 1e-3, 60.0)
+        assert encoder.sliding(s, 1e-4, 0.001, 0.003) == 0.0
+
+
+def test_silent_encoder_reads_as_exactly_no_speed():
+    s = np.zeros(encoder.STATE_SIZE)
+    for k in range(600):
+        encoder.observe(s, round(min(0.02 * k * 1e-3, 0.002) / 1e-4) * 1e-4, 1e-4, 1e-3, 60.0)
+    assert encoder.bounded_speed(s, 1e-4, 0.001) == 0.0
+
+
+def test_in_the_air_the_load_is_zero_while_the_joint_moves():
+    columns, v, _ = air_motion(lambda t: 0.06 * np.sin(2 * np.pi * 0.4 * t))
+    out = replay(columns, believed())
+    moving = (np.abs(v) > 0.01) & (columns["t"] > 1.0)
+    assert np.sqrt(np.mean(out["estimate_own_fl"][moving] ** 2)) < 40.0
+    assert np.sqrt(np.mean(out["estimate_one_chamber_fl"][moving] ** 2)) > 1000.0
+
+
+def test_hidden_load_change_at_rest_stays_inside_the_set():
+    columns, _, load = air_motion(
+        lambda t: np.where(t < 2.0, 0.03, 0.0), 4.0, load=lambda t: np.where(t < 3.0, 4000.0, 3000.0)
+    )
+    for leg in LEGS:  # friction takes the whole change: the pressures do not move
+        columns[f"pressure_a_{leg}_vertical"][3000:] = columns[f"pressure_a_{leg}_vertical"][2999]
+        columns[f"pressure_a_{leg}_vertical"][2000:] -= 100.0 / AREA_A
+    out = replay(columns, believed())
+    at_rest = slice(2300, 4000)
+    assert np.all(out["estimate_own_low_rr"][at_rest] <= load[at_rest])
+    assert np.all(out["estimate_own_high_rr"][at_rest] >= load[at_rest] - 1e-6)
+    width = out["estimate_own_high_rr"][3500] - out["estimate_own_low_rr"][3500]
+    assert width == pytest.approx(1450.0)
+    assert out["estimate_own_sd_rr"][3500] > 1450.0 / math.sqrt(12.0)
+
+
+def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
+    columns, _, load = air_motion(lambda t: 0.03 + 0 * t, 4.0, load=lambda t: np.where(t < 2.0, 8000.0, 0.0))
+    out = replay(columns, believed())
+    assert np.all(out["estimate_modified_kbf_fl"][2000:] > 7000.0)
+    assert abs(out["estimate_own_fl"][2050] - load[2050]) < 60.0
+
+
+def test_contact_word_changes_after_its_dwell_and_not_before():
+    load = np.concatenate([np.full(100, 5000.0), np.full(100, 0.0)])
+    words = contact.run(load, 1e-3, np.array([1500.0, 700.0, 0.02]), 0.0)
+    assert words[18] == 0.0 and words[19] == 1.0
+    assert words[118] == 1.0 and words[119] == 0.0
+
+
+def test_load_between_both_thresholds_keeps_the_contact_word():
+    middle = np.full(500, 1000.0)
+    p = np.array([1500.0, 700.0, 0.02])
+    assert np.all(contact.run(middle, 1e-3, p, 1.0) == 1.0)
+    assert np.all(contact.run(middle, 1e-3, p, 0.0) == 0.0)
+
+
+def test_replay_equals_the_live_steps():
+    columns, _, _ = air_motion(lambda t: 0.05 * np.sin(2 * np.pi * 0.5 * t), 1.0)
+    b = believed()
+    out, chain = replay(columns, b), EstimatorChain(b)
+    for k in range(1000):
+        a, c, q = (axes(columns[f"{stem}_fl_vertical"][k]) for stem in ("pressure_a", "pressure_b", "position"))
+        chain.step(a, c, q, STILL, axes(0.0))
+    assert [out[name][-1] for name in COLUMNS] == list(chain.row)
+
+
+def test_believed_gain_error_is_taken_out():
+    effect = EffectEntry(name="sensor.gain_a", parameters={"gain_error": 0.05}, place="fr")
+    b = believed()
+    legs = tuple(leg.with_effect(effect) if i == 1 else leg for i, leg in enumerate(b.legs))
+    chain = EstimatorChain(Believed(legs))
+    pa = axes(4.0e6)
+    pa[5] *= 1.05
+    chain.step(pa, axes(2.0e6), axes(0.1), STILL, axes(0.0))
+    assert chain.method("one_chamber") == pytest.approx(np.full(4, 4.0e6 * AREA_A))
+
+
+def test_forces_of_a_robot_recording_have_value_and_set_per_leg():
+    columns, _, _ = air_motion(lambda t: 0.03 + 0 * t, 0.5)
+    out = forces(columns, believed())
+    assert list(out)[:4] == ["t", "force_fl_n", "force_fl_n_low", "force_fl_n_high"]
+    assert len(out) == 13
+
+
+def test_missing_column_is_named():
+    columns, _, _ = air_motion(lambda t: 0 * t, 0.1)
+    del columns["pressure_b_rl_vertical"]
+    with pytest.raises(InputError, match="pressure_b_rl_vertical"):
+        replay(columns, believed())
+
+
+def test_chain_refuses_a_step_that_is_not_positive():
+    leg = Leg(AREA_A, AREA_B, FRICTION)
+    with pytest.raises(InputError, match="dt_s"):
+        Believed((leg, leg, leg, leg), dt_s=0.0)
+
+
+def test_step_of_four_legs_takes_less_than_six_microseconds():
+    chain = EstimatorChain(Believed(believed().legs, tuning=Tuning()))
+    pa, pb, q, u = axes(4e6), axes(2e6), axes(0.1), axes(0.0)
+    chain.step(pa, pb, q, STILL, u)
+    best = math.inf
+    for _ in range(10):
+        start = time.perf_counter()
+        for _ in range(2000):
+            chain.step(pa, pb, q, STILL, u)
+        best = min(best, (time.perf_counter() - start) / 2000)
+    assert best < 6e-6
