@@ -1,0 +1,168 @@
+"""The rigid-body model we believe: masses, gravity and Jacobians of the machine, by Pinocchio, read once from the URDF.
+
+Conventions: joint positions are (12,) in AXES order (rad for rotation, m for radial and vertical). Everything is told
+in the body frame (origin = origin of the link `body`); the world enters through gravity in the body frame alone.
+Generalised vectors are (18,): force or velocity of the body's origin (3), moment or angular velocity about it (3),
+joints (12). Generalised forces are those that hold or drive the machine (joint torque positive along the joint's axis).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from testbed import resources
+from testbed.errors import InputError
+from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
+from testbed.robot.urdf_check import read_urdf
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Payload:
+    """A point mass carried by the platform (rods in store or in hand), at a point of the body frame, m."""
+
+    mass_kg: float
+    point_in_body_m: tuple[float, float, float]
+
+
+def slope_gravity(slope_rad: float) -> Array:
+    """Gravity in the frame of a body that stands parallel to a slope rising towards its x axis, m/s2, (3,)."""
+    return GRAVITY_M_S2 * np.array([-np.sin(slope_rad), 0.0, -np.cos(slope_rad)])
+
+
+def attitude_gravity(roll_rad: float, pitch_rad: float) -> Array:
+    """Gravity in the body frame, m/s2, (3,), from roll and pitch (rotations z, y, x in this order; any yaw).
+
+    A body parallel to a slope that rises towards +x has pitch = -slope.
+    """
+    level = np.cos(pitch_rad)
+    return GRAVITY_M_S2 * np.array([np.sin(pitch_rad), -np.sin(roll_rad) * level, -np.cos(roll_rad) * level])
+
+
+class RobotModel:
+    """Masses, gravity, inertia and foot kinematics of one URDF. Not for use by two threads at once (one workspace)."""
+
+    def __init__(self, path: str | Path, payload: Payload | None = None) -> None:
+        """Read a URDF, with a payload fixed to the platform if given. Raises InputError if the URDF is broken."""
+        self.path, self.payload = Path(path), payload
+        text = read_urdf(path)
+        try:
+            self._model: Any = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+        except (ValueError, RuntimeError) as error:
+            raise InputError(f"is refused as a URDF: {error}", file=path) from error
+        if payload is not None:
+            self._add(payload)
+        self._data: Any = self._model.createData()
+        joints = [self._model.joints[self._model.getJointId(name)] for name in AXES]
+        self._q_index = np.array([joint.idx_q for joint in joints])
+        self._v_index = np.array([joint.idx_v for joint in joints])
+        self._order = np.concatenate([np.arange(6), self._v_index])
+        self._feet = [self._model.getFrameId(f"{leg}_foot") for leg in LEGS]
+        self._q: Array = np.asarray(pin.neutral(self._model))
+        self.limits: Array = np.column_stack(
+            [self._model.lowerPositionLimit[self._q_index], self._model.upperPositionLimit[self._q_index]]
+        )
+        """Joint limits (12, 2), rad and m."""
+        self.foot_radius_m = _foot_radius(text)
+        """Radius of the sphere that touches the ground; its lowest point is the foot frame's origin."""
+        self.total_mass_kg = float(pin.computeTotalMass(self._model))
+        pin.framesForwardKinematics(self._model, self._data, self._q)
+        self.rope_attachments_m: Array = np.array([self._origin(f"traction_{side}") for side in SIDES])
+        """Where the ropes pull, body frame, (2, 3), left then right."""
+        self.drill_mount_m: Array = self._origin("drill_mast")
+        """Lower end of the mast on the drill axis (along body -z), body frame, (3,)."""
+
+    def with_payload(self, payload: Payload | None) -> RobotModel:
+        """The same machine carrying another payload (or none)."""
+        return RobotModel(self.path, payload)
+
+    def centre_of_mass_m(self, positions: ArrayLike) -> Array:
+        """Centre of mass in the body frame, (3,), m."""
+        return np.array(pin.centerOfMass(self._model, self._data, self._full(positions), False))
+
+    def mass_matrix(self, positions: ArrayLike) -> Array:
+        """Joint-space inertia (18, 18), body velocity in the body frame at the body's origin."""
+        upper = np.triu(pin.crba(self._model, self._data, self._full(positions)))
+        full = upper + np.triu(upper, 1).T
+        return np.asarray(full[np.ix_(self._order, self._order)])
+
+    def gravity_forces(self, positions: ArrayLike, gravity_in_body: ArrayLike) -> Array:
+        """Generalised forces (18,) that hold the machine against gravity: N, N m; joints N m or N.
+
+        The first six are the support's force and moment about the body's origin, in the body frame.
+        """
+        self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
+        held = pin.computeGeneralizedGravity(self._model, self._data, self._full(positions))
+        return np.asarray(held[self._order])
+
+    def inverse_dynamics(
+        self, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike, gravity_in_body: ArrayLike
+    ) -> Array:
+        """Generalised forces (18,) that produce accelerations (18,) at velocities (18,), gravity included.
+
+        Body velocity and acceleration are those of the body's origin, resolved in the body frame (the acceleration
+        is the derivative of these components, so a turning body adds omega x v by itself).
+        """
+        self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
+        speed, change = (self._generalised(vector) for vector in (velocities, accelerations))
+        force = pin.rnea(self._model, self._data, self._full(positions), speed, change)
+        return np.asarray(force[self._order])
+
+    def feet(self, positions: ArrayLike) -> tuple[Array, Array]:
+        """Undersides of the feet in the body frame (4, 3), m, and their Jacobians (4, 3, 12) with the body at rest."""
+        pin.computeJointJacobians(self._model, self._data, self._full(positions))
+        pin.updateFramePlacements(self._model, self._data)
+        points = np.array([self._data.oMf[frame].translation for frame in self._feet])
+        jacobians = np.empty((len(LEGS), 3, len(AXES)))
+        for k, frame in enumerate(self._feet):
+            full = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
+            jacobians[k] = full[:3, self._v_index]
+        return points, jacobians
+
+    def foot_positions_m(self, positions: ArrayLike) -> Array:
+        """Undersides of the feet in the body frame, (4, 3), m."""
+        return self.feet(positions)[0]
+
+    def vertical_axes(self, positions: ArrayLike) -> Array:
+        """Unit vectors (4, 3) along which the ground loads the vertical joints (against extension), body frame."""
+        jacobians = self.feet(positions)[1]
+        return np.array([-jacobians[k, :, axis] for k, axis in enumerate(VERTICAL)])
+
+    def _full(self, positions: ArrayLike) -> Array:
+        self._q[self._q_index] = positions
+        return self._q
+
+    def _generalised(self, vector: ArrayLike) -> Array:
+        given = np.asarray(vector, dtype=float)
+        ordered = np.empty_like(given)
+        ordered[self._order] = given
+        return ordered
+
+    def _origin(self, link: str) -> Array:
+        return np.array(self._data.oMf[self._model.getFrameId(link)].translation)
+
+    def _add(self, payload: Payload) -> None:
+        if not payload.mass_kg > 0.0:
+            raise InputError("must be positive", field="payload.mass_kg", value=payload.mass_kg, allowed="> 0 kg")
+        lump = pin.Inertia(payload.mass_kg, np.array(payload.point_in_body_m, dtype=float), np.zeros((3, 3)))
+        self._model.appendBodyToJoint(self._model.getJointId("root_joint"), lump, pin.SE3.Identity())
+
+
+def _foot_radius(text: str) -> float:
+    sphere = ElementTree.fromstring(text).find(f"link[@name='{LEGS[0]}_foot']/collision/geometry/sphere")
+    return 0.0 if sphere is None else float(sphere.get("radius", "0"))
+
+
+@lru_cache(maxsize=1)
+def roboclimber_model() -> RobotModel:
+    """The shipped machine without payload, read once."""
+    return RobotModel(resources.urdf())
