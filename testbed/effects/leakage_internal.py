@@ -1,0 +1,39 @@
+"""leakage.internal: oil that passes the piston."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from testbed.effects.base import Effect, FlowTerms, ParameterSpec, Signals, Values
+
+REFERENCE_PA = 1e6
+
+
+def flow_m3_s(drop_pa: Any, coefficient: float, exponent: float = 1.0) -> Any:
+    """Flow from A to B for drop pA - pB; exponent 0.5 is an orifice, 1 a gap (the contract's formula)."""
+    if exponent == 1.0:
+        return coefficient * drop_pa
+    return coefficient * REFERENCE_PA * np.sign(drop_pa) * (abs(drop_pa) / REFERENCE_PA) ** exponent
+
+
+def _flow(signals: Signals, terms: FlowTerms, p: Values) -> None:
+    terms.leakage_m3_s_pa = p["coefficient"]
+    terms.leakage_exponent = p["exponent"]
+
+
+EFFECT = Effect(
+    name="leakage.internal",
+    equation="q_AB = coefficient (pA - pB), larger than declared",
+    text="oil passes the piston: a worn seal, a scored bore",
+    parameters=(
+        ParameterSpec("coefficient", "m3/(s Pa)", 0.0, 1e-9, (2e-13, 1e-11), "whole leakage of the piston"),
+        ParameterSpec("exponent", "1", 0.4, 1.6, (0.5, 1.0), "power of the drop, 1 at 10 bar", 1.0),
+    ),
+    needs=("position", "pressure_a", "pressure_b", "valve_command"),
+    kinds=("vertical-leg",),
+    flow=_flow,
+    law=flow_m3_s,
+    seen_in=("flow",),
+)

@@ -1,0 +1,39 @@
+"""sensor.drift_a: a zero that wanders as the sensor warms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from testbed.effects.base import Effect, ParameterSpec, Signals, Values
+
+
+def zero_pa(time_s: Any, rate: float, decay: float = 0.0) -> Any:
+    """Zero error in Pa after `time_s` of recording; decay (1/s) lets it settle, 0 in the contract's formula."""
+    if decay <= 0.0:
+        return rate * time_s
+    return rate * (1.0 - np.exp(-decay * time_s)) / decay
+
+
+def _correct(signals: Signals, p: Values) -> Signals:
+    if signals.pressure_a_pa is None:
+        return signals
+    since = signals.time_s - signals.time_s[0]
+    return signals.with_(pressure_a_pa=signals.pressure_a_pa - zero_pa(since, p["rate"], p["decay"]))
+
+
+EFFECT = Effect(
+    name="sensor.drift_a",
+    equation="measured pA = pA + rate t, t from the start of the recording",
+    text="the zero of pressure sensor A wanders",
+    parameters=(
+        ParameterSpec("rate", "Pa/s", -1e5, 1e5, (-3000.0, 3000.0), "change of the zero per second"),
+        ParameterSpec("decay", "1/s", 0.0, 2.0, (0.0, 0.15), "rate at which the drift settles", 0.0),
+    ),
+    needs=("position", "pressure_a"),
+    kinds=("vertical-leg", "cylinder"),
+    correct=_correct,
+    law=zero_pa,
+    seen_in=("force", "flow"),
+)

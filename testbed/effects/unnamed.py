@@ -1,0 +1,62 @@
+"""unnamed: a generic correction for what no hypothesis explains; smooth, small, and without a claim to a cause."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Array, Effect, ForceTerms, ParameterSpec, Signals, Values
+
+
+def basis(signals: Signals) -> dict[str, Array]:
+    """Scaled generic terms of the force balance, each of shape (n,) and of order one."""
+    velocity, position = signals.velocity_m_s, signals.position_m
+    stroke = signals.known.stroke_m or 0.5
+    xi = position / stroke - 0.5
+    direction = velocity / (abs(velocity) + 2e-3)
+    terms = {
+        "bias": 0.0 * xi + 1.0,
+        "position": xi,
+        "position_2": xi**2,
+        "direction_position": direction * xi,
+        "velocity_2": velocity * abs(velocity) / 0.01,
+        "velocity_position": velocity * xi / 0.1,
+    }
+    for name, pressure in (("a", signals.pressure_a_pa), ("b", signals.pressure_b_pa)):
+        if pressure is not None:
+            p = pressure / 1e7
+            terms |= {f"pressure_{name}": p, f"pressure_{name}_2": p**2, f"direction_pressure_{name}": direction * p}
+    if signals.oil_temperature_degc is not None:
+        warmth = (signals.oil_temperature_degc - 30.0) / 20.0
+        terms |= {"warmth": warmth, "direction_warmth": direction * warmth}
+    return terms
+
+
+def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
+    columns = basis(signals)
+    for name, value in p.items():
+        if value and name in columns:
+            terms.force_n = terms.force_n - value * columns[name]
+
+
+NAMES = (
+    "bias",
+    "position",
+    "position_2",
+    "direction_position",
+    "velocity_2",
+    "velocity_position",
+    "pressure_a",
+    "pressure_a_2",
+    "direction_pressure_a",
+    "pressure_b",
+    "pressure_b_2",
+    "direction_pressure_b",
+    "warmth",
+    "direction_warmth",
+)
+
+EFFECT = Effect(
+    name="unnamed",
+    equation="F = sum of generic terms in position, velocity, pressures and oil temperature",
+    text="something is missing that no name covers",
+    parameters=tuple(ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0) for n in NAMES),
+    force=_force,
+)
