@@ -14,6 +14,7 @@ OWN_FILES = (
     "data.parquet",
     "truth.parquet",
     "summary.json",
+    "pictures",
     "report.html",
 )
 """What a run writes; a folder that holds nothing else may be written again."""

@@ -1,7 +1,7 @@
 """Writes a run while it goes on, so that a killed run stays readable up to its last second.
 
-Each series (`data`, `truth`) is a folder `<name>.parquet/part-00000.parquet ...` during the run; every part is
-a whole Parquet file that appears at once, under its final name. `finish` turns the folder into one file.
+Each series (`data`, `truth`) is a folder `<name>.parquet/part-00000.parquet ...` during the run; every part
+is a whole Parquet file that appears at once, under its final name. `finish` turns the folder into one file.
 Time is kept as float64, everything else as float32: 24 bits resolve 0.5 Pa at 80 bar (2 mN on the piston),
 4 mN at 50 kN and 30 nm at 0.5 m, each at least a thousand times finer than the sensor that reads it.
 """
@@ -68,9 +68,7 @@ class RunRecorder:
         self._check()
         for name, block in (("data", data), ("truth", truth)):
             if block.ndim != 2 or block.shape[1] != len(self._schemas[name]):
-                raise ValueError(
-                    f"{name} block has shape {block.shape}, expected (rows, {len(self._schemas[name])})"
-                )
+                raise ValueError(f"{name} block has shape {block.shape}, expected (rows, {len(self._schemas[name])})")
             if len(block):
                 self._queue.put((name, self._parts[name], np.array(block, order="F")))
                 self._parts[name] += 1

@@ -19,7 +19,7 @@ Columns = dict[str, npt.NDArray[np.float64]]
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run: `data` is what sensors and estimators said, `truth` what only the simulator knows; (rows,) each."""
+    """One run: `data` is what sensors and estimators said, `truth` what only the simulator knows."""
 
     folder: Path
     meta: dict[str, Any]

@@ -1,0 +1,136 @@
+"""The command line: one thin command each; every import that costs time happens inside its command."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="testbed",
+    help="ROBOCLIMBER testbed: simulate, record, estimate and explain a hydraulic climbing robot.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print the answer as JSON on standard output.")]
+
+
+@app.callback()
+def _root(
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of a fault.")] = False,
+) -> None:
+    """ROBOCLIMBER testbed: simulate, record, estimate and explain a hydraulic climbing robot."""
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
+    out: Annotated[Path | None, typer.Option(help="Output folder. [runs/<name>-<seed>]")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated seconds instead of the scenario's.")] = None,
+    set_: Annotated[list[str] | None, typer.Option("--set", help="Change a value: a.b=c. May be repeated.")] = None,
+    model: Annotated[Path | None, typer.Option(help="Model file that the estimators believe.")] = None,
+    gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
+    json: Json = False,
+) -> None:
+    """Simulate a scenario, record it and write its report."""
+    from testbed.console import print_run, run_progress
+    from testbed.evaluation.run import run_scenario
+    from testbed.parameters.scenario import load_scenario
+
+    loaded = load_scenario(scenario, set_ or [], seed, duration)
+    with run_progress(loaded.duration_s, loaded.name) as progress:
+        result = run_scenario(loaded, out, model, gui, progress)
+    from testbed.report.run_report import write_report
+
+    report = write_report(result.folder)
+    print_run(result.summary, result.folder, report, json)
+    if result.interrupted:
+        raise typer.Exit(130)
+
+
+@app.command("scenario-schema")
+def scenario_schema(json: Json = False) -> None:
+    """List every field of a scenario file with its unit, default and range."""
+    from testbed.console import print_json, print_table
+
+    if json:
+        from testbed.parameters.scenario import Scenario
+
+        print_json(Scenario.model_json_schema())
+        return
+    from testbed.parameters.scenario_schema import rows
+
+    print_table("Fields of a scenario file", ["field", "default", "allowed", "meaning"], [list(r) for r in rows()])
+
+
+@app.command()
+def parameters(json: Json = False) -> None:
+    """List every number of the machine with its unit, its mark and its source."""
+    from testbed.console import print_json, print_parameters
+    from testbed.parameters.provenance import roboclimber
+
+    leaves = list(roboclimber().leaves())
+    if json:
+        print_json({path: vars(quantity) for path, quantity in leaves})
+    else:
+        print_parameters(leaves)
+
+
+@app.command()
+def view(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
+    open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the report in a browser.")] = True,
+) -> None:
+    """Look at a run: opens its report and prints where it is; a killed run gets its report now."""
+    from testbed.report.run_report import write_report
+
+    report = folder / "report.html"
+    if not report.is_file():
+        report = write_report(folder)
+    print(report)
+    if open_ and sys.stdout.isatty():
+        import webbrowser
+
+        webbrowser.open(report.resolve().as_uri())
+
+
+def main() -> None:
+    """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
+    debug = "--debug" in sys.argv
+    arguments = [a for a in sys.argv[1:] if a != "--debug"]
+    try:
+        status = app(arguments, prog_name="testbed", standalone_mode=False)
+    except (KeyboardInterrupt, typer.Abort):
+        print("testbed: interrupted", file=sys.stderr)
+        status = 130
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        sys.stdout = None
+        status = 0
+    except Exception as error:
+        if debug:
+            raise
+        status = _report(error)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _report(error: Exception) -> int:
+    """One line on standard error; returns the exit status."""
+    from testbed.errors import InputError, SimulationFault
+
+    if isinstance(error, InputError):
+        line, status = str(error), 2
+    elif hasattr(error, "format_message"):  # the command line itself could not be read
+        line, status = str(error.format_message()), 2
+    elif isinstance(error, SimulationFault):
+        line, status = str(error), 1
+    else:
+        line = f"a fault of ours: {type(error).__name__}: {error} (--debug shows where)"
+        status = 1
+    print("testbed:", " ".join(line.split()), file=sys.stderr)
+    return status

@@ -1,0 +1,122 @@
+"""What the command line shows: progress, tables, JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from testbed.parameters.provenance import Quantity
+
+
+def print_json(value: object) -> None:
+    """One JSON value on standard output."""
+    from testbed.evaluation.recorder import plain
+
+    print(json.dumps(plain(value), indent=2, ensure_ascii=False))
+
+
+def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    """A table on standard output: aligned for people, tab-separated when piped."""
+    if not sys.stdout.isatty():
+        for row in [heads, *rows]:
+            print("\t".join(row))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for head in heads:
+        table.add_column(head, overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    Console(markup=False, highlight=False).print(table)
+
+
+def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
+    """Every number of the machine, and what its mark means."""
+    from testbed.parameters.provenance import MARKS
+
+    rows = [[path, _number(q.value), q.unit, q.mark, q.source] for path, q in leaves]
+    print_table("The machine's numbers", ["parameter", "value", "unit", "mark", "source"], rows)
+    if sys.stdout.isatty():
+        print("\nMarks: " + "; ".join(f"{mark} {meaning}" for mark, meaning in MARKS.items()))
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, (tuple, list)):
+        return ", ".join(_number(v) for v in value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+@contextmanager
+def run_progress(duration_s: float, name: str) -> Iterator[Callable[[float, str], None] | None]:
+    """A progress bar over simulated seconds on standard error; None when that is not a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} of {task.total:g} s simulated"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[word]}"),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=duration_s, word="")
+        yield lambda now_s, word: bar.update(task, completed=now_s, word=word)
+
+
+def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """The numbers of a summary that a person wants first: (name, value with unit)."""
+    rows = [("verdict", str(summary["verdict"]) + (" (interrupted)" if summary.get("interrupted") else ""))]
+    wall_s = summary["wall_s"]
+    rows.append(("simulated", f"{summary['simulated_s']:.1f} s in {wall_s:.1f} s"))
+    for method, value in summary.get("force_rms_n", {}).items():
+        rows.append((f"foot force error, {method.replace('_', ' ')}", _newton(value)))
+    expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
+    if expected:
+        rows.append(("expected load error, worst leg", _newton(max(expected))))
+    detector = summary.get("detector")
+    if detector:
+        delay = detector["delay_median_s"]
+        rows.append(("contact losses", f"{detector['losses']} ({summary['contact_losses_not_meant']} not meant)"))
+        rows.append(("contact word", f"{detector['missed']} missed, {detector['false_alarms']} false alarms"))
+        if delay is not None:
+            rows.append(("contact word's delay", f"{1000 * delay:.0f} ms"))
+    if "lowest_stability_margin" in summary:
+        rows.append(("lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"))
+        rows.append(("largest tilt", f"{summary['tilt_max_deg']:.2f} deg"))
+        rows.append(("way up the slope", f"{summary['climbed_m']:.3f} m"))
+        ropes = summary["rope_tension_max_n"]
+        rows.append(("rope tension, highest", ", ".join(f"{side} {_newton(v)}" for side, v in ropes.items())))
+    expectations = summary.get("expectations")
+    if expectations is not None:
+        rows.append(("expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"])))
+    return rows
+
+
+def _newton(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:,.0f} N".replace(",", " ")
+
+
+def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: bool) -> None:
+    """The end of a run: the summary as a table (or JSON) and where the report is."""
+    if as_json:
+        print_json(summary)
+        return
+    rows = summary_rows(summary)
+    width = max(len(name) for name, _ in rows)
+    print(f"{summary['scenario']}, seed {summary['seed']}")
+    for name, value in rows:
+        print(f"  {name:<{width}}  {value}")
+    if summary.get("interrupted"):
+        print(f"Interrupted: what was recorded is readable in {folder}")
+    print(f"Report: {report}")
