@@ -1,0 +1,161 @@
+"""The external force of one leg from a recording and a believed model: a value, and a set at rest.
+
+Where the piston moves, friction is known and so is the force. Around a reversal and at rest friction is a set; there
+the value is the one nearest to the forces before and after that friction allows, so that no jump of the friction's
+sign leaks into the force of the moving samples beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.effects import build
+from testbed.effects.base import Signals
+from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
+from testbed.estimation.leg_friction import breakaway_n, friction_n
+from testbed.estimation.leg_signals import grid, signals_of
+from testbed.estimation.motion import smooth, smooth_causal
+from testbed.parameters.leg_model import LegModel
+from testbed.parameters.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+MOVING_M_S = 3e-3
+"""Faster than this the direction of friction is certain (the contract's limit for scoring)."""
+CREEPING_M_S = 8e-4
+MARGIN_S = 0.008
+"""Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
+OUTPUT_WIDTH_S = 0.006
+QUICK_WIDTH_S = 0.0015
+QUICK_SPAN_N = 500.0
+"""A force that changes by more within 30 ms is followed with QUICK_WIDTH_S instead of OUTPUT_WIDTH_S."""
+
+
+@dataclass(frozen=True)
+class ForceEstimate:
+    """External force along the axis, N, positive when the ground pushes the foot up; one row a sample, shape (n,)."""
+
+    time_s: Array
+    force_n: Array
+    force_low_n: Array
+    force_high_n: Array
+
+    def columns(self) -> dict[str, Array]:
+        """As the output file carries them."""
+        return {
+            "t": self.time_s,
+            "force_n": self.force_n,
+            "force_low_n": self.force_low_n,
+            "force_high_n": self.force_high_n,
+        }
+
+
+def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
+    """External force from a recording. Raises InputError for a model with an unknown effect or parameter."""
+    build(model.effects)
+    signals = signals_of(recording, model.known, causal=causal)
+    value, low, high = force_of(signals, model, causal)
+    if not causal:
+        quick = signals_of(recording, model.known, QUICK_WIDTH_S)
+        sharp, _, _ = force_of(quick, model, output_width_s=QUICK_WIDTH_S)
+        shift = share_of_quick(value, signals.rate_hz) * (sharp - value)
+        value, low, high = value + shift, low + shift, high + shift
+    time, _ = grid(recording)
+    if time is not recording.time_s:
+        value, low, high = (np.interp(recording.time_s, time, y) for y in (value, low, high))
+    return ForceEstimate(recording.time_s, value, np.minimum(low, value), np.maximum(high, value))
+
+
+def share_of_quick(force_n: Array, rate_hz: float) -> Array:
+    """Share of the less smoothed estimate, 0 to 1, shape (n,): 1 where the force itself changes within 20 ms.
+
+    Noise and ringing do not raise it, a landing or lifting foot does.
+    """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    reach = 2 * round(0.015 * rate_hz) + 1
+    span = maximum_filter1d(force_n, reach) - minimum_filter1d(force_n, reach)
+    return smooth(1.0 / (1.0 + (QUICK_SPAN_N / np.maximum(span, 1e-9)) ** 4), 0.004 * rate_hz)
+
+
+def force_of(
+    signals: Signals, model: LegModel, causal: bool = False, output_width_s: float | None = None
+) -> tuple[Array, Array, Array]:
+    """(value, low, high) in N, each of shape (n,), for signals on a uniform grid."""
+    effects = build(model.effects)
+    signals = corrected(signals, effects)
+    terms = force_terms(model, signals, effects)
+    total = without_friction_n(signals, terms)
+    friction = friction_n(model.friction, signals, terms)
+    direction = np.sign(signals.velocity_m_s)
+    moving = trusted(signals.velocity_m_s, signals.rate_hz)
+    rest_low, rest_high = breakaway_n(model.friction, signals, terms)
+    if terms.presliding is not None:
+        # A bristle tells the friction at rest to within one encoder count of bend.
+        slack = terms.presliding[0] * 1e-4
+        rest_low, rest_high = np.maximum(rest_low, friction - slack), np.minimum(rest_high, friction + slack)
+        rest_low, rest_high = np.minimum(rest_low, rest_high), np.maximum(rest_low, rest_high)
+    width = (OUTPUT_WIDTH_S if output_width_s is None else output_width_s) * signals.rate_hz
+    raw = external_n(total - friction, direction, terms)
+    for frequency, _, harmonics in terms.narrow_bands:
+        raw = raw - narrow_band(raw, moving, signals, frequency, harmonics)
+    first = _fill(raw, moving, width, causal)
+    needed = np.clip(total - first, rest_low, rest_high)
+    held = np.where(moving, raw, total - needed)
+    value = smooth_causal(held, width) if causal else smooth(held, width)
+    creeping = np.abs(signals.velocity_m_s) > CREEPING_M_S
+    low = np.where(creeping & moving, value, np.minimum(total - rest_high, value))
+    high = np.where(creeping & moving, value, np.maximum(total - rest_low, value))
+    return value, low, high
+
+
+def trusted(velocity_m_s: Array, rate_hz: float) -> Mask:
+    """Samples whose direction of friction is certain: fast enough, and not within MARGIN_S of a reversal."""
+    from scipy.ndimage import binary_erosion
+
+    fast = np.abs(velocity_m_s) > MOVING_M_S
+    reach = round(MARGIN_S * rate_hz)
+    if reach == 0:
+        return np.asarray(fast, dtype=np.bool_)
+    return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
+
+
+def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
+    """`raw` averaged over good samples near by; over gaps it runs straight from one side to the other (or is held)."""
+    if not good.any():
+        return np.zeros_like(raw)
+    run = smooth_causal if causal else smooth
+    weight = run(good.astype(np.float64), width)
+    known = weight > 0.05
+    mean = run(np.where(good, raw, 0.0), width) / np.maximum(weight, 1e-6)
+    index = np.arange(len(raw))
+    if causal:
+        last = np.maximum.accumulate(np.where(known, index, -1))
+        return np.where(last >= 0, mean[np.maximum(last, 0)], 0.0)
+    return np.asarray(np.interp(index, index[known], mean[known]), dtype=np.float64)
+
+
+def narrow_band(raw: Array, good: Mask, signals: Signals, frequency: float, harmonics: int = 1) -> Array:
+    """The narrow-band part of a force around a frequency and its multiples, N, shape (n,): local amplitude, phase."""
+    width = 2.0 * signals.rate_hz
+    seconds = signals.time_s - signals.time_s[0]
+    weight = np.maximum(smooth(good.astype(np.float64), width), 1e-3)
+    clean = raw - _fill(raw, good, 1.0 / max(frequency, 0.1) * signals.rate_hz, False)
+    out = np.zeros_like(raw)
+    for multiple in range(1, harmonics + 1):
+        phase = 2.0 * np.pi * frequency * multiple * seconds
+        for wave in (np.cos(phase), np.sin(phase)):
+            share = smooth(np.where(good, clean * wave, 0.0), width) / weight
+            out += 2.0 * share * wave
+    return out
+
+
+def write(path: Path, result: ForceEstimate) -> None:
+    """Write an estimate as Parquet or CSV by the file's ending."""
+    from testbed.parameters.table import write_columns
+
+    write_columns(path, result.columns())
