@@ -30,11 +30,9 @@ from testbed.parameters.names import AXES, LEGS
 
 Array = NDArray[np.float64]
 COLUMNS: tuple[str, ...] = tuple(
-    f"{'estimate_' if name in METHODS or name.startswith('own_') else ''}{name}_{leg}"
-    for name in OUTPUTS
-    for leg in LEGS
+    f"{'estimate_' if name in METHODS else ''}{name}_{leg}" for name in OUTPUTS for leg in LEGS
 )
-"""Names of a flattened output row: `estimate_one_chamber_fl`, .., `velocity_rr`, .., `contact_rr`."""
+"""Names of a flattened output row: `estimate_one_chamber_fl`, .., `own_low_fl`, .., `velocity_rr`, .., `contact_rr`."""
 
 
 def gravity_in_body(roll_rad: float, pitch_rad: float, yaw_rad: float = 0.0, g_m_s2: float = 9.81) -> Array:
@@ -126,8 +124,8 @@ def forces(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     out = {"t": np.asarray(_column(columns, "t"))}
     for leg in LEGS:
         out[f"force_{leg}_n"] = estimates[f"estimate_own_{leg}"]
-        out[f"force_{leg}_n_low"] = estimates[f"estimate_own_low_{leg}"]
-        out[f"force_{leg}_n_high"] = estimates[f"estimate_own_high_{leg}"]
+        out[f"force_{leg}_n_low"] = estimates[f"own_low_{leg}"]
+        out[f"force_{leg}_n_high"] = estimates[f"own_high_{leg}"]
     return out
 
 
