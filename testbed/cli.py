@@ -39,7 +39,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Simulate a scenario, record it and write its report."""
-    from testbed.console import print_run, run_progress
+    from testbed.report.console import print_run, run_progress
     from testbed.evaluation.run import run_scenario
     from testbed.parameters.scenario import load_scenario
 
@@ -57,7 +57,7 @@ def run(
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file with its unit, default and range."""
-    from testbed.console import print_json, print_table
+    from testbed.report.console import print_json, print_table
 
     if json:
         from testbed.parameters.scenario import Scenario
@@ -72,7 +72,7 @@ def scenario_schema(json: Json = False) -> None:
 @app.command()
 def parameters(json: Json = False) -> None:
     """List every number of the machine with its unit, its mark and its source."""
-    from testbed.console import print_json, print_parameters
+    from testbed.report.console import print_json, print_parameters
     from testbed.parameters.provenance import roboclimber
 
     leaves = list(roboclimber().leaves())

@@ -78,7 +78,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The numbers of a summary that a person wants first: (name, value with unit)."""
     rows = [("verdict", str(summary["verdict"]) + (" (interrupted)" if summary.get("interrupted") else ""))]
     wall_s = summary["wall_s"]
-    rows.append(("simulated", f"{summary['simulated_s']:.1f} s in {wall_s:.1f} s"))
+    rows.append(("simulated", f"{summary['simulated_s']:.1f} s" + ("" if wall_s is None else f" in {wall_s:.1f} s")))
     for method, value in summary.get("force_rms_n", {}).items():
         rows.append((f"foot force error, {method.replace('_', ' ')}", _newton(value)))
     expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]

@@ -1,0 +1,131 @@
+"""How figures look: colours that the colour-blind can tell apart, unit on every axis, SVG that carries its text."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH_IN = 4.5
+"""Figures are this wide, so that their text stays readable on a phone and two fit side by side on a desk."""
+
+# Okabe and Ito's palette
+BLACK, ORANGE, SKY, GREEN = "#1a1a1a", "#e69f00", "#56b4e9", "#009e73"
+BLUE, VERMILION, PURPLE, GREY = "#0072b2", "#d55e00", "#cc79a7", "#8a8f98"
+BAND = "#d9dbe0"
+
+METHOD_STYLE: dict[str, tuple[str, str]] = {
+    "one_chamber": (PURPLE, ":"),
+    "two_chamber": (SKY, "-"),
+    "friction": (ORANGE, "-"),
+    "kbf": (GREEN, "-"),
+    "modified_kbf": (BLUE, "--"),
+}
+METHOD_NAME = {
+    "one_chamber": "one chamber (1)",
+    "two_chamber": "two chambers (3)",
+    "friction": "less friction (7)",
+    "kbf": "filtered, KBF",
+    "modified_kbf": "modified KBF",
+}
+LEG_NAME = {"fl": "front left", "fr": "front right", "rl": "rear left", "rr": "rear right"}
+LEG_COLOUR = {"fl": BLUE, "fr": VERMILION, "rl": GREEN, "rr": PURPLE}
+
+RC: dict[str, Any] = {
+    "font.size": 9.0,
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Helvetica", "Arial", "sans-serif"],
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.titlepad": 3.0,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "grid.color": "#e4e6ea",
+    "grid.linewidth": 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 0.9,
+    "lines.solid_joinstyle": "round",
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "legend.handlelength": 1.8,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "roboclimber",
+    "path.simplify_threshold": 0.3,
+}
+
+
+def method_style(method: str) -> tuple[str, str]:
+    """(colour, dash) of an estimate; the project's own ones share one look."""
+    return METHOD_STYLE.get(method, (VERMILION, "-."))
+
+
+def method_name(method: str) -> str:
+    """What a person calls an estimate."""
+    return METHOD_NAME.get(method, method.replace("_", " "))
+
+
+def new_figure(
+    rows: int, height_in: float, ratios: list[float] | None = None, legend_rows: int = 0
+) -> tuple[Figure, list[Axes]]:
+    """A figure of `rows` axes over one shared time axis, with room for a legend on top.
+
+    The margins are set by hand: matplotlib's own layout draws every figure twice.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH_IN, height_in))
+    grid = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios})
+    top_in = 0.24 + 0.19 * legend_rows + (0.06 if legend_rows else 0.0)
+    axis_in = (height_in - top_in - 0.46 - 0.36 * (rows - 1)) / rows
+    figure.subplots_adjust(
+        left=0.72 / WIDTH_IN,
+        right=1 - 0.12 / WIDTH_IN,
+        top=1 - top_in / height_in,
+        bottom=0.46 / height_in,
+        hspace=0.36 / axis_in,
+    )
+    return figure, list(grid[:, 0])
+
+
+def add_legend(figure: Figure, handles: list[Any], labels: list[str], columns: int) -> None:
+    """A legend above all axes, from the left edge."""
+    figure.legend(
+        handles,
+        labels,
+        loc="upper left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        columnspacing=1.1,
+        borderaxespad=0.0,
+        borderpad=0.1,
+        labelspacing=0.25,
+    )
+
+
+def finish_time_axis(axes: list[Axes], start_s: float, end_s: float) -> None:
+    """The lowest axis carries the time."""
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlim(start_s, end_s)
+
+
+def svg(figure: Figure, name: str) -> str:
+    """The figure as an SVG element for a page: scales with its place, its ids start with `name`."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    return _own_ids(text, name)
+
+
+def _own_ids(text: str, name: str) -> str:
+    """Ids are shared by a whole page: prefix them, so that one figure does not use another's clip paths."""
+    for mark in ('id="', "url(#", 'href="#'):
+        text = text.replace(mark, f"{mark}{name}-")
+    return text
