@@ -27,9 +27,7 @@ def bristle_step(
 
 
 @njit(cache=True)
-def steady_friction(
-    v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float
-) -> float:
+def steady_friction(v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float) -> float:
     """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v = 0."""
     if v == 0.0:
         return 0.0

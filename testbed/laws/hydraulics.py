@@ -30,9 +30,7 @@ def valve_step(s: Any, p: Any, command: float, h: float) -> float:
     """Amplifier, hysteresis and spool of one axis over h; returns the opening."""
     s[c.AMPLIFIER] += h / (p[c.AMP_TAU] + h) * (command - s[c.AMPLIFIER])
     s[c.PLAY] = play(s[c.PLAY], s[c.AMPLIFIER], p[c.HYSTERESIS])
-    s[c.SPOOL], s[c.SPOOL_RATE] = spool_step(
-        s[c.SPOOL], s[c.SPOOL_RATE], s[c.PLAY], p[c.SPOOL_WN], p[c.SPOOL_ZETA], h
-    )
+    s[c.SPOOL], s[c.SPOOL_RATE] = spool_step(s[c.SPOOL], s[c.SPOOL_RATE], s[c.PLAY], p[c.SPOOL_WN], p[c.SPOOL_ZETA], h)
     return opening(s[c.SPOOL], p[c.DEADBAND])
 
 
@@ -74,12 +72,8 @@ def chamber_step(
     drawn_a = drawn_b = slope_a = slope_b = drawn_slope_a = drawn_slope_b = flow_a = flow_b = 0.0
     if p[c.LOCKED] == 0.0:
         leak = p[c.EDGE_LEAK]
-        flow_a, slope_a, drawn_a, drawn_slope_a = port_flow(
-            pa, ps, pt, p[c.K_PA], p[c.K_AT], leak, o > 0.0, abs(o)
-        )
-        flow_b, slope_b, drawn_b, drawn_slope_b = port_flow(
-            pb, ps, pt, p[c.K_PB], p[c.K_BT], leak, o < 0.0, abs(o)
-        )
+        flow_a, slope_a, drawn_a, drawn_slope_a = port_flow(pa, ps, pt, p[c.K_PA], p[c.K_AT], leak, o > 0.0, abs(o))
+        flow_b, slope_b, drawn_b, drawn_slope_b = port_flow(pb, ps, pt, p[c.K_PB], p[c.K_BT], leak, o < 0.0, abs(o))
     ci, co = p[c.LEAK_I], p[c.LEAK_O]
     hose = 0.0
     hose_slope = 0.0
@@ -122,9 +116,7 @@ def chamber_step(
 
 
 @njit(cache=True)
-def friction_step(
-    s: Any, p: Any, x: float, v: float, warm: float, load: float, side: float, h: float
-) -> float:
+def friction_step(s: Any, p: Any, x: float, v: float, warm: float, load: float, side: float, h: float) -> float:
     """Friction of one axis over h, N, against +v; bristle and dwell advance. `warm` scales the viscous part."""
     speed = abs(v)
     if v >= 0.0:
@@ -185,9 +177,7 @@ def sense_step(s: Any, p: Any, h: float) -> None:
     """Transducers' first-order lag; B behind its pipe, a second-order line."""
     a = h / (p[c.TRANSDUCER_TAU] + h)
     w = p[c.LINE_WN] * h
-    rate = (s[c.LINE_RATE] + p[c.LINE_WN] * w * (s[c.P_B] - s[c.LINE_P])) / (
-        1.0 + 2.0 * p[c.LINE_ZETA] * w + w * w
-    )
+    rate = (s[c.LINE_RATE] + p[c.LINE_WN] * w * (s[c.P_B] - s[c.LINE_P])) / (1.0 + 2.0 * p[c.LINE_ZETA] * w + w * w)
     s[c.LINE_RATE] = rate
     s[c.LINE_P] += h * rate
     s[c.SENSED_A] += a * (s[c.P_A] - s[c.SENSED_A])
@@ -231,9 +221,7 @@ def hydraulic_step(
             returned += back
             friction = friction_step(s, p, xk, v[i], s[c.WARM], load[i], side[i], h)
             heat += warm_w + friction * v[i]
-            force = (
-                s[c.P_A] * p[c.AREA_A] - s[c.P_B] * p[c.AREA_B] - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
-            )
+            force = s[c.P_A] * p[c.AREA_A] - s[c.P_B] * p[c.AREA_B] - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
             force += end_force(p, xk, v[i]) + extra_force(p, xk, supply[c.TIME])
             s[c.FORCE] += (force - friction) / substeps
             s[c.FRICTION] += friction / substeps

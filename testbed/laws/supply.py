@@ -28,9 +28,7 @@ def supply_oil(p_pa: float, w: Any) -> float:
 
 
 @njit(cache=True)
-def supply_step(
-    s: Any, w: Any, drawn: float, drawn_slope: float, returned: float, heat_w: float, dt: float
-) -> None:
+def supply_step(s: Any, w: Any, drawn: float, drawn_slope: float, returned: float, heat_w: float, dt: float) -> None:
     """Advance the power unit by dt: s its state, w its parameters (columns.py), changed in place.
 
     `drawn` m3/s leaves towards valves and traction (its slope by supply pressure makes the step implicit),

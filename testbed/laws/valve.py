@@ -16,9 +16,7 @@ def play(state: float, command: float, half_width: float) -> float:
 
 
 @njit(cache=True)
-def spool_step(
-    s: float, rate: float, target: float, wn: float, zeta: float, dt: float
-) -> tuple[float, float]:
+def spool_step(s: float, rate: float, target: float, wn: float, zeta: float, dt: float) -> tuple[float, float]:
     """One implicit step of s'' = wn^2 (target - s) - 2 zeta wn s', stops at +-1; returns s (1) and s' (1/s)."""
     w = wn * dt
     new_rate = (rate + wn * w * (target - s)) / (1.0 + 2.0 * zeta * w + w * w)

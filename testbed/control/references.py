@@ -1,0 +1,101 @@
+"""Set points of the twelve position loops over time: hold, raise in steps, lift a foot.
+
+A program is asked at every control tick (100 Hz); the loops follow its set points at their own rate by the rates it
+gives. It sees measurements only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.parameters.names import AXES, LEGS, VERTICAL
+from testbed.parameters.scenario_tasks import Event, LiftFoot, Raise, SetRope
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Command:
+    """What control wants now. Joint set points are in rad and m, AXES order; ropes left, right."""
+
+    reference: Array = field(default_factory=lambda: np.zeros(len(AXES)))
+    rate: Array = field(default_factory=lambda: np.zeros(len(AXES)))
+    rope_rate_m_s: Array = field(default_factory=lambda: np.zeros(2))
+    """Rate of the ropes' unstrained lengths: negative hauls in."""
+    carrying: NDArray[np.bool_] = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
+    """Which feet are meant to carry."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What control may look at: this tick's readings and estimates."""
+
+    position: Array
+    load_n: Array
+    """Estimated load of each foot along its vertical joint, N (4)."""
+    contact: Array
+    """The detector's word for each foot, 0 or 1 (4)."""
+    rope_tension_n: Array
+    attitude_rad: Array
+
+
+class Program(Protocol):
+    """A task as set points over time."""
+
+    def update(self, t: float, dt: float, measured: Measured) -> Command:
+        """The command for the tick from t to t + dt, s. The object may be the same one every time."""
+        ...
+
+
+class Hold:
+    """Hold the start posture; raise it in steps if a task says so; ropes and feet follow ordered events."""
+
+    def __init__(self, start: Array, task: object, events: tuple[Event, ...]) -> None:
+        self._start = start.copy()
+        self._raise = task if isinstance(task, Raise) else None
+        self._events = events
+        self._now = Command(reference=start.copy())
+
+    def update(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Program."""
+        del measured
+        wanted = self._start.copy()
+        command = self._now
+        command.carrying[:] = True
+        command.rope_rate_m_s[:] = 0.0
+        if self._raise is not None:
+            wanted[list(VERTICAL)] = self._raised(t + dt)
+        for event in self._events:
+            if isinstance(event, LiftFoot):
+                leg = LEGS.index(event.leg)
+                lift = event.height_m * window(t + dt, event.at_s, event.duration_s, 0.4)
+                wanted[VERTICAL[leg]] -= lift
+                command.carrying[leg] = not event.at_s <= t <= event.at_s + event.duration_s
+            elif isinstance(event, SetRope) and event.at_s <= t < event.at_s + event.duration_s:
+                side = ("left", "right").index(event.rope)
+                command.rope_rate_m_s[side] += event.pay_out_m / event.duration_s
+        command.rate[:] = (wanted - command.reference) / dt
+        command.rate[np.abs(command.rate) < 1e-9] = 0.0
+        return command
+
+    def _raised(self, t: float) -> Array:
+        """Extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every `every_s`."""
+        task = self._raise
+        assert task is not None
+        start = self._start[list(VERTICAL)]
+        if t <= task.start_s:
+            return np.asarray(start)
+        steps, since = divmod(t - task.start_s, task.every_s)
+        height = task.step_m * steps + min(task.step_m, since * task.speed_m_s)
+        return np.asarray(np.minimum(start + height, task.to_m))
+
+
+def window(t: float, start: float, duration: float, edge: float) -> float:
+    """0 outside [start, start + duration], 1 inside, with cosine edges of `edge` s (or a third of the duration)."""
+    edge = min(edge, duration / 3)
+    inside = min(t - start, start + duration - t) / edge
+    return float(0.5 - 0.5 * np.cos(np.pi * min(max(inside, 0.0), 1.0)))

@@ -1,0 +1,47 @@
+"""Expected foot loads, live: posture from the encoders, attitude, rope tensions and the feed that control ordered."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.robot.foot_loads import ExpectedLoads, drill_wrench
+
+Array = NDArray[np.float64]
+
+
+class Expectation:
+    """The believed machine's foot loads along the vertical joints, N (4), from measurements alone.
+
+    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as surveyed at the start
+    (a 30 m rope turns by less than 2 degrees a metre climbed).
+    """
+
+    def __init__(self, loads: ExpectedLoads, rope_directions_in_world: Array) -> None:
+        self._loads = loads
+        self._directions = rope_directions_in_world
+        self._rope_forces = np.zeros((2, 3))
+
+    def loads(
+        self, position: Array, gravity_in_body: Array, tension_n: Array, attitude_rad: Array, drill_n_nm: Array
+    ) -> Array:
+        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill thrust and torque."""
+        drill = drill_wrench(self._loads.model, float(drill_n_nm[0]), float(drill_n_nm[1]))
+        rotation = rotation_from_attitude(attitude_rad)
+        self._rope_forces[:] = tension_n[:, None] * (self._directions @ rotation)
+        found = self._loads.solve(
+            position, gravity_in_body, rope_forces_in_body=self._rope_forces, drill_wrench_in_body=drill
+        )
+        return np.asarray(found.vertical_load_n)
+
+
+def rotation_from_attitude(rpy: Array) -> Array:
+    """Rotation body to world (3, 3) of roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

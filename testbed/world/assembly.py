@@ -1,0 +1,222 @@
+"""A scenario turned into a machine on its ground, in equilibrium, with its electronics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed import resources
+from testbed.control.programs import program_of
+from testbed.control.references import Program
+from testbed.control.valve_loop import gains
+from testbed.estimation.believed import Believed
+from testbed.estimation.chain import EstimatorChain
+from testbed.estimation.expected import Expectation
+from testbed.laws import drill as d
+from testbed.laws.initial import start_axes, start_supply
+from testbed.laws.rope import unstrained_length
+from testbed.parameters.names import AXES, GRAVITY_M_S2
+from testbed.parameters.provenance import Parameters, roboclimber
+from testbed.parameters.scenario import Scenario
+from testbed.parameters.scenario_tasks import Drill
+from testbed.robot.foot_loads import ExpectedLoads
+from testbed.robot.linkage import RotationLinkage
+from testbed.robot.model import Payload, RobotModel
+from testbed.world import plant, sensing
+from testbed.world.drilling import DrillProgram
+from testbed.world.engine import Engine
+from testbed.world.plumbing import axis_parameters, switch_off, unit_parameters
+from testbed.world.start import Start, find_start
+from testbed.world.terrain import Ground, make_ground
+from testbed.world.undeclared import Places, apply_undeclared
+from testbed.world.verdict import Judge
+
+Array = NDArray[np.float64]
+
+
+def _zeros(*shape: int) -> Any:
+    return field(default_factory=lambda: np.zeros(shape))
+
+
+@dataclass
+class Machine:
+    """Everything one run steps: truth on the left of the wall, electronics on the right."""
+
+    # truth
+    engine: Engine
+    ground: Ground
+    params: Array
+    axes: Array
+    unit: Array
+    supply: Array
+    geometry: Array
+    ropes: Array
+    body: Array
+    drill: DrillProgram
+    transducers: Array
+    sensors: Array
+    noise_rng: np.random.Generator
+    judge: Judge
+    kinematics: RobotModel
+    com: Array
+    start_joints: Array
+    start_base: Array
+    start_events: list[dict[str, Any]]
+    # electronics
+    gains: Array
+    locked: bool
+    chain: EstimatorChain
+    expectation: Expectation
+    program: Program
+    # work arrays
+    q: Array = _zeros(12)
+    qd: Array = _zeros(12)
+    base: Array = _zeros(13)
+    command: Array = _zeros(12)
+    integral: Array = _zeros(12)
+    foot_force: Array = _zeros(4, 3)
+    normal_force: Array = _zeros(4)
+    scratch: Array = _zeros(5, 12)
+    rotation: Array = _zeros(3, 3)
+    joint_torque: Array = _zeros(12)
+    force: Array = _zeros(3)
+    torque: Array = _zeros(3)
+    drill_wrench: Array = _zeros(6)
+    late: Array = field(default_factory=lambda: np.zeros((24, sensing.DELAY_LENGTH)))
+    gravity_in_body: Array = _zeros(3)
+    _drill_belief: Array = _zeros(2)
+
+    def drill_belief(self) -> Array:
+        """Thrust (N, + away from the slope) and torque (N m, about body z) as control ordered them; no blows."""
+        loads = self.drill.loads
+        self._drill_belief[0] = loads[d.FEED] - loads[d.PULL]
+        self._drill_belief[1] = -loads[d.TORQUE]
+        return self._drill_belief
+
+    def feet_in_world(self) -> Array:
+        """Undersides of the feet, (4, 3), m."""
+        origin = self.base[:3] - self.rotation @ self.com
+        return np.asarray(origin + self.kinematics.foot_positions_m(self.q) @ self.rotation.T)
+
+    def picture(self, width: int, height: int) -> NDArray[np.uint8]:
+        """The robot on its slope, seen from the lower left, with ropes and drill rod."""
+        from testbed.world.scene import picture
+
+        return picture(self, width, height)
+
+
+def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine:
+    """Build the world of a scenario and start it in equilibrium.
+
+    Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
+    """
+    machine = roboclimber()
+    true = machine.replaced(scenario.hydraulics.parameters)
+    if scenario.hydraulics.supply_pressure_pa is not None:
+        true = true.replaced({"power_unit.supply_pressure_pa": scenario.hydraulics.supply_pressure_pa})
+    believed = machine.replaced(scenario.model.parameters)
+    seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
+    t, r = scenario.terrain, scenario.rates
+    ground = make_ground(
+        t.kind, t.slope_deg, t.friction, t.stiffness_n_m, t.damping_n_s_m,
+        roughness_m=t.roughness_m, roughness_seed=t.roughness_seed, cell_m=t.cell_m,
+    )  # fmt: skip
+    linkage = RotationLinkage.from_parameters(true)
+    params = axis_parameters(true, linkage.stroke_m, locked=scenario.hydraulics.valves_locked)
+    unit = unit_parameters(true, pump_on=scenario.hydraulics.pump)
+    switch_off(scenario.hydraulics.without, params, unit)
+    transducers, sensors = sensing.sensor_arrays(true, scenario.sensors, seeds[0])
+    places = Places(params, unit, transducers, 1.0 / r.sensor_hz, {})
+    apply_undeclared(scenario.undeclared, places)
+    rod_store = true["rod_store_body"]
+    payload = Payload(scenario.robot.payload_kg, rod_store["position_m"]) if scenario.robot.payload_kg > 0 else None
+    kinematics = RobotModel(resources.urdf(), payload)
+    engine = Engine(
+        resources.urdf(), ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui
+    )
+    try:
+        if payload is not None:
+            engine.add_store_mass(payload.mass_kg)
+        for leg, mass in places.leg_mass_kg.items():
+            engine.add_leg_mass(leg, mass)
+        start = find_start(scenario, ground, kinematics, engine, true)
+        return _build(scenario, model, true, believed, ground, engine, kinematics, start, linkage,
+                      params, unit, transducers, sensors, seeds)  # fmt: skip
+    except BaseException:
+        engine.close()
+        raise
+
+
+def _build(
+    scenario: Scenario, model: str | Path | None, true: Parameters, believed: Parameters, ground: Ground,
+    engine: Engine, kinematics: RobotModel, start: Start, linkage: RotationLinkage,
+    params: Array, unit: Array, transducers: Array, sensors: Array, seeds: list[np.random.Generator],
+) -> Machine:  # fmt: skip
+    engine.reset(start.position_m, start.rotation, start.joints)
+    extension, arms = start.joints.copy(), np.ones(len(AXES))
+    for i in range(0, len(AXES), 3):
+        extension[i] = linkage.extension_m(start.joints[i])
+        arms[i] = linkage.moment_arm_m(start.joints[i])
+    axes = start_axes(params, extension, start.joint_forces / arms)
+    supply = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
+    body = np.zeros(plant.BODY_COLUMNS)
+    body[plant.COM] = engine.base_inertial_m
+    body[plant.DRILL_POINT] = kinematics.drill_mount_m
+    body[plant.TRACTION_AREA], body[plant.TRACTION_RATING] = (
+        true["traction"]["piston_area_m2"], true["traction"]["rating_n"],
+    )  # fmt: skip
+    task = scenario.task if isinstance(scenario.task, Drill) else None
+    weight = kinematics.total_mass_kg * GRAVITY_M_S2
+    raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
+    return Machine(
+        engine=engine, ground=ground, params=params, axes=axes, unit=unit, supply=supply, geometry=linkage.geometry,
+        ropes=_ropes(scenario, start, kinematics), body=body, drill=DrillProgram(task), transducers=transducers,
+        sensors=sensors, noise_rng=seeds[1], judge=Judge(start.rotation, weight, raised), kinematics=kinematics,
+        com=engine.base_inertial_m, start_joints=start.joints, start_base=start.position_m.copy(),
+        start_events=[], gains=gains(believed, float(arms[0])), locked=scenario.hydraulics.valves_locked,
+        chain=_chain(scenario, model, believed),
+        expectation=Expectation(ExpectedLoads(kinematics), start.rope_directions),
+        program=program_of(
+            scenario, start.joints, start.rope_tension_n, start.rope_directions @ start.rotation,
+            kinematics.foot_positions_m(start.joints), start.foot_forces_in_body[:, 2],
+        ),
+    )  # fmt: skip
+
+
+def _chain(scenario: Scenario, model: str | Path | None, believed: Parameters) -> EstimatorChain:
+    from dataclasses import replace
+
+    dt = 1.0 / scenario.rates.estimator_hz
+    if model is None:
+        belief = Believed.from_machine(believed, dt)
+    else:
+        from testbed.parameters.leg_model import read_model
+
+        belief = Believed.from_model(read_model(model), dt, believed["sensor"]["encoder_linear_m"])
+    wanted = {
+        "kbf_q_n2": scenario.estimator.process_variance_n2,
+        "kbf_r_n2": scenario.estimator.measurement_variance_n2,
+        "e_max_n": scenario.estimator.innovation_limit_n,
+        "contact_off_n": scenario.estimator.contact_threshold_n,
+    }
+    changes = {name: value for name, value in wanted.items() if value is not None}
+    return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes)))
+
+
+def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel) -> Array:
+    ropes = np.zeros((2, plant.ROPE_COLUMNS))
+    r = scenario.ropes
+    for k in range(2):
+        point = start.position_m + start.rotation @ kinematics.rope_attachments_m[k]
+        ropes[k, plant.ANCHOR] = start.anchors_m[k]
+        ropes[k, plant.ATTACH] = kinematics.rope_attachments_m[k]
+        length = float(np.linalg.norm(start.anchors_m[k] - point))
+        ropes[k, plant.UNSTRAINED] = unstrained_length(length, float(start.rope_tension_n[k]), r.stiffness_ea_n)
+        ropes[k, plant.TENSION] = start.rope_tension_n[k]
+        ropes[k, plant.EA], ropes[k, plant.DAMPING] = r.stiffness_ea_n, r.damping_n_s_m
+        ropes[k, plant.BREAKING], ropes[k, plant.WHOLE] = r.breaking_load_n, float(r.enabled)
+    return ropes

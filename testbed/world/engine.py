@@ -1,0 +1,320 @@
+"""The bodies and their contacts: the one file that speaks to PyBullet."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pybullet as p
+from numpy.typing import NDArray
+
+from testbed.errors import InputError, SimulationFault
+from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.world.terrain import Ground
+
+Array = NDArray[np.float64]
+_MASTER = os.environ.get("TESTBED_ENGINE_MESSAGES")
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the engine's messages off the console while it loads a file (it prints from C)."""
+    if _MASTER:
+        yield
+        return
+    sys.stdout.flush()
+    saved, null = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    try:
+        yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)
+        os.close(null)
+
+
+class Engine:
+    """One engine client with the robot and its ground.
+
+    Poses and forces are in the world frame (z up). The robot's base pose refers to the **origin of the link
+    `body`**, not to the centre of mass that the engine speaks of. Joints are free: what holds them are the torques
+    handed in at every step; friction and end stops belong to the hydraulics.
+    """
+
+    def __init__(
+        self,
+        urdf: Path,
+        ground: Ground,
+        *,
+        step_s: float,
+        robot_first: bool = True,
+        gui: bool = False,
+        iterations: int = 50,
+    ) -> None:
+        self.client = p.connect(p.GUI if gui else p.DIRECT)
+        if self.client < 0:
+            raise SimulationFault("the physics engine gave no client")
+        self._ground_spec = ground
+        c = self.client
+        p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
+        p.setPhysicsEngineParameter(
+            fixedTimeStep=step_s, numSolverIterations=iterations, numSubSteps=0, physicsClientId=c
+        )
+        if robot_first:
+            self._load_robot(urdf)
+            self._load_ground(ground)
+        else:
+            self._load_ground(ground)
+            self._load_robot(urdf)
+        # The engine reports friction as acting on the body it loaded second when the ground is a convex shape.
+        self._friction_sign = -1.0 if (ground.kind == "box" and not robot_first) else 1.0
+        self._set_dynamics(ground)
+
+    # ---- loading -------------------------------------------------------------------------------------------
+
+    def _load_robot(self, urdf: Path) -> None:
+        try:
+            with _quiet():
+                self.robot = p.loadURDF(
+                    str(urdf),
+                    flags=p.URDF_USE_INERTIA_FROM_FILE,  # merging fixed links would lose products of inertia
+                    physicsClientId=self.client,
+                )
+        except p.error as error:
+            raise InputError("the engine cannot load this URDF", file=urdf) from error
+        info = [
+            p.getJointInfo(self.robot, i, physicsClientId=self.client)
+            for i in range(p.getNumJoints(self.robot, physicsClientId=self.client))
+        ]
+        by_name = {row[1].decode(): row[0] for row in info}
+        missing = [name for name in AXES if name not in by_name]
+        if missing:
+            raise InputError("lacks a joint", file=urdf, field=missing[0], allowed=", ".join(AXES))
+        self.joints: list[int] = [by_name[name] for name in AXES]
+        links = {row[12].decode(): row[0] for row in info}
+        absent = [name for name in (*(f"{leg}_foot" for leg in LEGS), "rod_store") if name not in links]
+        if absent:
+            raise InputError("lacks a link", file=urdf, field=absent[0])
+        self.foot_links: dict[int, int] = {links[f"{leg}_foot"]: k for k, leg in enumerate(LEGS)}
+        self._store = links["rod_store"]
+        dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
+        self.base_inertial_m = np.array(dyn[3])
+        if abs(dyn[4][3]) < 1.0 - 1e-9:
+            raise InputError("the base link's inertial frame must not be rotated", file=urdf, field="body")
+
+    def _load_ground(self, g: Ground) -> None:
+        c = self.client
+        if g.kind == "plane":
+            shape = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=c)
+        elif g.kind == "box":
+            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[100, 100, 1], physicsClientId=c)
+        else:
+            assert g.heights_m is not None
+            rows, columns = g.heights_m.shape
+            shape = p.createCollisionShape(
+                p.GEOM_HEIGHTFIELD,
+                meshScale=[g.cell_m, g.cell_m, 1.0],
+                heightfieldData=g.heights_m.T.ravel().tolist(),
+                numHeightfieldRows=rows,
+                numHeightfieldColumns=columns,
+                physicsClientId=c,
+            )
+        offset, rotation = g.engine_pose()
+        self.ground = p.createMultiBody(0, shape, physicsClientId=c)
+        p.resetBasePositionAndOrientation(self.ground, offset, rotation, physicsClientId=c)
+
+    def _set_dynamics(self, g: Ground) -> None:
+        c, links = self.client, [-1, *range(p.getNumJoints(self.robot, physicsClientId=self.client))]
+        p.changeDynamics(self.robot, -1, linearDamping=0.0, physicsClientId=c)
+        p.changeDynamics(self.robot, -1, angularDamping=0.0, physicsClientId=c)
+        for link in links:
+            p.changeDynamics(self.robot, link, jointDamping=0.0, physicsClientId=c)
+            p.changeDynamics(self.robot, link, lateralFriction=1.0, physicsClientId=c)
+            p.changeDynamics(self.robot, link, restitution=0.0, physicsClientId=c)
+            p.changeDynamics(self.robot, link, maxJointVelocity=1e4, physicsClientId=c)
+            if link >= 0:  # end stops live in the hydraulics; a limit of the engine costs time and gives way
+                p.changeDynamics(self.robot, link, jointLowerLimit=1.0, jointUpperLimit=-1.0, physicsClientId=c)
+        for link in self.foot_links:
+            p.changeDynamics(
+                self.robot,
+                link,
+                contactStiffness=g.stiffness_n_m,
+                contactDamping=g.damping_n_s_m,
+                physicsClientId=c,
+            )
+        p.changeDynamics(self.ground, -1, lateralFriction=g.friction, physicsClientId=c)
+        p.changeDynamics(self.ground, -1, restitution=0.0, physicsClientId=c)
+        p.setJointMotorControlArray(
+            self.robot, self.joints, p.VELOCITY_CONTROL, forces=[0.0] * len(self.joints), physicsClientId=c
+        )
+
+    # ---- state ---------------------------------------------------------------------------------------------
+
+    def reset(self, position_m: Array, rotation_body_to_world: Array, joints: Array) -> None:
+        """Put the robot at rest: origin of `body` (3) and rotation (3, 3) in the world, joint positions (12)."""
+        com = position_m + rotation_body_to_world @ self.base_inertial_m
+        p.resetBasePositionAndOrientation(
+            self.robot, com.tolist(), quaternion(rotation_body_to_world).tolist(), physicsClientId=self.client
+        )
+        p.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
+        for joint, value in zip(self.joints, joints, strict=True):
+            p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
+
+    def read(self, q: Array, qd: Array, base: Array) -> None:
+        """Fill joint positions (12), rates (12) and base (13): COM of the base link, quaternion xyzw, velocities."""
+        states = p.getJointStates(self.robot, self.joints, self.client)
+        q[:] = [s[0] for s in states]
+        qd[:] = [s[1] for s in states]
+        position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
+        linear, angular = p.getBaseVelocity(self.robot, self.client)
+        base[:] = (*position, *orientation, *linear, *angular)
+
+    def apply(self, torques: Array, force: Array, torque: Array, base: Array) -> None:
+        """Joint torques (12) and a wrench on the base: force (3) at its centre of mass, torque (3), world frame."""
+        c = self.client
+        p.setJointMotorControlArray(
+            self.robot, self.joints, p.TORQUE_CONTROL, forces=torques.tolist(), physicsClientId=c
+        )
+        p.applyExternalForce(self.robot, -1, force.tolist(), base[:3].tolist(), p.WORLD_FRAME, c)
+        p.applyExternalTorque(self.robot, -1, torque.tolist(), p.WORLD_FRAME, c)
+
+    def step(self) -> None:
+        """One step of the bodies and contacts."""
+        p.stepSimulation(self.client)
+
+    def contacts(self, foot_force: Array, normal_force: Array) -> float:
+        """Sum contacts per foot: force of the ground on the foot (4, 3), world frame, and its normal part (4), N.
+
+        Returns the normal force on everything else of the robot (belly), N.
+        """
+        foot_force[:] = 0.0
+        normal_force[:] = 0.0
+        elsewhere = 0.0
+        sign = self._friction_sign
+        for row in p.getContactPoints(self.robot, self.ground, physicsClientId=self.client):
+            n, f1, f2 = row[9], sign * row[10], sign * row[12]
+            if n == 0.0:
+                continue
+            foot = self.foot_links.get(row[3])
+            if foot is None:
+                elsewhere += n
+                continue
+            (nx, ny, nz), (ax, ay, az), (bx, by, bz) = row[7], row[11], row[13]
+            total = foot_force[foot]
+            total[0] += n * nx + f1 * ax + f2 * bx
+            total[1] += n * ny + f1 * ay + f2 * by
+            total[2] += n * nz + f1 * az + f2 * bz
+            normal_force[foot] += n
+        return elsewhere
+
+    def ground_distance(self, start: Array, direction: Array, reach_m: float = 5.0) -> float:
+        """Distance from `start` (3) along the unit vector `direction` (3) to the ground, m; nan if there is none."""
+        end = start + reach_m * direction
+        for hit in p.rayTest(start.tolist(), end.tolist(), physicsClientId=self.client):
+            if hit[0] == self.ground:
+                return float(hit[2] * reach_m)
+        return math.nan
+
+    def add_store_mass(self, mass_kg: float) -> None:
+        """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError below zero."""
+        old = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
+        if old[0] + mass_kg <= 0:
+            raise InputError("takes more mass off the rod store than it has", field="mass_kg", value=mass_kg)
+        scale = (old[0] + mass_kg) / old[0]
+        inertia = [scale * v for v in old[2]]
+        p.changeDynamics(self.robot, self._store, mass=old[0] + mass_kg, physicsClientId=self.client)
+        p.changeDynamics(self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client)
+
+    def add_leg_mass(self, leg: int, mass_kg: float) -> None:
+        """Change the mass of a leg's sliding frame (leg 0..3) by `mass_kg`; it moves along with the joint only."""
+        link = self.joints[3 * leg + 2]
+        old = p.getDynamicsInfo(self.robot, link, physicsClientId=self.client)[0]
+        p.changeDynamics(self.robot, link, mass=old + mass_kg, physicsClientId=self.client)
+
+    def masses(self) -> Array:
+        """Masses of base and links, kg."""
+        count = p.getNumJoints(self.robot, physicsClientId=self.client)
+        return np.array([p.getDynamicsInfo(self.robot, i, physicsClientId=self.client)[0] for i in range(-1, count)])
+
+    def momentum(self) -> tuple[Array, Array]:
+        """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of the whole robot."""
+        c = self.client
+        linear, angular = np.zeros(3), np.zeros(3)
+        count = p.getNumJoints(self.robot, physicsClientId=c)
+        for i in range(-1, count):
+            info = p.getDynamicsInfo(self.robot, i, physicsClientId=c)
+            mass, inertia = info[0], np.diag(info[2])
+            if i < 0:
+                position, orientation = p.getBasePositionAndOrientation(self.robot, c)
+                v, w = p.getBaseVelocity(self.robot, c)
+            else:
+                state = p.getLinkState(self.robot, i, 1, 1, physicsClientId=c)
+                position, orientation, v, w = state[0], state[1], state[6], state[7]
+            r = np.array(p.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+            part = mass * np.array(v)
+            linear += part
+            angular += np.cross(position, part) + r @ inertia @ r.T @ np.array(w)
+        return linear, angular
+
+    # ---- pictures ------------------------------------------------------------------------------------------
+
+    def picture(self, eye: Sequence[float], target: Sequence[float], width: int, height: int) -> NDArray[np.uint8]:
+        """A picture (height, width, 3) of the scene from `eye` towards `target` (world, m)."""
+        view = p.computeViewMatrix(eye, target, [0, 0, 1])
+        projection = p.computeProjectionMatrixFOV(38.0, width / height, 0.1, 200.0)
+        image = p.getCameraImage(
+            width,
+            height,
+            view,
+            projection,
+            lightDirection=[-4, -6, 10],
+            shadow=1,
+            renderer=p.ER_TINY_RENDERER,
+            physicsClientId=self.client,
+        )
+        return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
+
+    def add_line(self, start: Array, end: Array, radius_m: float, colour: Sequence[float]) -> int:
+        """A thin cylinder to look at (a rope, a rod); no collision. Returns its id for `remove`."""
+        axis = end - start
+        length = float(np.linalg.norm(axis))
+        shape = p.createVisualShape(
+            p.GEOM_CYLINDER, radius=radius_m, length=length, rgbaColor=colour, physicsClientId=self.client
+        )
+        z = axis / length
+        x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
+        x /= np.linalg.norm(x)
+        rotation = np.column_stack([x, np.cross(z, x), z])
+        return int(
+            p.createMultiBody(
+                0,
+                -1,
+                shape,
+                ((start + end) / 2).tolist(),
+                quaternion(rotation).tolist(),
+                physicsClientId=self.client,
+            )
+        )
+
+    def remove(self, body: int) -> None:
+        """Take a body out that `add_line` put in."""
+        p.removeBody(body, physicsClientId=self.client)
+
+    def close(self) -> None:
+        """Give the client back."""
+        if self.client >= 0:
+            with contextlib.suppress(p.error):
+                p.disconnect(self.client)
+            self.client = -1
+
+
+def quaternion(rotation: Array) -> Array:
+    """Quaternion xyzw of a rotation matrix (3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotation).as_quat())

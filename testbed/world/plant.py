@@ -1,0 +1,172 @@
+"""Everything between two engine steps that is not a rigid body, in one compiled call.
+
+Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques -> wrench on the body.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from testbed.laws import columns as c
+from testbed.laws import drill as d
+from testbed.laws.hydraulics import hydraulic_step
+from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.laws.rope import rope_wrench
+from testbed.robot.linkage import joint_to_cylinder
+
+# --- columns of a rope (2 x ROPE_COLUMNS) ---------------------------------------------------------------------
+ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
+(UNSTRAINED, EA, DAMPING, BREAKING, WHOLE, RATE_COMMAND, RATE, TENSION) = range(6, 14)
+ROPE_FORCE = slice(14, 17)
+ROPE_COLUMNS = 17
+# --- body numbers (BODY_COLUMNS) ------------------------------------------------------------------------------
+COM, DRILL_POINT = slice(0, 3), slice(3, 6)
+(DRILL_PHASE, TRACTION_AREA, TRACTION_RATING) = range(6, 9)
+SHOVE = slice(9, 12)
+BODY_COLUMNS = 12
+
+
+@njit(cache=True)
+def rotation_matrix(quaternion: Any, out: Any) -> None:
+    """Body-to-world rotation (3, 3) of a quaternion xyzw."""
+    x, y, z, w = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
+    out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+
+
+@njit(cache=True)
+def add_cross(r: Any, f: Any, out: Any) -> None:
+    """out += r x f."""
+    out[0] += r[1] * f[2] - r[2] * f[1]
+    out[1] += r[2] * f[0] - r[0] * f[2]
+    out[2] += r[0] * f[1] - r[1] * f[0]
+
+
+@njit(cache=True)
+def traction_rate(rope: Any, body: Any, supply_gauge_pa: float) -> float:
+    """Rate of the unstrained length, m/s: the command, as far as pressure and rating can pull (negative = hauls in)."""
+    wanted = rope[RATE_COMMAND]
+    if wanted >= 0.0:
+        return float(wanted)
+    strength = supply_gauge_pa * body[TRACTION_AREA]
+    strength = strength if strength < body[TRACTION_RATING] else body[TRACTION_RATING]
+    reserve = (strength - rope[TENSION]) / (0.1 * strength + 1.0)
+    return float(wanted * min(1.0, max(0.0, reserve)))
+
+
+@njit(cache=True)
+def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any) -> float:
+    """One rope: haul, pull on the body; adds to force and torque (about the base's COM). Returns the oil it takes, m3/s."""
+    arm = np.empty(3)
+    velocity = np.empty(3)
+    for i in range(3):
+        arm[i] = 0.0
+        for j in range(3):
+            arm[i] += rotation[i, j] * (rope[3 + j] - body[j])
+    point = base[0:3] + arm
+    velocity[:] = base[7:10]
+    add_cross(base[10:13], arm, velocity)
+    rope[RATE] = traction_rate(rope, body, supply[c.P_SUPPLY] - ATMOSPHERE_PA)
+    rope[UNSTRAINED] += dt * rope[RATE]
+    out = rope[14:17]
+    if rope[WHOLE] == 0.0:
+        out[:] = 0.0
+        rope[TENSION] = 0.0
+        return 0.0
+    rope[TENSION] = rope_wrench(point, rope[0:3], velocity, rope[UNSTRAINED], rope[EA], rope[DAMPING], out)
+    if rope[TENSION] > rope[BREAKING]:
+        rope[WHOLE] = 0.0
+    for i in range(3):
+        force[i] += out[i]
+    add_cross(arm, out, torque)
+    return abs(rope[RATE]) * body[TRACTION_AREA] if rope[RATE] < 0.0 else 0.0
+
+
+@njit(cache=True)
+def drill_step(
+    drill: Any, base: Any, rotation: Any, body: Any, dt: float, g: float, wrench: Any, force: Any, torque: Any
+) -> None:
+    """The drill's reaction on the body: adds to force and torque, leaves its own wrench (about the drill point)."""
+    phase = body[DRILL_PHASE] + dt * drill[d.BLOW_HZ]
+    axial = d.axial_force(drill, body[DRILL_PHASE], phase, -g * rotation[2, 2])
+    body[DRILL_PHASE] = phase
+    arm = np.empty(3)
+    for i in range(3):
+        arm[i] = 0.0
+        for j in range(3):
+            arm[i] += rotation[i, j] * (body[3 + j] - body[j])
+        wrench[i] = axial * rotation[i, 2]
+        wrench[3 + i] = -drill[d.TORQUE] * rotation[i, 2]
+        force[i] += wrench[i]
+        torque[i] += wrench[3 + i]
+    add_cross(arm, wrench[0:3], torque)
+
+
+@njit(cache=True)
+def plant_step(
+    q: Any, qd: Any, base: Any, command: Any, foot_force: Any,
+    axes: Any, params: Any, supply: Any, unit: Any, geometry: Any,
+    ropes: Any, body: Any, drill: Any, scratch: Any, rotation: Any,
+    joint_torque: Any, force: Any, torque: Any, drill_wrench: Any,
+    dt: float, substeps: int, gravity: float,
+) -> None:  # fmt: skip
+    """From the engine's state to what the engine is given for the next step.
+
+    In: q, qd (12), base (13, Engine.read), command (12), foot_force (4, 3) of the last step. State, in place: axes,
+    supply, ropes, body. Out: joint_torque (12), force, torque (3) on the base's centre of mass, world frame;
+    drill_wrench (6); scratch (6, 12): extension, rate, arm, axial load, side load, raw rate.
+    """
+    rotation_matrix(base[3:7], rotation)
+    x, v, arms, load, side = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
+    joint_to_cylinder(q, geometry, x, arms)
+    for leg in range(4):
+        f = foot_force[leg]
+        along = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
+        total = f[0] * f[0] + f[1] * f[1] + f[2] * f[2]
+        across = max(total - along * along, 0.0) ** 0.5
+        for k in range(3):
+            i = 3 * leg + k
+            v[i] = qd[i] * arms[i]
+            load[i] = along if k == 2 else 0.0
+            side[i] = across if k == 2 else abs(along) if k == 1 else 0.0
+    force[:] = body[9:12]
+    torque[:] = 0.0
+    taken = 0.0
+    for k in range(ropes.shape[0]):
+        taken += rope_step(ropes[k], base, rotation, body, supply, dt, force, torque)
+    supply[c.TRACTION_FLOW] = taken
+    drill_step(drill, base, rotation, body, dt, gravity, drill_wrench, force, torque)
+    hydraulic_step(axes, params, supply, unit, x, v, command, load, side, dt, substeps)
+    for i in range(q.shape[0]):
+        joint_torque[i] = axes[i, c.FORCE] * arms[i]
+
+
+@njit(cache=True)
+def write_truth(
+    row: Any, t: float, base: Any, com: Any, rotation: Any, foot_force: Any, normal: Any, ropes: Any,
+    drill_wrench: Any, axes: Any, supply: Any,
+) -> None:  # fmt: skip
+    """One row of truth.parquet (columns: simulation.TRUTH_COLUMNS)."""
+    row[0] = t
+    for i in range(3):
+        row[1 + i] = base[i] - (rotation[i, 0] * com[0] + rotation[i, 1] * com[1] + rotation[i, 2] * com[2])
+    row[4:8] = base[3:7]
+    for leg in range(4):
+        f = foot_force[leg]
+        row[8 + 3 * leg : 11 + 3 * leg] = f
+        row[20 + leg] = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
+        row[24 + leg] = normal[leg]
+    row[28:31] = ropes[0, 14:17]
+    row[31:34] = ropes[1, 14:17]
+    row[34:40] = drill_wrench
+    n = axes.shape[0]
+    for i in range(n):
+        row[40 + i] = axes[i, c.FRICTION]
+        row[52 + i] = axes[i, c.P_A] - ATMOSPHERE_PA
+        row[64 + i] = axes[i, c.P_B] - ATMOSPHERE_PA
+    row[76] = supply[c.P_SUPPLY] - ATMOSPHERE_PA
+    row[77] = supply[c.TEMPERATURE]

@@ -1,0 +1,39 @@
+"""Pictures of a machine on its slope, with what the engine does not know: ropes, rod, sky."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.world import plant
+
+if TYPE_CHECKING:
+    from testbed.world.assembly import Machine
+
+Array = NDArray[np.float64]
+ROPE_COLOUR = (0.15, 0.15, 0.17, 1.0)
+ROD_COLOUR = (0.62, 0.64, 0.67, 1.0)
+
+
+def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
+    """(height, width, 3): the robot from the lower left, looking up the slope."""
+    m, engine = machine, machine.engine
+    plant.rotation_matrix(m.base[3:7], m.rotation)
+    origin = m.base[:3] - m.rotation @ m.com
+    lines = []
+    for rope in m.ropes:
+        if rope[plant.WHOLE]:
+            start = origin + m.rotation @ rope[plant.ATTACH]
+            lines.append(engine.add_line(start, rope[plant.ANCHOR].copy(), 0.016, ROPE_COLOUR))
+    top = origin + m.rotation @ m.body[plant.DRILL_POINT]
+    lines.append(engine.add_line(top, top - m.rotation[:, 2] * (0.35 + m.drill.depth_m), 0.038, ROD_COLOUR))
+    try:
+        slope = m.ground.rotation_slope_to_world
+        target = origin + slope @ np.array([0.25, 0.0, 0.55])
+        away = slope @ np.array([-3.6, 4.6, 0.0]) + np.array([0.0, 0.0, 2.6 + 1.2 * slope[2, 0]])
+        return engine.picture((target + away).tolist(), target.tolist(), width, height)
+    finally:
+        for line in lines:
+            engine.remove(line)

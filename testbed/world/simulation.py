@@ -1,0 +1,279 @@
+"""One run: the world, the machine's electronics and the recorder's rows, and the order of one step.
+
+Per physics step: [tick: task, events, drill, verdict] -> valve loops -> plant (linkage, ropes, drill, hydraulics in
+substeps) -> engine -> sensors -> estimators -> rows. Sensors see the state after the step; the loops act on it in the
+next one. Tasks, valve loops and estimators are handed measurements only.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.references import Command, Measured
+from testbed.control.valve_loop import control_step
+from testbed.errors import SimulationFault
+from testbed.laws import columns as c
+from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.parameters.scenario import Scenario
+from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
+from testbed.world import plant, sensing
+from testbed.world.assembly import Machine, assemble
+
+Array = NDArray[np.float64]
+TICK_HZ = 100
+METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
+EXTRA = ("own_low", "own_high", "own_sd")
+
+DATA_COLUMNS: tuple[str, ...] = (
+    *sensing.MEASURED_COLUMNS,
+    *(f"estimate_{m}_{leg}" for m in (*METHODS, *EXTRA) for leg in LEGS),
+    *(f"contact_{leg}" for leg in LEGS),
+    *(f"expected_{leg}" for leg in LEGS),
+    *(f"reference_{a}" for a in AXES),
+    *(f"carrying_{leg}" for leg in LEGS),
+)
+TRUTH_COLUMNS: tuple[str, ...] = (
+    "t",
+    *(f"body_pose_in_world_{k}" for k in ("x", "y", "z", "qx", "qy", "qz", "qw")),
+    *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),
+    *(f"foot_load_{leg}" for leg in LEGS),
+    *(f"contact_normal_{leg}" for leg in LEGS),
+    *(f"rope_force_in_world_{s}_{k}" for s in SIDES for k in "xyz"),
+    *(f"drill_wrench_in_world_{k}" for k in ("fx", "fy", "fz", "tx", "ty", "tz")),
+    *(f"friction_{a}" for a in AXES),
+    *(f"chamber_a_{a}" for a in AXES),
+    *(f"chamber_b_{a}" for a in AXES),
+    "supply_pressure",
+    "oil_temperature",
+)
+N_SENSED = len(sensing.MEASURED_COLUMNS)
+N_ESTIMATES = len(METHODS) * 4 + len(EXTRA) * 4
+ESTIMATES = slice(N_SENSED, N_SENSED + N_ESTIMATES)
+CONTACT = slice(ESTIMATES.stop, ESTIMATES.stop + 4)
+EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
+REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
+CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
+
+
+class Simulation:
+    """A scenario on its way. `run_block(n)` gives the next n rows of data and truth until `finished`."""
+
+    def __init__(self, scenario: Scenario, model: str | Path | None = None, gui: bool = False) -> None:
+        self.scenario = scenario
+        self.machine: Machine = assemble(scenario, model, gui)
+        self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
+        self.events: list[dict[str, Any]] = list(self.machine.start_events)
+        self.finished = False
+        self._step = 0
+        rates = scenario.rates
+        hz = rates.physics_hz
+        self.dt = 1.0 / hz
+        self._last = round(scenario.duration_s * hz)
+        self._every_tick = max(1, hz // TICK_HZ)
+        self._every_control = hz // rates.control_hz
+        self._every_sensor = hz // rates.sensor_hz
+        self._every_estimate = hz // rates.estimator_hz
+        self._every_expected = hz // rates.expected_loads_hz
+        self._every_record = hz // rates.record_hz
+        self._pending = sorted(scenario.events, key=lambda e: e.at_s)
+        self._shoves: list[Shove] = []
+        self._row = np.zeros(len(DATA_COLUMNS))
+        self._noise = np.zeros((0, sensing.NOISES))
+        self._samples = 0
+        self._command: Command = Command()
+        self._rope_was_whole = [True, True]
+        m = self.machine
+        m.engine.read(m.q, m.qd, m.base)
+        self._row[REFERENCE] = m.start_joints
+        self._row[CARRYING] = 1.0
+        self._reference = self._row[REFERENCE]
+        self._reference_rate = np.zeros(12)
+        self._belly_n = 0.0
+        plant.rotation_matrix(m.base[3:7], m.rotation)
+        self._sense(0)
+        self._estimate()
+        self._expect()
+
+    # ---- one step ------------------------------------------------------------------------------------------
+
+    def run_block(self, rows: int) -> tuple[Array, Array]:
+        """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
+        m, engine = self.machine, self.machine.engine
+        data, truth = np.empty((rows, len(DATA_COLUMNS))), np.empty((rows, len(TRUTH_COLUMNS)))
+        count, dt, row = 0, self.dt, self._row
+        every_control, every_tick, every_record = self._every_control, self._every_tick, self._every_record
+        every_sensor, every_estimate, every_expected = self._every_sensor, self._every_estimate, self._every_expected
+        position, substeps = row[sensing.POSITION], self.scenario.rates.hydraulic_substeps
+        reference, rate, control_dt = self._reference, self._reference_rate, dt * every_control
+        drill, p_step, advance, read, contacts = (
+            m.drill.loads,
+            plant.plant_step,
+            engine.step,
+            engine.read,
+            engine.contacts,
+        )
+        while count < rows and not self.finished:
+            k = self._step
+            if k % every_tick == 0:
+                self._tick(k * dt)
+            if k % every_control == 0:
+                np.add(reference, rate * control_dt, out=reference)
+                control_step(position, reference, rate, m.integral, m.gains, m.locked, control_dt, m.command)
+            p_step(
+                m.q, m.qd, m.base, m.command, m.foot_force, m.axes, m.params, m.supply, m.unit, m.geometry,
+                m.ropes, m.body, drill, m.scratch, m.rotation, m.joint_torque, m.force, m.torque, m.drill_wrench,
+                dt, substeps, GRAVITY_M_S2,
+            )  # fmt: skip
+            engine.apply(m.joint_torque, m.force, m.torque, m.base)
+            advance()
+            read(m.q, m.qd, m.base)
+            self._belly_n = contacts(m.foot_force, m.normal_force)
+            k += 1
+            self._step = k
+            if k % every_sensor == 0:
+                self._sense(k)
+            if k % every_estimate == 0:
+                self._estimate()
+            if k % every_expected == 0:
+                self._expect()
+            if k % every_record == 0:
+                data[count] = row
+                plant.write_truth(
+                    truth[count], k * dt, m.base, m.com, m.rotation, m.foot_force, m.normal_force, m.ropes,
+                    m.drill_wrench, m.axes, m.supply,
+                )  # fmt: skip
+                count += 1
+            if k >= self._last:
+                self.finished = True
+        self._check_finite(data[:count], truth[:count])
+        return data[:count], truth[:count]
+
+    def _sense(self, k: int) -> None:
+        m = self.machine
+        if self._samples >= len(self._noise):
+            self._noise, self._samples = m.noise_rng.standard_normal((1000, sensing.NOISES)), 0
+        plant.rotation_matrix(m.base[3:7], m.rotation)
+        sensing.sense(
+            self._row, k * self.dt, m.q, m.base, m.rotation, m.axes, m.supply, m.ropes, m.command, m.transducers,
+            m.sensors, self._noise[self._samples], m.late, k // self._every_sensor, GRAVITY_M_S2, m.gravity_in_body,
+        )  # fmt: skip
+        self._samples += 1
+
+    def _estimate(self) -> None:
+        row, chain = self._row, self.machine.chain
+        chain.step(
+            row[sensing.PRESSURE_A], row[sensing.PRESSURE_B], row[sensing.POSITION], self.machine.gravity_in_body,
+            row[sensing.VALVE], row[sensing.TEMPERATURE],
+        )  # fmt: skip
+        row[ESTIMATES] = chain.row[:N_ESTIMATES]
+        row[CONTACT] = chain.method("contact")
+
+    def _expect(self) -> None:
+        row, m = self._row, self.machine
+        row[EXPECTED] = m.expectation.loads(
+            row[sensing.POSITION], m.gravity_in_body, row[sensing.ROPE], row[sensing.ATTITUDE], m.drill_belief()
+        )
+
+    # ---- the slow tick -------------------------------------------------------------------------------------
+
+    def _tick(self, t: float) -> None:
+        m = self.machine
+        while self._pending and self._pending[0].at_s <= t + 1e-9:
+            self._happen(self._pending.pop(0), t)
+        if m.drill.update(t, 1.0 / TICK_HZ):
+            self.events.append({"t": t, "kind": f"drill_{m.drill.phase}"})
+        if m.drill.store_change_kg:
+            m.engine.add_store_mass(m.drill.store_change_kg)
+            m.drill.store_change_kg = 0.0
+        m.body[plant.SHOVE] = np.sum(
+            [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s] or [(0.0, 0.0, 0.0)],
+            axis=0,
+        )
+        self._command = m.program.update(t, self._every_tick * self.dt, self._measured())
+        self._reference[:] = self._command.reference
+        self._reference_rate[:] = self._command.rate
+        self._command.reference += self._command.rate * self._every_tick * self.dt
+        m.ropes[:, plant.RATE_COMMAND] = self._command.rope_rate_m_s
+        self._row[CARRYING] = self._command.carrying
+        self._watch(t)
+
+    def _measured(self) -> Measured:
+        row = self._row
+        return Measured(
+            position=row[sensing.POSITION],
+            load_n=self.machine.chain.method("own"),
+            contact=row[CONTACT],
+            rope_tension_n=row[sensing.ROPE],
+            attitude_rad=row[sensing.ATTITUDE],
+        )
+
+    def _watch(self, t: float) -> None:
+        m = self.machine
+        for k, side in enumerate(SIDES):
+            if self._rope_was_whole[k] and m.ropes[k, plant.WHOLE] == 0.0:
+                self._rope_was_whole[k] = False
+                self.events.append({"t": t, "kind": "rope_broke", "rope": side})
+                m.judge.verdict, self.finished = "rope broke", True
+        if not math.isfinite(m.base[0] + m.base[3] + m.axes[2, c.P_A]):
+            raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
+        feet = m.feet_in_world()
+        end = m.judge.look(t, m.rotation, feet, self._command.carrying, m.normal_force > 300.0, self._belly_n)
+        if end is not None:
+            self.events.append(end)
+            self.finished = True
+
+    def _happen(self, event: Any, t: float) -> None:
+        m = self.machine
+        self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
+        if isinstance(event, CutRope):
+            side = SIDES.index(event.rope)
+            m.ropes[side, plant.WHOLE] = 0.0
+            self._rope_was_whole[side] = False
+        elif isinstance(event, SetSupply):
+            m.unit[c.PUMP_SET] = event.pressure_pa + plant.ATMOSPHERE_PA
+        elif isinstance(event, Shove):
+            self._shoves.append(event)
+        elif isinstance(event, Payload):
+            m.engine.add_store_mass(event.mass_kg)
+
+    def _check_finite(self, data: Array, truth: Array) -> None:
+        for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
+            bad = np.argwhere(~np.isfinite(block))
+            if len(bad):
+                raise SimulationFault(
+                    f"{name} column {columns[bad[0, 1]]} is not finite at t = {block[bad[0, 0], 0]:.3f} s"
+                )
+
+    # ---- what others ask -----------------------------------------------------------------------------------
+
+    @property
+    def verdict(self) -> str:
+        """stood, fell, slid or rope broke."""
+        return self.machine.judge.verdict
+
+    def summary(self) -> dict[str, Any]:
+        """What only the world knows of the whole run."""
+        m = self.machine
+        return {
+            "verdict": self.verdict,
+            "foot_slip_m": m.judge.slip_m,
+            "tilt_deg": math.degrees(m.judge.tilt_rad),
+            "hole_depth_m": m.drill.depth_m,
+            "pump_work_j": float(m.supply[c.PUMP_WORK]),
+            "oil_temperature_degc": float(m.supply[c.TEMPERATURE]),
+            "total_mass_kg": float(m.engine.masses().sum()),
+            "body_travel_m": float(np.linalg.norm(m.base[:3] - m.start_base[:3])),
+        }
+
+    def picture(self, width: int, height: int) -> NDArray[np.uint8]:
+        """The robot on its ground with ropes and drill rod, (height, width, 3)."""
+        return self.machine.picture(width, height)
+
+    def close(self) -> None:
+        """Give the engine back."""
+        self.machine.engine.close()

@@ -1,0 +1,139 @@
+"""Where a run begins: the robot on its ground in static equilibrium, ropes pulling, nothing moving."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.parameters.names import GRAVITY_M_S2, LEGS, VERTICAL
+from testbed.parameters.provenance import Parameters
+from testbed.parameters.scenario import Scenario
+from testbed.robot.foot_loads import ExpectedLoads
+from testbed.robot.model import RobotModel
+from testbed.world.engine import Engine
+from testbed.world.terrain import Ground
+
+Array = NDArray[np.float64]
+ANCHOR_HEIGHT_M = 0.5
+"""Anchors stand this far off the mean slope (E)."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """World frame; joints (12), joint forces that hold the posture (12, N and N m), ropes left, right."""
+
+    position_m: Array
+    rotation: Array
+    joints: Array
+    joint_forces: Array
+    foot_forces_in_body: Array
+    anchors_m: Array
+    rope_directions: Array
+    rope_tension_n: Array
+
+
+def nominal_joints(scenario: Scenario) -> Array:
+    """(12): the scenario's posture in AXES order, rad and m."""
+    r = scenario.robot
+    joints = np.zeros(12)
+    joints[0::3] = np.radians(r.rotation_deg)
+    joints[1::3] = r.radial_m
+    joints[2::3] = r.vertical_m
+    return joints
+
+
+def find_start(scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, parameters: Parameters) -> Start:
+    """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.
+
+    Raises InputError where a posture or a foothold is out of a joint's range.
+    """
+    rotation = ground.rotation_slope_to_world
+    joints = nominal_joints(scenario)
+    _check_range(joints, model, "robot")
+    feet = model.foot_positions_m(joints)
+    height = -float(feet[:, 2].mean()) + scenario.robot.height_offset_m
+    position = rotation @ np.array([0.0, 0.0, height])
+    if scenario.robot.height_offset_m == 0.0:
+        gaps = _gaps(ground, engine, position, rotation, feet, model.foot_radius_m)
+        shift = float(gaps.max() + gaps.min()) / 2.0
+        position = position - rotation @ np.array([0.0, 0.0, shift])
+        joints[list(VERTICAL)] += gaps - shift
+        _check_range(joints, model, "terrain")
+    anchors = _anchors(scenario, rotation)
+    points = position + model.rope_attachments_m @ rotation.T
+    directions = anchors - points
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    gravity = rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
+    tension = _tensions(scenario, model, gravity, directions @ rotation)
+    loads = ExpectedLoads(
+        model, parameters, friction=ground.friction, ground_compliance_m_n=1.0 / ground.stiffness_n_m
+    ).solve(joints, gravity, rope_forces_in_body=tension[:, None] * (directions @ rotation))
+    forces = loads.force_in_body_n
+    _, jacobians = model.feet(joints)
+    hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
+    if scenario.robot.height_offset_m == 0.0:  # press each foot in as deep as the ground gives under its load
+        joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / ground.stiffness_n_m
+    return Start(position, rotation, joints, hold, forces, anchors, directions, tension)
+
+
+def _tensions(scenario: Scenario, model: RobotModel, gravity: Array, directions_in_body: Array) -> Array:
+    """Rope tensions (2) at the start, N: as given, or equal ones that carry `share` of the weight along the slope."""
+    r = scenario.ropes
+    if not r.enabled:
+        return np.zeros(2)
+    if r.tension_n is not None:
+        return np.array(r.tension_n)
+    along = -gravity[0] * model.total_mass_kg
+    return np.full(2, max(r.share * along / directions_in_body[:, 0].sum(), 0.0))
+
+
+def _anchors(scenario: Scenario, rotation: Array) -> Array:
+    r = scenario.ropes
+    half = r.anchor_spread_m / 2
+    local = np.array([[r.anchor_distance_m, half, ANCHOR_HEIGHT_M], [r.anchor_distance_m, -half, ANCHOR_HEIGHT_M]])
+    return np.asarray(local @ rotation.T)
+
+
+def _gaps(ground: Ground, engine: Engine, position: Array, rotation: Array, feet: Array, radius: float) -> Array:
+    """How much further each foot (its sphere) must reach along -z of the body to touch, m (4)."""
+    if ground.kind != "heightfield":
+        return np.zeros(len(LEGS))
+    down = -rotation[:, 2]
+    gaps = np.zeros(len(LEGS))
+    for leg, foot in enumerate(feet):
+        touch = []
+        for dx, dy in _rings(radius):
+            start = position + rotation @ (foot + np.array([dx, dy, 2.0]))
+            bulge = radius - math.sqrt(max(radius**2 - dx * dx - dy * dy, 0.0))
+            touch.append(engine.ground_distance(start, down) - 2.0 - bulge)
+        gaps[leg] = np.nanmin(touch)
+        if not math.isfinite(gaps[leg]):
+            raise InputError("the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}")
+    return gaps
+
+
+def _rings(radius: float) -> list[tuple[float, float]]:
+    """Points under a sphere: its centre and two rings of eight."""
+    points = [(0.0, 0.0)]
+    for share in (0.35, 0.7):
+        for k in range(8):
+            angle = k * math.pi / 4
+            points.append((share * radius * math.cos(angle), share * radius * math.sin(angle)))
+    return points
+
+
+def _check_range(joints: Array, model: RobotModel, section: str) -> None:
+    from testbed.parameters.names import AXES
+
+    for k, name in enumerate(AXES):
+        low, high = model.limits[k]
+        if not low - 1e-9 <= joints[k] <= high + 1e-9:
+            raise InputError(
+                "the start posture is out of the joint's range" if section == "robot"
+                else "a foot cannot reach the ground within its stroke",
+                field=f"{section} {name}", value=round(float(joints[k]), 4), allowed=f"{low:.4g} to {high:.4g}",
+            )  # fmt: skip

@@ -1,0 +1,59 @@
+"""How a run ends: stood, fell, slid, rope broke."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+TILT_FALL_RAD = math.radians(20.0)
+"""Body turned this far from its start attitude against the slope: fallen (E)."""
+BELLY_SHARE = 0.10
+"""Belly carrying this share of the weight while raised: fallen (E)."""
+SLIDE_M = 0.30
+"""Feet that moved this far along the ground while meant to stand: slid (E)."""
+
+
+class Judge:
+    """Watches the truth at a slow rate and ends the run when the machine is lost."""
+
+    def __init__(self, rotation_start: Array, weight_n: float, raised: bool) -> None:
+        self._start = rotation_start.copy()
+        self._weight = weight_n
+        self._raised = raised
+        self._anchor = np.full((4, 3), np.nan)
+        self.slip_m = 0.0
+        self.tilt_rad = 0.0
+        self.verdict = "stood"
+
+    def look(
+        self,
+        t: float,
+        rotation: Array,
+        feet: Array,
+        carrying: NDArray[np.bool_],
+        loaded: NDArray[np.bool_],
+        belly_n: float,
+    ) -> dict[str, Any] | None:
+        """Feet (4, 3) in the world; returns the event that ends the run, or None."""
+        tilt = math.acos(min(1.0, max(-1.0, (float(np.trace(self._start.T @ rotation)) - 1.0) / 2.0)))
+        self.tilt_rad = max(self.tilt_rad, tilt)
+        for leg in range(4):
+            if not (carrying[leg] and loaded[leg]):
+                self._anchor[leg] = np.nan
+            elif np.isnan(self._anchor[leg, 0]):
+                self._anchor[leg] = feet[leg]
+        moved = np.linalg.norm(feet - self._anchor, axis=1)
+        slip = float(np.nanmax(moved)) if not np.all(np.isnan(moved)) else 0.0
+        self.slip_m = max(self.slip_m, slip)
+        if tilt > TILT_FALL_RAD or (self._raised and belly_n > BELLY_SHARE * self._weight):
+            self.verdict = "fell"
+        elif slip > SLIDE_M:
+            self.verdict = "slid"
+        else:
+            return None
+        return {"t": t, "kind": self.verdict, "tilt_deg": math.degrees(tilt), "slip_m": slip}
