@@ -39,9 +39,9 @@ def run(
     json: Json = False,
 ) -> None:
     """Simulate a scenario, record it and write its report."""
-    from testbed.report.console import print_run, run_progress
     from testbed.evaluation.run import run_scenario
     from testbed.parameters.scenario import load_scenario
+    from testbed.report.console import print_run, run_progress
 
     loaded = load_scenario(scenario, set_ or [], seed, duration)
     with run_progress(loaded.duration_s, loaded.name) as progress:
@@ -72,8 +72,8 @@ def scenario_schema(json: Json = False) -> None:
 @app.command()
 def parameters(json: Json = False) -> None:
     """List every number of the machine with its unit, its mark and its source."""
-    from testbed.report.console import print_json, print_parameters
     from testbed.parameters.provenance import roboclimber
+    from testbed.report.console import print_json, print_parameters
 
     leaves = list(roboclimber().leaves())
     if json:

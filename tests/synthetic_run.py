@@ -49,7 +49,7 @@ def synthetic_columns(duration_s: float, gain_error_fl: float = 0.0) -> tuple[di
         data[f"expected_{leg}"] = load + 50.0 * (-1) ** (leg in ("fr", "rl"))
         late = np.concatenate([np.zeros(30), (lifted & (leg == "fr"))[:-30]])
         data[f"contact_{leg}"] = 1.0 - late
-        data[f"carry_{leg}"] = np.ones_like(t)
+        data[f"carrying_{leg}"] = np.ones_like(t)
     half = np.deg2rad(SLOPE_DEG) / 2
     pose = {
         "x": 0.0 * t,

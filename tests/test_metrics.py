@@ -58,7 +58,7 @@ def test_a_word_without_a_loss_is_a_false_alarm() -> None:
 def test_a_swing_is_meant() -> None:
     carry = np.ones(1000)
     carry[95:210] = 0.0
-    (loss,) = metrics.contact_losses({"carry_fl": carry}, _truth(fl=_gap(100, 200)))
+    (loss,) = metrics.contact_losses({"carrying_fl": carry}, _truth(fl=_gap(100, 200)))
     assert loss.meant
 
 

@@ -22,7 +22,7 @@ _UNITS: tuple[tuple[str, str, str], ...] = (
     ("estimate_", "N", "foot load along the vertical joint's axis, by this method"),
     ("expected_", "N", "foot load along the vertical joint's axis that the model expects"),
     ("contact_", "1", "the detector's word: 1 the foot carries, 0 it has lost contact"),
-    ("carry_", "1", "the control's wish: 1 the foot is meant to carry, 0 it swings"),
+    ("carrying_", "1", "the control's wish: 1 the foot is meant to carry, 0 it swings"),
     ("drill_", "", "read at the drill's own controls"),
 )
 

@@ -27,10 +27,14 @@ DETECTION_WINDOW_S = 0.5
 """A loss counts as missed when the detector has not spoken this long after it began."""
 
 
+SET_ENDS = ("_low", "_high", "_sd")
+"""Columns `estimate_<method>_low_<leg>` and so on hold the set of a method, not another method."""
+
+
 def methods(columns: Columns) -> list[str]:
     """Names of the estimates in a recording, in its order: `estimate_<method>_<leg>`."""
     found = (c.removeprefix("estimate_").rpartition("_") for c in columns if c.startswith("estimate_"))
-    return list(dict.fromkeys(method for method, _, leg in found if leg in LEGS))
+    return list(dict.fromkeys(m for m, _, leg in found if leg in LEGS and not m.endswith(SET_ENDS)))
 
 
 def rms(values: Array) -> float:
@@ -96,7 +100,7 @@ def contact_losses(data: Columns, truth: Columns) -> list[Loss]:
 
 def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
     """Whether the control did not want this foot to carry, at any time from just before the loss to its end."""
-    carry = data.get(f"carry_{leg}")
+    carry = data.get(f"carrying_{leg}")
     return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < 0.5))
 
 
@@ -178,7 +182,7 @@ def rope_tension_n(truth: Columns, side: str) -> Array:
 
 def wanted_columns(columns: list[str]) -> list[str]:
     """The columns out of `columns` that the metrics read."""
-    heads = ("estimate_", "expected_", "contact_", "carry_", "foot_load_", "body_pose_", "rope_force_")
+    heads = ("estimate_", "expected_", "contact_", "carrying_", "foot_load_", "body_pose_", "rope_force_")
     return ["t", *(c for c in columns if c.startswith(heads))]
 
 

@@ -115,7 +115,7 @@ def _translated(error: ValidationError, data: Any, file: str | Path) -> InputErr
         )
     allowed = _ALLOWED.get(kind, message[0].lower() + message[1:].removeprefix("Input should be "))
     try:
-        allowed = allowed.format(**context)
+        allowed = allowed.format(**{k: _number(v) for k, v in context.items()})
     except (KeyError, IndexError):
         allowed = message
     problem = "is out of range" if kind in _RANGES else "cannot be used"
@@ -142,6 +142,10 @@ _ALLOWED = {
     "model_attributes_type": "a mapping of keys to values",
     "int_from_float": "a whole number",
 }
+
+
+def _number(value: Any) -> Any:
+    return f"{value:g}" if isinstance(value, float) else value
 
 
 def _shown(value: Any) -> Any:

@@ -87,10 +87,21 @@ def load_scenario(
         data["seed"] = seed
     if duration is not None:
         data["duration_s"] = duration
+    _find_urdf(data, path)
     scenario = checked(Scenario, data, path)
     check_parameters(scenario.hydraulics.parameters, path, "hydraulics.parameters")
     check_parameters(scenario.model.parameters, path, "model.parameters")
     return scenario
+
+
+def _find_urdf(data: dict[str, Any], path: Path) -> None:
+    """Make a relative `robot.urdf` absolute: it counts from the scenario file's folder."""
+    robot = data.get("robot")
+    if isinstance(robot, dict) and isinstance(robot.get("urdf"), str):
+        urdf = (path.parent / robot["urdf"]).resolve()
+        if not urdf.is_file():
+            raise InputError("no such file", file=path, field="robot.urdf", value=robot["urdf"], allowed="a URDF")
+        robot["urdf"] = str(urdf)
 
 
 def check_parameters(changes: Numbers, file: Path, section: str) -> None:

@@ -84,6 +84,9 @@ class Terrain(Checked):
 class Robot(Checked):
     """The start posture and what the robot carries."""
 
+    urdf: str | None = Field(
+        default=None, description="another URDF than the shipped one; relative to the scenario file"
+    )
     vertical_m: Four = Field(
         default=(0.25,) * 4, description="extension of the vertical joints fl, fr, rl, rr, or one for all [m]"
     )

@@ -1,0 +1,51 @@
+# make run   set up and run the main job        make test       set up and pass the tests
+# make lint  ruff and mypy                      make test-fast  without the slow tests
+# make wheel build a wheel into dist/           make clean      remove the environment and what was built
+PYTHON ?= python3.11
+VENV ?= .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+SCENARIO ?= scenarios/drill_slope_45.yaml
+PYTEST ?= $(BIN)/python -m pytest
+
+.PHONY: run test test-fast lint wheel setup clean
+
+run: $(VENV)/.stamp-run
+	@$(BIN)/testbed run $(SCENARIO)
+
+test: $(VENV)/.stamp-dev
+	@$(PYTEST)
+
+test-fast: $(VENV)/.stamp-dev
+	@$(PYTEST) -m "not slow"
+
+lint: $(VENV)/.stamp-dev
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
+
+wheel: $(VENV)/.stamp-dev
+	@$(BIN)/python -m build --wheel --no-isolation --outdir dist . > /dev/null
+	@ls dist/*.whl
+
+setup: $(VENV)/.stamp-dev
+
+# The build tools come from the pinned versions too: no isolated build that fetches its own.
+$(VENV)/.stamp-base: pyproject.toml constraints.txt
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || \
+		{ echo "This needs Python 3.11: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(BIN)/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || \
+		{ echo "$(VENV) is not Python 3.11: make clean, then make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 1; }
+	@echo "Setting up $(VENV) (once; some minutes on a fresh machine) ..." >&2
+	@$(PIP) hatchling editables
+	@touch $@
+
+$(VENV)/.stamp-run: $(VENV)/.stamp-base
+	@$(PIP) --no-build-isolation --editable .
+	@touch $@
+
+$(VENV)/.stamp-dev: $(VENV)/.stamp-base
+	@$(PIP) --no-build-isolation --editable '.[dev]'
+	@touch $@ $(VENV)/.stamp-run
+
+clean:
+	@rm -rf $(VENV) dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis

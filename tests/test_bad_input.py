@@ -1,0 +1,152 @@
+"""What cannot be used is refused with one clear line that names the field, exit status 2, and nothing written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from testbed.cli import main
+
+HEAD = "format: roboclimber-scenario/1\nduration_s: 0.2\n"
+
+SCENARIOS: dict[str, tuple[str, str]] = {
+    "yaml_error": ("terrain: {slope_deg: 45", "line 4"),
+    "tab": ("terrain:\n\tslope_deg: 45", "not valid YAML"),
+    "key_twice": ("seed: 1\nseed: 2", "'seed' is given twice"),
+    "unknown_section": ("terain: {slope_deg: 45}", "terain: unknown key, did you mean 'terrain'?"),
+    "unknown_key": ("terrain: {slop_deg: 45}", "terrain.slop_deg: unknown key, did you mean 'slope_deg'?"),
+    "section_is_a_number": ("terrain: 45", "terrain = 45"),
+    "slope_too_steep": ("terrain: {slope_deg: 95}", "terrain.slope_deg = 95: is out of range (allowed: at most 85"),
+    "slope_negative": ("terrain: {slope_deg: -5}", "terrain.slope_deg = -5"),
+    "number_is_a_word": ("terrain: {slope_deg: steep}", "terrain.slope_deg = 'steep'"),
+    "number_is_true": ("terrain: {slope_deg: true}", "terrain.slope_deg = True"),
+    "number_is_nan": ("terrain: {slope_deg: .nan}", "terrain.slope_deg = nan"),
+    "number_is_infinite": ("ropes: {breaking_load_n: .inf}", "ropes.breaking_load_n = inf"),
+    "no_such_ground": ("terrain: {kind: swamp}", "terrain.kind = 'swamp'"),
+    "rough_plane": ("terrain: {roughness_m: 0.1}", "roughness_m"),
+    "seed_with_a_point": ("seed: 1.5", "seed = 1.5"),
+    "no_time": ("task: {kind: raise, every_s: 0}", "task.every_s = 0"),
+    "no_such_task": ("task: {kind: dril}", "task.kind = 'dril': unknown kind, did you mean 'drill'?"),
+    "task_without_kind": ("task: {steps: 4}", "task.kind: is missing"),
+    "phase_without_duration": ("task: {kind: drill, phases: [{kind: push}]}", "task.phases.0.duration_s: is missing"),
+    "feed_of_a_train": (
+        "task: {kind: drill, phases: [{kind: push, duration_s: 1, feed_n: 1.0e6}]}",
+        "task.phases.0.feed_n = 1000000.0",
+    ),
+    "leg_twice": ("task: {kind: crawl, order: [fl, fl, rl, rr]}", "task.order"),
+    "three_legs": ("robot: {vertical_m: [0.2, 0.2, 0.2]}", "robot.vertical_m"),
+    "beyond_the_stroke": ("robot: {vertical_m: 0.6}", "robot.vertical_m = 0.6: is outside the cylinder's stroke"),
+    "feet_under_the_ground": (
+        "robot: {height_offset_m: -0.2}",
+        "robot.height_offset_m = -0.2: puts the feet 0.2 m under",
+    ),
+    "rope_that_pushes": ("ropes: {tension_n: [100, -100]}", "ropes.tension_n"),
+    "event_in_the_past": ("events: [{kind: cut_rope, at_s: -1, rope: left}]", "events.0.at_s = -1"),
+    "no_such_rope": ("events: [{kind: cut_rope, at_s: 1, rope: middle}]", "events.0.rope = 'middle'"),
+    "no_such_hydraulic_part": ("hydraulics: {without: [frictoin]}", "hydraulics.without.0 = 'frictoin'"),
+    "no_such_parameter": ("hydraulics: {parameters: {body.mas_kg: 3}}", "hydraulics.parameters.body.mas_kg"),
+    "parameter_of_another_shape": ("model: {parameters: {total_mass_kg: [1, 2]}}", "model.parameters.total_mass_kg"),
+    "rate_that_does_not_divide": ("rates: {control_hz: 300}", "control_hz = 300 does not divide"),
+    "undeclared_nowhere": ("undeclared: [{effect: sensor.gain_a, at: tail}]", "undeclared.0.at = 'tail'"),
+    "no_such_effect": ("undeclared: [{effect: sensor.gian_a, at: fl_vertical}]", "sensor.gian_a"),
+    "no_such_effect_parameter": (
+        "undeclared: [{effect: sensor.gain_a, at: fl_vertical, parameters: {gian: 0.1}}]",
+        "gian",
+    ),
+    "expectation_without_bound": ("expect: {summary: {force_rms_n.kbf: {}}}", "expect.summary.force_rms_n.kbf"),
+    "no_such_verdict": ("expect: {verdict: flew}", "expect.verdict = 'flew'"),
+    "no_such_urdf": ("robot: {urdf: absent.urdf}", "robot.urdf = 'absent.urdf': no such file"),
+    "urdf_is_no_xml": ("robot: {urdf: broken.urdf}", "broken.urdf"),
+    "urdf_without_links": ("robot: {urdf: empty.urdf}", "empty.urdf"),
+    "name_with_a_slash": ("name: ../../etc", "name = '../../etc'"),
+}
+
+COMMANDS: dict[str, tuple[list[str], str]] = {
+    "no_such_file": (["run", "absent.yaml"], "absent.yaml: no such scenario"),
+    "no_such_name": (["run", "absent"], "one of"),
+    "folder_as_scenario": (["run", "."], "no such scenario"),
+    "not_text": (["run", "binary.yaml"], "binary.yaml"),
+    "a_list": (["run", "list.yaml"], "must be a mapping"),
+    "other_format": (["run", "old.yaml"], "format = 'roboclimber-scenario/0'"),
+    "no_format": (["run", "bare.yaml"], "format: is missing"),
+    "set_without_value": (["run", "good.yaml", "--set", "terrain.slope_deg"], "terrain.slope_deg"),
+    "set_unknown": (["run", "good.yaml", "--set", "terrain.slop_deg=3"], "terrain.slop_deg: unknown key"),
+    "set_out_of_range": (["run", "good.yaml", "--set", "terrain.slope_deg=95"], "terrain.slope_deg = 95"),
+    "set_beyond_a_list": (["run", "good.yaml", "--set", "events.3.at_s=1"], "events"),
+    "seed_negative": (["run", "good.yaml", "--seed", "-1"], "seed = -1"),
+    "seed_word": (["run", "good.yaml", "--seed", "lucky"], "--seed"),
+    "duration_zero": (["run", "good.yaml", "--duration", "0"], "duration_s = 0"),
+    "duration_nan": (["run", "good.yaml", "--duration", "nan"], "duration_s = nan"),
+    "out_is_a_file": (["run", "good.yaml", "--out", "bare.yaml"], "--out"),
+    "out_below_a_file": (["run", "good.yaml", "--out", "bare.yaml/run"], "--out"),
+    "out_is_foreign": (["run", "good.yaml", "--out", "thesis"], "chapter.tex"),
+    "out_cannot_be_made": (["run", "good.yaml", "--out", "/proc/run"], "/proc/run"),
+    "no_such_model": (["run", "good.yaml", "--model", "absent-model.yaml"], "absent-model.yaml"),
+    "model_is_no_model": (["run", "good.yaml", "--model", "bare.yaml"], "bare.yaml"),
+    "no_such_option": (["run", "good.yaml", "--sped", "2"], "--sped"),
+    "no_such_command": (["fly"], "fly"),
+    "nothing_to_run": (["run"], "scenario"),
+    "no_run_to_view": (["view", "thesis"], "thesis: holds no run"),
+}
+
+
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with files of all sorts; the working directory."""
+    (tmp_path / "good.yaml").write_text(HEAD)
+    (tmp_path / "bare.yaml").write_text("duration_s: 3\n")
+    (tmp_path / "old.yaml").write_text("format: roboclimber-scenario/0\n")
+    (tmp_path / "list.yaml").write_text("- 1\n- 2\n")
+    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    (tmp_path / "broken.urdf").write_text("<robot><link")
+    (tmp_path / "empty.urdf").write_text("<robot name='x'></robot>")
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis/chapter.tex").write_text("precious")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def _refused(
+    arguments: list[str], word: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], desk: Path
+) -> None:
+    before = {p: p.stat().st_mtime_ns for p in desk.rglob("*")}
+    monkeypatch.setattr(sys, "argv", ["testbed", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    out, err = capsys.readouterr()
+    assert end.value.code == 2, err
+    assert out == ""
+    assert err.count("\n") == 1 and err.endswith("\n")
+    assert word in err
+    assert {p: p.stat().st_mtime_ns for p in desk.rglob("*")} == before
+
+
+@pytest.mark.parametrize("case", SCENARIOS)
+def test_a_scenario_that_cannot_be_used(
+    case: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text, word = SCENARIOS[case]
+    (desk / "case.yaml").write_text(HEAD + text)
+    _refused(["run", "case.yaml"], word, monkeypatch, capsys, desk)
+
+
+@pytest.mark.parametrize("case", COMMANDS)
+def test_a_command_that_cannot_be_carried_out(
+    case: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments, word = COMMANDS[case]
+    _refused(arguments, word, monkeypatch, capsys, desk)
+
+
+def test_the_shell_sees_the_same(desk: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "testbed", "run", "good.yaml", "--set", "terrain.slope_deg=95"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr == "testbed: good.yaml: terrain.slope_deg = 95: is out of range (allowed: at most 85)\n"

@@ -1,0 +1,102 @@
+"""The house's walls, kept by reading the imports (and, for the belief wall, the names) of every source file."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import testbed
+
+PACKAGE = Path(testbed.__file__).parent
+ROOMS = (
+    "parameters", "laws", "effects", "robot", "estimation", "control", "world", "envs", "diagnosis", "evaluation",
+    "report", "cli",
+)  # fmt: skip
+"""Imports go up this list only. What the machine's electronics do (estimation, control) stands below the world that
+runs them, so that it cannot see it."""
+GROUND = ("errors", "resources", "__init__", "__main__")
+FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.relative_to(PACKAGE).parts)
+
+
+def _room(path: Path) -> str:
+    first = path.relative_to(PACKAGE).parts[0]
+    return first.removesuffix(".py")
+
+
+def _imports(path: Path) -> set[str]:
+    """Every module that a file imports, inside functions too; `from a import b` counts as `a.b`."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def _importers(*packages: str) -> set[str]:
+    """Files (relative to the package) that import one of `packages`."""
+    return {
+        p.relative_to(PACKAGE).as_posix() for p in FILES if any(name.split(".")[0] in packages for name in _imports(p))
+    }
+
+
+def test_every_room_is_in_the_list() -> None:
+    rooms = {_room(p) for p in FILES} - set(GROUND)
+    assert rooms <= set(ROOMS)
+    assert {"parameters", "laws", "robot", "estimation", "world", "evaluation", "cli"} <= rooms
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_imports_only_go_up(room: str) -> None:
+    higher = ROOMS[ROOMS.index(room) + 1 :]
+    wrong = {
+        f"{p.relative_to(PACKAGE)} imports {name}"
+        for p in FILES
+        if _room(p) == room
+        for name in _imports(p)
+        if name.startswith("testbed.") and name.split(".")[1] in higher
+    }
+    assert wrong == set()
+
+
+def test_truth_wall_estimation_control_and_diagnosis_never_import_the_world() -> None:
+    wrong = {
+        str(p.relative_to(PACKAGE))
+        for p in FILES
+        if _room(p) in ("estimation", "control", "diagnosis", "robot", "effects", "laws", "parameters")
+        and any(name.startswith("testbed.world") for name in _imports(p))
+    }
+    assert wrong == set()
+
+
+def test_truth_wall_below_the_world_and_in_the_diagnosis_nobody_names_the_truth_file() -> None:
+    readers = {_room(p) for p in FILES if "truth.parquet" in p.read_text() or "read_run" in p.read_text()}
+    assert readers <= {"world", "evaluation", "report", "cli"}
+
+
+def test_engine_wall_one_file_imports_pybullet() -> None:
+    assert _importers("pybullet", "pybullet_data", "pybullet_utils") == {"world/engine.py"}
+
+
+def test_engine_wall_pinocchio_stays_in_robot() -> None:
+    importers = _importers("pinocchio")
+    assert importers and {name.split("/")[0] for name in importers} == {"robot"}
+
+
+def test_engine_wall_gymnasium_stays_in_envs() -> None:
+    assert {name.split("/")[0] for name in _importers("gymnasium")} <= {"envs"}
+
+
+def test_belief_wall_undeclared_effects_reach_the_world_only() -> None:
+    """Below the world nobody may even ask a scenario for its undeclared effects; the recording must not hold them."""
+    readers = set()
+    for path in FILES:
+        names = {node.attr for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)}
+        if "undeclared" in names:
+            readers.add(path.relative_to(PACKAGE).as_posix())
+    assert {name.split("/")[0] for name in readers} <= {"world", "evaluation", "envs"}
+    assert "evaluation/description.py" not in readers
