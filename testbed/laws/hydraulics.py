@@ -31,7 +31,7 @@ def valve_step(s: Any, p: Any, command: float, h: float) -> float:
     s[c.AMPLIFIER] += h / (p[c.AMP_TAU] + h) * (command - s[c.AMPLIFIER])
     s[c.PLAY] = play(s[c.PLAY], s[c.AMPLIFIER], p[c.HYSTERESIS])
     s[c.SPOOL], s[c.SPOOL_RATE] = spool_step(s[c.SPOOL], s[c.SPOOL_RATE], s[c.PLAY], p[c.SPOOL_WN], p[c.SPOOL_ZETA], h)
-    return opening(s[c.SPOOL], p[c.DEADBAND])
+    return float(opening(s[c.SPOOL], p[c.DEADBAND]))
 
 
 @njit(cache=True)
@@ -135,7 +135,7 @@ def friction_step(s: Any, p: Any, x: float, v: float, warm: float, load: float, 
         fs += fc * s[c.DWELL]
     level = stribeck_level(speed, fc, fs, cs)
     s[c.BRISTLE], force = bristle_step(s[c.BRISTLE], v, h, level, p[c.BRISTLE_K], p[c.BRISTLE_D])
-    return force + sigma * warm * v
+    return float(force + sigma * warm * v)
 
 
 @njit(cache=True)

@@ -42,12 +42,12 @@ def effective_bulk_modulus(p_pa: float, bulk_pa: float, air: float) -> float:
 
 @njit(cache=True)
 def enthalpy(p_pa: float, bulk_pa: float, air: float) -> float:
-    """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; its drop is what a throttle heats."""
+    """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle heats by its drop."""
     d = p_pa - ATMOSPHERE_PA
     x = d / bulk_pa
     liquid = (1.0 - air) * d * (1.0 - x / 2.0 + x * x / 6.0)
     k = 1.0 - 1.0 / POLYTROPIC
-    return liquid + air * ATMOSPHERE_PA / k * ((p_pa / ATMOSPHERE_PA) ** k - 1.0)
+    return float(liquid + air * ATMOSPHERE_PA / k * ((p_pa / ATMOSPHERE_PA) ** k - 1.0))
 
 
 @njit(cache=True)
@@ -55,4 +55,4 @@ def internal_energy(p_pa: float, bulk_pa: float, air: float) -> float:
     """e(p) = h - p nu + p0, J per standard m3, zero at p0: what oil at rest stores."""
     nu, _ = specific_volume(p_pa, bulk_pa, air)
     nu0, _ = specific_volume(ATMOSPHERE_PA, bulk_pa, air)
-    return enthalpy(p_pa, bulk_pa, air) - p_pa * nu + ATMOSPHERE_PA * nu0
+    return float(enthalpy(p_pa, bulk_pa, air) - p_pa * nu + ATMOSPHERE_PA * nu0)

@@ -81,7 +81,7 @@ class Parameters(Mapping[str, Any]):
         """All (dotted path, quantity) pairs, in the file's order."""
         yield from _leaves(self._tree, "")
 
-    def replaced(self, changes: Mapping[str, float]) -> Parameters:
+    def replaced(self, changes: Mapping[str, Any]) -> Parameters:
         """A copy in which some numbers differ; a changed number is marked E with its reason.
 
         Raises InputError for an unknown path or a value that is not finite.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -38,10 +39,6 @@ from testbed.world.verdict import Judge
 Array = NDArray[np.float64]
 
 
-def _zeros(*shape: int) -> Any:
-    return field(default_factory=lambda: np.zeros(shape))
-
-
 @dataclass
 class Machine:
     """Everything one run steps: truth on the left of the wall, electronics on the right."""
@@ -73,22 +70,22 @@ class Machine:
     expectation: Expectation
     program: Program
     # work arrays
-    q: Array = _zeros(12)
-    qd: Array = _zeros(12)
-    base: Array = _zeros(13)
-    command: Array = _zeros(12)
-    integral: Array = _zeros(12)
-    foot_force: Array = _zeros(4, 3)
-    normal_force: Array = _zeros(4)
-    scratch: Array = _zeros(5, 12)
-    rotation: Array = _zeros(3, 3)
-    joint_torque: Array = _zeros(12)
-    force: Array = _zeros(3)
-    torque: Array = _zeros(3)
-    drill_wrench: Array = _zeros(6)
+    q: Array = field(default_factory=partial(np.zeros, 12))
+    qd: Array = field(default_factory=partial(np.zeros, 12))
+    base: Array = field(default_factory=partial(np.zeros, 13))
+    command: Array = field(default_factory=partial(np.zeros, 12))
+    integral: Array = field(default_factory=partial(np.zeros, 12))
+    foot_force: Array = field(default_factory=partial(np.zeros, (4, 3)))
+    normal_force: Array = field(default_factory=partial(np.zeros, 4))
+    scratch: Array = field(default_factory=partial(np.zeros, (5, 12)))
+    rotation: Array = field(default_factory=partial(np.zeros, (3, 3)))
+    joint_torque: Array = field(default_factory=partial(np.zeros, 12))
+    force: Array = field(default_factory=partial(np.zeros, 3))
+    torque: Array = field(default_factory=partial(np.zeros, 3))
+    drill_wrench: Array = field(default_factory=partial(np.zeros, 6))
     late: Array = field(default_factory=lambda: np.zeros((24, sensing.DELAY_LENGTH)))
-    gravity_in_body: Array = _zeros(3)
-    _drill_belief: Array = _zeros(2)
+    gravity_in_body: Array = field(default_factory=partial(np.zeros, 3))
+    _drill_belief: Array = field(default_factory=partial(np.zeros, 2))
 
     def drill_belief(self) -> Array:
         """Thrust (N, + away from the slope) and torque (N m, about body z) as control ordered them; no blows."""
@@ -134,10 +131,9 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     apply_undeclared(scenario.undeclared, places)
     rod_store = true["rod_store_body"]
     payload = Payload(scenario.robot.payload_kg, rod_store["position_m"]) if scenario.robot.payload_kg > 0 else None
-    kinematics = RobotModel(resources.urdf(), payload)
-    engine = Engine(
-        resources.urdf(), ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui
-    )
+    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
+    kinematics = RobotModel(urdf, payload)
+    engine = Engine(urdf, ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui)
     try:
         if payload is not None:
             engine.add_store_mass(payload.mass_kg)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import math
 import os
 import sys
@@ -10,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import pybullet as p
 from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
@@ -27,15 +27,25 @@ def _quiet() -> Iterator[None]:
     if _MASTER:
         yield
         return
+    flush = ctypes.CDLL(None).fflush
     sys.stdout.flush()
-    saved, null = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
+    sys.stderr.flush()
+    flush(None)
+    saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
     try:
+        for stream in (1, 2):
+            os.dup2(null, stream)
         yield
     finally:
-        os.dup2(saved, 1)
-        os.close(saved)
+        flush(None)
+        for stream, old in zip((1, 2), saved, strict=True):
+            os.dup2(old, stream)
+            os.close(old)
         os.close(null)
+
+
+with _quiet():
+    import pybullet as p
 
 
 class Engine:
@@ -71,8 +81,6 @@ class Engine:
         else:
             self._load_ground(ground)
             self._load_robot(urdf)
-        # The engine reports friction as acting on the body it loaded second when the ground is a convex shape.
-        self._friction_sign = -1.0 if (ground.kind == "box" and not robot_first) else 1.0
         self._set_dynamics(ground)
 
     # ---- loading -------------------------------------------------------------------------------------------
@@ -195,21 +203,25 @@ class Engine:
         foot_force[:] = 0.0
         normal_force[:] = 0.0
         elsewhere = 0.0
-        sign = self._friction_sign
-        for row in p.getContactPoints(self.robot, self.ground, physicsClientId=self.client):
-            n, f1, f2 = row[9], sign * row[10], sign * row[12]
+        # Asked for one body's contacts the engine turns the normal round where that body is second, but not the
+        # friction. So all contacts are fetched as they are, and turned here as a whole.
+        for row in p.getContactPoints(physicsClientId=self.client):
+            n = row[9]
             if n == 0.0:
                 continue
-            foot = self.foot_links.get(row[3])
+            first = row[1] == self.robot
+            foot = self.foot_links.get(row[3] if first else row[4])
             if foot is None:
                 elsewhere += n
                 continue
+            sign = 1.0 if first else -1.0
+            n, f1, f2 = sign * n, sign * row[10], sign * row[12]
             (nx, ny, nz), (ax, ay, az), (bx, by, bz) = row[7], row[11], row[13]
             total = foot_force[foot]
             total[0] += n * nx + f1 * ax + f2 * bx
             total[1] += n * ny + f1 * ay + f2 * by
             total[2] += n * nz + f1 * az + f2 * bz
-            normal_force[foot] += n
+            normal_force[foot] += abs(n)
         return elsewhere
 
     def ground_distance(self, start: Array, direction: Array, reach_m: float = 5.0) -> float:
@@ -273,7 +285,7 @@ class Engine:
             view,
             projection,
             lightDirection=[-4, -6, 10],
-            shadow=1,
+            shadow=int(width >= 600),  # a shadow costs three times the picture
             renderer=p.ER_TINY_RENDERER,
             physicsClientId=self.client,
         )

@@ -60,7 +60,7 @@ def traction_rate(rope: Any, body: Any, supply_gauge_pa: float) -> float:
 
 @njit(cache=True)
 def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any) -> float:
-    """One rope: haul, pull on the body; adds to force and torque (about the base's COM). Returns the oil it takes, m3/s."""
+    """One rope: haul and pull on the body. Adds to force and torque (about the base's COM); returns oil taken, m3/s."""
     arm = np.empty(3)
     velocity = np.empty(3)
     for i in range(3):

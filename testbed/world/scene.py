@@ -31,8 +31,8 @@ def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
     lines.append(engine.add_line(top, top - m.rotation[:, 2] * (0.35 + m.drill.depth_m), 0.038, ROD_COLOUR))
     try:
         slope = m.ground.rotation_slope_to_world
-        target = origin + slope @ np.array([0.25, 0.0, 0.55])
-        away = slope @ np.array([-3.6, 4.6, 0.0]) + np.array([0.0, 0.0, 2.6 + 1.2 * slope[2, 0]])
+        target = origin + slope @ np.array([0.1, 0.0, 0.35])
+        away = slope @ np.array([-3.9, 4.9, 0.0]) + np.array([0.0, 0.0, 2.6 + 1.2 * slope[2, 0]])
         return engine.picture((target + away).tolist(), target.tolist(), width, height)
     finally:
         for line in lines:

@@ -18,6 +18,7 @@ from testbed.control.references import Command, Measured
 from testbed.control.valve_loop import control_step
 from testbed.errors import SimulationFault
 from testbed.laws import columns as c
+from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
@@ -235,7 +236,7 @@ class Simulation:
             m.ropes[side, plant.WHOLE] = 0.0
             self._rope_was_whole[side] = False
         elif isinstance(event, SetSupply):
-            m.unit[c.PUMP_SET] = event.pressure_pa + plant.ATMOSPHERE_PA
+            m.unit[c.PUMP_SET] = event.pressure_pa + ATMOSPHERE_PA
         elif isinstance(event, Shove):
             self._shoves.append(event)
         elif isinstance(event, Payload):

@@ -64,7 +64,7 @@ def make_ground(
     """The ground of a scenario. `roughness_m` is the standard deviation of the height field's surface."""
     heights = None
     if kind == "heightfield":
-        count = int(round(FIELD_LENGTH_M / cell_m)) + 1
+        count = round(FIELD_LENGTH_M / cell_m) + 1
         heights = rough_surface(count, count, cell_m, roughness_m, roughness_seed)
     return Ground(kind, math.radians(slope_deg), friction, stiffness_n_m, damping_n_s_m, cell_m, heights)
 
