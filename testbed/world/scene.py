@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ROPE_COLOUR = (0.15, 0.15, 0.17, 1.0)
+ROPE_RADIUS_M = 0.03
+"""Thicker than the rope: the renderer drops what is thinner than a pixel."""
 ROD_COLOUR = (0.62, 0.64, 0.67, 1.0)
 
 
@@ -26,13 +28,13 @@ def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
     for rope in m.ropes:
         if rope[plant.WHOLE]:
             start = origin + m.rotation @ rope[plant.ATTACH]
-            lines.append(engine.add_line(start, rope[plant.ANCHOR].copy(), 0.016, ROPE_COLOUR))
+            lines.append(engine.add_line(start, rope[plant.ANCHOR].copy(), ROPE_RADIUS_M, ROPE_COLOUR))
     top = origin + m.rotation @ m.body[plant.DRILL_POINT]
     lines.append(engine.add_line(top, top - m.rotation[:, 2] * (0.35 + m.drill.depth_m), 0.038, ROD_COLOUR))
     try:
         slope = m.ground.rotation_slope_to_world
-        target = origin + slope @ np.array([0.1, 0.0, 0.35])
-        away = slope @ np.array([-3.9, 4.9, 0.0]) + np.array([0.0, 0.0, 2.6 + 1.2 * slope[2, 0]])
+        target = origin + slope @ np.array([0.15, 0.0, 0.45])
+        away = slope @ np.array([-3.0, 5.3, 3.4])
         return engine.picture((target + away).tolist(), target.tolist(), width, height)
     finally:
         for line in lines:
