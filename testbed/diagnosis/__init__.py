@@ -1,1 +1,1 @@
-"""From a recording to the effect that the model lacks."""
+"""Recording -> residuals -> hypotheses -> a model with the missing effect -> error before and after."""

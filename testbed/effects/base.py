@@ -36,6 +36,9 @@ class Signals:
     oil_temperature_degc: Array | None = None
     valve_command: Array | None = None
     actuator_force_n: Array | None = None
+    slow_acceleration_m_s2: Array | None = None
+    """Acceleration smoothed far more, given while fitting: the encoder's noise in it is no longer a part of the
+    residual, so an added mass is not drawn towards cancelling that noise."""
 
     def with_(self, **changes: Any) -> Signals:
         """A copy with some channels replaced."""
@@ -46,13 +49,14 @@ class Signals:
 class ForceTerms:
     """The believed force balance, to be changed by effects; every entry a number or an array of shape (n,).
 
-    F_ext = F_p + weight_mass g cos(inclination) - mass a + force - F_f,
+    F_ext = F_p + weight_mass g cos(inclination) - (mass + added_mass) a + force - F_f,
     F_f = viscous_scale sigma v + sign(v) [coulomb_scale F_c0 + coulomb_add + F_s0 exp(-|v|/c_s)]
           + sign(v) load_coefficient F0 (max(F_ext, 0) / F0)^load_exponent, F0 = 10 kN.
     """
 
     mass_kg: float
     weight_mass_kg: float
+    added_mass_kg: float = 0.0
     coulomb_scale: Any = 1.0
     coulomb_add_n: Any = 0.0
     viscous_scale: Any = 1.0

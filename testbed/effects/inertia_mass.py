@@ -6,7 +6,7 @@ from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Val
 
 
 def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.mass_kg += p["mass"]
+    terms.added_mass_kg += p["mass"]
     terms.weight_mass_kg += p["mass"] * p["weight_share"]
 
 

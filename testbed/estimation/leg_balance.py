@@ -47,6 +47,9 @@ def without_friction_n(signals: Signals, terms: ForceTerms) -> Array:
     """F_ext + F_f = F_p + m g cos(inclination) - m a + force; N, shape (n,)."""
     weight = terms.weight_mass_kg * signals.known.gravity_along_axis_m_s2
     total = piston_force_n(signals) + weight - terms.mass_kg * signals.acceleration_m_s2 + terms.force_n
+    if terms.added_mass_kg:
+        slow = signals.slow_acceleration_m_s2
+        total = total - terms.added_mass_kg * (signals.acceleration_m_s2 if slow is None else slow)
     return np.asarray(total, dtype=np.float64)
 
 

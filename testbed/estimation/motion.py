@@ -71,3 +71,17 @@ def motion(position_m: Array, rate_hz: float, width_s: float, causal: bool = Fal
     v = smooth(position_m, width, 1) * rate_hz
     # Not the second derivative of the truncated Gaussian: its weights do not add up to zero.
     return smooth(position_m, width), v, np.gradient(v) * rate_hz
+
+
+def encoder_noise(position_m: Array, rate_hz: float, resolution_m: float, width_s: float) -> tuple[Array, Array]:
+    """Errors of velocity (m/s) and acceleration (m/s2) that the encoder's steps alone leave, each of shape (n,).
+
+    `position_m`: a smooth position taken as the truth; it is read through an encoder again and estimated as usual.
+    """
+    if resolution_m <= 0.0:
+        return np.zeros_like(position_m), np.zeros_like(position_m)
+    time = np.arange(len(position_m)) / rate_hz
+    read = np.floor(position_m / resolution_m + 0.37) * resolution_m
+    _, v, a = motion(through_steps(time, read, resolution_m), rate_hz, width_s)
+    _, v_true, a_true = motion(position_m, rate_hz, width_s)
+    return v - v_true, a - a_true

@@ -1,0 +1,220 @@
+"""Robust least squares over groups of unlike noise, and its linearised leave-blocks-out prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.problem import Coordinate, Point, Problem, point, start_vector
+from testbed.parameters.leg_model import LegModel
+
+Array = npt.NDArray[np.float64]
+HUBER = 3.0
+FOLDS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted hypothesis. `residual`, `jacobian`: per channel, stacked bins (fitted units)."""
+
+    coordinates: tuple[Coordinate, ...]
+    theta: Array
+    at: Point
+    residual: dict[str, Array]
+    jacobian: dict[str, Array]
+    scale: dict[str, Array]
+    """Channel -> noise of each group."""
+    covariance: Array
+
+    def model(self, base: LegModel) -> LegModel:
+        """The base model with this fit's friction (no effects)."""
+        return base.model_copy(update={"friction": self.at.friction})
+
+
+def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str, Array]:
+    """Stacked residuals of some channels."""
+    model = problem.base.model_copy(update={"friction": at.friction})
+    out: dict[str, Array] = {}
+    if "force" in channels:
+        out["force"] = problem.force(model, at.effects)
+    if "flow" in channels or "supply" in channels:
+        out |= {k: v for k, v in problem.flow(model, at.effects, at.gain).items() if k in channels}
+    return out
+
+
+def group_scale(residual: Array, count: Array, group: npt.NDArray[np.int64], groups: int, floor: float) -> Array:
+    """Robust standard deviation of each group: 1.48 MAD about 0, at least `floor`."""
+    out = np.full(groups, np.inf)
+    for g in range(groups):
+        here = np.abs(residual[(group == g) & (count > 0)])
+        if here.size > 20:
+            # Between the median and the root mean square: tails count, single bursts do not.
+            clipped = np.minimum(here, 4.0 * 1.48 * np.median(here))
+            out[g] = max(float(np.sqrt(np.mean(clipped**2))), floor)
+    return out
+
+
+FLOORS = {"force": 1e-3, "flow": 1e-8, "supply": 10.0}
+
+
+def weights(problem: Problem, residual: dict[str, Array], scale: dict[str, Array]) -> dict[str, Array]:
+    """Square roots of the weights of each bin: 1 / noise, less for outliers (Huber), 0 for empty bins."""
+    out = {}
+    for channel, r in residual.items():
+        layout = problem.layout[channel]
+        s = scale[channel][layout.group] * layout.relative
+        with np.errstate(invalid="ignore", divide="ignore"):
+            z = np.abs(r) / s
+            root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(z, 1e-12)))
+            out[channel] = np.where((layout.count > 0) & np.isfinite(s), root / s, 0.0)
+    return out
+
+
+def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
+    """The noise of every group."""
+    return {
+        c: group_scale(
+            r / problem.layout[c].relative,
+            problem.layout[c].count,
+            problem.layout[c].group,
+            len(problem.layout[c].names),
+            FLOORS[c],
+        )
+        for c, r in residual.items()
+    }
+
+
+def jacobian(
+    problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point, at_zero: dict[str, Array]
+) -> dict[str, Array]:
+    """Forward differences, channel by channel; a coordinate that does not move a channel has a zero column."""
+    out = {c: np.zeros((len(r), len(theta))) for c, r in at_zero.items()}
+    for j, c in enumerate(coordinates):
+        moved = [m for m in c.moves if m in at_zero]
+        if not moved:
+            continue
+        step = 1e-3 * c.scale
+        shifted = theta.copy()
+        shifted[j] += step
+        for channel, r in residuals(problem, point(coordinates, shifted, fixed), moved).items():
+            out[channel][:, j] = (r - at_zero[channel]) / step
+    return out
+
+
+def solve(
+    problem: Problem,
+    coordinates: Sequence[Coordinate],
+    fixed: Point,
+    iterations: int = 12,
+    scale: dict[str, Array] | None = None,
+    rescale: bool = True,
+) -> Fit:
+    """Levenberg-Marquardt with bounds, robust weights and group noise that is re-estimated on the way."""
+    channels = problem.channels()
+    theta = start_vector(coordinates)
+    low = np.array([np.log(c.low) if c.log else c.low for c in coordinates])
+    high = np.array([np.log(c.high) if c.log else c.high for c in coordinates])
+    unit = np.array([c.scale for c in coordinates])
+    r = residuals(problem, point(coordinates, theta, fixed), channels)
+    scale = scale or scales(problem, r)
+    damping = 1e-3
+    jac = jacobian(problem, coordinates, theta, fixed, r)
+    for iteration in range(iterations):
+        w = weights(problem, r, scale)
+        h, g = _normal(jac, r, w, unit)
+        prior_h, prior_g = _prior(coordinates, theta, unit)
+        now = _cost(problem, r, scale) + _prior_cost(coordinates, theta)
+        accepted = False
+        for _ in range(5):
+            step = -np.linalg.solve(h + prior_h + damping * np.diag(np.diag(h) + 1e-9), g + prior_g) * unit
+            step = np.clip(step, -3.0 * unit * (1 if iteration else 3), 3.0 * unit * (1 if iteration else 3))
+            trial = np.clip(theta + step, low, high)
+            r_trial = residuals(problem, point(coordinates, trial, fixed), channels)
+            cost = _cost(problem, r_trial, scale) + _prior_cost(coordinates, trial)
+            if np.isfinite(cost) and cost < now:
+                accepted = True
+                break
+            damping = max(damping * 8.0, 1e-3)
+        if not accepted:
+            break
+        gain = now - cost
+        theta, r = trial, r_trial
+        damping = max(damping / 6.0, 1e-7)
+        jac = jacobian(problem, coordinates, theta, fixed, r)
+        if rescale and iteration < 5:
+            scale = scales(problem, r)
+        elif gain < 1e-3 * max(1.0, 1e-3 * now):
+            break
+    w = weights(problem, r, scale)
+    h, _ = _normal(jac, r, w, unit)
+    prior_h, _ = _prior(coordinates, theta, unit)
+    covariance = np.asarray(
+        np.linalg.pinv(h + prior_h + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit), dtype=np.float64
+    )
+    return Fit(tuple(coordinates), theta, point(coordinates, theta, fixed), r, jac, scale, covariance)
+
+
+def _normal(jac: dict[str, Array], r: dict[str, Array], w: dict[str, Array], unit: Array) -> tuple[Array, Array]:
+    size = len(unit)
+    h, g = np.zeros((size, size)), np.zeros(size)
+    for channel, j in jac.items():
+        weighted = j * unit * w[channel][:, None]
+        h += weighted.T @ weighted
+        g += weighted.T @ (w[channel] * r[channel])
+    return h, g
+
+
+def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> float:
+    """Half the Huber sum over all bins."""
+    total = 0.0
+    for channel, values in r.items():
+        layout = problem.layout[channel]
+        s = scale[channel][layout.group] * layout.relative
+        use = (layout.count > 0) & np.isfinite(s)
+        z = np.abs(values[use]) / s[use]
+        total += float(np.sum(np.where(z < HUBER, 0.5 * z * z, HUBER * z - 0.5 * HUBER**2)))
+    return total
+
+
+def _prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
+    h, g = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
+    for j, c in enumerate(coordinates):
+        if c.prior is not None:
+            centre, sigma = c.prior
+            h[j, j] = (unit[j] / sigma) ** 2
+            g[j] = unit[j] * (theta[j] - centre) / sigma**2
+    return h, g
+
+
+def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
+    pairs = zip(coordinates, theta, strict=True)
+    return float(sum(0.5 * ((t - c.prior[0]) / c.prior[1]) ** 2 for c, t in pairs if c.prior))
+
+
+def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6) -> dict[str, Array]:
+    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in turn.
+
+    Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
+    """
+    unit = np.array([c.scale for c in fit.coordinates])
+    w = weights(problem, fit.residual, fit.scale)
+    h, _ = _normal(fit.jacobian, fit.residual, w, unit)
+    prior_h, _ = _prior(fit.coordinates, fit.theta, unit)
+    total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
+    out = {c: r.copy() for c, r in fit.residual.items()}
+    for fold in range(FOLDS):
+        h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))
+        rows = {}
+        for channel, j in fit.jacobian.items():
+            here = problem.layout[channel].block % FOLDS == fold
+            rows[channel] = here
+            weighted = j[here] * unit * w[channel][here, None]
+            h_fold += weighted.T @ weighted
+            g_fold += weighted.T @ (w[channel][here] * fit.residual[channel][here])
+        delta = np.linalg.solve(total - h_fold, g_fold)
+        for channel, j in fit.jacobian.items():
+            out[channel][rows[channel]] += (j[rows[channel]] * unit) @ delta
+    return out

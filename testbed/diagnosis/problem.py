@@ -1,0 +1,252 @@
+"""The residuals of one rig as a function of friction, nuisance and effect parameters, in bins and groups.
+
+A group is one channel (force, flow A, flow B, supply) of one recording; each group has its own noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.series import Series
+from testbed.effects import Active, by_name
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
+from testbed.estimation.leg_flow import flow_balance, flow_terms
+from testbed.estimation.leg_force import narrow_band
+from testbed.estimation.leg_friction import friction_n
+from testbed.parameters.leg_model import Friction, LegModel
+
+Array = npt.NDArray[np.float64]
+FRICTION_NAMES = tuple(Friction.model_fields)
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One fitted number: its owner (`friction`, `nuisance` or an effect's name), scale, bounds, channels it moves.
+
+    `log`: fitted as its logarithm.
+    """
+
+    owner: str
+    name: str
+    start: float
+    low: float
+    high: float
+    scale: float
+    log: bool = False
+    moves: tuple[str, ...] = ("force",)
+    prior: tuple[float, float] | None = None
+    """(centre, standard deviation) of a weak prior in fitted units."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Which bin of the stacked residual belongs where; shape (total,)."""
+
+    channel: tuple[str, ...]
+    group: npt.NDArray[np.int64]
+    block: npt.NDArray[np.int64]
+    count: Array
+    relative: Array
+    """Noise of the bin relative to its group's."""
+    names: tuple[tuple[str, str], ...]
+    """Group number -> (channel, recording)."""
+
+
+@dataclass(eq=False)
+class Problem:
+    """Residuals over some series for a base model and a set of effects."""
+
+    series: tuple[Series, ...]
+    base: LegModel
+    with_flow: bool
+    layout: dict[str, Layout] = field(default_factory=dict)
+
+    def channels(self) -> tuple[str, ...]:
+        """The channels that this rig has."""
+        if not self.with_flow:
+            return ("force",)
+        supply = all(s.signals.supply_pressure_pa is not None for s in self.series)
+        return ("force", "flow", "supply") if supply else ("force", "flow")
+
+    def force(self, model: LegModel, effects: Sequence[Active]) -> Array:
+        """Stacked binned force residuals (estimate - reference), N."""
+        return np.concatenate([self._force_one(s, model, effects) for s in self.series])
+
+    def _force_one(self, s: Series, model: LegModel, effects: Sequence[Active]) -> Array:
+        signals = corrected(s.signals, effects)
+        terms = force_terms(model, signals, effects)
+        rest = without_friction_n(signals, terms) - friction_n(model.friction, signals, terms)
+        value = external_n(rest, np.sign(signals.velocity_m_s), terms)
+        error = value - (s.reference_n if s.reference_n is not None else 0.0)
+        for frequency, _, harmonics in terms.narrow_bands:
+            error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics)
+        return s.binned(error, s.trusted & s.clear)[0]
+
+    def flow(self, model: LegModel, effects: Sequence[Active], gain: float) -> dict[str, Array]:
+        """Stacked binned flow residuals of A and B (m3/s), concatenated, and of the supply (Pa)."""
+        parts: dict[str, list[Array]] = {"flow": [], "supply": []}
+        for s in self.series:
+            signals = corrected(s.signals, effects)
+            terms = flow_terms(signals, effects)
+            declared = signals.known.valve_deadband
+            open_ = s.opening if terms.deadband == declared else s.opening_for(terms.deadband)
+            assert open_ is not None
+            balance = flow_balance(signals, terms, open_, gain)
+            parts["flow"] += [s.binned(balance.a_m3_s, s.clear)[0], s.binned(balance.b_m3_s, s.clear)[0]]
+            if balance.supply_pa is not None:
+                parts["supply"].append(s.binned(balance.supply_pa, s.clear)[0])
+        return {name: np.concatenate(values) for name, values in parts.items() if values}
+
+    def __post_init__(self) -> None:
+        self.layout = {channel: self._layout(channel) for channel in self.channels()}
+
+    def _layout(self, channel: str) -> Layout:
+        names: list[tuple[str, str]] = []
+        group: list[npt.NDArray[np.int64]] = []
+        block: list[npt.NDArray[np.int64]] = []
+        count: list[Array] = []
+        noise: list[Array] = []
+        for s in self.series:
+            mask = s.trusted & s.clear if channel == "force" else s.clear
+            used = s.binned(np.zeros(len(mask)), mask)[1]
+            moving = s.binned(np.zeros(len(mask)), s.trusted)[1] > 0
+            for part in ("flow_a", "flow_b") if channel == "flow" else (channel,):
+                here = np.full(s.bins, len(names), dtype=np.int64)
+                names.append((part, s.name))
+                if channel == "flow":
+                    here[~moving] += 1
+                    names.append((part + "_rest", s.name))
+                group.append(here)
+                block.append(s.block)
+                count.append(used)
+                noise.append(s.encoder_noise_n() if channel == "force" else s.encoder_noise_m3_s())
+        g = np.concatenate(group)
+        counts, flat = np.concatenate(count), np.concatenate(noise) if channel != "supply" else np.zeros(len(g))
+        relative = np.ones(len(g))
+        for number in range(len(names)):
+            here = (g == number) & (counts > 0)
+            mean = float(np.mean(flat[here] ** 2)) if here.any() else 0.0
+            if mean > 0.0:
+                relative[here] = np.sqrt(0.3 + 0.7 * flat[here] ** 2 / mean)
+        return Layout((channel,), g, np.concatenate(block), counts, relative, tuple(names))
+
+
+def effect_coordinates(
+    effect: Effect, shapes: Sequence[str] = (), start: dict[str, float] | None = None
+) -> list[Coordinate]:
+    """Coordinates of an effect's required parameters and of the further shapes asked for."""
+    out = []
+    for spec in effect.parameters:
+        if spec.default is not None and spec.name not in shapes:
+            continue
+        value = (start or {}).get(spec.name, _start(spec))
+        out.append(_coordinate(effect, spec, value))
+    return out
+
+
+def _start(spec: ParameterSpec) -> float:
+    low, high = spec.prior
+    if spec.default is not None:
+        return spec.default
+    if low > 0.0:
+        return float(np.sqrt(low * high))
+    return 0.0
+
+
+POSITIVE = {
+    "stiffness",
+    "damping",
+    "frequency",
+    "natural_frequency",
+    "time",
+    "fraction",
+    "capacity",
+    "droop",
+    "exponent",
+}
+
+
+def _coordinate(effect: Effect, spec: ParameterSpec, value: float) -> Coordinate:
+    log = spec.name in POSITIVE and spec.prior[0] > 0.0 and effect.name not in ("force.spring",)
+    low, high = spec.prior
+    moves = tuple(effect.seen_in) if effect.seen_in != ("flow", "supply") else ("flow", "supply")
+    if log:
+        width = np.log(high / low) / 3.3
+        return Coordinate(
+            effect.name,
+            spec.name,
+            value,
+            max(spec.low, low * 1e-3),
+            min(spec.high, high * 1e3),
+            width,
+            True,
+            moves,
+            (0.5 * np.log(low * high), 3.0 * width),
+        )
+    width = (high - low) / 3.3
+    return Coordinate(
+        effect.name, spec.name, value, spec.low, spec.high, width, False, moves, (0.5 * (low + high), 4.0 * width)
+    )
+
+
+def friction_coordinates(friction: Friction, force_scale: float) -> list[Coordinate]:
+    """Coordinates of the eight parameters of equation (5)."""
+    out = []
+    for name in FRICTION_NAMES:
+        value = getattr(friction, name)
+        if "speed" in name:
+            out.append(
+                Coordinate(
+                    "friction",
+                    name,
+                    float(np.clip(value, 1e-3, 0.1)),
+                    5e-4,
+                    0.3,
+                    0.5,
+                    True,
+                    ("force",),
+                    (float(np.log(0.01)), 1.0),
+                )
+            )
+        elif "viscous" in name:
+            out.append(Coordinate("friction", name, value, -1e6, 1e6, 10.0 * force_scale))
+        else:
+            out.append(Coordinate("friction", name, max(value, 0.0), 0.0, 1e6, force_scale))
+    return out
+
+
+@dataclass(frozen=True)
+class Point:
+    """A parameter vector made into objects."""
+
+    friction: Friction
+    gain: float
+    effects: tuple[Active, ...]
+
+
+def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
+    """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
+    friction = dict(fixed.friction)
+    gain = fixed.gain
+    values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
+    for c, t in zip(coordinates, theta, strict=True):
+        number = float(np.exp(t)) if c.log else float(t)
+        number = min(max(number, c.low), c.high)
+        if c.owner == "friction":
+            friction[c.name] = number
+        elif c.owner == "nuisance":
+            gain = number
+        else:
+            values.setdefault(c.owner, {})[c.name] = number
+    effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
+    return Point(Friction.model_construct(**friction), gain, effects)
+
+
+def start_vector(coordinates: Sequence[Coordinate]) -> Array:
+    """The start in fitted units."""
+    return np.array([np.log(c.start) if c.log else c.start for c in coordinates], dtype=np.float64)

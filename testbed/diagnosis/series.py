@@ -1,0 +1,136 @@
+"""A rig's recordings as the fit sees them: smoothed channels at a moderate rate, bins, blocks, masks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.effects.base import Signals
+from testbed.estimation.leg_flow import smoothed_opening, spool
+from testbed.estimation.leg_force import trusted
+from testbed.estimation.leg_signals import WIDTH_S, grid, signals_of
+from testbed.estimation.motion import encoder_noise, smooth
+from testbed.parameters.known import Known
+from testbed.parameters.recording import Recording
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+RATE_HZ = 250.0
+SLOW_S = 0.02
+BIN = 3
+"""Samples at RATE_HZ that are averaged into one residual."""
+BLOCK_S = 2.5
+"""Residuals of one block are held out together: longer than their memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One recording. `trusted`: direction of friction is certain; `clear`: no saturated sensor; shape (n,)."""
+
+    name: str
+    signals: Signals
+    reference_n: Array | None
+    trusted: Mask
+    clear: Mask
+    free: bool
+    spool_full: Array | None
+    opening: Array | None
+    step: int
+    full_rate_hz: float
+    block: npt.NDArray[np.int64]
+    velocity_noise_m_s: Array
+    acceleration_noise_m_s2: Array
+
+    @property
+    def bins(self) -> int:
+        """Number of whole bins."""
+        return len(self.signals.time_s) // BIN
+
+    def opening_for(self, deadband: float) -> Array | None:
+        """The valve's smoothed opening for another deadband."""
+        if self.spool_full is None:
+            return None
+        return smoothed_opening(self.spool_full, deadband, WIDTH_S * self.full_rate_hz, self.step)
+
+    def binned(self, values: Array, mask: Mask) -> tuple[Array, Array]:
+        """(mean over the masked samples of each bin, number of them), each of shape (bins,)."""
+        n = self.bins * BIN
+        m = mask[:n].reshape(-1, BIN)
+        count = m.sum(axis=1).astype(np.float64)
+        total = np.where(m, values[:n].reshape(-1, BIN), 0.0).sum(axis=1)
+        return total / np.maximum(count, 1.0), count
+
+    def encoder_noise_n(self) -> Array:
+        """What the encoder's steps alone do to the force of each bin: local root mean square, N, shape (bins,)."""
+        mass = self.signals.known.moving_mass_kg or 0.0
+        everywhere = np.ones(len(self.signals.time_s), dtype=np.bool_)
+        force = self.binned(mass * self.acceleration_noise_m_s2, everywhere)[0]
+        return self._local(force)
+
+    def encoder_noise_m3_s(self) -> Array:
+        """The same for the flow of piston A, m3/s, shape (bins,)."""
+        everywhere = np.ones(len(self.signals.time_s), dtype=np.bool_)
+        return self._local(self.signals.known.area_a_m2 * self.binned(self.velocity_noise_m_s, everywhere)[0])
+
+    def _local(self, values: Array) -> Array:
+        per_second = self.signals.rate_hz / BIN
+        return np.sqrt(np.maximum(smooth(values**2, 0.06 * per_second), 0.0))
+
+
+def series_of(recordings: Sequence[Recording], known: Known | None = None) -> tuple[Series, ...]:
+    """Prepare recordings; blocks are numbered through all of them."""
+    out: list[Series] = []
+    first = 0
+    for recording in recordings:
+        item = _one(recording, known, first)
+        first = int(item.block.max()) + 1
+        out.append(item)
+    return tuple(out)
+
+
+def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
+    time, rate = grid(recording)
+    step = max(1, round(rate / RATE_HZ))
+    signals = signals_of(recording, known, step=step)
+    width = max(WIDTH_S, 1.2 / rate) * rate
+    once = smooth(signals.acceleration_m_s2, SLOW_S * signals.rate_hz)
+    # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not shrunk.
+    slow = 2.0 * once - smooth(once, SLOW_S * signals.rate_hz)
+    signals = signals.with_(slow_acceleration_m_s2=slow)
+    whole = signals_of(recording, known)
+    noise_v, noise_a = encoder_noise(whole.position_m, rate, recording.position_resolution_m, width / rate)
+
+    def even(values: Array) -> Array:
+        return values if time is recording.time_s else np.interp(time, recording.time_s, values)
+
+    reference = None
+    if recording.reference_force_n is not None:
+        reference = smooth(even(recording.reference_force_n), width)[::step]
+    saturated = (recording.saturated_a | recording.saturated_b).astype(np.float64)
+    clear = smooth(even(saturated), width)[::step] < 1e-3
+    stroke_full, open_ = None, None
+    k = signals.known
+    if recording.valve_command is not None and k.declares_flow and signals.pressure_b_pa is not None:
+        assert k.valve_natural_frequency_hz and k.valve_damping and k.valve_deadband is not None
+        stroke_full = spool(even(recording.valve_command), rate, k.valve_natural_frequency_hz, k.valve_damping)
+        open_ = smoothed_opening(stroke_full, k.valve_deadband, width, step)
+    bins = len(signals.time_s) // BIN
+    block = first_block + ((np.arange(bins) * BIN / signals.rate_hz) // BLOCK_S).astype(np.int64)
+    return Series(
+        name=recording.name,
+        signals=signals,
+        reference_n=reference,
+        trusted=trusted(signals.velocity_m_s, signals.rate_hz),
+        clear=clear,
+        free=recording.is_free,
+        spool_full=stroke_full,
+        opening=open_,
+        step=step,
+        full_rate_hz=rate,
+        block=block,
+        velocity_noise_m_s=noise_v[::step],
+        acceleration_noise_m_s2=noise_a[::step],
+    )

@@ -1,0 +1,150 @@
+"""The flow balances of both chambers of a leg, with what the effects make of them.
+
+    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt,   r_B = Q_B + A_B v + q_AB - V_B (1/beta) dpB/dt
+
+in m3/s, zero where the model is right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from testbed.effects import Active
+from testbed.effects.base import FlowTerms, Signals
+from testbed.effects.hydraulics_air import compliance_1_pa
+from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
+from testbed.effects.valve_deadband import opening
+from testbed.estimation.motion import smooth
+
+Array = npt.NDArray[np.float64]
+SMOOTH_DROP_PA = 5e4
+"""Below this drop the orifice's square root is smoothed: sqrt has no slope at zero."""
+
+
+@dataclass(frozen=True)
+class FlowBalance:
+    """Residuals of the flow balances, m3/s, and of the supply, Pa; each of shape (n,)."""
+
+    a_m3_s: Array
+    b_m3_s: Array
+    supply_pa: Array | None
+
+
+def flow_terms(signals: Signals, effects: Sequence[Active]) -> FlowTerms:
+    """The flow balance with every effect's change."""
+    known = signals.known
+    terms = FlowTerms(leakage_m3_s_pa=known.internal_leakage_m3_s_pa or 0.0, deadband=known.valve_deadband or 0.0)
+    for active in effects:
+        if active.effect.flow is not None:
+            active.effect.flow(signals, terms, active.values)
+    return terms
+
+
+COMMAND_LEAD_SAMPLES = 0.75
+"""A row's command already acts in the sampling interval that the row closes: measured on recordings of a sound leg."""
+
+
+def spool(command: Array, rate_hz: float, natural_frequency_hz: float, damping: float) -> Array:
+    """Spool position (-1..1), shape (n,): exact second-order response to a command held between samples."""
+    from scipy.signal import cont2discrete, lfilter, lfilter_zi, ss2tf
+
+    w = 2.0 * np.pi * natural_frequency_hz
+    state = (np.array([[0.0, 1.0], [-w * w, -2.0 * damping * w]]), np.array([[0.0], [w * w]]))
+    a, b, c, d, _ = cont2discrete((*state, np.array([[1.0, 0.0]]), np.zeros((1, 1))), 1.0 / rate_hz, "zoh")
+    num, den = ss2tf(a, b, c, d)
+    late = lfilter(num[0], den, command, zi=lfilter_zi(num[0], den) * command[0])[0]
+    index = np.arange(len(command), dtype=np.float64)
+    return np.asarray(np.interp(index + COMMAND_LEAD_SAMPLES, index, late), dtype=np.float64)
+
+
+def edge_flow(open_: Array, drop_pa: Array, rated_m3_s: float, rated_drop_pa: float) -> Array:
+    """Q = rated |o| sign(dp) sqrt(|dp| / rated drop), smooth near dp = 0; m3/s, shape (n,)."""
+    root = drop_pa / np.sqrt((np.abs(drop_pa) + SMOOTH_DROP_PA) * rated_drop_pa)
+    return np.asarray(rated_m3_s * np.abs(open_) * root, dtype=np.float64)
+
+
+def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step: int = 1) -> Array:
+    """The valve's opening, smoothed like the other channels; every `step`-th sample."""
+    return smooth(np.asarray(opening(spool_, deadband), dtype=np.float64), width_samples)[::step]
+
+
+def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, valve_gain: float = 1.0) -> FlowBalance:
+    """Residuals for signals whose sensors are already corrected; `open_` from `smoothed_opening` on the same grid.
+
+    `valve_gain` scales the rated flow: an edge's true gain differs by a per cent from its plate.
+    """
+    k = signals.known
+    pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
+    assert pa is not None and pb is not None and k.valve_rated_flow_m3_s and k.valve_rated_drop_per_edge_pa
+    assert k.supply_pressure_nominal_pa and k.bulk_modulus_pa and k.stroke_m
+    rated, drop, tank = valve_gain * k.valve_rated_flow_m3_s, k.valve_rated_drop_per_edge_pa, k.tank_pressure_pa or 0.0
+    o = open_
+    out = o > 0.0
+    nominal = k.supply_pressure_nominal_pa
+    supply: Array | float = nominal
+    if terms.droop_pa_s_m3 > 0.0:
+        supply = _supply(
+            o, pa, pb, nominal, rated, drop, terms.droop_pa_s_m3, terms.droop_time_s, 1.0 / signals.rate_hz
+        )
+    flow_a = np.where(out, edge_flow(o, supply - pa, rated, drop), -edge_flow(o, pa - tank, rated, drop))
+    flow_b = np.where(out, -edge_flow(o, pb - tank, rated, drop), edge_flow(o, supply - pb, rated, drop))
+    leak = leak_m3_s(pa - pb, terms.leakage_m3_s_pa, terms.leakage_exponent)
+    x, v = signals.position_m, signals.velocity_m_s
+    volume_a = (k.dead_volume_a_m3 or 0.0) + k.area_a_m2 * x
+    volume_b = (k.dead_volume_b_m3 or 0.0) + k.area_b_m2 * (k.stroke_m - x)
+    soft_a: Array | float = 1.0 / k.bulk_modulus_pa
+    soft_b: Array | float = soft_a
+    if terms.gas_fraction > 0.0:
+        soft_a = soft_a + compliance_1_pa(pa.clip(0.0), terms.gas_fraction, terms.gas_exponent)
+        soft_b = soft_b + compliance_1_pa(pb.clip(0.0), terms.gas_fraction, terms.gas_exponent)
+    rate_a, rate_b = np.gradient(pa) * signals.rate_hz, np.gradient(pb) * signals.rate_hz
+    a = flow_a - k.area_a_m2 * v - leak - volume_a * soft_a * rate_a
+    b = flow_b + k.area_b_m2 * v + leak - volume_b * soft_b * rate_b
+    if terms.hose_capacity_m3_pa > 0.0:
+        a = a - _hose(pa, terms.hose_capacity_m3_pa, terms.hose_time_s, 1.0 / signals.rate_hz)
+    evidence = None
+    if signals.supply_pressure_pa is not None:
+        evidence = signals.supply_pressure_pa - supply
+    return FlowBalance(a, b, evidence)
+
+
+@njit(cache=True)
+def _hose(pressure_a: Array, capacity: float, time_s: float, period_s: float) -> Array:
+    """Flow into the hose, m3/s; the hose's pressure follows exactly for a pressure held over a period."""
+    flow = np.empty_like(pressure_a)
+    inside = pressure_a[0]
+    keep = np.exp(-period_s / time_s)
+    for i in range(len(pressure_a)):
+        flow[i] = capacity * (pressure_a[i] - inside) / time_s
+        inside = pressure_a[i] + (inside - pressure_a[i]) * keep
+    return flow
+
+
+@njit(cache=True)
+def _supply(
+    o: Array,
+    pa: Array,
+    pb: Array,
+    nominal: float,
+    rated: float,
+    drop: float,
+    droop: float,
+    time_s: float,
+    period_s: float,
+) -> Array:
+    """Supply pressure, Pa: follows nominal - droop * drawn flow with `time_s`."""
+    out = np.empty_like(pa)
+    supply = nominal
+    keep = np.exp(-period_s / time_s)
+    for i in range(len(pa)):
+        against = pa[i] if o[i] > 0.0 else pb[i]
+        drawn = rated * abs(o[i]) * np.sqrt(max(supply - against, 0.0) / drop)
+        aim = nominal - droop * drawn
+        supply = aim + (supply - aim) * keep
+        out[i] = supply
+    return out
