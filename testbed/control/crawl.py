@@ -21,16 +21,22 @@ Array = NDArray[np.float64]
 
 SWAY_END, SWING_END = 0.45, 0.8
 """Shares of a period at which sway and swing end; the rest lowers the foot."""
-SWAY_SHARE = 0.5
-"""How far from the middle of four feet towards the middle of the three standing ones."""
+MARGIN_M = 0.16
+"""Distance that the centre of pressure keeps from the sides of the triangle of standing feet (E)."""
 LEVEL_GAIN_1_S = 0.3
 """Rate at which standing legs take out a tilt of the body."""
 TENSION_GAIN_M_S_N = 2.0e-6
 """Rope pay-out speed per newton above the tension to be kept."""
 TOUCH_N = 1500.0
-"""Estimated load at which a lowered foot is said to stand."""
-LOWER_M_S = 0.04
+"""Estimated load at which a lowered foot is said to have met the ground."""
+SEAT_N = 4000.0
+"""Estimated load up to which a foot is pressed on after it has met the ground."""
+LOWER_M_S, PRESS_M_S = 0.04, 0.004
 DEEPEST_M = 0.12
+TWIST = np.array([1.0, -1.0, -1.0, 1.0])
+"""Heights of fl, fr, rl, rr that move load between the two diagonals and nothing else."""
+TWIST_GAIN_M_S_N = 2.0e-8
+"""Rate of that height per newton of difference between the diagonals."""
 
 
 class CrawlProgram:
@@ -81,7 +87,7 @@ class CrawlProgram:
     def _walk(self, step: int, part: float, dt: float, measured: Measured, command: Command) -> None:
         leg = LEGS.index(self.task.order[step % 4])
         if step != self._step:
-            self._land(measured)
+            self._middle = self._feet[:, :2].mean(axis=0)
             self._step = step
             self._sway_from = self._body.copy()
             self._swing_from = self._feet[leg].copy()
@@ -96,24 +102,25 @@ class CrawlProgram:
             foot[2] += self.task.swing_height_m * np.sin(np.pi * min(max(share, 0.0), 1.0)) ** 2 + 0.01
             self._feet[leg] = foot
             command.carrying[leg] = False
-        elif not self._down:
-            command.carrying[leg] = False
-            floor = self._swing_from[2] - DEEPEST_M
-            self._feet[leg, 2] = max(self._feet[leg, 2] - LOWER_M_S * dt, floor)
-            self._down = bool(measured.load_n[leg] > TOUCH_N) or bool(self._feet[leg, 2] == floor)
-            if self._down:
-                self.steps_done += 1
+        else:
+            self._lower(leg, dt, measured, command)
 
-    def _land(self, measured: Measured) -> None:
-        """Nothing to take over: a landed foot stays where it was stopped."""
-        del measured
-        self._middle = self._feet[:, :2].mean(axis=0)
+    def _lower(self, leg: int, dt: float, measured: Measured, command: Command) -> None:
+        """Lower the foot until it meets the ground, then press it on until it carries."""
+        load, floor = measured.load_n[leg], self._swing_from[2] - DEEPEST_M
+        if not self._down:
+            command.carrying[leg] = False
+            self._feet[leg, 2] = max(self._feet[leg, 2] - LOWER_M_S * dt, floor)
+            self._down = bool(load > TOUCH_N) or bool(self._feet[leg, 2] == floor)
+            self.steps_done += self._down
+        elif load < SEAT_N:
+            self._feet[leg, 2] -= PRESS_M_S * dt
 
     def _sway_goal(self, leg: int) -> Array:
-        standing = [k for k in range(4) if k != leg]
-        triangle = self._feet[standing, :2].mean(axis=0)
-        point = (1 - SWAY_SHARE) * self._middle + SWAY_SHARE * triangle
-        return np.array([point[0] - self._offset[0], point[1] - self._offset[1], self._body[2]])
+        """Body position over the point nearest to the feet's middle that keeps MARGIN_M inside the three others."""
+        corners = [self._feet[k, :2] for k in range(4) if k != leg]
+        point = inside(self._middle, corners, MARGIN_M)
+        return np.array([*(point - self._offset), self._body[2]])
 
     def _finish(self, since: float) -> None:
         """After the last swing: back over the middle of the feet."""
@@ -131,9 +138,26 @@ class CrawlProgram:
         roll, pitch, _ = measured.attitude_rad - self._attitude
         arm = self._feet[:, :2] - self._body[:2]
         push = LEVEL_GAIN_1_S * dt * (roll * arm[:, 1] - pitch * arm[:, 0])
+        if command.carrying.all():
+            push = push + TWIST * (TWIST_GAIN_M_S_N * dt * float(TWIST @ measured.load_n))
         self._feet[command.carrying, 2] += push[command.carrying]
 
 
 def smooth(share: float) -> float:
     """0 to 1 with rest at both ends (cosine)."""
     return float(0.5 - 0.5 * np.cos(np.pi * share))
+
+
+def inside(point: Array, corners: list[Array], margin_m: float) -> Array:
+    """The point nearest to `point` (2) that lies `margin_m` inside the triangle of `corners`, by projections."""
+    middle = np.mean(corners, axis=0)
+    out = point.copy()
+    for _ in range(8):
+        for k in range(3):
+            start, side = corners[k], corners[(k + 1) % 3] - corners[k]
+            normal = np.array([-side[1], side[0]]) / np.hypot(*side)
+            normal *= np.sign(normal @ (middle - start))
+            lack = margin_m - float(normal @ (out - start))
+            if lack > 0.0:
+                out = out + lack * normal
+    return out
