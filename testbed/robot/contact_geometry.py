@@ -30,16 +30,16 @@ def contact_axes(normals: Array) -> Array:
 
 
 @njit(cache=True)
-def contact_maps(undersides: Array, axes: Array, frames: Array, radius_m: float) -> Array:
-    """Wrenches (n, 6, 3) about the body's origin of unit forces along the contact axes.
+def contact_maps(undersides: Array, axes: Array, frames: Array, radius_m: float, about: Array) -> Array:
+    """Wrenches (n, 6, 3) about the point `about` (3,) of unit forces along the contact axes.
 
     The foot's sphere touches at its centre (underside + radius along the leg's axis) less radius along the normal.
     """
     maps = np.empty((undersides.shape[0], 6, 3))
     for i in range(undersides.shape[0]):
-        px, py, pz = (undersides[i, 0] + radius_m * (axes[i, 0] - frames[i, 0, 0]),
-                      undersides[i, 1] + radius_m * (axes[i, 1] - frames[i, 1, 0]),
-                      undersides[i, 2] + radius_m * (axes[i, 2] - frames[i, 2, 0]))
+        px, py, pz = (undersides[i, 0] + radius_m * (axes[i, 0] - frames[i, 0, 0]) - about[0],
+                      undersides[i, 1] + radius_m * (axes[i, 1] - frames[i, 1, 0]) - about[1],
+                      undersides[i, 2] + radius_m * (axes[i, 2] - frames[i, 2, 0]) - about[2])
         for k in range(3):
             x, y, z = frames[i, 0, k], frames[i, 1, k], frames[i, 2, k]
             maps[i, 0, k], maps[i, 1, k], maps[i, 2, k] = x, y, z
@@ -70,6 +70,26 @@ def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: A
 
 
 @njit(cache=True)
+def _moved(wrench: Array, point: Array) -> Array:
+    """A wrench about the origin, told about `point`: the moment loses point x force."""
+    out = wrench.copy()
+    out[3] -= point[1] * wrench[2] - point[2] * wrench[1]
+    out[4] -= point[2] * wrench[0] - point[0] * wrench[2]
+    out[5] -= point[0] * wrench[1] - point[1] * wrench[0]
+    return out
+
+
+@njit(cache=True)
+def _gradient_moved(gradient: Array, point: Array) -> Array:
+    """Derivative by a wrench about the origin, from that by the wrench about `point` (transpose of `_moved`)."""
+    out = gradient.copy()
+    out[0] -= gradient[4] * point[2] - gradient[5] * point[1]
+    out[1] -= gradient[5] * point[0] - gradient[3] * point[2]
+    out[2] -= gradient[3] * point[1] - gradient[4] * point[0]
+    return out
+
+
+@njit(cache=True)
 def _in_body(axes: Array, frames: Array, forces: Array, per_height: Array, per_load: Array) -> tuple[Array, ...]:
     """Forces (n, 3) in the body frame, and loads (n,), loads per height (n, n), per wrench (n, 6) along `axes`."""
     n = forces.shape[0]
@@ -91,11 +111,13 @@ def _in_body(axes: Array, frames: Array, forces: Array, per_height: Array, per_l
 
 @njit(cache=True)
 def feet_under_load(
-    load: Array, undersides: Array, jacobians: Array, verticals: NDArray[np.int64], normals: Array, radius_m: float,
-    joints: Array, extra: Array, heights: Array, active: NDArray[np.bool_], friction: Array, push: Array,
+    load: Array, centre: Array, undersides: Array, jacobians: Array, verticals: NDArray[np.int64], normals: Array,
+    radius_m: float, joints: Array, extra: Array, heights: Array, active: NDArray[np.bool_], friction: Array,
+    push: Array,
 ) -> tuple[Array, ...]:
     """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which reserves are counted.
 
+    Solved about the centre of mass `centre` (3,), so that a load the feet cannot balance pushes it away, not over.
     Returns forces in the body frame, normal, tangential, vertical loads, friction use, touching (0 or 1), vertical
     loads per height and per wrench, reserves, missing wrench, Newton steps (1,).
     """
@@ -105,11 +127,15 @@ def feet_under_load(
         for k in range(3):
             axes[i, k] = -jacobians[i, k, verticals[i]]
     frames = contact_axes(normals)
-    maps = contact_maps(undersides, axes, frames, radius_m)
+    maps = contact_maps(undersides, axes, frames, radius_m, centre)
     compliances = contact_compliances(jacobians, joints, extra, frames)
     forces, touches, _, missing, per_height, per_load, steps = solve_contacts(
-        load, maps, compliances, heights, active, friction
+        _moved(load, centre), maps, compliances, heights, active, friction
     )
+    missing = _moved(missing, -centre)
+    for i in range(n):
+        for k in range(3):
+            per_load[i, k] = _gradient_moved(per_load[i, k], centre)
     in_body, vertical, by_height, by_wrench = _in_body(axes, frames, forces, per_height, per_load)
     normal, counted = np.empty(n), np.empty(1)
     tangential, use, reserve, carries = np.zeros(n), np.zeros(n), np.empty(n), np.zeros(n)

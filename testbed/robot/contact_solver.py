@@ -1,9 +1,9 @@
 """Compiled: a rigid body on elastic, unilateral feet with Coulomb friction, in equilibrium with a given wrench.
 
-Unknown is the body's small displacement d = (translation, rotation) about the body's origin. A foot at p with
-compliance C (3, 3) and free height h along the ground's normal n is deformed by u = h n - (t + r x p); its force f is
-the one that minimises the complementary energy 1/2 f.C f - f.u over the forces a foot can have: f.n >= 0 (it never
-pulls) and |f tangential| <= friction * f.n. Equilibrium: sum of the feet's wrenches + load = 0.
+Unknown is the body's small displacement d = (translation t, rotation r) about a point, best the centre of mass. A foot
+at p with compliance C (3, 3) and free height h along the ground's normal n is deformed by u = h n - (t + r x p); its
+force f is the one that minimises the complementary energy 1/2 f.C f - f.u over the forces a foot can have: f.n >= 0
+(it never pulls) and |f tangential| <= friction * f.n. Equilibrium: sum of the feet's wrenches + load = 0.
 
 For given friction bounds this is one convex problem in six variables, solved by Newton's method with a line search
 (each foot: release what pulls, let slide what slides, in closed form); the bounds then follow the normal loads until
@@ -22,7 +22,7 @@ from testbed.robot.contact_law import foot_reaction
 
 Array = NDArray[np.float64]
 SUPPORT = 0.1
-"""Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; takes 1e-3 N when the feet can balance."""
+"""Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; carries 1e-3 N where the feet balance."""
 
 
 @njit(cache=True)
@@ -198,7 +198,7 @@ def _sensitivities(
 def solve_contacts(
     load: Array, maps: Array, compliances: Array, heights: Array, active: NDArray[np.bool_], friction: Array
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array, Array, Array, int]:
-    """Feet in equilibrium with `load` (6,), force and moment about the body's origin, N and N m.
+    """Feet in equilibrium with `load` (6,), force and moment about the point that `maps` have, N and N m.
 
     maps (n, 6, 3): wrench of a unit force along a foot's contact axes (normal, two tangents); compliances (n, 3, 3)
     m/N in these axes; heights (n,) m; active (n,): may touch; friction (n,). Returns forces (n, 3) in contact axes,

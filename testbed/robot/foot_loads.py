@@ -46,7 +46,8 @@ class FootLoads:
     load_per_wrench: Array
     """(4, 6): change of vertical load i by a wrench on the body, N/N and N/(N m)."""
     reserve_n: Array
-    """(4,) further push away from the slope, along the drill axis, at which a foot leaves; infinite if never."""
+    """(4,) further push away from the slope, along the drill axis, at which a foot leaves, if friction holds until
+    then and no other foot leaves before; infinite if it never does."""
     missing_wrench: Array
     """(6,) wrench that the feet cannot balance; about zero when `balanced`."""
     balanced: bool
@@ -145,7 +146,7 @@ class ExpectedLoads:
             extra = self._ground
             joints = self._oil.joint_compliance(positions) if joint_compliance is None else np.asarray(joint_compliance)
         out = feet_under_load(
-            load, undersides, jacobians, _VERTICAL,
+            load, self._centre(positions, payload), undersides, jacobians, _VERTICAL,
             _NORMALS if normals_in_body is None else np.asarray(normals_in_body, dtype=float), model.foot_radius_m,
             joints, extra, _NOUGHT if height_m is None else np.asarray(height_m, dtype=float),
             _ALL if in_contact is None else np.asarray(in_contact, dtype=bool),
@@ -157,6 +158,14 @@ class ExpectedLoads:
             in_body, normal, tangential, vertical, use, carries > 0.5, by_height, by_wrench, reserve, missing,
             balanced, int(steps[0]),
         )
+
+
+    def _centre(self, positions: ArrayLike, payload: Payload | None) -> Array:
+        centre = self.model.centre_of_mass_m(positions)
+        if payload is None:
+            return centre
+        share = payload.mass_kg / (payload.mass_kg + self.model.total_mass_kg)
+        return np.asarray(centre + share * (np.array(payload.point_in_body_m) - centre))
 
 
 _VERTICAL = np.array(VERTICAL)
