@@ -47,7 +47,7 @@ def synthetic_columns(duration_s: float, gain_error_fl: float = 0.0) -> tuple[di
         for method in METHODS:
             data[f"estimate_{method}_{leg}"] = (1 + gain) * load + RMS_N[method] * np.sin(1.3 * t + k) * np.sqrt(2)
         data[f"expected_{leg}"] = load + 50.0 * (-1) ** (leg in ("fr", "rl"))
-        late = np.concatenate([np.zeros(30), (lifted & (leg == "fr"))[:-30]])
+        late = np.concatenate([np.zeros(30), lifted & (leg == "fr")])[: len(t)]
         data[f"contact_{leg}"] = 1.0 - late
         data[f"carrying_{leg}"] = np.ones_like(t)
     half = np.deg2rad(SLOPE_DEG) / 2

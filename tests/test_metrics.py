@@ -67,8 +67,15 @@ def test_a_swing_is_meant() -> None:
     [((5, 5, 5, 5), 0.5), ((1, 1, 4, 4), 0.2), ((0, 4, 4, 2), 0.2), ((0, 0, 5, 5), 0.0), ((4, 1, 4, 1), 0.2)],
 )
 def test_the_stability_margin_is_the_load_off_the_tipping_edge(loads: tuple[float, ...], margin: float) -> None:
-    truth = {f"contact_normal_{leg}": np.array([1000.0 * n]) for leg, n in zip(LEGS, loads, strict=True)}
-    assert metrics.stability_margin(truth)[0] == pytest.approx(margin)
+    truth = {f"contact_normal_{leg}": np.full(3, 1000.0 * n) for leg, n in zip(LEGS, loads, strict=True)}
+    truth["t"] = np.arange(3) / 1000.0
+    assert metrics.stability_margin(truth)[-1] == pytest.approx(margin)
+
+
+def test_the_margin_looks_at_a_tenth_of_a_second() -> None:
+    margin = metrics.stability_margin(_truth(fl=_gap(500, 550), fr=_gap(500, 550)))
+    assert margin[549] == pytest.approx(1 / 3)  # two of four feet at half their load on average: 5 / 15
+    assert margin[499] == pytest.approx(0.5) and margin[650] == pytest.approx(0.5)
 
 
 def test_the_tilt_of_a_body_flat_on_the_slope_is_zero_and_off_by_the_error_else() -> None:

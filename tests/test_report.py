@@ -64,14 +64,14 @@ def test_it_is_made_for_phones_and_for_paper(report: str) -> None:
 def test_what_a_user_wrote_is_not_taken_for_html(tmp_path: Path) -> None:
     import json
 
-    folder = write_synthetic_run(tmp_path / "run", 4.0)
+    folder = write_synthetic_run(tmp_path / "run", 0.015)  # too short to draw
     summary = json.loads((folder / "summary.json").read_text())
     (folder / "summary.json").write_text(json.dumps({**summary, "description": "<script>alert(1)</script>"}))
     assert "<script" not in write_report(folder).read_text()
 
 
 def test_a_killed_run_gets_a_report_too(tmp_path: Path) -> None:
-    folder = write_synthetic_run(tmp_path / "run", 4.0)
+    folder = write_synthetic_run(tmp_path / "run", 1.0)
     (folder / "summary.json").unlink()
     assert "the run was killed" in write_report(folder).read_text()
 

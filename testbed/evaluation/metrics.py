@@ -23,6 +23,7 @@ LOSS_FORCE_N = 300.0
 """A foot with less normal force than this has lost its contact (E: 3 % of a quarter of the weight) ..."""
 LOSS_DURATION_S = 0.020
 """... if it lasts this long; shorter gaps are the bounce of a blow."""
+MARGIN_WINDOW_S = 0.1
 DETECTION_WINDOW_S = 0.5
 """A loss counts as missed when the detector has not spoken this long after it began."""
 
@@ -143,8 +144,10 @@ def stability_margin(truth: Columns) -> Array:
 
     Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal forces: with four
     loaded feet it is the smallest sum over a side's two feet, with three the smallest single foot, with fewer 0.
+    Forces are means over 0.1 s: four tonnes do not tip within the bounce of a foot.
     """
     normal = np.stack([truth[f"contact_normal_{leg}"] for leg in LEGS], axis=1).clip(min=0.0)
+    normal = _moving_mean(normal, rows=_rows_in(truth["t"], MARGIN_WINDOW_S))
     total = normal.sum(axis=1)
     share = normal / np.where(total > 0, total, 1.0)[:, None]
     fl, fr, rl, rr = share.T
@@ -153,6 +156,19 @@ def stability_margin(truth: Columns) -> Array:
     three = np.where(loaded, share, np.inf).min(axis=1)
     feet = loaded.sum(axis=1)
     return np.where(feet == 4, four, np.where(feet == 3, three, 0.0))
+
+
+def _rows_in(time_s: Array, window_s: float) -> int:
+    return max(round(window_s / float(np.median(np.diff(time_s)))), 1) if len(time_s) > 1 else 1
+
+
+def _moving_mean(values: Array, rows: int) -> Array:
+    """Mean over the last `rows` rows, fewer at the start; (n, k) -> (n, k)."""
+    total = np.cumsum(np.vstack([np.zeros(values.shape[1]), values]), axis=0)
+    last = np.arange(1, len(values) + 1)
+    first = np.maximum(last - rows, 0)
+    mean: Array = (total[last] - total[first]) / (last - first)[:, None]
+    return mean
 
 
 def tilt_deg(truth: Columns, slope_deg: float) -> Array:

@@ -20,9 +20,9 @@ class Camera(Protocol):
 
 
 class Album:
-    """Pictures under `<run>/pictures/<time>-<large|small>.png`: small ones at even times, a large one at each end."""
+    """Pictures under `<run>/pictures/<time>-<large|small>.png`: small ones at even times, a large one at the end."""
 
-    def __init__(self, folder: Path, duration_s: float, count: int = 24) -> None:
+    def __init__(self, folder: Path, duration_s: float, count: int = 16) -> None:
         self.folder = folder / "pictures"
         self._step_s = duration_s / count
         self._next_s = 0.0

@@ -89,7 +89,7 @@ def _record(scenario: Scenario, simulation: Any, folder: Path, progress: Progres
 def _blocks(simulation: Any, recorder: RunRecorder, rows: int, album: Album) -> Iterator[float]:
     """Step, record and picture; yields the simulated time [s] after each block of `rows` rows."""
     now_s = 0.0
-    album.take_large(simulation, now_s)
+    album.take(simulation, now_s)
     while not simulation.finished:
         data, truth = simulation.run_block(rows)
         recorder.write(data, truth)

@@ -94,7 +94,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if "lowest_stability_margin" in summary:
         rows.append(("lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"))
         rows.append(("largest tilt", f"{summary['tilt_max_deg']:.2f} deg"))
-        rows.append(("way up the slope", f"{summary['climbed_m']:.3f} m"))
+        rows.append(("way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"))
         ropes = summary["rope_tension_max_n"]
         rows.append(("rope tension, highest", ", ".join(f"{side} {_newton(v)}" for side, v in ropes.items())))
     expectations = summary.get("expectations")

@@ -68,16 +68,20 @@ def foot_loads(data: Columns, truth: Columns, events: Events, window: tuple[floa
 
 
 def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
-    """Per method: estimate minus truth, one colour a leg."""
+    """Per method: estimate minus truth; means in one colour a leg, the band holds all legs' values."""
     names = methods(data)
     figure, axes = new_figure(len(names), 6.9, legend_rows=1)
     start, end = float(truth["t"][0]), float(truth["t"][-1])
     for ax, method in zip(axes, names, strict=True):
         errors = {leg: data[f"estimate_{method}_{leg}"] - truth[f"foot_load_{leg}"] for leg in LEGS}
+        every = np.stack(list(errors.values()))
+        middle, low, _ = spread(data["t"], every.min(axis=0))
+        ax.fill_between(middle, low, spread(data["t"], every.max(axis=0))[2], color=BAND, lw=0)
         for leg, error in errors.items():
-            ax.plot(*envelope(data["t"], error, 300), color=LEG_COLOUR[leg], lw=0.7, alpha=0.85, label=leg)
-        ax.set_title(f"{method_name(method)}: {rms(np.concatenate(list(errors.values()))):.0f} N rms")
-        ax.set_ylim(*limits(*errors.values()))
+            ax.plot(*course(data["t"], error), color=LEG_COLOUR[leg], label=leg)
+        ax.axhline(0.0, color=BLACK, lw=0.6)
+        ax.set_title(f"{method_name(method)}: {rms(every.ravel()):.0f} N rms")
+        ax.set_ylim(*limits(*errors.values(), np.zeros(1)))
         ax.set_ylabel("error [N]")
         _mark(ax, events, start, end)
     handles, labels = axes[0].get_legend_handles_labels()
@@ -125,8 +129,12 @@ def pressures(data: Columns, events: Events) -> Figure:
 
 
 def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Events) -> Figure:
-    """Rope tensions, read and true; the drill's reaction on the body along the slope's normal, and its torque."""
-    figure, axes = new_figure(3, 6.6)
+    """Rope tensions, read and true; with a drill at work also its force along the slope's normal and its moment."""
+    slope = np.deg2rad(slope_deg)
+    force = truth["drill_wrench_in_world_fz"] * np.cos(slope) - truth["drill_wrench_in_world_fx"] * np.sin(slope)
+    torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{i}"] for i in "xyz"], axis=0)
+    drills = bool(np.any(force)) or bool(np.any(torque))
+    figure, axes = new_figure(3 if drills else 1, 6.6 if drills else 3.0)
     t = truth["t"]
     for side, colour in zip(SIDES, (BLUE, VERMILION), strict=True):
         read = data.get(f"rope_tension_{side}")
@@ -136,15 +144,13 @@ def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Eve
     axes[0].set_title("rope tension, true over read")
     axes[0].set_ylabel("[kN]")
     axes[0].legend(loc="best", ncols=2)
-    slope = np.deg2rad(slope_deg)
-    force = truth["drill_wrench_in_world_fz"] * np.cos(slope) - truth["drill_wrench_in_world_fx"] * np.sin(slope)
-    torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{i}"] for i in "xyz"], axis=0)
-    axes[1].plot(*envelope(t, force / 1e3), color=ORANGE, lw=0.7)
-    axes[1].set_title("drill's reaction, + lifts the body")
-    axes[1].set_ylabel("[kN]")
-    axes[2].plot(*envelope(t, torque), color=SKY, lw=0.8)
-    axes[2].set_title("drill's moment on the body")
-    axes[2].set_ylabel("[N m]")
+    if drills:
+        axes[1].plot(*envelope(t, force / 1e3), color=ORANGE, lw=0.7)
+        axes[1].set_title("drill's reaction, + lifts the body")
+        axes[1].set_ylabel("[kN]")
+        axes[2].plot(*envelope(t, torque), color=SKY, lw=0.8)
+        axes[2].set_title("drill's moment on the body")
+        axes[2].set_ylabel("[N m]")
     for ax in axes:
         _mark(ax, events, float(t[0]), float(t[-1]))
     finish_time_axis(axes, float(t[0]), float(t[-1]))
@@ -153,9 +159,8 @@ def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Eve
 
 def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
     """Per leg two bars: where the foot truly carries, and where the detector says so; events above."""
-    figure, axes = new_figure(2, 4.2, [1.0, 2.2])
-    t = truth["t"]
-    ax = axes[1]
+    figure, axes = new_figure(2, 4.2, [1.0, 2.2]) if events else new_figure(1, 2.9)
+    t, ax = truth["t"], axes[-1]
     for row, leg in enumerate(LEGS):
         _bars(ax, truth[f"contact_normal_{leg}"] >= LOSS_FORCE_N, t, row - 0.17, BLACK)
         if f"contact_{leg}" in data:
@@ -164,24 +169,31 @@ def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
     ax.set_ylim(3.6, -0.6)
     ax.grid(visible=False, axis="y")
     ax.set_title("feet that carry: truth over the word")
-    for number, event in enumerate(events):
-        axes[0].axvline(float(event["t"]), color=GREY, lw=0.8)
-        axes[0].annotate(
-            _event_word(event),
-            (float(event["t"]), 0.85 - 0.22 * (number % 4)),
-            (2, 0),
-            ("data", "axes fraction"),
-            "offset points",
-            va="center",
-            fontsize=7.5,
-            annotation_clip=False,
-        )
-    axes[0].set_yticks([])
-    axes[0].set_title("events" if events else "events: none")
-    axes[0].grid(visible=False)
+    if events:
+        _name_events(axes[0], events, float(t[0]), float(t[-1]))
     _mark(ax, events, float(t[0]), float(t[-1]))
     finish_time_axis(axes, float(t[0]), float(t[-1]))
     return figure
+
+
+def _name_events(ax: Axes, events: Events, start: float, end: float) -> None:
+    for number, event in enumerate(events):
+        when = float(event["t"])
+        late = when > start + 0.7 * (end - start)  # its word goes to the left, or it would leave the page
+        ax.axvline(when, color=GREY, lw=0.8)
+        ax.annotate(
+            _event_word(event),
+            (when, 0.88 - 0.25 * (number % 4)),
+            (-2 if late else 2, 0),
+            ("data", "axes fraction"),
+            "offset points",
+            ha="right" if late else "left",
+            va="center",
+            fontsize=8,
+        )
+    ax.set_yticks([])
+    ax.set_title("events")
+    ax.grid(visible=False)
 
 
 def body(t: Array, tilt_deg: Array, up_m: Array, margin: Array, events: Events) -> Figure:

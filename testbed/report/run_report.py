@@ -23,6 +23,8 @@ from testbed.report.style import RC, method_name, svg
 
 Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
+FEWEST_ROWS = 20
+"""Shorter runs have a verdict but nothing to draw."""
 
 
 def write_report(folder: str | Path) -> Path:
@@ -45,8 +47,9 @@ def _contents(run: Run) -> dict[str, Any]:
     slope_deg = float(summary.get("slope_deg") or 0.0)
     method = best_method(methods(run.data))
     by_leg = load_residuals(run.data, method) if method else {}
-    named = _suspect(run, by_leg)
-    large = pictures(run.folder, "large")
+    enough = len(run.time_s) >= FEWEST_ROWS
+    named = _suspect(run, by_leg) if enough else None
+    large = pictures(run.folder, "large") or pictures(run.folder, "small")
     return {
         "title": f"{summary['scenario']}, seed {summary['seed']}",
         "description": summary.get("description") or "",
@@ -57,8 +60,8 @@ def _contents(run: Run) -> dict[str, Any]:
         "picture": _picture(large[-1][1]) if large else None,
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": slope_deg,
-        "simulated_s": float(run.time_s[-1]),
-        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method),
+        "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
+        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method) if enough else [],
         "legs": LEGS,
         "errors": _errors(summary),
         **_film(run.folder),
@@ -86,9 +89,9 @@ def _no_summary(run: Run) -> dict[str, Any]:
         "description": run.meta.get("description", ""),
         "verdict": "unknown: the run was killed",
         "slope_deg": slope_deg,
-        "simulated_s": float(run.time_s[-1]),
+        "simulated_s": float(run.time_s[rows - 1]) if rows else 0.0,
         "wall_s": None,
-        **run_metrics(run.data, run.truth, slope_deg),
+        **(run_metrics(run.data, run.truth, slope_deg) if rows > 1 else {}),
     }
 
 

@@ -85,8 +85,8 @@ def new_figure(
     top_in = 0.24 + 0.19 * legend_rows + (0.06 if legend_rows else 0.0)
     axis_in = (height_in - top_in - 0.46 - 0.36 * (rows - 1)) / rows
     figure.subplots_adjust(
-        left=0.72 / WIDTH_IN,
-        right=1 - 0.12 / WIDTH_IN,
+        left=0.78 / WIDTH_IN,
+        right=1 - 0.16 / WIDTH_IN,
         top=1 - top_in / height_in,
         bottom=0.46 / height_in,
         hspace=0.36 / axis_in,
