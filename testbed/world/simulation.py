@@ -87,7 +87,7 @@ class Simulation:
         self._noise = np.zeros((0, sensing.NOISES))
         self._samples = 0
         self._command: Command = Command()
-        self._rope_was_whole = [True, True]
+        self._rope_was_whole = [bool(whole) for whole in self.machine.ropes[:, plant.WHOLE]]
         m = self.machine
         m.engine.read(m.q, m.qd, m.base)
         self._row[REFERENCE] = m.start_joints
