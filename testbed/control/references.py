@@ -57,14 +57,16 @@ class Hold:
     def __init__(self, start: Array, task: object, events: tuple[Event, ...]) -> None:
         self._start = start.copy()
         self._raise = task if isinstance(task, Raise) else None
-        self._events = events
+        self._events = tuple(e for e in events if isinstance(e, LiftFoot | SetRope))
         self._now = Command(reference=start.copy())
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         del measured
-        wanted = self._start.copy()
         command = self._now
+        if self._raise is None and not self._events:
+            return command
+        wanted = self._start.copy()
         command.carrying[:] = True
         command.rope_rate_m_s[:] = 0.0
         if self._raise is not None:

@@ -104,6 +104,7 @@ class Engine:
         if missing:
             raise InputError("lacks a joint", file=urdf, field=missing[0], allowed=", ".join(AXES))
         self.joints: list[int] = [by_name[name] for name in AXES]
+        self._limits = [(info[joint][8], info[joint][9]) for joint in self.joints]
         links = {row[12].decode(): row[0] for row in info}
         absent = [name for name in (*(f"{leg}_foot" for leg in LEGS), "rod_store") if name not in links]
         if absent:
@@ -175,12 +176,21 @@ class Engine:
 
     def read(self, q: Array, qd: Array, base: Array) -> None:
         """Fill joint positions (12), rates (12) and base (13): COM of the base link, quaternion xyzw, velocities."""
-        states = p.getJointStates(self.robot, self.joints, self.client)
-        q[:] = [s[0] for s in states]
-        qd[:] = [s[1] for s in states]
+        angles, rates, _, _ = zip(*p.getJointStates(self.robot, self.joints, self.client), strict=True)
+        q[:] = angles
+        qd[:] = rates
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         linear, angular = p.getBaseVelocity(self.robot, self.client)
-        base[:] = (*position, *orientation, *linear, *angular)
+        base[:] = position + orientation + linear + angular
+
+    def hold_with_motors(self, joints: Array) -> None:
+        """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
+        c = self.client
+        for joint, (low, high) in zip(self.joints, self._limits, strict=True):
+            p.changeDynamics(self.robot, joint, jointLowerLimit=low, jointUpperLimit=high, physicsClientId=c)
+        p.setJointMotorControlArray(
+            self.robot, self.joints, p.POSITION_CONTROL, targetPositions=joints.tolist(), physicsClientId=c
+        )
 
     def apply(self, torques: Array, force: Array, torque: Array, base: Array) -> None:
         """Joint torques (12) and a wrench on the base: force (3) at its centre of mass, torque (3), world frame."""

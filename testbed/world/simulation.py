@@ -24,6 +24,7 @@ from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
 from testbed.world import plant, sensing
 from testbed.world.assembly import Machine, assemble
+from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
 TICK_HZ = 100
@@ -95,6 +96,7 @@ class Simulation:
         self._reference = self._row[REFERENCE]
         self._reference_rate = np.zeros(12)
         self._belly_n = 0.0
+        self._ticks = -1
         plant.rotation_matrix(m.base[3:7], m.rotation)
         self._sense(0)
         self._estimate()
@@ -191,10 +193,9 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        m.body[plant.SHOVE] = np.sum(
-            [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s] or [(0.0, 0.0, 0.0)],
-            axis=0,
-        )
+        if self._shoves:
+            now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
+            m.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
         self._command = m.program.update(t, self._every_tick * self.dt, self._measured())
         self._reference[:] = self._command.reference
         self._reference_rate[:] = self._command.rate
@@ -222,6 +223,9 @@ class Simulation:
                 m.judge.verdict, self.finished = "rope broke", True
         if not math.isfinite(m.base[0] + m.base[3] + m.axes[2, c.P_A]):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
+        self._ticks += 1
+        if self._ticks % LOOK_TICKS:
+            return
         feet = m.feet_in_world()
         end = m.judge.look(t, m.rotation, feet, self._command.carrying, m.normal_force > 300.0, self._belly_n)
         if end is not None:

@@ -18,6 +18,10 @@ SLIDE_M = 0.30
 """Feet that moved this far along the ground while meant to stand: slid (E)."""
 
 
+LOOK_TICKS = 5
+"""The judge looks at every fifth control tick (20 Hz)."""
+
+
 class Judge:
     """Watches the truth at a slow rate and ends the run when the machine is lost."""
 

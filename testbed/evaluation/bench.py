@@ -1,0 +1,139 @@
+"""Speed of the whole loop against the bare engine, measured in one process, alternating.
+
+Bare: the same URDF standing on all four feet on the same kind of ground (level, for without ropes it would slide),
+held by the engine's own position motors and limits, 50 solver iterations, `stepSimulation` alone. Full: the scenario
+`drill_slope_45` while it drills, everything on and recorded.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from testbed.parameters.scenario import Scenario, load_scenario
+
+ROUNDS = 15
+STEPS = 300
+ROUGH = ("terrain.kind=heightfield", "terrain.roughness_m=0.03")
+
+
+def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
+    """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of paired ratios."""
+    from testbed.evaluation.bench_parts import env_steps_per_s, first_step_s, memory_mb
+
+    flat = _drilling(())
+    rough = _drilling(ROUGH)
+    bare = _bare(())
+    timed = alternate(
+        {"bare": bare.step, "full": _blocks(flat), "rough": _blocks(rough)}, rounds, steps
+    )
+    parts = _parts(flat, steps)
+    out: dict[str, Any] = {
+        "bare_step_us": statistics.median(timed["bare"]),
+        "full_step_us": statistics.median(timed["full"]),
+        "ratio": _ratio(timed["full"], timed["bare"]),
+        "full_step_rough_us": statistics.median(timed["rough"]),
+        "ratio_rough": _ratio(timed["rough"], timed["bare"]),
+        **parts,
+    }
+    out["kernel_ratio"] = out["hydraulics_us"] / out["bare_step_us"]
+    for world in (flat, rough):
+        world.close()
+    bare.close()
+    from testbed.evaluation.kernel_speed import kernel_vs_lsoda
+
+    out["kernel_vs_lsoda"] = kernel_vs_lsoda()
+    out["env_steps_per_s"] = env_steps_per_s()
+    out["first_step_s"] = first_step_s()
+    out["memory_mb"] = memory_mb()
+    return out
+
+
+def alternate(jobs: dict[str, Callable[[], Any]], rounds: int, steps: int) -> dict[str, list[float]]:
+    """Microseconds per call of each job, one figure a round, the jobs taking turns within a round."""
+    times: dict[str, list[float]] = {name: [] for name in jobs}
+    for _ in range(rounds):
+        for name, job in jobs.items():
+            start = time.thread_time()
+            for _ in range(steps if name == "bare" else 1):
+                job()
+            times[name].append((time.thread_time() - start) / steps * 1e6)
+    return times
+
+
+def _ratio(over: list[float], under: list[float]) -> float:
+    return statistics.median(a / b for a, b in zip(over, under, strict=True))
+
+
+def _drilling(overrides: tuple[str, ...]) -> Any:
+    from testbed.world.simulation import Simulation
+
+    scenario: Scenario = load_scenario("drill_slope_45", ["task.start_s=0.2", *overrides], duration=3600.0)
+    world = Simulation(scenario)
+    world.run_block(1500)
+    return world
+
+
+def _blocks(world: Any) -> Callable[[], Any]:
+    return lambda: world.run_block(STEPS)
+
+
+def _bare(overrides: tuple[str, ...]) -> Any:
+    """An engine with the robot standing on level ground on the engine's own motors."""
+    from testbed import resources
+    from testbed.world.engine import Engine
+    from testbed.world.start import nominal_joints
+    from testbed.world.terrain import make_ground
+
+    scenario = load_scenario("stand_flat", list(overrides))
+    t = scenario.terrain
+    ground = make_ground("plane", 0.0, t.friction, t.stiffness_n_m, t.damping_n_s_m)
+    engine = Engine(resources.urdf(), ground, step_s=1e-3)
+    joints = nominal_joints(scenario)
+    engine.reset(np.array([0.0, 0.0, 0.16 + float(joints[2])]), np.eye(3), joints)
+    engine.hold_with_motors(joints)
+    force, normal = np.zeros((4, 3)), np.zeros(4)
+    for _ in range(2000):
+        engine.step()
+    if engine.contacts(force, normal) > 0.0 or (normal <= 0.0).any():
+        raise RuntimeError("the bare robot does not stand on its four feet")
+    return engine
+
+
+def _parts(world: Any, steps: int) -> dict[str, float]:
+    """Where the time of a full step goes, microseconds: each part called alone on the running world's arrays."""
+    from testbed.laws.hydraulics import hydraulic_step
+
+    m = world.machine
+    x, v, load, side = m.scratch[0].copy(), m.scratch[1].copy(), m.scratch[3].copy(), m.scratch[4].copy()
+    axes, supply = m.axes.copy(), m.supply.copy()
+    substeps = world.scenario.rates.hydraulic_substeps
+
+    def hydraulics() -> None:
+        hydraulic_step(axes, m.params, supply, m.unit, x, v, m.command, load, side, 1e-3, substeps)
+
+    def engine() -> None:
+        m.engine.apply(m.joint_torque, m.force, m.torque, m.base)
+        m.engine.step()
+
+    jobs: dict[str, Callable[[], Any]] = {
+        "hydraulics_us": hydraulics,
+        "estimators_us": world._estimate,
+        "sensors_us": lambda: world._sense(world._step),
+        "read_us": lambda: m.engine.read(m.q, m.qd, m.base),
+        "contacts_us": lambda: m.engine.contacts(m.foot_force, m.normal_force),
+        "expected_us": world._expect,
+        "engine_us": engine,
+    }
+    out = {}
+    for name, job in jobs.items():
+        start = time.thread_time()
+        for _ in range(steps):
+            job()
+        out[name] = (time.thread_time() - start) / steps * 1e6
+    out["expected_us"] /= world._every_expected
+    return out
