@@ -54,6 +54,25 @@ def run(
         raise typer.Exit(130)
 
 
+@app.command()
+def estimate(
+    recording: Annotated[Path, typer.Argument(help="Folder of a recording: one leg, or a run of the robot.")],
+    out: Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")],
+    model: Annotated[Path | None, typer.Option(help="Model file (a robot's recording carries its own).")] = None,
+    causal: Annotated[bool, typer.Option("--causal", help="Use only what came before each sample.")] = False,
+    json: Json = False,
+) -> None:
+    """Write the external force of a recording: a value, and a set where friction is one."""
+    from testbed.evaluation.estimates import estimate_file
+    from testbed.report.console import print_json
+
+    done = estimate_file(recording, model, out, causal)
+    if json:
+        print_json(done)
+    else:
+        print(f"{done['rows']} rows of {', '.join(done['columns'])}: {done['out']}")
+
+
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file with its unit, default and range."""

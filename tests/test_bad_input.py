@@ -89,6 +89,10 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     "no_such_option": (["run", "good.yaml", "--sped", "2"], "--sped"),
     "no_such_command": (["fly"], "fly"),
     "nothing_to_run": (["run"], "scenario"),
+    "estimate_nothing": (["estimate", "absent", "--out", "f.csv", "--model", "bare.yaml"], "bare.yaml"),
+    "estimate_without_model": (["estimate", "thesis", "--out", "f.csv"], "--model: is missing"),
+    "estimate_to_nowhere": (["estimate", "thesis", "--out", "absent/f.csv"], "--out"),
+    "estimate_to_a_picture": (["estimate", "thesis", "--out", "f.png"], "allowed: .parquet, .csv"),
     "no_run_to_view": (["view", "thesis"], "thesis: holds no run"),
 }
 

@@ -12,8 +12,10 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
+from testbed.evaluation.estimates import estimate_file
 from testbed.evaluation.run import run_scenario
 from testbed.evaluation.runs import read_run
 from testbed.parameters.scenario import load_scenario
@@ -83,6 +85,17 @@ def test_the_recording_holds_no_truth_and_nothing_undeclared(tmp_path: Path) -> 
     text = (folder / "recording.yaml").read_text()
     assert "gain_error" not in text and "sensor.gain_a" not in text and "undeclared:" not in text
     assert "gain_error" in (folder / "scenario.yaml").read_text()
+
+
+def test_the_recording_alone_gives_the_loads_that_the_robot_saw(finished: Path, tmp_path: Path) -> None:
+    estimate_file(finished, None, tmp_path / "loads.parquet")
+    found = pq.read_table(tmp_path / "loads.parquet")
+    run = read_run(finished)
+    for leg in ("fl", "fr", "rl", "rr"):
+        late = run.time_s > 1.3  # the robot began one sample earlier; what rests keeps its first word
+        difference = found[f"force_{leg}_n"].to_numpy() - run.data[f"estimate_own_{leg}"]
+        assert np.abs(difference[late]).max() < 1.0
+        assert np.all(found[f"force_{leg}_n_low"].to_numpy() <= found[f"force_{leg}_n_high"].to_numpy())
 
 
 def test_same_seed_same_bits_and_another_seed_others(finished: Path, tmp_path: Path) -> None:

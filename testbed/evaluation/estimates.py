@@ -1,0 +1,88 @@
+"""`testbed estimate`: the external force of a recorded leg, or the foot loads of a recorded robot, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.evaluation.runs import read_run
+from testbed.parameters.provenance import Parameters, roboclimber
+from testbed.parameters.yaml_files import read_yaml
+
+Array = npt.NDArray[np.float64]
+
+
+def estimate_file(
+    recording: str | Path, model: str | Path | None, out: str | Path, causal: bool = False
+) -> dict[str, Any]:
+    """Estimate a recording's force and write it to `out` (.parquet or .csv); returns what was written.
+
+    One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t` and `force_<leg>_n`
+    with `_low` and `_high`; always causal, and without `model` what the recording says the robot believes. Raises
+    InputError for a recording, a model or a place that cannot be used; then nothing is written.
+    """
+    from testbed.parameters.table import write_columns
+
+    folder = Path(recording)
+    folder = folder.parent if folder.name == "recording.yaml" else folder
+    out = Path(out)
+    if out.suffix not in (".parquet", ".csv"):
+        raise InputError("unknown ending", file=out, field="--out", allowed=".parquet, .csv")
+    if not out.parent.is_dir():
+        raise InputError("its folder does not exist", file=out, field="--out")
+    columns = _of_robot(folder, model) if is_robot(folder) else _of_leg(folder, model, causal)
+    write_columns(out, columns)
+    return {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
+
+
+def is_robot(folder: Path) -> bool:
+    """Whether a recording is one of the whole robot."""
+    path = folder / "recording.yaml"
+    meta = read_yaml(path) if path.is_file() else None
+    return isinstance(meta, Mapping) and meta.get("rig") == "robot"
+
+
+def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:
+    from testbed.estimation.leg_force import estimate
+    from testbed.parameters.leg_model import read_model
+    from testbed.parameters.recording import read_recording
+
+    if model is None:
+        raise InputError("is missing", field="--model", allowed="a model file, as `testbed identify` writes one")
+    believed = read_model(model)
+    return estimate(read_recording(folder), believed, causal).columns()
+
+
+def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
+    from testbed.estimation.believed import Believed
+    from testbed.estimation.chain import forces
+    from testbed.parameters.leg_model import read_model
+
+    machine = believed_machine(read_yaml(folder / "recording.yaml"), folder / "recording.yaml")
+    run = read_run(folder, truth=False)
+    dt_s = float(np.median(np.diff(run.time_s)))
+    if model is None:
+        return forces(run.data, Believed.from_machine(machine, dt_s))
+    return forces(run.data, Believed.from_model(read_model(model), dt_s, machine["sensor"]["encoder_linear_m"]))
+
+
+def believed_machine(meta: Mapping[str, Any], file: Path) -> Parameters:
+    """The machine as the recording's `known` describes it. Raises InputError for a number that no machine has."""
+    known = meta.get("known")
+    machine = roboclimber()
+    if not isinstance(known, Mapping):
+        raise InputError("must map parameters to value and unit", file=file, field="known")
+    values = dict(machine.leaves())
+    changes: dict[str, Any] = {}
+    for path, item in known.items():
+        if path not in values or not isinstance(item, Mapping) or "value" not in item:
+            raise InputError("is no parameter of the machine with its value", file=file, field=f"known.{path}")
+        value = tuple(item["value"]) if isinstance(item["value"], list) else item["value"]
+        if value != values[path].value:
+            changes[path] = value
+    return machine.replaced(changes)
