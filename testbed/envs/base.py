@@ -1,0 +1,188 @@
+"""The environment around a run: a step is a whole number of control ticks of the same loop as `testbed run`.
+
+Actions in [-1, 1] (6): increments of the set points of the four vertical cylinders (fl fr rl rr) and of the wanted
+pulls of the two ropes (left, right). Observations: `observations.TABLE`, the mean over the step of every measurement
+and estimate. Truth appears in the reward and in `info` alone.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.trim import Trim
+from testbed.envs.observations import TABLE, Observer
+from testbed.envs.randomisation import draw_overrides, named_set
+from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
+from testbed.errors import InputError
+from testbed.parameters.names import LEGS, SIDES
+from testbed.parameters.scenario import Scenario, load_scenario
+
+Array = NDArray[np.float64]
+Observation = NDArray[np.float32]
+OFFSET_STEP_M = 1.0e-4
+"""Increment of a vertical set point for an action of 1: one encoder count a step."""
+OFFSET_RANGE_M = 0.02
+PULL_STEP_N = 200.0
+"""Increment of a wanted rope pull for an action of 1."""
+PULL_RANGE_N = 3.14e4
+"""Rating of a traction device (D)."""
+PICTURE = (480, 360)
+
+
+class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
+    """One scenario as an environment. All keyword arguments are plain JSON values.
+
+    scenario: file or shipped name; overrides: `a.b=c` changes of it; duration_s: simulated time of an episode, None
+    for the scenario's; randomisation: name of a set in randomisation.yaml or a mapping of the same form, None for
+    none; step_ms: simulated time of a step. Raises InputError for what a scenario refuses.
+    """
+
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's own form)
+
+    def __init__(
+        self,
+        scenario: str = "drill_slope_45",
+        overrides: list[str] | None = None,
+        duration_s: float | None = None,
+        randomisation: str | Mapping[str, Any] | None = None,
+        step_ms: int = 20,
+        weights: Mapping[str, float] | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise InputError("no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array")
+        if step_ms < 10 or step_ms % 10:
+            raise InputError("must be whole control ticks", field="step_ms", value=step_ms, allowed="10, 20, 30, ..")
+        self.render_mode = render_mode
+        self._scenario, self._overrides, self._duration_s = scenario, list(overrides or ()), duration_s
+        self._randomisation = named_set(randomisation)
+        self._step_s = step_ms / 1000.0
+        self._weights = Weights(**dict(weights or {}))
+        load_scenario(scenario, self._overrides, duration=duration_s)  # a wrong argument is said now, not in reset
+        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (len(TABLE),), np.float32)
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(LEGS) + len(SIDES),), np.float32)
+        self._sim: Any = None
+        self._ended = True
+
+    # ---- gymnasium's five -----------------------------------------------------------------------------------
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this episode."""
+        super().reset(seed=seed)
+        from testbed.world.simulation import Simulation
+
+        self.close()
+        extra = [*self._overrides, *draw_overrides(self._randomisation, self.np_random)]
+        extra += [str(change) for change in (options or {}).get("overrides", ())]
+        run_seed = int(self.np_random.integers(2**32))
+        spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
+        self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
+        self._begin(spec)
+        self._observer = Observer(sim.data_columns)
+        self._places = _places(sim.truth_columns)
+        self._tension = [sim.data_columns.index(f"rope_tension_{side}") for side in SIDES]
+        self._carrying = [sim.data_columns.index(f"carrying_{leg}") for leg in LEGS]
+        self._rows = round(self._step_s * spec.rates.record_hz)
+        if self._rows < 1:
+            raise InputError("no row in a step", field="rates.record_hz", value=spec.rates.record_hz, allowed=">= 100")
+        data, truth = sim.run_block(self._rows)
+        self._trim.pull_n = data[:, self._tension].mean(axis=0)
+        self._ended = False
+        return self._observe(data), self._info(self._truth(data, truth), data)
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """One step. Raises InputError for an action that is no (6,) vector of finite numbers."""
+        wanted = np.asarray(action, dtype=float)
+        if wanted.shape != self.action_space.shape or not np.isfinite(wanted).all():
+            raise InputError("cannot be used", field="action", value=wanted.tolist(), allowed="6 finite numbers")
+        if self._ended:
+            raise InputError("the episode has ended", field="step", allowed="reset first")
+        wanted = np.clip(wanted, -1.0, 1.0)
+        self._order(wanted)
+        data, truth = self._sim.run_block(self._rows)
+        known = self._truth(data, truth)
+        lost = self._sim.verdict != "stood"
+        over = bool(self._sim.finished and not lost)
+        self._ended = bool(lost or over)
+        reward = self._reward(known, wanted, lost)
+        return self._observe(data), reward, bool(lost), over, self._info(known, data)
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """A picture (360, 480, 3) for rgb_array; the window draws itself."""
+        if self.render_mode != "rgb_array" or self._sim is None:
+            return None
+        picture: NDArray[np.uint8] = self._sim.picture(*PICTURE)
+        return picture
+
+    def close(self) -> None:
+        """Give the engine's client back."""
+        if self._sim is not None:
+            self._sim.close()
+            self._sim = None
+
+    # ---- what a task may change ------------------------------------------------------------------------------
+
+    def _begin(self, spec: Scenario) -> None:
+        """Lay the agent's orders over the task's program."""
+        self._friction = spec.terrain.friction
+        machine = self._sim.machine
+        self._trim = Trim(machine.program)
+        machine.program = self._trim
+
+    def _order(self, action: Array) -> None:
+        """Take an action in [-1, 1] over into set points."""
+        goal = self._trim.goal_m + OFFSET_STEP_M * action[: len(LEGS)]
+        self._trim.goal_m = np.clip(goal, -OFFSET_RANGE_M, OFFSET_RANGE_M)
+        assert self._trim.pull_n is not None
+        self._trim.pull_n = np.clip(self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N)
+
+    def _reward(self, truth: Truth, action: Array, ended: bool) -> float:
+        return holding_reward(truth, action, ended, self._weights)
+
+    # ---- reading ------------------------------------------------------------------------------------------------
+
+    def _observe(self, data: Array) -> Observation:
+        pull = self._trim.pull_n if self._trim.pull_n is not None else np.zeros(2)
+        orders = np.concatenate([self._trim.goal_m, pull, self._sim.machine.drill_belief()])
+        return self._observer.look(data.mean(axis=0), orders)
+
+    def _truth(self, data: Array, truth: Array) -> Truth:
+        return truth_of_step(truth, self._places, self._friction, data[-1, self._carrying])
+
+    def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
+        return {
+            "t_s": float(data[-1, 0]),
+            "verdict": str(self._sim.verdict),
+            "lowest_normal_n": truth.lowest_normal_n,
+            "friction_use": truth.friction_use,
+            "feet_lost": truth.feet_lost,
+            "loads_n": truth.loads_n.copy(),
+        }
+
+
+def _has_display() -> bool:
+    """Whether a window can open; without one the engine's would end the process, so the run goes on unseen."""
+    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
+        return True
+    gymnasium.logger.warn("no display: render_mode 'human' runs without a window")
+    return False
+
+
+def _places(columns: list[str]) -> dict[str, slice | int]:
+    first = {name: columns.index(name) for name in (f"foot_force_in_world_{LEGS[0]}_x", f"contact_normal_{LEGS[0]}")}
+    force, normal = first.values()
+    position = columns.index("body_pose_in_world_x")
+    return {
+        "foot_force": slice(force, force + 12),
+        "normal": slice(normal, normal + 4),
+        "position": slice(position, position + 3),
+    }

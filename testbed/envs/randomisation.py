@@ -1,0 +1,78 @@
+"""What varies from episode to episode, as data: named sets in randomisation.yaml, or a mapping of the same form."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from testbed.effects import by_name
+from testbed.errors import InputError
+from testbed.parameters.yaml_files import read_yaml
+
+FILE = Path(__file__).with_name("randomisation.yaml")
+FORMAT = "roboclimber-randomisation/1"
+
+
+@lru_cache(maxsize=1)
+def sets() -> dict[str, dict[str, Any]]:
+    """All named sets. Raises InputError if the file is not in the format."""
+    data = read_yaml(FILE)
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise InputError("is no randomisation file", file=FILE, field="format", allowed=FORMAT)
+    return {name: dict(chosen) for name, chosen in data["sets"].items()}
+
+
+def named_set(chosen: str | Mapping[str, Any] | None) -> dict[str, Any]:
+    """A set by name, or a mapping checked to be one; None is the empty set. Raises InputError."""
+    if chosen is None:
+        return {}
+    if isinstance(chosen, str):
+        if chosen not in sets():
+            raise InputError("no such set", field="randomisation", value=chosen, allowed=", ".join(sets()))
+        return sets()[chosen]
+    for path, how in chosen.items():
+        _checked(path, how)
+    return dict(chosen)
+
+
+def draw_overrides(chosen: Mapping[str, Any], rng: np.random.Generator) -> list[str]:
+    """One draw of a set as changes `a.b=c` of a scenario, in the set's order (so the numbers are the seed's)."""
+    drawn = []
+    for path, how in chosen.items():
+        value = _undeclared(how, rng) if path == "undeclared" else _draw(path, how, rng)
+        drawn.append(f"{path}={json.dumps(value)}")
+    return drawn
+
+
+def _draw(path: str, how: Mapping[str, Any], rng: np.random.Generator) -> Any:
+    _checked(path, how)
+    if "uniform" in how:
+        low, high = how["uniform"]
+        return float(rng.uniform(low, high))
+    return how["one_of"][int(rng.integers(len(how["one_of"])))]
+
+
+def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[str, Any]]:
+    """At most one effect. The same count of random numbers is taken whether there is one or not."""
+    _checked("undeclared", how)
+    chance, which, where, size = rng.random(4)
+    if chance >= how["probability"]:
+        return []
+    effect = by_name(how["effects"][int(which * len(how["effects"]))])
+    first = effect.parameters[0]
+    values = {p.name: float(np.mean(p.prior)) for p in effect.parameters if p.default is None}
+    low, high = first.prior
+    values[first.name] = float(low + size * (high - low))
+    return [{"effect": effect.name, "at": how["places"][int(where * len(how["places"]))], "parameters": values}]
+
+
+def _checked(path: str, how: Any) -> None:
+    kinds = {"undeclared": {"probability", "effects", "places"}}.get(path)
+    if not isinstance(how, Mapping) or (set(how) != kinds if kinds else set(how) not in ({"uniform"}, {"one_of"})):
+        allowed = "probability, effects and places" if kinds else "uniform: [low, high] or one_of: [a, b, ..]"
+        raise InputError("cannot be drawn from", field=f"randomisation.{path}", value=how, allowed=allowed)

@@ -1,0 +1,75 @@
+"""Rewards: what an agent is told of the truth after the fact, and how it is weighed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+LOST_N = 200.0
+"""A foot that is meant to carry and has less true normal load than this is lost (E)."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What the world knows of one step of an environment; sizes in N, m, rad."""
+
+    lowest_normal_n: float
+    """Lowest normal load of any carrying foot within the step."""
+    friction_use: float
+    """Highest tangential / (friction * normal) of any carrying foot at the end of the step; 1 slides."""
+    feet_lost: int
+    """Carrying feet that were lost at some moment of the step."""
+    moved_m: float
+    """How far the body has moved within the step."""
+    loads_n: Array
+    """(4,) normal loads at the end of the step."""
+
+
+def truth_of_step(truth: Array, columns: dict[str, slice | int], friction: float, carrying: Array) -> Truth:
+    """Sum up the truth rows (n, ..) of a step. `columns` says where foot_force (12), normal (4), position (3) stand."""
+    normal = truth[:, columns["normal"]]
+    last = truth[-1]
+    forces = last[columns["foot_force"]].reshape(4, 3)
+    meant = carrying > 0.5
+    along = np.sqrt(np.maximum((forces**2).sum(axis=1) - normal[-1] ** 2, 0.0))
+    use = np.where(meant, along / (friction * np.maximum(normal[-1], LOST_N)), 0.0)
+    lowest = np.where(meant, normal.min(axis=0), np.inf)
+    position = truth[:, columns["position"]]
+    return Truth(
+        lowest_normal_n=float(lowest.min()) if meant.any() else 0.0,
+        friction_use=float(use.max()),
+        feet_lost=int((lowest < LOST_N).sum()),
+        moved_m=float(np.linalg.norm(position[-1] - position[0])),
+        loads_n=normal[-1].copy(),
+    )
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Reward of one step = share of a step survived - the sum of weighted faults."""
+
+    friction_use: float = 0.5
+    """Per unit of the highest friction use."""
+    lost: float = 1.0
+    """Per lost foot."""
+    motion_1_m: float = 20.0
+    """Per metre the body moved in the step."""
+    effort: float = 0.05
+    """Per mean square of the action."""
+    end: float = 50.0
+    """Once, when the run ends by falling, sliding or a broken rope."""
+
+
+def holding_reward(truth: Truth, action: Array, ended: bool, weights: Weights) -> float:
+    """Reward for holding still on loaded feet: at most 1 a step."""
+    return float(
+        1.0
+        - weights.friction_use * min(truth.friction_use, 2.0)
+        - weights.lost * truth.feet_lost
+        - weights.motion_1_m * truth.moved_m
+        - weights.effort * float(np.mean(action**2))
+        - weights.end * ended
+    )
