@@ -49,6 +49,7 @@ def test_the_delay_runs_from_the_true_loss_to_the_detectors_word() -> None:
 
 def test_a_word_without_a_loss_is_a_false_alarm() -> None:
     word = np.ones(1000)
+    word[:20] = 0.0  # not yet spoken
     word[300:310] = 0.0
     word[700:701] = 0.0
     assert metrics.false_alarms({"contact_rl": word}, _truth()) == 2

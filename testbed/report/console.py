@@ -70,7 +70,7 @@ def run_progress(duration_s: float, name: str) -> Iterator[Callable[[float, str]
         TextColumn("{task.fields[word]}"),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=duration_s, word="")
+        task = bar.add_task(name, total=duration_s, word="preparing (the first run compiles)")
         yield lambda now_s, word: bar.update(task, completed=now_s, word=word)
 
 
