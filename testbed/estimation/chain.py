@@ -67,6 +67,11 @@ class EstimatorChain:
         self.output = np.zeros((len(OUTPUTS), len(LEGS)))
         self.row = self.output.reshape(-1)
 
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, Array]:
+        """Packed legs, common numbers, state and output, for a compiled caller of `step_chain`."""
+        return self._legs, self._common, self._state, self.output
+
     def reset(self) -> None:
         """Forget everything seen so far."""
         self._state[:] = 0.0

@@ -105,27 +105,28 @@ def _bare(overrides: tuple[str, ...]) -> Any:
 
 
 def _parts(world: Any, steps: int) -> dict[str, float]:
-    """Where the time of a full step goes, microseconds: each part called alone on the running world's arrays."""
+    """Where the time of a full step goes, microseconds: each part called alone on the running world."""
     from testbed.laws.hydraulics import hydraulic_step
+    from testbed.world import between
 
-    m = world.machine
-    x, v, load, side = m.scratch[0].copy(), m.scratch[1].copy(), m.scratch[3].copy(), m.scratch[4].copy()
-    axes, supply = m.axes.copy(), m.supply.copy()
+    m, b = world.machine, world.machine.board
+    x, v, load, side = (b.scratch[k].copy() for k in (0, 1, 3, 4))
+    axes, supply, force, normal = b.axes.copy(), b.supply.copy(), b.foot_force.copy(), b.normal_force.copy()
     substeps = world.scenario.rates.hydraulic_substeps
 
     def hydraulics() -> None:
-        hydraulic_step(axes, m.params, supply, m.unit, x, v, m.command, load, side, 1e-3, substeps)
+        hydraulic_step(axes, b.params, supply, b.unit, x, v, b.command, load, side, 1e-3, substeps)
 
     def engine() -> None:
-        m.engine.apply(m.joint_torque, m.force, m.torque, m.base)
+        m.engine.apply(b.joint_torque, b.force, b.torque, b.base)
         m.engine.step()
 
     jobs: dict[str, Callable[[], Any]] = {
         "hydraulics_us": hydraulics,
-        "estimators_us": world._estimate,
-        "sensors_us": lambda: world._sense(world._step),
-        "read_us": lambda: m.engine.read(m.q, m.qd, m.base),
-        "contacts_us": lambda: m.engine.contacts(m.foot_force, m.normal_force),
+        "sensors_us": lambda: world._do(between.SENSE),
+        "estimators_us": lambda: world._do(between.ESTIMATE),
+        "read_us": lambda: m.engine.read(b.engine_state),
+        "contacts_us": lambda: m.engine.contacts(force, normal),
         "expected_us": world._expect,
         "engine_us": engine,
     }

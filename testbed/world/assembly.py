@@ -28,6 +28,7 @@ from testbed.robot.foot_loads import ExpectedLoads
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.model import Payload, RobotModel
 from testbed.world import plant, sensing
+from testbed.world.board import Board
 from testbed.world.drilling import DrillProgram
 from testbed.world.engine import Engine
 from testbed.world.plumbing import axis_parameters, switch_off, unit_parameters
@@ -43,48 +44,22 @@ Array = NDArray[np.float64]
 class Machine:
     """Everything one run steps: truth on the left of the wall, electronics on the right."""
 
+    board: Board
     # truth
     engine: Engine
     ground: Ground
-    params: Array
-    axes: Array
-    unit: Array
-    supply: Array
-    geometry: Array
-    ropes: Array
-    body: Array
     drill: DrillProgram
-    transducers: Array
-    sensors: Array
     noise_rng: np.random.Generator
     judge: Judge
     kinematics: RobotModel
-    com: Array
     start_joints: Array
     start_base: Array
     start_events: list[dict[str, Any]]
     # electronics
-    gains: Array
     locked: bool
     chain: EstimatorChain
     expectation: Expectation
     program: Program
-    # work arrays
-    q: Array = field(default_factory=partial(np.zeros, 12))
-    qd: Array = field(default_factory=partial(np.zeros, 12))
-    base: Array = field(default_factory=partial(np.zeros, 13))
-    command: Array = field(default_factory=partial(np.zeros, 12))
-    integral: Array = field(default_factory=partial(np.zeros, 12))
-    foot_force: Array = field(default_factory=partial(np.zeros, (4, 3)))
-    normal_force: Array = field(default_factory=partial(np.zeros, 4))
-    scratch: Array = field(default_factory=partial(np.zeros, (5, 12)))
-    rotation: Array = field(default_factory=partial(np.zeros, (3, 3)))
-    joint_torque: Array = field(default_factory=partial(np.zeros, 12))
-    force: Array = field(default_factory=partial(np.zeros, 3))
-    torque: Array = field(default_factory=partial(np.zeros, 3))
-    drill_wrench: Array = field(default_factory=partial(np.zeros, 6))
-    late: Array = field(default_factory=lambda: np.zeros((24, sensing.DELAY_LENGTH)))
-    gravity_in_body: Array = field(default_factory=partial(np.zeros, 3))
     _drill_belief: Array = field(default_factory=partial(np.zeros, 2))
 
     def drill_belief(self) -> Array:
@@ -96,8 +71,9 @@ class Machine:
 
     def feet_in_world(self) -> Array:
         """Undersides of the feet, (4, 3), m."""
-        origin = self.base[:3] - self.rotation @ self.com
-        return np.asarray(origin + self.kinematics.foot_positions_m(self.q) @ self.rotation.T)
+        b = self.board
+        origin = b.base[:3] - b.rotation @ b.body[plant.COM]
+        return np.asarray(origin + self.kinematics.foot_positions_m(b.q) @ b.rotation.T)
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:
         """The robot on its slope, seen from the lower left, with ropes and drill rod."""
@@ -157,23 +133,25 @@ def _build(
     for i in range(0, len(AXES), 3):
         extension[i] = linkage.extension_m(start.joints[i])
         arms[i] = linkage.moment_arm_m(start.joints[i])
-    axes = start_axes(params, extension, start.joint_forces / arms)
-    supply = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
-    body = np.zeros(plant.BODY_COLUMNS)
-    body[plant.COM] = engine.base_inertial_m
-    body[plant.DRILL_POINT] = kinematics.drill_mount_m
-    body[plant.TRACTION_AREA], body[plant.TRACTION_RATING] = (
-        true["traction"]["piston_area_m2"], true["traction"]["rating_n"],
-    )  # fmt: skip
+    b = Board()
+    b.params[:], b.unit[:], b.transducers[:], b.sensors[:] = params, unit, transducers, sensors
+    b.axes[:] = start_axes(params, extension, start.joint_forces / arms)
+    b.supply[:] = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
+    b.geometry[:] = linkage.geometry
+    b.ropes[:] = _ropes(scenario, start, kinematics)
+    b.body[plant.COM] = engine.base_inertial_m
+    b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
+    b.body[plant.TRACTION_AREA] = true["traction"]["piston_area_m2"]
+    b.body[plant.TRACTION_RATING] = true["traction"]["rating_n"]
+    b.gains[:] = gains(believed, float(arms[0]))
+    b.reference[:] = start.joints
     task = scenario.task if isinstance(scenario.task, Drill) else None
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
     return Machine(
-        engine=engine, ground=ground, params=params, axes=axes, unit=unit, supply=supply, geometry=linkage.geometry,
-        ropes=_ropes(scenario, start, kinematics), body=body, drill=DrillProgram(task), transducers=transducers,
-        sensors=sensors, noise_rng=seeds[1], judge=Judge(start.rotation, weight, raised), kinematics=kinematics,
-        com=engine.base_inertial_m, start_joints=start.joints, start_base=start.position_m.copy(),
-        start_events=[], gains=gains(believed, float(arms[0])), locked=scenario.hydraulics.valves_locked,
+        board=b, engine=engine, ground=ground, drill=DrillProgram(task, b.drill_loads), noise_rng=seeds[1],
+        judge=Judge(start.rotation, weight, raised), kinematics=kinematics, start_joints=start.joints,
+        start_base=start.position_m.copy(), start_events=[], locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed),
         expectation=Expectation(ExpectedLoads(kinematics), start.rope_directions),
         program=program_of(

@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 class DrillProgram:
     """Loads over time. `loads` (DRILL_COLUMNS) is refreshed by `update`; `store_change_kg` is taken off the store."""
 
-    def __init__(self, task: Drill | None) -> None:
-        self.loads: Array = np.zeros(d.DRILL_COLUMNS)
+    def __init__(self, task: Drill | None, loads: Array) -> None:
+        self.loads = loads
         self.depth_m = 0.0
         self.phase = "idle"
         self.store_change_kg = 0.0

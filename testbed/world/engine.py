@@ -174,14 +174,12 @@ class Engine:
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
 
-    def read(self, q: Array, qd: Array, base: Array) -> None:
-        """Fill joint positions (12), rates (12) and base (13): COM of the base link, quaternion xyzw, velocities."""
+    def read(self, state: Array) -> None:
+        """Fill `state` (37): joint positions (12), rates (12); base: COM of its link, quaternion xyzw, velocities."""
         angles, rates, _, _ = zip(*p.getJointStates(self.robot, self.joints, self.client), strict=True)
-        q[:] = angles
-        qd[:] = rates
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         linear, angular = p.getBaseVelocity(self.robot, self.client)
-        base[:] = position + orientation + linear + angular
+        state[:] = angles + rates + position + orientation + linear + angular
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
@@ -262,6 +260,12 @@ class Engine:
         """Masses of base and links, kg."""
         count = p.getNumJoints(self.robot, physicsClientId=self.client)
         return np.array([p.getDynamicsInfo(self.robot, i, physicsClientId=self.client)[0] for i in range(-1, count)])
+
+    def link_position(self, link: int) -> Array:
+        """Centre of mass (3) of a link in the world, m; -1 is the base."""
+        if link < 0:
+            return np.array(p.getBasePositionAndOrientation(self.robot, self.client)[0])
+        return np.array(p.getLinkState(self.robot, link, physicsClientId=self.client)[0])
 
     def momentum(self) -> tuple[Array, Array]:
         """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of the whole robot."""

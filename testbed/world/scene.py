@@ -21,16 +21,16 @@ ROD_COLOUR = (0.62, 0.64, 0.67, 1.0)
 
 def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
     """(height, width, 3): the robot from the lower left, looking up the slope."""
-    m, engine = machine, machine.engine
-    plant.rotation_matrix(m.base[3:7], m.rotation)
-    origin = m.base[:3] - m.rotation @ m.com
+    m, b, engine = machine, machine.board, machine.engine
+    plant.rotation_matrix(b.base[3:7], b.rotation)
+    origin = b.base[:3] - b.rotation @ b.body[plant.COM]
     lines = []
-    for rope in m.ropes:
+    for rope in b.ropes:
         if rope[plant.WHOLE]:
-            start = origin + m.rotation @ rope[plant.ATTACH]
+            start = origin + b.rotation @ rope[plant.ATTACH]
             lines.append(engine.add_line(start, rope[plant.ANCHOR].copy(), ROPE_RADIUS_M, ROPE_COLOUR))
-    top = origin + m.rotation @ m.body[plant.DRILL_POINT]
-    lines.append(engine.add_line(top, top - m.rotation[:, 2] * (0.35 + m.drill.depth_m), 0.038, ROD_COLOUR))
+    top = origin + b.rotation @ b.body[plant.DRILL_POINT]
+    lines.append(engine.add_line(top, top - b.rotation[:, 2] * (0.35 + m.drill.depth_m), 0.038, ROD_COLOUR))
     try:
         slope = m.ground.rotation_slope_to_world
         target = origin + slope @ np.array([0.15, 0.0, 0.45])

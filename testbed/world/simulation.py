@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.references import Command, Measured
-from testbed.control.valve_loop import control_step
 from testbed.errors import SimulationFault
 from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -24,6 +23,7 @@ from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
 from testbed.world import plant, sensing
 from testbed.world.assembly import Machine, assemble
+from testbed.world.between import CONTROL, ESTIMATE, PLANT, RECORD, SENSE, SLOW, between_steps
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -75,117 +75,107 @@ class Simulation:
         rates = scenario.rates
         hz = rates.physics_hz
         self.dt = 1.0 / hz
-        self._last = round(scenario.duration_s * hz)
         self._every_tick = max(1, hz // TICK_HZ)
-        self._every_control = hz // rates.control_hz
+        self._last = math.ceil(scenario.duration_s * hz / self._every_tick - 1e-9) * self._every_tick
         self._every_sensor = hz // rates.sensor_hz
-        self._every_estimate = hz // rates.estimator_hz
+        self._flags = self._schedule()
         self._every_expected = hz // rates.expected_loads_hz
-        self._every_record = hz // rates.record_hz
+        self._control_dt = self.dt * (hz // rates.control_hz)
         self._pending = sorted(scenario.events, key=lambda e: e.at_s)
         self._shoves: list[Shove] = []
         self._row = np.zeros(len(DATA_COLUMNS))
         self._noise = np.zeros((0, sensing.NOISES))
         self._samples = 0
         self._command: Command = Command()
-        self._rope_was_whole = [bool(whole) for whole in self.machine.ropes[:, plant.WHOLE]]
-        m = self.machine
-        m.engine.read(m.q, m.qd, m.base)
+        m, b = self.machine, self.machine.board
+        self._rope_was_whole = [bool(whole) for whole in b.ropes[:, plant.WHOLE]]
         self._row[REFERENCE] = m.start_joints
         self._row[CARRYING] = 1.0
-        self._reference = self._row[REFERENCE]
-        self._reference_rate = np.zeros(12)
         self._belly_n = 0.0
         self._ticks = -1
-        plant.rotation_matrix(m.base[3:7], m.rotation)
-        self._sense(0)
-        self._estimate()
+        self._empty = np.zeros(len(DATA_COLUMNS)), np.zeros(len(TRUTH_COLUMNS))
+        m.engine.read(b.engine_state)
+        self._do(SENSE | ESTIMATE)
         self._expect()
+        self._tick(0.0)
+        self._do(CONTROL | PLANT)
+
+    def _schedule(self) -> list[int]:
+        """What is due after step k, as flags for between_steps, over the longest period; index k modulo its length."""
+        r, hz = self.scenario.rates, self.scenario.rates.physics_hz
+        every = {
+            SENSE: hz // r.sensor_hz, ESTIMATE: hz // r.estimator_hz, RECORD: hz // r.record_hz,
+            CONTROL: hz // r.control_hz, PLANT: 1,
+        }  # fmt: skip
+        slow = (self._every_tick, hz // r.expected_loads_hz)
+        length = math.lcm(*every.values(), *slow)
+        return [
+            sum(flag for flag, n in every.items() if k % n == 0) | (SLOW if any(k % n == 0 for n in slow) else 0)
+            for k in range(length)
+        ]
 
     # ---- one step ------------------------------------------------------------------------------------------
 
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
-        m, engine = self.machine, self.machine.engine
+        engine, board = self.machine.engine, self.machine.board
         data, truth = np.empty((rows, len(DATA_COLUMNS))), np.empty((rows, len(TRUTH_COLUMNS)))
-        count, dt, row = 0, self.dt, self._row
-        every_control, every_tick, every_record = self._every_control, self._every_tick, self._every_record
-        every_sensor, every_estimate, every_expected = self._every_sensor, self._every_estimate, self._every_expected
-        position, substeps = row[sensing.POSITION], self.scenario.rates.hydraulic_substeps
-        reference, rate, control_dt = self._reference, self._reference_rate, dt * every_control
-        drill, p_step, advance, read, contacts = (
-            m.drill.loads,
-            plant.plant_step,
-            engine.step,
-            engine.read,
-            engine.contacts,
-        )
+        apply, advance, read, contacts, do = engine.apply, engine.step, engine.read, engine.contacts, self._do
+        torques, force, torque, base = board.joint_torque, board.force, board.torque, board.base
+        state, foot_force, normal_force = board.engine_state, board.foot_force, board.normal_force
+        flags, period, count, k = self._flags, len(self._flags), 0, self._step
         while count < rows and not self.finished:
-            k = self._step
-            if k % every_tick == 0:
-                self._tick(k * dt)
-            if k % every_control == 0:
-                np.add(reference, rate * control_dt, out=reference)
-                control_step(position, reference, rate, m.integral, m.gains, m.locked, control_dt, m.command)
-            p_step(
-                m.q, m.qd, m.base, m.command, m.foot_force, m.axes, m.params, m.supply, m.unit, m.geometry,
-                m.ropes, m.body, drill, m.scratch, m.rotation, m.joint_torque, m.force, m.torque, m.drill_wrench,
-                dt, substeps, GRAVITY_M_S2,
-            )  # fmt: skip
-            engine.apply(m.joint_torque, m.force, m.torque, m.base)
+            apply(torques, force, torque, base)
             advance()
-            read(m.q, m.qd, m.base)
-            self._belly_n = contacts(m.foot_force, m.normal_force)
+            read(state)
+            self._belly_n = contacts(foot_force, normal_force)
             k += 1
             self._step = k
-            if k % every_sensor == 0:
-                self._sense(k)
-            if k % every_estimate == 0:
-                self._estimate()
-            if k % every_expected == 0:
-                self._expect()
-            if k % every_record == 0:
-                data[count] = row
-                plant.write_truth(
-                    truth[count], k * dt, m.base, m.com, m.rotation, m.foot_force, m.normal_force, m.ropes,
-                    m.drill_wrench, m.axes, m.supply,
-                )  # fmt: skip
+            due = flags[k % period]
+            if due & SLOW:
+                self._slow_step(k, due, data[count], truth[count])
+            else:
+                do(due, data[count], truth[count])
+            if due & RECORD:
                 count += 1
-            if k >= self._last:
-                self.finished = True
         self._check_finite(data[:count], truth[:count])
         return data[:count], truth[:count]
 
-    def _sense(self, k: int) -> None:
-        m = self.machine
-        if self._samples >= len(self._noise):
-            self._noise, self._samples = m.noise_rng.standard_normal((1000, sensing.NOISES)), 0
-        plant.rotation_matrix(m.base[3:7], m.rotation)
-        sensing.sense(
-            self._row, k * self.dt, m.q, m.base, m.rotation, m.axes, m.supply, m.ropes, m.command, m.transducers,
-            m.sensors, self._noise[self._samples], m.late, k // self._every_sensor, GRAVITY_M_S2, m.gravity_in_body,
-        )  # fmt: skip
-        self._samples += 1
+    def _slow_step(self, k: int, due: int, data_row: Array, truth_row: Array) -> None:
+        """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
+        self._do(due & (SENSE | ESTIMATE), data_row, truth_row)
+        if k % self._every_expected == 0:
+            self._expect()
+        self._do(due & RECORD, data_row, truth_row)
+        if k >= self._last:
+            self.finished = True
+        if k % self._every_tick == 0:
+            self._tick(k * self.dt)
+        self._do(due & (CONTROL | PLANT), data_row, truth_row)
 
-    def _estimate(self) -> None:
-        row, chain = self._row, self.machine.chain
-        chain.step(
-            row[sensing.PRESSURE_A], row[sensing.PRESSURE_B], row[sensing.POSITION], self.machine.gravity_in_body,
-            row[sensing.VALVE], row[sensing.TEMPERATURE],
+    def _do(self, flags: int, data_row: Array | None = None, truth_row: Array | None = None) -> None:
+        m, k, chain = self.machine, self._step, self.machine.chain
+        if flags & SENSE:
+            self._samples += 1
+            if self._samples >= len(self._noise):
+                self._noise, self._samples = m.noise_rng.standard_normal((1000, sensing.NOISES)), 0
+        between_steps(
+            flags, k, self.dt, k // self._every_sensor, self._control_dt, self.scenario.rates.hydraulic_substeps,
+            m.locked, GRAVITY_M_S2, m.board.array, self._noise[self._samples], self._row,
+            self._empty[0] if data_row is None else data_row, self._empty[1] if truth_row is None else truth_row,
+            *chain.arrays,
         )  # fmt: skip
-        row[ESTIMATES] = chain.row[:N_ESTIMATES]
-        row[CONTACT] = chain.method("contact")
 
     def _expect(self) -> None:
         row, m = self._row, self.machine
         row[EXPECTED] = m.expectation.loads(
-            row[sensing.POSITION], m.gravity_in_body, row[sensing.ROPE], row[sensing.ATTITUDE], m.drill_belief()
+            row[sensing.POSITION], m.board.gravity_in_body, row[sensing.ROPE], row[sensing.ATTITUDE], m.drill_belief()
         )
 
     # ---- the slow tick -------------------------------------------------------------------------------------
 
     def _tick(self, t: float) -> None:
-        m = self.machine
+        m, b = self.machine, self.machine.board
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         if m.drill.update(t, 1.0 / TICK_HZ):
@@ -195,12 +185,12 @@ class Simulation:
             m.drill.store_change_kg = 0.0
         if self._shoves:
             now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
-            m.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
+            m.board.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
         self._command = m.program.update(t, self._every_tick * self.dt, self._measured())
-        self._reference[:] = self._command.reference
-        self._reference_rate[:] = self._command.rate
+        b.reference[:] = self._command.reference
+        b.reference_rate[:] = self._command.rate
         self._command.reference += self._command.rate * self._every_tick * self.dt
-        m.ropes[:, plant.RATE_COMMAND] = self._command.rope_rate_m_s
+        m.board.ropes[:, plant.RATE_COMMAND] = self._command.rope_rate_m_s
         self._row[CARRYING] = self._command.carrying
         self._watch(t)
 
@@ -217,17 +207,19 @@ class Simulation:
     def _watch(self, t: float) -> None:
         m = self.machine
         for k, side in enumerate(SIDES):
-            if self._rope_was_whole[k] and m.ropes[k, plant.WHOLE] == 0.0:
+            if self._rope_was_whole[k] and m.board.ropes[k, plant.WHOLE] == 0.0:
                 self._rope_was_whole[k] = False
                 self.events.append({"t": t, "kind": "rope_broke", "rope": side})
                 m.judge.verdict, self.finished = "rope broke", True
-        if not math.isfinite(m.base[0] + m.base[3] + m.axes[2, c.P_A]):
+        if not math.isfinite(m.board.base[0] + m.board.base[3] + m.board.axes[2, c.P_A]):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
             return
         feet = m.feet_in_world()
-        end = m.judge.look(t, m.rotation, feet, self._command.carrying, m.normal_force > 300.0, self._belly_n)
+        end = m.judge.look(
+            t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, self._belly_n
+        )
         if end is not None:
             self.events.append(end)
             self.finished = True
@@ -237,10 +229,10 @@ class Simulation:
         self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
         if isinstance(event, CutRope):
             side = SIDES.index(event.rope)
-            m.ropes[side, plant.WHOLE] = 0.0
+            m.board.ropes[side, plant.WHOLE] = 0.0
             self._rope_was_whole[side] = False
         elif isinstance(event, SetSupply):
-            m.unit[c.PUMP_SET] = event.pressure_pa + ATMOSPHERE_PA
+            m.board.unit[c.PUMP_SET] = event.pressure_pa + ATMOSPHERE_PA
         elif isinstance(event, Shove):
             self._shoves.append(event)
         elif isinstance(event, Payload):
@@ -269,10 +261,10 @@ class Simulation:
             "foot_slip_m": m.judge.slip_m,
             "tilt_deg": math.degrees(m.judge.tilt_rad),
             "hole_depth_m": m.drill.depth_m,
-            "pump_work_j": float(m.supply[c.PUMP_WORK]),
-            "oil_temperature_degc": float(m.supply[c.TEMPERATURE]),
+            "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
+            "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),
-            "body_travel_m": float(np.linalg.norm(m.base[:3] - m.start_base[:3])),
+            "body_travel_m": float(np.linalg.norm(m.board.base[:3] - m.start_base[:3])),
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

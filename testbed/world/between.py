@@ -1,0 +1,101 @@
+"""What happens between two engine steps, in one compiled call: sense, estimate, record, control, plant.
+
+The order is that of the whole testbed (see simulation.py); the parts that are due come as flags.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from testbed.control.valve_loop import GAIN_COLUMNS, control_step
+from testbed.estimation.chain_kernel import OIL, step_chain
+from testbed.laws import columns as c
+from testbed.laws import drill as d
+from testbed.world import plant, sensing
+from testbed.world.board import OFFSETS
+
+SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW = 1, 2, 4, 8, 16, 32
+"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then."""
+
+_Q, _QD, _BASE, _FOOT, _NORMAL = (OFFSETS[n] for n in ("q", "qd", "base", "foot_force", "normal_force"))
+_TAU, _FORCE, _TORQUE = (OFFSETS[n] for n in ("joint_torque", "force", "torque"))
+_AXES, _PARAMS, _SUPPLY, _UNIT = (OFFSETS[n] for n in ("axes", "params", "supply", "unit"))
+_GEOMETRY, _ROPES, _BODY, _DRILL = (OFFSETS[n] for n in ("geometry", "ropes", "body", "drill_loads"))
+_WRENCH, _SCRATCH, _ROTATION = (OFFSETS[n] for n in ("drill_wrench", "scratch", "rotation"))
+_TRANSDUCERS, _SENSORS, _LATE, _GRAVITY = (OFFSETS[n] for n in ("transducers", "sensors", "late", "gravity_in_body"))
+_COMMAND, _REFERENCE, _RATE = (OFFSETS[n] for n in ("command", "reference", "reference_rate"))
+_INTEGRAL, _GAINS = (OFFSETS[n] for n in ("integral", "gains"))
+_N_AXES, _N_PARAMS = 12 * c.AXIS_STATES, 12 * c.AXIS_PARAMETERS
+_N_ROPES, _N_TRANSDUCERS, _N_LATE = 2 * plant.ROPE_COLUMNS, 24 * sensing.PRESSURE_COLUMNS, 24 * sensing.DELAY_LENGTH
+
+_ESTIMATES = len(sensing.MEASURED_COLUMNS)
+N_ESTIMATES, N_CONTACT = 36, 4
+_CONTACT_ROW = 11
+"""Row of the chain's output that holds the contact word."""
+
+
+@njit(cache=True)
+def between_steps(
+    flags: int, step: int, dt: float, sensor_step: int, control_dt: float, substeps: int, locked: bool, gravity: float,
+    board: Any, noise: Any, row: Any, data_row: Any, truth_row: Any,
+    chain_legs: Any, chain_common: Any, chain_state: Any, chain_out: Any,
+) -> None:  # fmt: skip
+    """Do the parts named by `flags` after `step` engine steps of `dt` s.
+
+    board: Board.array; noise: normal numbers of this sample (sensing.NOISES); row: the running data row;
+    data_row, truth_row: where a record goes; chain_*: the estimator chain's arrays.
+    """
+    t = step * dt
+    base = board[_BASE:_FOOT]
+    rotation = board[_ROTATION:_TRANSDUCERS].reshape(3, 3)
+    axes = board[_AXES : _AXES + _N_AXES].reshape(12, c.AXIS_STATES)
+    supply = board[_SUPPLY : _SUPPLY + c.SUPPLY_STATES]
+    ropes = board[_ROPES : _ROPES + _N_ROPES].reshape(2, plant.ROPE_COLUMNS)
+    command = board[_COMMAND : _COMMAND + 12]
+    foot_force = board[_FOOT:_NORMAL].reshape(4, 3)
+    if flags & SENSE:
+        plant.rotation_matrix(base[3:7], rotation)
+        sensing.sense(
+            row, t, board[_Q:_QD], base, rotation, axes, supply, ropes, command,
+            board[_TRANSDUCERS : _TRANSDUCERS + _N_TRANSDUCERS].reshape(24, sensing.PRESSURE_COLUMNS),
+            board[_SENSORS:_LATE], noise, board[_LATE : _LATE + _N_LATE].reshape(24, sensing.DELAY_LENGTH),
+            sensor_step, gravity, board[_GRAVITY : _GRAVITY + 3],
+        )  # fmt: skip
+    if flags & ESTIMATE:
+        chain_common[OIL] = row[sensing.TEMPERATURE]
+        step_chain(
+            row[13:25], row[25:37], row[1:13], board[_GRAVITY : _GRAVITY + 3], row[37:49],
+            chain_legs, chain_common, chain_state, chain_out,
+        )  # fmt: skip
+        for k in range(9):
+            for leg in range(4):
+                row[_ESTIMATES + 4 * k + leg] = chain_out[k, leg]
+        for leg in range(4):
+            row[_ESTIMATES + N_ESTIMATES + leg] = chain_out[_CONTACT_ROW, leg]
+    if flags & RECORD:
+        data_row[:] = row
+        plant.write_truth(
+            truth_row, t, base, board[_BODY : _BODY + 3], rotation, foot_force, board[_NORMAL : _NORMAL + 4], ropes,
+            board[_WRENCH : _WRENCH + 6], axes, supply,
+        )  # fmt: skip
+    if flags & CONTROL:
+        reference, rate = board[_REFERENCE : _REFERENCE + 12], board[_RATE : _RATE + 12]
+        for i in range(12):
+            reference[i] += rate[i] * control_dt
+            row[_ESTIMATES + N_ESTIMATES + 2 * N_CONTACT + i] = reference[i]
+        control_step(
+            row[1:13], reference, rate, board[_INTEGRAL : _INTEGRAL + 12],
+            board[_GAINS : _GAINS + 12 * GAIN_COLUMNS].reshape(12, GAIN_COLUMNS), locked, control_dt, command,
+        )  # fmt: skip
+    if flags & PLANT:
+        plant.plant_step(
+            board[_Q:_QD], board[_QD:_BASE], base, command, foot_force,
+            axes, board[_PARAMS : _PARAMS + _N_PARAMS].reshape(12, c.AXIS_PARAMETERS), supply,
+            board[_UNIT : _UNIT + c.SUPPLY_PARAMETERS], board[_GEOMETRY : _GEOMETRY + 4], ropes,
+            board[_BODY : _BODY + plant.BODY_COLUMNS], board[_DRILL : _DRILL + d.DRILL_COLUMNS],
+            board[_SCRATCH : _SCRATCH + 60].reshape(5, 12), rotation,
+            board[_TAU : _TAU + 12], board[_FORCE : _FORCE + 3], board[_TORQUE : _TORQUE + 3],
+            board[_WRENCH : _WRENCH + 6], dt, substeps, gravity,
+        )  # fmt: skip

@@ -1,0 +1,81 @@
+"""Forces and moments on the robot add up to the change of its momentum, on every ground, slope and loading order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.parameters.names import GRAVITY_M_S2
+from testbed.parameters.scenario import load_scenario
+from testbed.world.simulation import Simulation
+
+BOUND = 0.005
+"""Share of the weight."""
+
+
+def residuals(kind: str, order: str, slope: float, steps: int = 40) -> tuple[np.ndarray, np.ndarray, Simulation]:
+    """Largest residual of force (share of the weight) and of moment (weight x 1 m) over single steps while drilling."""
+    import pybullet as p
+
+    overrides = [f"terrain.kind={kind}", f"terrain.loading_order={order}", f"terrain.slope_deg={slope}"]
+    overrides += ["task.start_s=0.05", "rates.record_hz=1000"]
+    overrides += ["terrain.roughness_m=0.05"] if kind == "heightfield" else []
+    world = Simulation(load_scenario("drill_slope_45", overrides, duration=1.0))
+    engine, board = world.machine.engine, world.machine.board
+    masses = engine.masses()
+    weight = float(masses.sum()) * GRAVITY_M_S2
+    force_error, moment_error = np.zeros(3), np.zeros(3)
+    try:
+        world.run_block(400)
+        for _ in range(steps):
+            before, turning_before = engine.momentum()
+            given, torque, at = board.force.copy(), board.torque.copy(), board.base[:3].copy()
+            centre = np.average([engine.link_position(i) for i in range(-1, len(masses) - 1)], axis=0, weights=masses)
+            world.run_block(1)
+            after, turning_after = engine.momentum()
+            force = board.foot_force.sum(axis=0) + given + [0.0, 0.0, -weight]
+            moment = np.cross(at, given) + torque + np.cross(centre, [0.0, 0.0, -weight])
+            for row in p.getContactPoints(physicsClientId=engine.client):
+                sign = 1.0 if row[1] == engine.robot else -1.0
+                contact = row[9] * np.array(row[7]) + row[10] * np.array(row[11]) + row[12] * np.array(row[13])
+                moment += np.cross(row[6], sign * contact)
+            force_error = np.maximum(force_error, np.abs(force - (after - before) / world.dt))
+            moment_error = np.maximum(moment_error, np.abs(moment - (turning_after - turning_before) / world.dt))
+    finally:
+        world.close()
+    return force_error / weight, moment_error / weight, world
+
+
+def check(kind: str, order: str, slope: float) -> None:
+    force, moment, _ = residuals(kind, order, slope)
+    assert force.max() < BOUND, f"force residual {force} of the weight"
+    assert moment.max() < BOUND, f"moment residual {moment} of the weight at 1 m"
+
+
+@pytest.mark.parametrize("order", ["robot_first", "ground_first"])
+@pytest.mark.parametrize("kind", ["plane", "box", "heightfield"])
+def test_forces_and_moments_change_the_momentum_on_30_degrees(kind: str, order: str) -> None:
+    check(kind, order, 30.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("slope", [0.0, 60.0, 80.0])
+@pytest.mark.parametrize("order", ["robot_first", "ground_first"])
+@pytest.mark.parametrize("kind", ["plane", "box", "heightfield"])
+def test_forces_and_moments_change_the_momentum(kind: str, order: str, slope: float) -> None:
+    check(kind, order, slope)
+
+
+def test_recorded_forces_carry_the_weight_while_standing() -> None:
+    """From the recorded columns alone: feet + ropes = weight upwards, nothing sideways, within 0.5 % of the weight."""
+    world = Simulation(load_scenario("stand_slope_45", ["hydraulics.valves_locked=true"], duration=2.0))
+    try:
+        _, truth = world.run_block(2000)
+        columns = {name: truth[:, i] for i, name in enumerate(world.truth_columns)}
+    finally:
+        world.close()
+    names = [f"foot_force_in_world_{leg}" for leg in ("fl", "fr", "rl", "rr")]
+    names += ["rope_force_in_world_left", "rope_force_in_world_right"]
+    total = np.stack([sum(columns[f"{n}_{k}"] for n in names) for k in "xyz"], axis=1).mean(axis=0)
+    weight = 4000.0 * 9.81
+    assert np.abs(total - [0.0, 0.0, weight]).max() < BOUND * weight
