@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from testbed.estimation.calibration import Calibrated
+    from testbed.estimation.friction_identification import Identification
     from testbed.parameters.provenance import Quantity
 
 
@@ -120,3 +122,30 @@ def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: b
     if summary.get("interrupted"):
         print(f"Interrupted: what was recorded is readable in {folder}")
     print(f"Report: {report}")
+
+
+def print_calibration(result: Calibrated) -> None:
+    """Every sensor's a and b with one standard deviation, and what the fit rests on."""
+    rows = []
+    for name, s in result.sensors.items():
+        a_sd, b_sd = (float(s.covariance[i, i]) ** 0.5 for i in (0, 1))
+        span = f"{s.span_v[0]:.3f} to {s.span_v[1]:.3f}"
+        rows.append([name, f"{s.a:.5f}", f"{a_sd:.5f}", f"{s.b:.5f}", f"{b_sd:.5f}", span, s.warning])
+    heads = ["sensor", "a", "sd of a", "b, V", "sd of b, V", "seen, V", "note"]
+    print_table("Calibration p = k (a V + b)", heads, rows)
+    how = "friction fitted" if result.friction_fitted else "hardly any sliding: friction counts as an error"
+    print(f"residual {result.residual_n:.1f} N over {result.rows} rows, {result.outliers} outliers left out, {how}")
+
+
+def print_identification(result: Identification, out: Path) -> None:
+    """The eight parameters with their intervals, and why some are not shown."""
+    rows = [
+        [p.name, f"{p.value:.5g}", f"{p.interval90[0]:.5g} to {p.interval90[1]:.5g}", p.unit, p.why]
+        for p in result.parameters
+    ]
+    print_table("Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows)
+    plus, minus = result.residual_n
+    print(
+        f"residual {plus:.1f} N extending, {minus:.1f} N retracting, over {result.rows} rows of "
+        f"{', '.join(result.recordings)}; model in {out}"
+    )
