@@ -122,6 +122,32 @@ def test_looking_does_not_change_what_is_looked_at() -> None:
     assert np.array_equal(np.vstack(rows[:4]), np.vstack(rows[4:]))
 
 
+def test_a_number_that_is_none_ends_the_run_and_its_last_records_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from testbed.cli import main
+    from testbed.world.simulation import Simulation
+
+    whole = Simulation.run_block
+
+    def broken(self: Simulation, rows: int) -> object:
+        if self._step >= 100:
+            self.machine.board.axes[2, 0] = np.nan  # a cylinder's position is lost
+        return whole(self, rows)
+
+    monkeypatch.setattr(Simulation, "run_block", broken)
+    changes = ["--set", "rates.record_hz=100", "--duration", "5", "--out", str(tmp_path / "run")]
+    monkeypatch.setattr(sys, "argv", ["testbed", "run", "stand_flat", *changes])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1 and "not finite" in line and str(tmp_path / "run") in line
+    run = read_run(tmp_path / "run")
+    assert run.summary is not None and run.summary["verdict"].startswith("fault: ")
+    assert len(run.time_s) > 100  # the good second, and the rows that led to the fault
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_is_finished_readable_and_says_so(tmp_path: Path, number: signal.Signals) -> None:
@@ -137,7 +163,7 @@ def test_an_interrupted_run_is_finished_readable_and_says_so(tmp_path: Path, num
         str(tmp_path / "run"),
     ]
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    _wait_for(lambda: len(list((tmp_path / "run/data.parquet").glob("part-*"))) >= 2)
+    _wait_for_parts(child, tmp_path / "run/data.parquet")
     os.kill(child.pid, number)
     out, err = child.communicate(timeout=60)
     assert (child.returncode, err) == (130, "")
@@ -161,8 +187,8 @@ def test_a_killed_run_can_be_viewed(tmp_path: Path) -> None:
         "--out",
         str(tmp_path / "run"),
     ]
-    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _wait_for(lambda: len(list((tmp_path / "run/truth.parquet").glob("part-*"))) >= 2)
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True)
+    _wait_for_parts(child, tmp_path / "run/truth.parquet")
     child.kill()
     child.wait()
     assert read_run(tmp_path / "run").time_s[-1] >= 2.0
@@ -195,8 +221,9 @@ def test_json_on_standard_output_is_the_summary(tmp_path: Path) -> None:
     assert json.loads(done.stdout) == json.loads((tmp_path / "run/summary.json").read_text())
 
 
-def _wait_for(condition: object, timeout_s: float = 90.0) -> None:
+def _wait_for_parts(child: subprocess.Popen[str], folder: Path, count: int = 2, timeout_s: float = 90.0) -> None:
     end = time.monotonic() + timeout_s
-    while not condition():  # type: ignore[operator]
+    while len(list(folder.glob("part-*"))) < count:
+        assert child.poll() is None, f"ended too early: {child.communicate()}"
         assert time.monotonic() < end, "timed out"
         time.sleep(0.05)

@@ -12,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from testbed.errors import SimulationFault
 from testbed.evaluation.description import recording_meta
 from testbed.evaluation.expectations import unmet
 from testbed.evaluation.metrics import run_metrics, wanted_columns
@@ -75,6 +76,10 @@ def _record(scenario: Scenario, simulation: Any, folder: Path, progress: Progres
                 if stopped():
                     result.interrupted = True
                     break
+    except SimulationFault as error:
+        fault = error
+        recorder.write(*simulation.last_rows())  # what led to it
+        raise SimulationFault(f"{error}; its last records are in {folder}") from error
     except BaseException as error:
         fault = error
         raise

@@ -72,6 +72,7 @@ class Simulation:
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False
         self._step = 0
+        self._block = np.zeros((0, len(DATA_COLUMNS))), np.zeros((0, len(TRUTH_COLUMNS)))
         rates = scenario.rates
         hz = rates.physics_hz
         self.dt = 1.0 / hz
@@ -119,7 +120,8 @@ class Simulation:
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
         engine, board = self.machine.engine, self.machine.board
-        data, truth = np.empty((rows, len(DATA_COLUMNS))), np.empty((rows, len(TRUTH_COLUMNS)))
+        data, truth = np.zeros((rows, len(DATA_COLUMNS))), np.zeros((rows, len(TRUTH_COLUMNS)))
+        self._block = data, truth
         apply, advance, read, contacts, do = engine.apply, engine.step, engine.read, engine.contacts, self._do
         torques, force, torque, base = board.joint_torque, board.force, board.torque, board.base
         state, foot_force, normal_force = board.engine_state, board.foot_force, board.normal_force
@@ -245,6 +247,12 @@ class Simulation:
                 raise SimulationFault(
                     f"{name} column {columns[bad[0, 1]]} is not finite at t = {block[bad[0, 0], 0]:.3f} s"
                 )
+
+    def last_rows(self) -> tuple[Array, Array]:
+        """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
+        data, truth = self._block
+        count = int(np.count_nonzero(truth[:, 0]))  # the first row's time is above 0
+        return data[:count], truth[:count]
 
     # ---- what others ask -----------------------------------------------------------------------------------
 
