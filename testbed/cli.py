@@ -119,6 +119,60 @@ def view(
         webbrowser.open(report.resolve().as_uri())
 
 
+@app.command()
+def calibrate(
+    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Folders of one rig's recordings.")],
+    json: Json = False,
+) -> None:
+    """Calibrate the pressure sensors: a and b of p = k (a V + b) with their uncertainty."""
+    from testbed.estimation.calibration import calibrate as fit
+    from testbed.parameters.recording import read_recording
+    from testbed.report.console import print_calibration, print_json
+
+    result = fit([read_recording(folder) for folder in recordings])
+    if json:
+        print_json(result.tree())
+    else:
+        print_calibration(result)
+
+
+@app.command()
+def identify(
+    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/ and verify/.")],
+    out: Annotated[Path, typer.Option(help="Model file to write.")],
+    json: Json = False,
+) -> None:
+    """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot show."""
+    from testbed.estimation.friction_identification import identify_rig
+    from testbed.parameters.leg_model import write_model
+    from testbed.parameters.recording import read_rig
+    from testbed.report.console import print_identification, print_json
+
+    result = identify_rig(read_rig(rig))
+    write_model(out, result.model)
+    if json:
+        print_json(result.tree())
+    else:
+        print_identification(result, out)
+
+
+@app.command()
+def filters(
+    out: Annotated[Path, typer.Option(help="Folder for filters.json.")],
+    steps: Annotated[int, typer.Option(min=10, help="True steps in the trial of lock-out and delay.")] = 10_000,
+    json: Json = False,
+) -> None:
+    """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one table."""
+    from testbed.evaluation.filters_benchmark import run_benchmark, table
+    from testbed.report.console import print_json, print_table
+
+    answer = run_benchmark(out, steps=steps)
+    if json:
+        print_json(answer)
+    else:
+        print_table("Root mean square error of the filters", *table(answer))
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv

@@ -86,6 +86,9 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
     if expected:
         rows.append(("expected load error, worst leg", _newton(max(expected))))
+    named = (summary.get("residuals") or {}).get("stands_out")
+    if named:
+        rows.append(("stands out", f"{named['leg']}, {_newton(named['error_n'])} short of the expected load"))
     detector = summary.get("detector")
     if detector:
         delay = detector["delay_median_s"]

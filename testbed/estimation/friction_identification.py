@@ -1,0 +1,210 @@
+"""Friction (5) identified from recordings: eight parameters with 90 % intervals, and which of them are not shown.
+
+A rig with recordings in the air is identified on those alone, all else as declared. A rig without any (a bench with a
+load cell, a drive) is identified on all of `identify`, together with what it leaves undeclared: its mass, and the
+constant force of a sensor's zero; of a `cylinder` the area too, as a seal's bore is nominal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.estimation.friction_evidence import MINIMUM_ROWS, Evidence, gather
+from testbed.estimation.friction_posterior import C_HIGH, C_LOW, Side, curve, fit_side
+from testbed.parameters.known import Known
+from testbed.parameters.leg_model import Friction, LegModel
+from testbed.parameters.recording import Recording, Rig
+
+Array = NDArray[np.float64]
+SIDES = ("plus", "minus")
+FIELDS = ("viscous_{}_n_s_m", "coulomb_{}_n", "stribeck_{}_n", "stribeck_speed_{}_m_s")
+UNITS = ("N s/m", "N", "N", "m/s")
+
+
+@dataclass(frozen=True)
+class Identified:
+    """One parameter: value, 90 % interval, whether the motion shows it, and if not, why."""
+
+    name: str
+    value: float
+    unit: str
+    interval90: tuple[float, float]
+    shown: bool
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What an identification found: the model, its parameters, the residual per side in N, rows used, recordings."""
+
+    model: LegModel
+    parameters: tuple[Identified, ...]
+    residual_n: tuple[float, float]
+    rows: int
+    recordings: tuple[str, ...]
+
+    def tree(self) -> dict[str, object]:
+        """As JSON carries it."""
+        return {
+            "parameters": {
+                p.name: {"value": p.value, "unit": p.unit, "interval90": list(p.interval90), "shown": p.shown}
+                | ({"why": p.why} if p.why else {})
+                for p in self.parameters
+            },
+            "residual_n": dict(zip(SIDES, self.residual_n, strict=True)),
+            "rows": self.rows,
+            "recordings": list(self.recordings),
+        }
+
+
+def identify_rig(rig: Rig) -> Identification:
+    """Identify a rig on its `identify` recordings. Raises InputError where they cannot serve, naming which and why."""
+    free = [r for r in rig.identify if r.is_free]
+    return identify(free or list(rig.identify), rig.known, rig.kind)
+
+
+def identify(recordings: Sequence[Recording], known: Known, kind: str = "vertical-leg") -> Identification:
+    """Identify from given recordings whose external force is known (0 N in the air, or a load cell's)."""
+    evidence = gather(recordings, known)
+    known, offset, evidence = _undeclared(evidence, known, kind)
+    sides = [_side(evidence, sign, recordings) for sign in (1.0, -1.0)]
+    parameters = tuple(p for name, side in zip(SIDES, sides, strict=True) for p in _parameters(name, side, evidence))
+    friction = Friction(**{p.name: p.value for p in parameters})
+    names = tuple(r.name for r in recordings)
+    intervals = ", ".join(f"{p.name} [{p.interval90[0]:.4g}, {p.interval90[1]:.4g}]" for p in parameters)
+    unseen = ", ".join(p.name for p in parameters if not p.shown)
+    model = LegModel(
+        rig=kind,  # type: ignore[arg-type]
+        known=known,
+        friction=friction,
+        force_offset_n=offset,
+        description=f"friction (5) identified on {', '.join(names)}; 90 % intervals: {intervals}"
+        + (f"; not shown by the motion: {unseen}" if unseen else ""),
+    )
+    return Identification(model, parameters, (sides[0].residual_n, sides[1].residual_n), len(evidence), names)
+
+
+def _side(evidence: Evidence, sign: float, recordings: Sequence[Recording]) -> Side:
+    rows = evidence.velocity_m_s * sign > 0.0
+    if rows.sum() < MINIMUM_ROWS // 2:
+        way = "extends" if sign > 0 else "retracts"
+        raise InputError(
+            f"the piston hardly ever {way}: {int(rows.sum())} rows",
+            file=recordings[0].folder.parent,
+            allowed=f"at least {MINIMUM_ROWS // 2} rows in each direction",
+        )
+    return fit_side(np.abs(evidence.velocity_m_s[rows]), sign * evidence.force_n[rows])
+
+
+def _parameters(name: str, side: Side, evidence: Evidence) -> list[Identified]:
+    low, high = np.quantile(side.draws, [0.05, 0.95], axis=0)
+    low, high = np.minimum(low, side.value), np.maximum(high, side.value)
+    speeds = np.abs(evidence.velocity_m_s[(evidence.velocity_m_s > 0) == (name == "plus")])
+    reasons = _unseen(side, low, high, speeds)
+    return [
+        Identified(
+            field.format(name),
+            float(side.value[i]),
+            UNITS[i],
+            (float(low[i]), float(high[i])),
+            not reasons[i],
+            reasons[i],
+        )
+        for i, field in enumerate(FIELDS)
+    ]
+
+
+def _unseen(side: Side, low: Array, high: Array, speed: Array) -> list[str]:
+    """Why a parameter is not shown by the motion, '' where it is.
+
+    A force counts as shown when its interval is narrower than a quarter of the friction's mean; the viscous one
+    at the highest speed; the Stribeck speed when its interval spans less than a factor 4 and F_s0 is not 0.
+    """
+    mean = max(float(np.mean(curve(side.value, speed))), 1e-9)
+    slow, fast = np.quantile(speed, [0.02, 0.98])
+    width = high - low
+    span = f"speeds from {slow * 1e3:.1f} to {fast * 1e3:.1f} mm/s"
+    out = ["", "", "", ""]
+    if width[0] * fast > 0.25 * mean:
+        out[0] = f"{span} hardly change the friction"
+    if width[1] > 0.25 * mean:
+        out[1] = f"{span} do not tell the Coulomb from the other parts"
+    if width[2] > 0.25 * mean:
+        out[2] = f"{span} hold too little of the Stribeck range"
+    if low[2] <= 0.02 * mean:
+        out[3] = "the Stribeck part may be absent"
+    elif high[3] / low[3] > 4.0:
+        out[3] = f"{span} hold too little of the Stribeck range"
+    for i in range(3):
+        if high[i] <= 0.0:
+            out[i] = "at its bound 0: these data would have it negative"
+    return out
+
+
+def _undeclared(evidence: Evidence, known: Known, kind: str) -> tuple[Known, float, Evidence]:
+    """Identify what is not declared and take it out of the rows: (known with it, force offset N, rows).
+
+    Linear in mass, offset and area for given Stribeck speeds; asymmetric Coulomb friction cannot be told from an
+    offset in motion, so that where an offset is sought the Coulomb part counts as equal both ways.
+    """
+    columns: dict[str, Array] = {}
+    if known.moving_mass_kg is None and np.std(evidence.acceleration_m_s2) > 0.05:
+        columns["mass"] = evidence.acceleration_m_s2 - known.gravity_along_axis_m_s2
+    if kind != "vertical-leg":
+        columns["offset"] = -np.ones(len(evidence))
+    if kind == "cylinder":
+        columns["area"] = -evidence.pressure_a_pa
+    if not columns:
+        return known, 0.0, evidence
+    extra = np.column_stack(list(columns.values()))
+    theta = _extra_parameters(evidence, extra)
+    found = dict(zip(columns, theta, strict=True))
+    rest = Evidence(
+        evidence.velocity_m_s,
+        evidence.force_n - extra @ theta,
+        evidence.acceleration_m_s2,
+        evidence.pressure_a_pa,
+        evidence.recording,
+    )
+    changes: dict[str, float] = {}
+    if "mass" in found:
+        changes["moving_mass_kg"] = max(found["mass"], 0.0)
+    if "area" in found:
+        changes["bore_m"] = math.sqrt(4.0 / math.pi * (known.area_a_m2 + found["area"]))
+    return known.model_copy(update=changes), float(found.get("offset", 0.0)), rest
+
+
+def _extra_parameters(evidence: Evidence, extra: Array) -> Array:
+    """Coefficients (k,) of `extra` in the best joint fit with friction (5), equal Coulomb parts, robustly weighted.
+
+    Friction's own coefficients cannot be negative; those of `extra` can: each enters with either sign.
+    """
+    from scipy.optimize import nnls
+
+    v, y = evidence.velocity_m_s, evidence.force_n
+    plus = v > 0.0
+    scale = np.abs(extra).max(axis=0)
+    best: tuple[float, Array] = (np.inf, np.zeros(extra.shape[1]))
+    for c in np.geomspace(C_LOW, C_HIGH, 12):
+        bump = np.sign(v) * np.exp(-np.abs(v) / c)
+        friction = np.column_stack([v * plus, v * ~plus, np.sign(v), bump * plus, bump * ~plus])
+        size = np.maximum(np.linalg.norm(friction, axis=0), 1e-300)
+        x = np.column_stack([friction / size, extra / scale, -extra / scale])
+        weight = np.ones(len(y))
+        for _ in range(4):
+            root = np.sqrt(weight)
+            theta = nnls(x * root[:, None], y * root)[0]
+            residual = y - x @ theta
+            spread = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
+            weight = np.minimum(1.0, 2.5 * spread / np.maximum(np.abs(residual), 1e-12))
+        cost = float(np.sum(weight * residual**2))
+        if cost < best[0]:
+            k = extra.shape[1]
+            best = (cost, (theta[5 : 5 + k] - theta[5 + k :]) / scale)
+    return best[1]

@@ -1,0 +1,183 @@
+"""Friction (5) identified: known parameters come back, intervals hold what they promise, bad data are named."""
+
+import math
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbed.errors import InputError
+from testbed.estimation.friction_evidence import gather
+from testbed.estimation.friction_identification import identify, identify_rig
+from testbed.estimation.friction_posterior import correlation_inflation, curve, fit_side
+from testbed.evaluation.identification_trials import (
+    KNOWN,
+    UNSEEN_M_S,
+    air_recording,
+    coverage,
+    eight,
+    random_friction,
+    speed_profile,
+)
+from testbed.parameters.leg_model import read_model, write_model
+from testbed.parameters.recording import read_recording, read_rig
+
+FRICTION = random_friction(np.random.default_rng(1))
+DATA = os.environ.get("TESTBED_DATA")
+
+
+def binomial_two_sided(successes, trials, p):
+    """Two-sided p-value: total probability of outcomes no likelier than the one observed."""
+    from scipy.stats import binomtest
+
+    return binomtest(successes, trials, p).pvalue
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return air_recording(FRICTION, 1)
+
+
+def test_curve_equals_the_hand_computed_friction():
+    # 5000 * 0.02 + 600 + 200 exp(-0.02 / 0.007) = 711.49 N
+    assert curve(np.array([5000.0, 600.0, 200.0, 0.007]), np.array([0.02]))[0] == pytest.approx(711.487, abs=1e-3)
+
+
+def test_noise_free_rows_give_back_the_four_parameters():
+    true = np.array([4000.0, 700.0, 250.0, 0.008])
+    speed = np.geomspace(0.002, 0.12, 200)
+    assert fit_side(speed, curve(true, speed)).value == pytest.approx(true, rel=0.01)
+
+
+def test_eight_parameters_lie_in_or_near_their_intervals(recording):
+    found = identify([recording], KNOWN)
+    for p, true in zip(found.parameters, eight(FRICTION), strict=True):
+        width = p.interval90[1] - p.interval90[0]
+        assert p.interval90[0] - width <= true <= p.interval90[1] + width
+        assert p.shown
+
+
+def test_friction_at_unseen_speeds_is_predicted_within_five_per_cent(recording):
+    found, true = eight(identify([recording], KNOWN).model.friction), eight(FRICTION)
+    for side in (slice(0, 4), slice(4, 8)):
+        assert curve(found[side], UNSEEN_M_S) == pytest.approx(curve(true[side], UNSEEN_M_S), rel=0.05)
+
+
+def test_motion_without_slow_parts_does_not_show_the_stribeck_speed():
+    fast = speed_profile((0.06, 0.08, 0.1, 0.14))
+    found = {p.name: p for p in identify([air_recording(FRICTION, 2, fast)], KNOWN).parameters}
+    assert not found["stribeck_speed_plus_m_s"].shown
+    assert "mm/s" in found["stribeck_plus_n"].why or "absent" in found["stribeck_speed_plus_m_s"].why
+
+
+def test_motion_at_one_speed_does_not_show_the_viscous_part():
+    found = {p.name: p for p in identify([air_recording(FRICTION, 3, speed_profile((0.02,) * 8))], KNOWN).parameters}
+    assert not found["viscous_plus_n_s_m"].shown
+    assert "hardly change the friction" in found["viscous_plus_n_s_m"].why
+
+
+def test_quick_reversal_leaves_no_row_of_mixed_direction():
+    v = 0.14 * np.sign(np.sin(2 * np.pi * 0.7 * np.arange(0, 8, 1e-3)))
+    v = np.convolve(v, np.ones(30) / 30, "same")
+    rows = gather([air_recording(FRICTION, 4, v)], KNOWN)
+    assert np.all(np.abs(rows.velocity_m_s) > 0.12)
+
+
+def test_correlated_residuals_inflate_the_variance_by_their_sum():
+    # AR(1) with 0.6: (1 + 0.6) / (1 - 0.6) = 4
+    rng = np.random.default_rng(0)
+    r = np.zeros(20000)
+    for k in range(1, r.size):
+        r[k] = 0.6 * r[k - 1] + rng.normal()
+    assert correlation_inflation(r) == pytest.approx(4.0, rel=0.25)
+    assert correlation_inflation(rng.normal(size=20000)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_model_file_of_an_identification_can_be_read_back(recording, tmp_path):
+    model = identify([recording], KNOWN).model
+    write_model(tmp_path / "m.yaml", model)
+    assert read_model(tmp_path / "m.yaml").friction == model.friction
+    assert "90 % intervals" in model.description
+
+
+@pytest.mark.slow
+def test_ninety_per_cent_intervals_hold_the_truth_in_ninety_of_a_hundred_of_400_trials():
+    held, worst = coverage(400, speed_profile(longest_s=1.5, travel_m=0.01))
+    assert worst < 0.05
+    for count in held:  # eight tests at once: 1 % for each
+        assert binomial_two_sided(int(count), 400, 0.90) > 0.01 / 8
+
+
+def test_constant_position_is_named(recording):
+    still = replace(recording, position_m=np.full_like(recording.position_m, 0.2))
+    with pytest.raises(InputError, match=r"position: the position stays at 0.2 m"):
+        identify([still], KNOWN)
+
+
+def test_stuck_sensor_is_named_with_its_time(recording):
+    pa = recording.pressure_a_pa.copy()
+    pa[5000:12000] = pa[5000]
+    with pytest.raises(InputError, match=r"pressure_a: the sensor is stuck .* from t = 4.99\d s to 12 s"):
+        identify([replace(recording, pressure_a_pa=pa)], KNOWN)
+
+
+def test_saturated_sensor_is_named_with_its_time(recording):
+    full = np.arange(len(recording)) > 3000
+    with pytest.raises(InputError, match=r"pressure_b: .* end of its range .* first at t = 3.001 s"):
+        identify([replace(recording, saturated_b=full)], KNOWN)
+
+
+def test_recording_without_known_force_is_named(recording):
+    with pytest.raises(InputError, match="reference_force"):
+        identify([replace(recording, reference_force_n=None)], KNOWN)
+
+
+def test_too_little_motion_is_named():
+    v = np.where(np.arange(4000) < 300, 0.01, 0.0)
+    with pytest.raises(InputError, match="hardly moves"):
+        identify([air_recording(FRICTION, 5, v)], KNOWN)
+
+
+def test_motion_in_one_direction_only_is_named():
+    with pytest.raises(InputError, match="hardly ever retracts"):
+        identify([air_recording(FRICTION, 6, np.full(8000, 0.01))], KNOWN)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t: t[:20], "too few samples"),
+        (lambda t: np.where(np.arange(len(t)) == 500, t - 0.01, t), "time goes backwards at row 500"),
+        (lambda t: np.where(np.arange(len(t)) == 500, np.nan, t), "not finite at row 500"),
+    ],
+)
+def test_faulty_time_is_named_with_its_row(tmp_path, change, said):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    t = change(np.arange(0, 2, 1e-3))
+    pq.write_table(pa.table({"t": t, "x": 0.1 + 0 * t, "p": 1e6 + 0 * t}), tmp_path / "data.parquet")
+    (tmp_path / "recording.yaml").write_text(
+        "format: roboclimber-recording/1\nrig: cylinder\ndata: data.parquet\nsample_rate_hz: 1000\n"
+        "channels:\n  time: {column: t, unit: s}\n  position: {column: x, unit: m, resolution: 0.0001}\n"
+        "  pressure_a: {column: p, unit: Pa}\nknown: {bore_m: 0.07}\n"
+        "reference_force: {kind: free}\n"
+    )
+    with pytest.raises(InputError, match=said):
+        read_recording(tmp_path)
+
+
+@pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with recordings/) is not set")
+def test_rig_without_a_missing_effect_is_predicted_to_a_per_cent_of_its_friction():
+    from testbed.estimation.leg_force import estimate
+    from testbed.estimation.leg_signals import signals_of
+
+    rig = read_rig(Path(DATA) / "recordings" / "rig-01")
+    found = identify_rig(rig)
+    assert found.recordings == ("multisine", "ramps", "shake")
+    sine = next(r for r in rig.verify if r.name == "sine")
+    moving = np.abs(signals_of(sine).velocity_m_s) > 3e-3
+    error = estimate(sine, found.model).force_n[moving]
+    assert math.sqrt(np.mean(error**2)) < 10.0
