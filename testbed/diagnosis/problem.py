@@ -249,4 +249,5 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:
     """The start in fitted units."""
-    return np.array([np.log(c.start) if c.log else c.start for c in coordinates], dtype=np.float64)
+    starts = [min(max(c.start, c.low), c.high) for c in coordinates]
+    return np.array([np.log(x) if c.log else x for c, x in zip(coordinates, starts, strict=True)], dtype=np.float64)

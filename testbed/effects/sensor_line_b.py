@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from testbed.effects.base import Effect, ParameterSpec, Signals, Values
+from testbed.effects.base import Array, Effect, ParameterSpec, Signals, Values
 
-SMOOTHING_HZ = 12.0
-"""Beyond this frequency the inverse of a slow line would only raise noise."""
+SMOOTHING_S = 0.010
+"""Width of the smoothing before the inverse's derivatives: beyond it they would only raise noise."""
 
 
 def line_acceleration_pa_s2(
@@ -25,9 +25,18 @@ def _correct(signals: Signals, p: Values) -> Signals:
     if b is None:
         return signals
     w = 2.0 * math.pi * p["natural_frequency"]
-    rate = np.gradient(b) * signals.rate_hz
+    smooth = _flat(b, SMOOTHING_S * signals.rate_hz)
+    rate = np.gradient(smooth) * signals.rate_hz
     bend = np.gradient(rate) * signals.rate_hz
     return signals.with_(pressure_b_pa=b + (2.0 * p["damping"] / w) * rate + bend / (w * w))
+
+
+def _flat(values: Array, width: float) -> Array:
+    """Twice the Gaussian less the Gaussian twice: smooth, and flat to fourth order."""
+    from scipy.ndimage import gaussian_filter1d
+
+    once = gaussian_filter1d(values, width, mode="nearest")
+    return np.asarray(2.0 * once - gaussian_filter1d(once, width, mode="nearest"), dtype=np.float64)
 
 
 EFFECT = Effect(

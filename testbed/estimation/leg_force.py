@@ -139,19 +139,34 @@ def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
     return np.asarray(np.interp(index, index[known], mean[known]), dtype=np.float64)
 
 
+NARROW_WIDTH_S = 2.0
+"""The amplitude and phase of a narrow-band force may change within this time."""
+
+
 def narrow_band(raw: Array, good: Mask, signals: Signals, frequency: float, harmonics: int = 1) -> Array:
     """The narrow-band part of a force around a frequency and its multiples, N, shape (n,): local amplitude, phase."""
-    width = 2.0 * signals.rate_hz
+    rate = signals.rate_hz
     seconds = signals.time_s - signals.time_s[0]
-    weight = np.maximum(smooth(good.astype(np.float64), width), 1e-3)
-    clean = raw - _fill(raw, good, 1.0 / max(frequency, 0.1) * signals.rate_hz, False)
+    chunk = max(1, round(0.1 * rate))
+    width = NARROW_WIDTH_S * rate / chunk
+    weight = np.maximum(smooth(_chunks(good.astype(np.float64), chunk), width), 1e-3)
+    clean = raw - _fill(raw, good, rate / max(frequency, 0.1), False)
+    middle = (np.arange(len(weight)) + 0.5) * chunk - 0.5
+    index = np.arange(len(raw), dtype=np.float64)
     out = np.zeros_like(raw)
     for multiple in range(1, harmonics + 1):
         phase = 2.0 * np.pi * frequency * multiple * seconds
         for wave in (np.cos(phase), np.sin(phase)):
-            share = smooth(np.where(good, clean * wave, 0.0), width) / weight
-            out += 2.0 * share * wave
+            share = smooth(_chunks(np.where(good, clean * wave, 0.0), chunk), width) / weight
+            out += 2.0 * np.interp(index, middle, share) * wave
     return out
+
+
+def _chunks(values: Array, chunk: int) -> Array:
+    """Means of `chunk` samples (the last one may be shorter)."""
+    starts = np.arange(0, len(values), chunk)
+    sizes = np.diff(np.append(starts, len(values)))
+    return np.asarray(np.add.reduceat(values, starts) / sizes, dtype=np.float64)
 
 
 def write(path: Path, result: ForceEstimate) -> None:

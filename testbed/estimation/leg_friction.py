@@ -17,11 +17,12 @@ Array = npt.NDArray[np.float64]
 def coefficients(friction: Friction, forward: Any) -> tuple[Any, Any, Any, Any]:
     """(sigma, F_c0, F_s0, c_s) of the side of motion, each of shape (n,)."""
     f = friction
+    side = np.asarray(forward, dtype=np.intp)
     return (
-        np.where(forward, f.viscous_plus_n_s_m, f.viscous_minus_n_s_m),
-        np.where(forward, f.coulomb_plus_n, f.coulomb_minus_n),
-        np.where(forward, f.stribeck_plus_n, f.stribeck_minus_n),
-        np.where(forward, f.stribeck_speed_plus_m_s, f.stribeck_speed_minus_m_s),
+        np.array([f.viscous_minus_n_s_m, f.viscous_plus_n_s_m])[side],
+        np.array([f.coulomb_minus_n, f.coulomb_plus_n])[side],
+        np.array([f.stribeck_minus_n, f.stribeck_plus_n])[side],
+        np.array([f.stribeck_speed_minus_m_s, f.stribeck_speed_plus_m_s])[side],
     )
 
 

@@ -1,0 +1,142 @@
+"""The search through sets of effects: a refit first, then one effect, its shapes, another, and exchanges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from testbed.diagnosis.evidence import Evidence, evidence
+from testbed.diagnosis.fit import Fit
+from testbed.diagnosis.hypotheses import SHAPES, LeftOut, available, fit_with
+from testbed.diagnosis.problem import Problem
+from testbed.effects import by_name
+from testbed.effects.base import Effect
+
+LEAST_GAIN = 6.0
+"""Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""
+LEAST_FALL = 0.012
+"""Relative fall of some group's noise that it has to bring."""
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A set of effects, fitted: `gain` over the refit in held-out log-likelihood (filled against a common memory)."""
+
+    names: tuple[str, ...]
+    fit: Fit
+    evidence: Evidence
+
+
+@dataclass(eq=False)
+class Search:
+    """Everything that was tried on a rig."""
+
+    problem: Problem
+    refit: Candidate
+    tried: dict[frozenset[str], Candidate] = field(default_factory=dict)
+    order: list[str] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    best: Candidate | None = None
+
+    def gain(self, candidate: Candidate, memory: Evidence | None = None) -> float:
+        """Held-out log-likelihood over the refit, at the correlation times of the best description."""
+        best = memory or (self.best or self.refit).evidence
+        return candidate.evidence.gain_over(self.refit.evidence, best) - _flexibility(candidate, self.problem)
+
+
+def _flexibility(candidate: Candidate, problem: Problem) -> float:
+    """What a narrow band fits of mere noise: two numbers for each time in which its phase may change."""
+    if "force.periodic" not in candidate.names:
+        return 0.0
+    seconds = sum(float(s.signals.time_s[-1] - s.signals.time_s[0]) for s in problem.series)
+    return seconds / 3.5
+
+
+def search(problem: Problem, refit: Fit, most: int = 2, progress: Progress | None = None) -> Search:
+    """Forward through sets of up to `most` effects, each step with exchanges; all candidates are kept."""
+    tell = progress or (lambda _: None)
+    effects, left_out = available(problem)
+    base = Candidate((), refit, evidence(problem, refit))
+    state = Search(problem, base, {frozenset(): base}, [], left_out, base)
+    current = base
+    for depth in range(most):
+        tell(f"effect {depth + 1}")
+        step = _step(state, current, effects)
+        if step is None:
+            break
+        current = step
+        if depth > 0:
+            current = _exchange(state, current, effects)
+    state.best = current
+    state.order = list(current.names)
+    return state
+
+
+def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate | None:
+    """The best set with one more effect, its shapes fitted where they help; None if nothing helps."""
+    options = [_add(state, current, effect) for effect in effects if effect.name not in current.names]
+    ranked = sorted(options, key=lambda c: -_between(c, current, state))
+    if not ranked or not _helps(ranked[0], current, state):
+        return None
+    # Shapes may turn the tables between the first few: all of them get theirs.
+    leaders = [c for c in ranked[:3] if _between(c, current, state) > 0.5 * _between(ranked[0], current, state)]
+    shaped = [_shape(state, c) for c in leaders]
+    best = max(shaped, key=lambda c: _between(c, current, state))
+    for c in shaped:
+        state.tried[frozenset(c.names)] = c
+    state.best = best
+    return best
+
+
+def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
+    """Gain of one candidate over another, at the first one's correlation times."""
+    price = _flexibility(candidate, state.problem) - _flexibility(other, state.problem)
+    return candidate.evidence.gain_over(other.evidence, candidate.evidence) - price
+
+
+def _helps(candidate: Candidate, other: Candidate, state: Search) -> bool:
+    return (
+        _between(candidate, other, state) > LEAST_GAIN and candidate.evidence.largest_fall(other.evidence) > LEAST_FALL
+    )
+
+
+def _add(state: Search, current: Candidate, effect: Effect) -> Candidate:
+    names = (*current.names, effect.name)
+    key = frozenset(names)
+    fit = fit_with(state.problem, current.fit, effect)
+    candidate = Candidate(names, fit, evidence(state.problem, fit))
+    known = state.tried.get(key)
+    if known is None or _between(candidate, known, state) > 0.0:
+        state.tried[key] = candidate
+    return candidate
+
+
+def _shape(state: Search, candidate: Candidate) -> Candidate:
+    """The candidate with further shapes of its last effect, if they predict held-out blocks better."""
+    name = candidate.names[-1]
+    best = candidate
+    for shapes in SHAPES.get(name, ()):
+        fit = fit_with(state.problem, candidate.fit, by_name(name), shapes, replace_effect=True)
+        trial = Candidate(candidate.names, fit, evidence(state.problem, fit))
+        if _helps(trial, best, state):
+            best = trial
+    return best
+
+
+def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidate:
+    """Each effect but the last is taken out and every other one tried in its place, the last being kept."""
+    best = pair
+    for out in pair.names[:-1]:
+        rest = tuple(n for n in best.names if n != out)
+        without = state.tried.get(frozenset(rest))
+        if without is None:
+            continue
+        found = [_add(state, without, e) for e in effects if e.name not in best.names]
+        leader = max(found, key=lambda c: _between(c, best, state), default=None)
+        if leader is not None:
+            leader = _shape(state, leader)
+            if _between(leader, best, state) > LEAST_GAIN:
+                best = leader
+                state.tried[frozenset(best.names)] = best
+    return best
