@@ -8,7 +8,7 @@ from synthetic_run import RMS_N, synthetic_columns
 
 from testbed.evaluation import metrics
 from testbed.evaluation.expectations import unmet
-from testbed.evaluation.residuals import load_residuals, suspect
+from testbed.evaluation.residuals import beyond_friction, load_residuals, odd_one_out, suspect
 from testbed.parameters.names import LEGS
 from testbed.parameters.scenario_parts import Bound, Expect
 
@@ -108,6 +108,28 @@ def test_one_wrong_leg_is_named_whatever_the_open_combination_does(leg: str, ope
 @pytest.mark.parametrize("residuals", [(100, 0, 0, 0), (900, 900, 900, 900), (800, -800, -800, 800), (900, 900, 0, 0)])
 def test_nobody_is_named_for_small_common_or_open_residuals(residuals: tuple[float, ...]) -> None:
     assert suspect(dict(zip(LEGS, map(float, residuals), strict=True)), dict.fromkeys(LEGS, 6000.0)) is None
+
+
+def test_a_load_that_friction_can_explain_accuses_nobody() -> None:
+    data = {f"expected_{leg}": np.array([5000.0, 5700.0, 4000.0]) for leg in LEGS}
+    data |= {f"estimate_own_low_{leg}": np.full(3, 4500.0) for leg in LEGS}
+    data |= {f"estimate_own_high_{leg}": np.full(3, 5500.0) for leg in LEGS}
+    assert np.array_equal(beyond_friction(data, "own")["rl"], [0.0, 200.0, -500.0])
+
+
+@pytest.mark.parametrize(
+    ("gaps", "leg"),
+    [
+        ((900, 0, 0, 0), "fl"),
+        ((0, 100, -900, 0), "rl"),
+        ((900, 0, 400, 0), None),
+        ((140, 0, 0, 0), None),
+        ((0,) * 4, None),
+    ],
+)
+def test_one_leg_beyond_friction_is_named_and_two_are_not(gaps: tuple[float, ...], leg: str | None) -> None:
+    found = odd_one_out(dict(zip(LEGS, map(float, gaps), strict=True)), dict.fromkeys(LEGS, 6000.0))
+    assert (found.leg if found else None) == leg
 
 
 def test_a_gain_error_shows_in_its_legs_residual() -> None:

@@ -18,6 +18,7 @@ import pytest
 from testbed.evaluation.estimates import estimate_file
 from testbed.evaluation.run import run_scenario
 from testbed.evaluation.runs import read_run
+from testbed.laws import columns
 from testbed.parameters.scenario import load_scenario
 
 METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
@@ -132,7 +133,7 @@ def test_a_number_that_is_none_ends_the_run_and_its_last_records_are_kept(
 
     def broken(self: Simulation, rows: int) -> object:
         if self._step >= 100:
-            self.machine.board.axes[2, 0] = np.nan  # a cylinder's position is lost
+            self.machine.board.axes[2, columns.P_A] = np.nan  # a pressure is lost
         return whole(self, rows)
 
     monkeypatch.setattr(Simulation, "run_block", broken)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.evaluation.residuals import residual_summary
 from testbed.parameters.names import LEGS, SIDES
 
 Array = npt.NDArray[np.float64]
@@ -212,6 +213,7 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float) -> dict[str, An
         "force_rms_n": force_rms_n(data, truth),
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
+        "residuals": residual_summary(data, methods(data)),
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
         "detector": detector_summary(losses, false_alarms(data, truth), hours),

@@ -88,7 +88,8 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("expected load error, worst leg", _newton(max(expected))))
     named = (summary.get("residuals") or {}).get("stands_out")
     if named:
-        rows.append(("stands out", f"{named['leg']}, {_newton(named['error_n'])} short of the expected load"))
+        way = "short of" if named["error_n"] > 0 else "above"
+        rows.append(("stands out", f"{named['leg']}, {_newton(abs(named['error_n']))} {way} the expected load"))
     detector = summary.get("detector")
     if detector:
         delay = detector["delay_median_s"]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.evaluation.metrics import LOSS_FORCE_N, intervals, methods, rms, rope_tension_n
-from testbed.evaluation.residuals import Suspect
+from testbed.evaluation.residuals import Suspect, load_residuals
 from testbed.parameters.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
 from testbed.report.style import (
@@ -90,16 +90,28 @@ def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
     return figure
 
 
-def residuals(t: Array, by_leg: Mapping[str, Array], suspect: Suspect | None, events: Events) -> Figure:
-    """Per leg: expected minus estimated load, its course (mean) over its spread."""
+def residuals(data: Columns, method: str, suspect: Suspect | None, events: Events) -> Figure:
+    """Per leg: expected minus estimated load, over the band of what friction could make of it."""
+    t, by_leg = data["t"], load_residuals(data, method)
     figure, axes = new_figure(4, 6.3)
-    low, high = limits(*by_leg.values(), np.zeros(1))
+    sets = [
+        data[f"expected_{leg}"] - data[f"estimate_{method}_{end}_{leg}"]
+        for leg in LEGS
+        for end in ("low", "high")
+        if f"estimate_{method}_{end}_{leg}" in data
+    ]
+    low, high = limits(*by_leg.values(), *sets, np.zeros(1))
     for ax, leg in zip(axes, LEGS, strict=True):
         ax.axhline(0.0, color=BLACK, lw=0.6)
         median = float(np.median(by_leg[leg]))
         named = suspect is not None and suspect.leg == leg
         colour = VERMILION if named else BLUE
-        ax.plot(*envelope(t, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
+        ends = [data.get(f"estimate_{method}_{end}_{leg}") for end in ("high", "low")]
+        if ends[0] is not None and ends[1] is not None:
+            middle, bottom = course(t, data[f"expected_{leg}"] - ends[0])
+            ax.fill_between(middle, bottom, course(t, data[f"expected_{leg}"] - ends[1])[1], color=BAND, lw=0)
+        else:
+            ax.plot(*envelope(t, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
         ax.plot(*course(t, by_leg[leg]), color=colour, lw=1.2)
         ax.set_title(f"{leg}, {LEG_NAME[leg]}: median {median:+.0f} N" + ("  ← stands out" if named else ""))
         ax.set_ylim(low, high)

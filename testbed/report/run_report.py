@@ -15,7 +15,7 @@ from testbed import __version__
 from testbed.evaluation.metrics import methods, stability_margin, tilt_deg
 from testbed.evaluation.pictures import pictures
 from testbed.evaluation.recorder import write_whole
-from testbed.evaluation.residuals import Suspect, best_method, load_residuals, suspect
+from testbed.evaluation.residuals import Suspect, best_method, load_residuals
 from testbed.evaluation.runs import Run, read_run
 from testbed.parameters.names import LEGS
 from testbed.report.console import summary_rows
@@ -48,7 +48,8 @@ def _contents(run: Run) -> dict[str, Any]:
     method = best_method(methods(run.data))
     by_leg = load_residuals(run.data, method) if method else {}
     enough = len(run.time_s) >= FEWEST_ROWS
-    named = _suspect(run, by_leg) if enough else None
+    found = (summary.get("residuals") or {}).get("stands_out")
+    named = Suspect(**found) if found else None
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
     return {
         "title": f"{summary['scenario']}, seed {summary['seed']}",
@@ -117,13 +118,6 @@ def _words(summary: Mapping[str, Any], named: Suspect | None) -> list[str]:
     return lines
 
 
-def _suspect(run: Run, by_leg: Mapping[str, Array]) -> Suspect | None:
-    if len(by_leg) < len(LEGS):
-        return None
-    medians = {leg: float(np.nanmedian(r)) for leg, r in by_leg.items()}
-    return suspect(medians, {leg: float(np.nanmedian(run.data[f"expected_{leg}"])) for leg in LEGS})
-
-
 def _parts(
     run: Run,
     events: list[dict[str, Any]],
@@ -151,8 +145,8 @@ def _parts(
         )
         if len(by_leg) == len(LEGS) and method:
             word = f"Leg {named}." if named else "No leg stands out by itself."
-            word = f"Expected load less the estimate ({method_name(method)}). {word}"
-            add("Expected minus estimated", word, figures.residuals(data["t"], by_leg, named, events))
+            word = f"Expected load less the estimate ({method_name(method)}); band: what friction leaves open. {word}"
+            add("Expected minus estimated", word, figures.residuals(data, method, named, events))
         window = busiest(truth["t"], truth["foot_load_fl"])
         if truth["t"][-1] - truth["t"][0] > 3.0:
             add(

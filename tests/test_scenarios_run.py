@@ -1,0 +1,46 @@
+"""Every shipped scenario ends as it expects to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from testbed import resources
+from testbed.evaluation.run import run_scenario
+from testbed.parameters.scenario import load_scenario
+
+NAMES = sorted(p.stem for p in resources.folder("scenarios").glob("*.yaml"))
+
+
+def _summary(folder: Path, name: str, *changes: str) -> dict[str, Any]:
+    return run_scenario(load_scenario(name, changes), folder / name).summary
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_it_ends_as_expected(tmp_path: Path, name: str) -> None:
+    summary = _summary(tmp_path, name)
+    assert summary["expectations"] == {"met": True, "unmet": []}
+
+
+@pytest.mark.slow
+def test_without_the_hidden_gain_error_no_leg_stands_out(tmp_path: Path) -> None:
+    summary = _summary(tmp_path, "stand_undeclared_gain", "undeclared=[]", "duration_s=10")
+    assert summary["residuals"]["stands_out"] is None
+    assert summary["expectations"]["met"] is False
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("leg", ["fr", "rl", "rr"])
+def test_the_leg_with_the_wrong_gain_stands_out_wherever_it_is(tmp_path: Path, leg: str) -> None:
+    summary = _summary(tmp_path, "stand_undeclared_gain", f"undeclared.0.at={leg}_vertical", "duration_s=5")
+    assert summary["residuals"]["stands_out"]["leg"] == leg
+
+
+@pytest.mark.slow
+def test_without_ropes_the_robot_slides_down_a_steep_slope(tmp_path: Path) -> None:
+    summary = _summary(tmp_path, "stand_slope_45", "ropes.enabled=false", "terrain.friction=0.4", "duration_s=10")
+    assert summary["verdict"] in ("slid", "fell")
+    assert summary["simulated_s"] < 10.0
