@@ -73,6 +73,20 @@ def estimate(
         print(f"{done['rows']} rows of {', '.join(done['columns'])}: {done['out']}")
 
 
+@app.command()
+def bench(json: Json = False) -> None:
+    """Measure the speed of the whole loop against the bare engine, in one process, alternating."""
+    from testbed.evaluation.bench import bench as measured
+    from testbed.report.console import print_json, print_table, waiting
+
+    with waiting("measuring"):
+        found = measured()
+    if json:
+        print_json(found)
+    else:
+        print_table("Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()])
+
+
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file with its unit, default and range."""
@@ -171,6 +185,31 @@ def filters(
         print_json(answer)
     else:
         print_table("Root mean square error of the filters", *table(answer))
+
+
+@app.command()
+def distribution(
+    out: Annotated[Path, typer.Option(help="Folder for distribution.json.")],
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
+    controller: Annotated[
+        list[str] | None, typer.Option(help="A controller, or file.py:Class; may be repeated. [the four shipped]")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth."""
+    from testbed.evaluation.distribution import benchmark, check, table, write
+    from testbed.report.console import counting_progress, print_json, print_table
+
+    names = check(out, controller)
+    with counting_progress(cases, "cases") as progress:
+        result = benchmark(cases, jobs, names, progress)
+    path = write(result, out)
+    if json:
+        print_json(result)
+    else:
+        print_table("Force distribution", *table(result))
+        print(path)
 
 
 def main() -> None:

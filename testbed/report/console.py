@@ -76,13 +76,39 @@ def run_progress(duration_s: float, name: str) -> Iterator[Callable[[float, str]
         yield lambda now_s, word: bar.update(task, completed=now_s, word=word)
 
 
+@contextmanager
+def counting_progress(total: int, name: str) -> Iterator[Callable[[int], None] | None]:
+    """A progress bar over a count on standard error; None when that is not a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+@contextmanager
+def waiting(word: str) -> Iterator[None]:
+    """A moving sign on standard error while something takes its time; nothing when that is not a terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(word):
+        yield
+
+
 def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The numbers of a summary that a person wants first: (name, value with unit)."""
     rows = [("verdict", str(summary["verdict"]) + (" (interrupted)" if summary.get("interrupted") else ""))]
     wall_s = summary["wall_s"]
     rows.append(("simulated", f"{summary['simulated_s']:.1f} s" + ("" if wall_s is None else f" in {wall_s:.1f} s")))
     for method, value in summary.get("force_rms_n", {}).items():
-        rows.append((f"foot force error, {method.replace('_', ' ')}", _newton(value)))
+        rows.append((f"force error, {method.replace('_', ' ')}", _newton(value)))
     expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
     if expected:
         rows.append(("expected load error, worst leg", _newton(max(expected))))
