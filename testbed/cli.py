@@ -212,6 +212,32 @@ def distribution(
         print(path)
 
 
+@app.command()
+def distribution(
+    out: Annotated[Path, typer.Option(help="Folder for distribution.json.")],
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
+    controller: Annotated[
+        list[str] | None, typer.Option(help="A controller, or file.py:Class; may be repeated. [the four shipped]")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth."""
+    from testbed.evaluation.distribution import benchmark, check, table, write
+    from testbed.report.console import print_json, print_table
+    from testbed.report.progress import counting_progress
+
+    names = check(out, controller)
+    with counting_progress(cases, "cases") as progress:
+        result = benchmark(cases, jobs, names, progress)
+    path = write(result, out)
+    if json:
+        print_json(result)
+    else:
+        print_table("Force distribution", *table(result))
+        print(path)
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv

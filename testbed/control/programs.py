@@ -22,7 +22,14 @@ def program_of(
     loads_n: Array,
 ) -> Program:
     """The program of a scenario's task, from the start posture (12), ropes (2; 2, 3), feet (4, 3) and loads (4)."""
+    program: Program
     if isinstance(scenario.task, Crawl):
         pressure = loads_n @ feet_in_body[:, :2] / loads_n.sum()
-        return CrawlProgram(scenario.task, start, rope_tension_n, rope_directions_in_body, pressure)
-    return Hold(start, scenario.task, scenario.events)
+        program = CrawlProgram(scenario.task, start, rope_tension_n, rope_directions_in_body, pressure)
+    else:
+        program = Hold(start, scenario.task, scenario.events)
+    if scenario.control.distribution == "position_hold":
+        return program
+    from testbed.control.controllers import controller, distributed
+
+    return distributed(scenario, program, rope_directions_in_body, controller(scenario.control.distribution))

@@ -41,6 +41,15 @@ class Measured:
     """The detector's word for each foot, 0 or 1 (4)."""
     rope_tension_n: Array
     attitude_rad: Array
+    supply_pressure_pa: float = 9.0e6
+    """Gauge."""
+    drill_n_nm: Array = field(default_factory=lambda: np.zeros(2))
+    """What control itself ordered of the drill: thrust (N, + away from the slope), torque (N m, about body z)."""
+    pressure_a_pa: Array = field(default_factory=lambda: np.zeros(len(AXES)))
+    pressure_b_pa: Array = field(default_factory=lambda: np.zeros(len(AXES)))
+    """Gauge (12)."""
+    foot_force_in_body_n: Array | None = None
+    """Ground on foot (4, 3), where a machine has sensors for it; otherwise control works it out from the pressures."""
 
 
 class Program(Protocol):

@@ -19,7 +19,7 @@ class Expectation:
 
     def __init__(self, loads: ExpectedLoads, rope_directions_in_world: Array) -> None:
         self._loads = loads
-        self._directions = rope_directions_in_world
+        self.rope_directions_in_world = rope_directions_in_world
         self._rope_forces = np.zeros((2, 3))
 
     def loads(
@@ -28,7 +28,7 @@ class Expectation:
         """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill thrust and torque."""
         drill = drill_wrench(self._loads.model, float(drill_n_nm[0]), float(drill_n_nm[1]))
         rotation = rotation_from_attitude(attitude_rad)
-        self._rope_forces[:] = tension_n[:, None] * (self._directions @ rotation)
+        self._rope_forces[:] = tension_n[:, None] * (self.rope_directions_in_world @ rotation)
         found = self._loads.solve(
             position, gravity_in_body, rope_forces_in_body=self._rope_forces, drill_wrench_in_body=drill
         )

@@ -13,6 +13,7 @@ from testbed.errors import InputError
 from testbed.parameters.checked import Checked, Numbers, Sequence, checked
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario_parts import (
+    Control,
     Estimator,
     Expect,
     Hydraulics,
@@ -54,6 +55,7 @@ class Scenario(Checked):
     events: Annotated[tuple[Event, ...], Sequence] = Field(
         default=(), description="things that happen at a given time"
     )
+    control: Control = Control()
     model: Model = Model()
     estimator: Estimator = Estimator()
     undeclared: Annotated[tuple[Undeclared, ...], Sequence] = Field(

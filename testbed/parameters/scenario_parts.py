@@ -131,6 +131,10 @@ class Ropes(Checked):
     anchor_spread_m: float = Field(
         default=10.0, ge=0, le=200, description="distance between the two anchors [m]"
     )
+    azimuth_deg: float = Field(
+        default=0.0, ge=-60, le=60,
+        description="where the anchors' middle lies, from straight up the slope to the left [deg]",
+    )
     share: float = Field(
         default=0.9,
         ge=0,
@@ -201,6 +205,14 @@ class Model(Checked):
     )
 
 
+class Control(Checked):
+    """How the load is shared out between feet and ropes."""
+
+    distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill"] = Field(
+        default="position_hold", description="controller of the foot loads; position_hold leaves them alone"
+    )
+
+
 class Estimator(Checked):
     """Constants of the paper's filters; null: the parameter file's."""
 
@@ -261,6 +273,7 @@ class Expect(Checked):
 __all__ = [
     "PLACES",
     "Bound",
+    "Control",
     "Estimator",
     "Expect",
     "Hydraulics",

@@ -204,6 +204,10 @@ class Simulation:
             contact=row[CONTACT],
             rope_tension_n=row[sensing.ROPE],
             attitude_rad=row[sensing.ATTITUDE],
+            supply_pressure_pa=float(row[sensing.SUPPLY]),
+            drill_n_nm=self.machine.drill_belief(),
+            pressure_a_pa=row[sensing.PRESSURE_A],
+            pressure_b_pa=row[sensing.PRESSURE_B],
         )
 
     def _watch(self, t: float) -> None:

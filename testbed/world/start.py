@@ -93,8 +93,9 @@ def _tensions(scenario: Scenario, model: RobotModel, gravity: Array, directions_
 
 def _anchors(scenario: Scenario, rotation: Array) -> Array:
     r = scenario.ropes
-    half = r.anchor_spread_m / 2
-    local = np.array([[r.anchor_distance_m, half, ANCHOR_HEIGHT_M], [r.anchor_distance_m, -half, ANCHOR_HEIGHT_M]])
+    half, azimuth = r.anchor_spread_m / 2, math.radians(r.azimuth_deg)
+    up, left = r.anchor_distance_m * math.cos(azimuth), r.anchor_distance_m * math.sin(azimuth)
+    local = np.array([[up, left + half, ANCHOR_HEIGHT_M], [up, left - half, ANCHOR_HEIGHT_M]])
     return np.asarray(local @ rotation.T)
 
 

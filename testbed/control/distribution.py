@@ -1,0 +1,124 @@
+"""From wanted foot forces to valves and ropes: the part that every force-distributing controller shares.
+
+Twelve joints, six ways for the body to move: the other six combinations only squeeze the feet against each other
+(one of them, the twist, shifts load between the diagonals; five squeeze along the ground). Encoders say nothing of
+them: 0.1 mm is a kilonewton. So the position loops keep the six motions, and in the rest the measured forces rule:
+
+    e = S (forces - wanted),  S takes off what moves the body
+    joint speed = gain * compliance * J^T e, plus an edge against the valve's dead band, where |J^T e| > tolerance
+
+A displacement C e of the feet changes a self-balanced force by just -e. The dead band is found by the edge: a speed
+that grows while the error stays. The ropes are hauled until their tensions are those wanted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.references import Command, Measured, Program
+from testbed.control.statics import FEET, UNKNOWNS, Balance, Statics
+from testbed.control.trim import rope_rate
+from testbed.parameters.names import LEGS
+
+Array = NDArray[np.float64]
+TOLERANCE: Array = np.tile([150.0, 350.0, 300.0], len(LEGS))
+"""Joint force errors that are left alone, N m, N, N (E): about the sliding friction of the joints."""
+GAIN_1_S = 1.8
+EDGE_START: Array = np.tile([5.0e-3, 1.0e-3, 5.0e-4], len(LEGS))
+EDGE_GROWTH_1_S, EDGE_LIMIT = 1.5, 6.0
+"""Speed that the dead band swallows: first guess (rad/s, m/s), growth (in first guesses) while nothing comes, most."""
+SPEED_LIMIT: Array = np.tile([2.5e-2, 5.0e-3, 4.0e-3], len(LEGS))
+SMOOTH_S = 0.08
+"""Time constant of the measured forces and tensions (E)."""
+PULL_SLEW_N_S = 4000.0
+"""Fastest change of a wanted pull (E)."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Wanted forces (14,) in the order of Statics' unknowns, N; feasible: whether the controller found any."""
+
+    forces: Array
+    feasible: bool = True
+    load: Array | None = None
+    """(6,) the load it balances, where a controller believes in another one than it was given."""
+
+
+class Sharing(Protocol):
+    """A way to share the load out; one file each."""
+
+    name: str
+
+    def plan(self, now: Balance) -> Plan:
+        """The forces to be had, from the balance now."""
+        ...
+
+
+class Distribution:
+    """A program that carries the inner one's set points and shares the load out on top of it."""
+
+    def __init__(self, inner: Program, statics: Statics, sharing: Sharing) -> None:
+        self.inner, self.sharing = inner, sharing
+        self.plan: Plan | None = None
+        """The last plan."""
+        self.balance: Balance | None = None
+        """What it was made for."""
+        self.solve_s: list[float] = []
+        """Time of each plan, s."""
+        self._statics = statics
+        self._now = Command()
+        self._smooth: Array | None = None
+        self._pull = np.zeros(2)
+        self._edge, self._side = np.ones(FEET), np.zeros(FEET)
+
+    def update(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Program."""
+        from time import perf_counter
+
+        command, out = self.inner.update(t, dt, measured), self._now
+        out.reference[:], out.rate[:] = command.reference, command.rate
+        out.carrying[:], out.rope_rate_m_s[:] = command.carrying, command.rope_rate_m_s
+        self.balance = now = self._statics.look(measured, command.carrying)
+        before = perf_counter()
+        self.plan = plan = self.sharing.plan(now)
+        self.solve_s.append(perf_counter() - before)
+        smooth = self._smoothed(now.measured, dt)
+        if plan.feasible:
+            self._haul(plan.forces[FEET:], smooth[FEET:], dt, out)
+            if command.carrying.all():
+                self._squeeze(smooth[:FEET] - plan.forces[:FEET], now, dt, measured, out)
+        command.reference += command.rate * dt
+        return out
+
+    def _smoothed(self, z: Array, dt: float) -> Array:
+        if self._smooth is None:
+            self._smooth = z.copy()
+            self._pull = z[FEET:UNKNOWNS].copy()
+        self._smooth += min(1.0, dt / SMOOTH_S) * (z - self._smooth)
+        return self._smooth
+
+    def _haul(self, wanted: Array, tension: Array, dt: float, out: Command) -> None:
+        step = PULL_SLEW_N_S * dt
+        self._pull += np.clip(wanted - self._pull, -step, step)
+        out.rope_rate_m_s += rope_rate(tension, self._pull)
+
+    def _squeeze(self, excess: Array, now: Balance, dt: float, measured: Measured, out: Command) -> None:
+        jacobian = -now.joint_map[:, :FEET].T  # (12 foot directions, 12 joints)
+        error = jacobian @ (out.reference - measured.position)
+        whole = np.linalg.solve(jacobian, now.rigid @ (now.rigid.T @ error))
+        out.reference[:] = measured.position + whole  # the loops see the body's motion only
+        inner = excess - now.rigid @ (now.rigid.T @ excess)
+        out.rate += self._speed(jacobian.T @ inner, now.compliance, dt)
+
+    def _speed(self, force: Array, compliance: Array, dt: float) -> Array:
+        side = np.where(np.abs(force) < TOLERANCE, 0.0, np.sign(force))
+        same = (side == self._side) & (side != 0.0)
+        grown = np.minimum(self._edge + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
+        self._edge = np.where(same, grown, np.maximum(1.0, np.where(side == 0.0, 1.0, 0.7 * self._edge)))
+        self._side = side
+        speed = GAIN_1_S * compliance * np.abs(force) + self._edge * EDGE_START
+        return np.asarray(side * np.minimum(speed, SPEED_LIMIT))

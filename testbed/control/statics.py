@@ -1,0 +1,139 @@
+"""The machine's balance as control sees it: feet, ropes and joints as linear maps of the forces to be shared out.
+
+Unknowns z (14): per foot (LEGS order) the ground's force on it along body z (normal), x, y, N; then the pulls of the
+left and right rope, N. All in the body frame, which stands parallel to the slope.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.references import Measured
+from testbed.parameters.names import AXES, JOINTS, LEGS
+from testbed.parameters.provenance import Parameters
+from testbed.robot.compliance import OilColumns
+from testbed.robot.foot_loads import drill_wrench, external_wrench, point_wrench
+from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+from testbed.robot.model import RobotModel, attitude_gravity
+
+Array = NDArray[np.float64]
+FEET = 3 * len(LEGS)
+UNKNOWNS = FEET + 2
+NORMALS = slice(0, FEET, 3)
+ROPES = slice(FEET, UNKNOWNS)
+_ORDER = (2, 0, 1)
+"""A foot's unknowns are z, x, y."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """One posture: balance @ z + load = 0; lowest <= joint_map @ z + held <= highest."""
+
+    balance: Array
+    """(6, 14) wrench on the body about its origin of unit unknowns."""
+    load: Array
+    """(6,) wrench of everything else: weight, payload, drill; N, N m."""
+    joint_map: Array
+    """(12, 14) joint force of unit unknowns, N m or N."""
+    held: Array
+    """(12,) joint forces that hold the legs themselves."""
+    lowest: Array
+    highest: Array
+    """(12,) what the joints can exert at the measured supply pressure."""
+    measured: Array
+    """(14,) what the unknowns are now, from pressures, estimates and load pins."""
+    carrying: NDArray[np.bool_]
+    thrust_map: Array
+    """(6,) wrench of a unit thrust of the drill, away from the slope."""
+    rigid: Array
+    """(12, 6) orthonormal foot displacements (z, x, y of each foot) that move the body as a whole."""
+    compliance: Array
+    """(12,) of the locked joints: rad/(N m), m/N."""
+
+    @property
+    def measured_loads_n(self) -> Array:
+        """(4,) normal loads."""
+        return self.measured[NORMALS]
+
+    @property
+    def measured_pull_n(self) -> Array:
+        """(2,)"""
+        return self.measured[ROPES]
+
+
+class Statics:
+    """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards the anchors."""
+
+    def __init__(self, model: RobotModel, parameters: Parameters, rope_directions_in_body: Array) -> None:
+        self.model = model
+        self._ropes = np.array(
+            [point_wrench(d, at) for d, at in zip(rope_directions_in_body, model.rope_attachments_m, strict=True)]
+        ).T
+        areas = [_areas(parameters[f"{joint}_cylinder"]) for joint in JOINTS]
+        self._area_a, self._area_b = (np.tile([a[k] for a in areas], len(LEGS)) for k in (0, 1))
+        self._linkage = RotationLinkage.from_parameters(parameters).geometry
+        self._tank_pa = float(parameters["power_unit"]["tank_pressure_pa"])
+        self._oil = OilColumns(parameters)
+        self._thrust = drill_wrench(model, 1.0)
+        self._extension, self._arms = np.empty(len(AXES)), np.empty(len(AXES))
+
+    def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
+        """The balance now."""
+        position = measured.position
+        gravity = attitude_gravity(float(measured.attitude_rad[0]), float(measured.attitude_rad[1]))
+        points, jacobians = self.model.feet(position)
+        balance, joint_map = np.zeros((6, UNKNOWNS)), np.zeros((len(AXES), UNKNOWNS))
+        balance[:, :FEET] = _maps(points)
+        joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
+        balance[:, ROPES] = self._ropes
+        drill = self._thrust * measured.drill_n_nm[0]
+        drill[5] += measured.drill_n_nm[1]
+        joint_to_cylinder(np.ascontiguousarray(position), self._linkage, self._extension, self._arms)
+        reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(self._arms)
+        held = self.model.gravity_forces(position, gravity)[6:]
+        return Balance(
+            balance=balance,
+            load=external_wrench(self.model, position, gravity, None, None, drill),
+            joint_map=joint_map,
+            held=held,
+            lowest=-reach * self._area_b,
+            highest=reach * self._area_a,
+            measured=self._unknowns(measured, joint_map, held),
+            carrying=carrying.copy(),
+            thrust_map=self._thrust,
+            rigid=np.linalg.qr(balance[:, :FEET].T)[0],
+            compliance=self._oil.joint_compliance(position),
+        )
+
+    def _unknowns(self, measured: Measured, joint_map: Array, held: Array) -> Array:
+        """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators know better."""
+        z = np.empty(UNKNOWNS)
+        z[ROPES] = measured.rope_tension_n
+        if measured.foot_force_in_body_n is not None:
+            z[:FEET] = measured.foot_force_in_body_n[:, _ORDER].ravel()
+            return z
+        joint = (measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b) * self._arms
+        for leg in range(len(LEGS)):
+            three = slice(3 * leg, 3 * leg + 3)
+            z[three] = np.linalg.solve(joint_map[three, three], (joint - held)[three])
+        z[NORMALS] = measured.load_n
+        return z
+
+
+def _maps(points: Array) -> Array:
+    """(6, 12) wrenches of unit forces z, x, y at points (4, 3)."""
+    out = np.zeros((6, FEET))
+    for leg, (x, y, z) in enumerate(points):
+        out[:, 3 * leg] = (0.0, 0.0, 1.0, y, -x, 0.0)
+        out[:, 3 * leg + 1] = (1.0, 0.0, 0.0, 0.0, z, -y)
+        out[:, 3 * leg + 2] = (0.0, 1.0, 0.0, -z, 0.0, x)
+    return out
+
+
+def _areas(cylinder: dict[str, float]) -> tuple[float, float]:
+    bore, rod = cylinder["bore_m"], cylinder["rod_m"]
+    return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)

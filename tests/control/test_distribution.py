@@ -1,0 +1,182 @@
+"""Sharing the load out: what is wanted obeys the laws of statics, and the machine brings it about."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbed.control.controllers import CONTROLLERS, believed_statics, controller
+from testbed.control.drill_sharing import DrillSharing, taken_by_thrust
+from testbed.control.pseudo_inverse import PseudoInverse
+from testbed.control.quadratic import Quadratic
+from testbed.control.references import Measured
+from testbed.control.statics import FEET, NORMALS, ROPES, Balance
+from testbed.control.trim import Trim, rope_rate
+from testbed.errors import InputError
+from testbed.parameters.names import VERTICAL
+from testbed.parameters.scenario import load_scenario
+
+WEIGHT_N = 4000 * 9.81
+
+
+def _posture() -> np.ndarray:
+    position = np.zeros(12)
+    position[1::3], position[2::3] = 0.2, 0.25
+    return position
+
+
+def _balance(
+    slope_deg: float, pull_n: float = 0.0, thrust_n: float = 0.0, legs: tuple[int, ...] = (0, 1, 2, 3)
+) -> Balance:
+    slope = np.radians(slope_deg)
+    statics = believed_statics(load_scenario("stand_slope_45"), np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    measured = Measured(
+        position=_posture(), load_n=np.full(4, WEIGHT_N * np.cos(slope) / 4), contact=np.ones(4),
+        rope_tension_n=np.full(2, pull_n), attitude_rad=np.array([0.0, -slope, 0.0]),
+        drill_n_nm=np.array([thrust_n, 0.0]),
+    )  # fmt: skip
+    return statics.look(measured, np.isin(np.arange(4), legs))
+
+
+@pytest.mark.parametrize("name", ["pseudo_inverse", "qp", "drill"])
+@pytest.mark.parametrize("slope_deg", [0.0, 30.0, 60.0, 75.0])
+def test_every_plan_balances_weight_ropes_and_drill(name: str, slope_deg: float) -> None:
+    now = _balance(slope_deg, pull_n=WEIGHT_N * np.sin(np.radians(slope_deg)) / 2, thrust_n=2000.0)
+    plan = controller(name).plan(now)
+    load = now.load if plan.load is None else plan.load
+    assert plan.feasible
+    assert np.abs((now.balance @ plan.forces + load)[:3]).max() < 1e-3 * WEIGHT_N
+    assert np.abs((now.balance @ plan.forces + load)[3:]).max() < 1e-3 * WEIGHT_N
+
+
+def test_normal_loads_carry_the_weight_across_the_slope() -> None:
+    """4 t on 60 degrees: 39 240 cos 60 = 19 620 N on the feet, less 2000 N of thrust."""
+    plan = Quadratic().plan(_balance(60.0, pull_n=17_000.0, thrust_n=2000.0))
+    assert plan.forces[NORMALS].sum() == pytest.approx(17_620.0, rel=1e-3)
+
+
+def test_the_quadratic_program_lets_the_ropes_carry_the_pull_along_the_slope() -> None:
+    """39 240 sin 60 = 33 983 N; what remains for friction is a few per cent of it."""
+    plan = Quadratic().plan(_balance(60.0, pull_n=10_000.0))
+    assert plan.forces[ROPES].sum() == pytest.approx(33_983.0, rel=0.05)
+
+
+def test_without_ropes_no_plan_exists_beyond_the_friction_angle() -> None:
+    """atan 0.65 = 33 degrees: 25 stands, 40 slides however the load is shared."""
+    statics = {}
+    for slope in (25.0, 40.0):
+        now = _balance(slope)
+        now.balance[:, ROPES] = 0.0
+        statics[slope] = Quadratic().plan(now).feasible
+    assert statics == {25.0: True, 40.0: False}
+
+
+def test_no_plan_pulls_on_a_foot_or_pushes_a_rope_or_leaves_the_cone() -> None:
+    for slope, thrust in ((30.0, 8000.0), (70.0, 4000.0), (80.0, 3000.0)):
+        z = Quadratic().plan(_balance(slope, thrust_n=thrust)).forces
+        feet = z[:FEET].reshape(4, 3)
+        assert feet[:, 0].min() >= 0.0 and z[ROPES].min() >= 0.0
+        assert np.all(np.linalg.norm(feet[:, 1:], axis=1) <= 0.65 * feet[:, 0] + 1e-2 * WEIGHT_N / 100)
+
+
+def test_a_rope_is_never_asked_for_more_than_its_hoist_pulls() -> None:
+    """Straight up a wall of 85 degrees with 8 t two hoists of 3.2 t each are not enough."""
+    now = _balance(85.0)
+    heavy = replace(now, load=2.0 * now.load)
+    z = Quadratic().plan(heavy)
+    assert not z.feasible
+    assert Quadratic().plan(now).forces[ROPES].max() <= 31_400.0 * (1 + 1e-6)
+
+
+def test_a_swinging_foot_is_given_nothing() -> None:
+    z = Quadratic().plan(_balance(20.0, pull_n=6000.0, legs=(0, 1, 2))).forces
+    assert np.abs(z[9:12]).max() < 1e-3 * WEIGHT_N
+
+
+def test_a_weak_supply_bounds_the_joints() -> None:
+    """At 5 bar over the tank the 70 mm bore lifts 1.9 kN: 4 t cannot stand on that."""
+    now = _balance(0.0)
+    weak = replace(now, lowest=now.lowest / 20, highest=now.highest / 20)
+    assert Quadratic().plan(now).feasible
+    assert not Quadratic().plan(weak).feasible
+
+
+def test_pseudo_inverse_is_the_smallest_force_and_shares_evenly_on_level_ground() -> None:
+    now = _balance(0.0)
+    feet = PseudoInverse().plan(now).forces[:FEET]
+    twisted = feet.copy()
+    null = np.linalg.svd(now.balance[:, :FEET])[2][-1]
+    assert np.linalg.norm(feet) < np.linalg.norm(twisted + 500.0 * null)
+    assert feet[::3].sum() == pytest.approx(WEIGHT_N, rel=1e-6)
+
+
+def test_thrust_takes_as_much_off_the_feet_as_it_pushes() -> None:
+    """Four equal legs, thrust near their middle: about a quarter each, one newton in all."""
+    taken = taken_by_thrust(_balance(45.0))
+    assert taken.sum() == pytest.approx(-1.0, abs=1e-9)
+    assert taken == pytest.approx(np.full(4, -0.25), abs=0.03)
+
+
+def test_the_drilling_controller_finds_a_thrust_that_nobody_ordered() -> None:
+    """The feet carry 1200 N less than weight and order say; after four time constants it believes in 1200 N."""
+    now, sharing = _balance(45.0, pull_n=13_800.0), DrillSharing()
+    measured = now.measured.copy()
+    lost = -(now.load[2] + now.balance[2, ROPES] @ measured[ROPES]) - 1200.0
+    measured[NORMALS] = lost / 4
+    for _ in range(400):
+        sharing.plan(replace(now, measured=measured))
+    assert sharing.disturbance_n == pytest.approx(1200.0, rel=0.03)
+
+
+def test_the_drilling_controller_leaves_the_weakest_foot_more_than_the_even_one() -> None:
+    now = _balance(75.0, pull_n=19_000.0, thrust_n=2500.0)
+    drill, even = DrillSharing().plan(now).forces[NORMALS], Quadratic().plan(now).forces[NORMALS]
+    assert drill.min() >= even.min() - 1.0
+
+
+def test_what_moves_the_body_and_what_squeezes_it_are_apart() -> None:
+    """Six of twelve foot displacements move the body as a whole; the twist is none of them, height is one."""
+    now = _balance(45.0)
+    height = np.tile([1.0, 0.0, 0.0], 4)
+    twist = np.zeros(12)
+    twist[::3] = [1.0, -1.0, -1.0, 1.0]
+    assert now.rigid.shape == (12, 6)
+    assert now.rigid @ (now.rigid.T @ height) == pytest.approx(height)
+    assert np.linalg.norm(now.rigid.T @ twist) < 0.05 * np.linalg.norm(twist)
+
+
+def test_rope_is_hauled_in_where_tension_lacks_and_rests_at_what_is_wanted() -> None:
+    """1000 N too little: 1e-5 m/s per N hauls in 10 mm/s."""
+    assert rope_rate(np.array([9000.0, 10_010.0]), np.full(2, 10_000.0)) == pytest.approx([-0.01, 0.0])
+
+
+def test_trim_lays_an_offset_over_the_inner_set_points() -> None:
+    from testbed.control.references import Hold
+
+    trim = Trim(Hold(_posture(), None, ()))
+    trim.goal_m = np.array([1e-4, 0.0, 0.0, -1e-4])
+    measured = Measured(_posture(), np.zeros(4), np.ones(4), np.zeros(2), np.zeros(3))
+    command = trim.update(0.0, 0.01, measured)
+    assert command.rate[list(VERTICAL)] == pytest.approx([0.01, 0.0, 0.0, -0.01])
+    assert trim.update(0.01, 0.01, measured).reference[list(VERTICAL)] == pytest.approx([0.2501, 0.25, 0.25, 0.2499])
+
+
+def test_unknown_controller_is_refused_with_the_names_there_are() -> None:
+    with pytest.raises(InputError, match="position_hold"):
+        controller("no_such")
+    with pytest.raises(InputError, match="no such file"):
+        controller("no_such.py:Mine")
+    assert set(CONTROLLERS) == {"position_hold", "pseudo_inverse", "qp", "drill"}
+
+
+def test_a_controller_of_ones_own_is_a_file_and_a_class(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "from testbed.control.quadratic import Quadratic\nclass Mine(Quadratic):\n    name = 'mine'\n"
+    )
+    assert controller(f"{file}:Mine").plan(_balance(30.0)).feasible
+    with pytest.raises(InputError, match="no such class"):
+        controller(f"{file}:Other")

@@ -1,0 +1,95 @@
+"""The force-distribution benchmark: identical cases, honest counts, and the controllers' order."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbed.control.quadratic import Quadratic
+from testbed.errors import InputError
+from testbed.evaluation.distribution import (
+    Outcome,
+    benchmark,
+    breaks,
+    count_losses,
+    draw_cases,
+    possible,
+    run_case,
+    summarise,
+    write,
+)
+
+
+def test_cases_do_not_depend_on_how_many_there_are() -> None:
+    assert draw_cases(5) == draw_cases(9)[:5]
+    assert len({case.overrides for case in draw_cases(50)}) == 50
+
+
+def test_the_drawn_ranges_are_those_of_the_benchmark() -> None:
+    specs = [case.scenario() for case in draw_cases(40)]
+    assert all(30 <= s.terrain.slope_deg <= 80 and 0.455 <= s.terrain.friction <= 0.845 for s in specs)
+    assert all(0 <= s.robot.payload_kg <= 4000 / 3 and abs(s.ropes.azimuth_deg) <= 6 for s in specs)
+    assert 5 <= sum(bool(s.undeclared) for s in specs) <= 22
+
+
+def test_a_loss_is_a_foot_without_load_for_twenty_milliseconds() -> None:
+    load = np.full(1000, 5000.0)
+    load[100:119] = 0.0  # 19 ms: a blow
+    load[300:320] = 0.0
+    load[900:] = 50.0  # lost for good, and at the end
+    assert count_losses(load) == 2
+
+
+def test_a_plan_is_judged_by_the_constraints_and_their_possibility_by_a_linear_program() -> None:
+    from tests.control.test_distribution import _balance
+
+    now, sharing = _balance(60.0, pull_n=17_000.0), Quadratic()
+    c = sharing.constraints(now, 0.0)
+    z = sharing.plan(now).forces / c.scale
+    pulling = z.copy()
+    pulling[0] = -0.1
+    assert possible(c) and not breaks(z, c) and breaks(pulling, c)
+    now.balance[:, 12:] = 0.0  # no ropes on 60 degrees
+    assert not possible(sharing.constraints(now, 0.0))
+
+
+def test_regret_is_friction_use_over_the_oracles() -> None:
+    def outcome(name: str, use: float, losses: int) -> Outcome:
+        return Outcome(name, use, 1000.0, losses, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")
+
+    cases = draw_cases(2)
+    rows = [[outcome("qp", 0.33, 1), outcome("oracle", 0.30, 0)], [outcome("qp", 0.44, 0), outcome("oracle", 0.40, 0)]]
+    table = {entry["name"]: entry for entry in summarise(cases, rows)["controllers"]}
+    assert table["qp"]["friction_use_regret_median"] == pytest.approx(0.10)
+    assert table["qp"]["losses_per_hour"] == pytest.approx(1 / 0.002)
+    assert table["oracle"]["friction_use_regret_p95"] == 0.0
+
+
+def test_wrong_counts_and_folders_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="at least 1"):
+        benchmark(0)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be made"):
+        write({}, tmp_path / "file")
+
+
+@pytest.mark.slow
+def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Path) -> None:
+    result = benchmark(1, names=("position_hold", "qp"))
+    path = write(result, tmp_path / "out")
+    read = json.loads(path.read_text())
+    table = {entry["name"]: entry for entry in read["controllers"]}
+    assert read["cases"] == 1 and set(table) == {"position_hold", "qp", "oracle"}
+    assert table["qp"]["friction_use_median"] < table["position_hold"]["friction_use_median"]
+    assert table["qp"]["lowest_normal_force_n"] > table["position_hold"]["lowest_normal_force_n"]
+    assert table["qp"]["infeasible"] == 0 and table["qp"]["plans_checked"] > 10
+
+
+@pytest.mark.slow
+def test_the_same_case_gives_the_same_outcome() -> None:
+    case = draw_cases(1)[0]
+    first, again = run_case(case, "qp"), run_case(case, "qp")
+    assert (first.friction_use, first.lowest_normal_n) == (again.friction_use, again.lowest_normal_n)
