@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.parameters.names import AXES
 from testbed.parameters.provenance import Parameters
 

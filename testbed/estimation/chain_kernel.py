@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.estimation import contact, encoder
 from testbed.estimation.filters import kbf, modified_kbf, persistent
 from testbed.estimation.friction_set import FRICTION_SIZE, friction_set, published

@@ -7,8 +7,9 @@ the one below inside its own compiled step. Others stand beside it, one file eac
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from testbed.compiled import njit
 
 STATE_SIZE = 2
 WORD, SINCE = range(STATE_SIZE)

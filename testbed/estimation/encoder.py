@@ -7,8 +7,9 @@ three poles) gives v and a; the counts themselves say whether the piston moves, 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from testbed.compiled import njit
 
 STATE_SIZE = 8
 X, V, A, LAST, SINCE, DIRECTION, RUN, STARTED = range(STATE_SIZE)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from testbed.compiled import njit
 
 FRICTION_SIZE = 8
 SIGMA_PLUS, COULOMB_PLUS, STATIC_PLUS, STRIBECK_PLUS, SIGMA_MINUS, COULOMB_MINUS, STATIC_MINUS, STRIBECK_MINUS = range(

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from testbed.compiled import njit
 from testbed.effects.base import ForceTerms, Signals
 from testbed.parameters.leg_model import Friction
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
+from testbed.compiled import njit
 
 (FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, DRILL_COLUMNS) = range(7)
 

@@ -46,6 +46,6 @@ def fill_chambers(s: Any, p: Any, x: float) -> None:
     nu_b, _ = specific_volume(s[c.P_B], p[c.BULK], p[c.AIR])
     s[c.OIL_A] = (p[c.DEAD_A] + p[c.AREA_A] * x) / nu_a
     s[c.OIL_B] = (p[c.DEAD_B] + p[c.AREA_B] * (p[c.STROKE] - x)) / nu_b
-    s[c.HOSE_P] = s[c.P_A]
+    s[c.HOSE_P], s[c.HOSE_P_B] = s[c.P_A], s[c.P_B]
     s[c.LINE_P] = s[c.SENSED_B] = s[c.P_B]
     s[c.SENSED_A] = s[c.P_A]

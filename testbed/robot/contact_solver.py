@@ -15,9 +15,9 @@ for the normal loads found.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.robot.contact_law import foot_reaction
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import Parameters

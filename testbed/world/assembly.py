@@ -69,11 +69,15 @@ class Machine:
         self._drill_belief[1] = -loads[d.TORQUE]
         return self._drill_belief
 
+    def origin_in_world(self) -> Array:
+        """Origin of the body frame, (3), m."""
+        b = self.board
+        return np.asarray(b.base[:3] - b.rotation @ b.body[plant.COM])
+
     def feet_in_world(self) -> Array:
         """Undersides of the feet, (4, 3), m."""
         b = self.board
-        origin = b.base[:3] - b.rotation @ b.body[plant.COM]
-        return np.asarray(origin + self.kinematics.foot_positions_m(b.q) @ b.rotation.T)
+        return np.asarray(self.origin_in_world() + self.kinematics.foot_positions_m(b.q) @ b.rotation.T)
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:
         """The robot on its slope, seen from the lower left, with ropes and drill rod."""
@@ -138,6 +142,7 @@ def _build(
     b.axes[:] = start_axes(params, extension, start.joint_forces / arms)
     b.supply[:] = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
     b.geometry[:] = linkage.geometry
+    b.base_turn[:] = engine.base_turn
     b.ropes[:] = _ropes(scenario, start, kinematics)
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m

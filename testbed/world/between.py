@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
+from testbed.compiled import njit
 from testbed.control.valve_loop import GAIN_COLUMNS, control_step
 from testbed.estimation.chain_kernel import OIL, step_chain
 from testbed.laws import columns as c
@@ -16,10 +15,12 @@ from testbed.laws import drill as d
 from testbed.world import plant, sensing
 from testbed.world.board import OFFSETS
 
-SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW = 1, 2, 4, 8, 16, 32
-"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then."""
+SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE = 1, 2, 4, 8, 16, 32, 64, 128
+"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then. MOVE takes over
+the engine's pose and belongs to every step; PLACE does so for a body at rest."""
 
-_Q, _QD, _BASE, _FOOT, _NORMAL = (OFFSETS[n] for n in ("q", "qd", "base", "foot_force", "normal_force"))
+_Q, _QD, _POSE, _BASE, _TURN = (OFFSETS[n] for n in ("q", "qd", "pose", "base", "base_turn"))
+_FOOT, _NORMAL = (OFFSETS[n] for n in ("foot_force", "normal_force"))
 _TAU, _FORCE, _TORQUE = (OFFSETS[n] for n in ("joint_torque", "force", "torque"))
 _AXES, _PARAMS, _SUPPLY, _UNIT = (OFFSETS[n] for n in ("axes", "params", "supply", "unit"))
 _GEOMETRY, _ROPES, _BODY, _DRILL = (OFFSETS[n] for n in ("geometry", "ropes", "body", "drill_loads"))
@@ -48,15 +49,17 @@ def between_steps(
     data_row, truth_row: where a record goes; chain_*: the estimator chain's arrays.
     """
     t = step * dt
-    base = board[_BASE:_FOOT]
+    base = board[_BASE:_TURN]
     rotation = board[_ROTATION:_TRANSDUCERS].reshape(3, 3)
     axes = board[_AXES : _AXES + _N_AXES].reshape(12, c.AXIS_STATES)
     supply = board[_SUPPLY : _SUPPLY + c.SUPPLY_STATES]
     ropes = board[_ROPES : _ROPES + _N_ROPES].reshape(2, plant.ROPE_COLUMNS)
     command = board[_COMMAND : _COMMAND + 12]
     foot_force = board[_FOOT:_NORMAL].reshape(4, 3)
-    if flags & SENSE:
+    if flags & (MOVE | PLACE):
+        plant.move_base(board[_POSE:_BASE], board[_TURN:_FOOT], base, dt, bool(flags & PLACE))
         plant.rotation_matrix(base[3:7], rotation)
+    if flags & SENSE:
         sensing.sense(
             row, t, board[_Q:_QD], base, rotation, axes, supply, ropes, command,
             board[_TRANSDUCERS : _TRANSDUCERS + _N_TRANSDUCERS].reshape(24, sensing.PRESSURE_COLUMNS),
@@ -91,7 +94,7 @@ def between_steps(
         )  # fmt: skip
     if flags & PLANT:
         plant.plant_step(
-            board[_Q:_QD], board[_QD:_BASE], base, command, foot_force,
+            board[_Q:_QD], board[_QD:_POSE], base, command, foot_force,
             axes, board[_PARAMS : _PARAMS + _N_PARAMS].reshape(12, c.AXIS_PARAMETERS), supply,
             board[_UNIT : _UNIT + c.SUPPLY_PARAMETERS], board[_GEOMETRY : _GEOMETRY + 4], ropes,
             board[_BODY : _BODY + plant.BODY_COLUMNS], board[_DRILL : _DRILL + d.DRILL_COLUMNS],

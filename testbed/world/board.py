@@ -17,10 +17,13 @@ from testbed.world import plant, sensing
 Array = NDArray[np.float64]
 
 LAYOUT: dict[str, tuple[int, ...]] = {
-    # read from the engine in one go: joints, their rates, base pose (its centre of mass, quaternion) and velocities
+    # read from the engine in one go: joints, their rates, base (centre of mass, quaternion of its principal axes)
     "q": (12,),
     "qd": (12,),
+    "pose": (7,),
+    # the body's motion: the base's centre of mass, the body frame's quaternion xyzw, linear and angular velocity
     "base": (13,),
+    "base_turn": (4,),
     "foot_force": (4, 3),
     "normal_force": (4,),
     # given to the engine
@@ -69,7 +72,9 @@ class Board:
 
     q: Array
     qd: Array
+    pose: Array
     base: Array
+    base_turn: Array
     foot_force: Array
     normal_force: Array
     joint_torque: Array
@@ -101,5 +106,5 @@ class Board:
         for name, shape in LAYOUT.items():
             start = OFFSETS[name]
             setattr(self, name, self.array[start : start + int(np.prod(shape))].reshape(shape))
-        self.engine_state = self.array[: OFFSETS["foot_force"]]
-        """q, qd and base in one stretch, as the engine fills them."""
+        self.engine_state = self.array[: OFFSETS["base"]]
+        """q, qd and pose in one stretch, as the engine fills them."""

@@ -7,6 +7,7 @@ import ctypes
 import math
 import os
 import sys
+import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.robot.urdf_check import read_urdf
+from testbed.robot.urdf_merge import merged
 from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
@@ -87,12 +90,11 @@ class Engine:
 
     def _load_robot(self, urdf: Path) -> None:
         try:
-            with _quiet():
-                self.robot = p.loadURDF(
-                    str(urdf),
-                    flags=p.URDF_USE_INERTIA_FROM_FILE,  # merging fixed links would lose products of inertia
-                    physicsClientId=self.client,
-                )
+            with _quiet(), tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
+                # The engine's own welding of fixed links would lose products of inertia.
+                file.write(merged(read_urdf(urdf), keep=("rod_store",)))
+                file.flush()
+                self.robot = p.loadURDF(file.name, flags=p.URDF_USE_INERTIA_FROM_FILE, physicsClientId=self.client)
         except p.error as error:
             raise InputError("the engine cannot load this URDF", file=urdf) from error
         info = [
@@ -106,15 +108,14 @@ class Engine:
         self.joints: list[int] = [by_name[name] for name in AXES]
         self._limits = [(info[joint][8], info[joint][9]) for joint in self.joints]
         links = {row[12].decode(): row[0] for row in info}
-        absent = [name for name in (*(f"{leg}_foot" for leg in LEGS), "rod_store") if name not in links]
-        if absent:
-            raise InputError("lacks a link", file=urdf, field=absent[0])
-        self.foot_links: dict[int, int] = {links[f"{leg}_foot"]: k for k, leg in enumerate(LEGS)}
+        if "rod_store" not in links:
+            raise InputError("lacks a link", file=urdf, field="rod_store")
+        self.foot_links: dict[int, int] = {by_name[f"{leg}_vertical"]: k for k, leg in enumerate(LEGS)}
         self._store = links["rod_store"]
         dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
         self.base_inertial_m = np.array(dyn[3])
-        if abs(dyn[4][3]) < 1.0 - 1e-9:
-            raise InputError("the base link's inertial frame must not be rotated", file=urdf, field="body")
+        self.base_turn = np.array(dyn[4])
+        """Quaternion xyzw of the base's principal axes in the body frame: what the engine calls its orientation."""
 
     def _load_ground(self, g: Ground) -> None:
         c = self.client
@@ -167,19 +168,19 @@ class Engine:
     def reset(self, position_m: Array, rotation_body_to_world: Array, joints: Array) -> None:
         """Put the robot at rest: origin of `body` (3) and rotation (3, 3) in the world, joint positions (12)."""
         com = position_m + rotation_body_to_world @ self.base_inertial_m
+        turned = rotation_body_to_world @ np.array(p.getMatrixFromQuaternion(self.base_turn)).reshape(3, 3)
         p.resetBasePositionAndOrientation(
-            self.robot, com.tolist(), quaternion(rotation_body_to_world).tolist(), physicsClientId=self.client
+            self.robot, com.tolist(), quaternion(turned).tolist(), physicsClientId=self.client
         )
         p.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
 
     def read(self, state: Array) -> None:
-        """Fill `state` (37): joint positions (12), rates (12); base: COM of its link, quaternion xyzw, velocities."""
+        """Fill `state` (31): joint positions (12), rates (12), position and quaternion of the base's principal axes."""
         angles, rates, _, _ = zip(*p.getJointStates(self.robot, self.joints, self.client), strict=True)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
-        linear, angular = p.getBaseVelocity(self.robot, self.client)
-        state[:] = angles + rates + position + orientation + linear + angular
+        state[:] = angles + rates + position + orientation
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""

@@ -5,11 +5,12 @@ Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques 
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.hydraulics import hydraulic_step
@@ -36,6 +37,37 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
     out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
     out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
     out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+
+
+@njit(cache=True)
+def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None:
+    """Take over the engine's pose (7) of the base's principal axes (turned by `turn` in the body) into base (13).
+
+    The engine moves a body by its new velocity over the whole step, so the difference of two poses is that velocity,
+    exactly; it is not asked for.
+    """
+    x, y, z, w = pose[3], pose[4], pose[5], pose[6]
+    tx, ty, tz, tw = -turn[0], -turn[1], -turn[2], turn[3]
+    qx = w * tx + x * tw + y * tz - z * ty
+    qy = w * ty - x * tz + y * tw + z * tx
+    qz = w * tz + x * ty - y * tx + z * tw
+    qw = w * tw - x * tx - y * ty - z * tz
+    if at_rest:
+        base[7:13] = 0.0
+    else:
+        px, py, pz, pw = -base[3], -base[4], -base[5], base[6]
+        dx = qw * px + qx * pw + qy * pz - qz * py
+        dy = qw * py - qx * pz + qy * pw + qz * px
+        dz = qw * pz + qx * py - qy * px + qz * pw
+        dw = qw * pw - qx * px - qy * py - qz * pz
+        size = (dx * dx + dy * dy + dz * dz) ** 0.5
+        rate = 2.0 / dt if size < 1e-12 else 2.0 * math.atan2(size, abs(dw)) / (size * dt)
+        rate = rate if dw >= 0.0 else -rate
+        base[10], base[11], base[12] = rate * dx, rate * dy, rate * dz
+        for i in range(3):
+            base[7 + i] = (pose[i] - base[i]) / dt
+    base[0], base[1], base[2] = pose[0], pose[1], pose[2]
+    base[3], base[4], base[5], base[6] = qx, qy, qz, qw
 
 
 @njit(cache=True)
@@ -120,7 +152,6 @@ def plant_step(
     supply, ropes, body. Out: joint_torque (12), force, torque (3) on the base's centre of mass, world frame;
     drill_wrench (6); scratch (6, 12): extension, rate, arm, axial load, side load, raw rate.
     """
-    rotation_matrix(base[3:7], rotation)
     x, v, arms, load, side = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
     joint_to_cylinder(q, geometry, x, arms)
     for leg in range(4):

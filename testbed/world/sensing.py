@@ -6,9 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.parameters.names import AXES, SIDES

@@ -23,7 +23,7 @@ from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
 from testbed.world import plant, sensing
 from testbed.world.assembly import Machine, assemble
-from testbed.world.between import CONTROL, ESTIMATE, PLANT, RECORD, SENSE, SLOW, between_steps
+from testbed.world.between import CONTROL, ESTIMATE, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -96,7 +96,7 @@ class Simulation:
         self._ticks = -1
         self._empty = np.zeros(len(DATA_COLUMNS)), np.zeros(len(TRUTH_COLUMNS))
         m.engine.read(b.engine_state)
-        self._do(SENSE | ESTIMATE)
+        self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
         self._tick(0.0)
         self._do(CONTROL | PLANT)
@@ -106,7 +106,7 @@ class Simulation:
         r, hz = self.scenario.rates, self.scenario.rates.physics_hz
         every = {
             SENSE: hz // r.sensor_hz, ESTIMATE: hz // r.estimator_hz, RECORD: hz // r.record_hz,
-            CONTROL: hz // r.control_hz, PLANT: 1,
+            CONTROL: hz // r.control_hz, PLANT: 1, MOVE: 1,
         }  # fmt: skip
         slow = (self._every_tick, hz // r.expected_loads_hz)
         length = math.lcm(*every.values(), *slow)
@@ -145,7 +145,7 @@ class Simulation:
 
     def _slow_step(self, k: int, due: int, data_row: Array, truth_row: Array) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
-        self._do(due & (SENSE | ESTIMATE), data_row, truth_row)
+        self._do(due & (MOVE | SENSE | ESTIMATE), data_row, truth_row)
         if k % self._every_expected == 0:
             self._expect()
         self._do(due & RECORD, data_row, truth_row)
@@ -276,7 +276,7 @@ class Simulation:
             "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
             "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),
-            "body_travel_m": float(np.linalg.norm(m.board.base[:3] - m.start_base[:3])),
+            "body_travel_m": float(np.linalg.norm(m.origin_in_world() - m.start_base)),
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -7,9 +7,9 @@ and the Q of a smooth filter that takes minutes.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
 
 

@@ -7,8 +7,9 @@ x_k = x_(k-1) + w, w ~ N(0, Q);  z_k = x_k + n, n ~ N(0, R)  (the paper's equati
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from testbed.compiled import njit
 
 STATE_SIZE = 3
 """state[0] = x, state[1] = P, state[2] = 1 once a first sample has been seen."""

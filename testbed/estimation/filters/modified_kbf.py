@@ -7,9 +7,9 @@ e_max every later sample is rejected too, for ever (lock-out). Kept as it is, to
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
 
 

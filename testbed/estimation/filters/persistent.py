@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.estimation.filters.kbf import predict_and_update, start
 
 STATE_SIZE = 9

@@ -6,9 +6,9 @@ Repeat: R_k = R (nu + (e^2 + P_k) / R) / (nu + 1), e = z - x_k; update (x_k, P_k
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.estimation.filters.kbf import STATE_SIZE, start
 
 ITERATIONS = 5

@@ -1,0 +1,119 @@
+"""Fixed links welded into what carries them: the same machine with fewer bodies for an engine to step.
+
+Masses, centres and full inertias are added exactly; the result is written in principal axes, so that nothing is lost
+to an engine that knows diagonal inertias only. Links named in `keep` stay apart.
+"""
+
+from __future__ import annotations
+
+import warnings
+from xml.etree import ElementTree as ET
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+
+def merged(text: str, keep: tuple[str, ...] = ()) -> str:
+    """URDF text in which every fixed joint is welded, save for those to links in `keep`."""
+    robot = ET.fromstring(text)
+    while True:
+        joint = next((j for j in robot.iter("joint") if j.get("type") == "fixed" and _child(j) not in keep), None)
+        if joint is None:
+            return ET.tostring(robot, encoding="unicode")
+        _weld(robot, joint)
+
+
+def _weld(robot: ET.Element, joint: ET.Element) -> None:
+    links = {link.get("name"): link for link in robot.findall("link")}
+    parent, child = links[_end(joint, "parent")], links[_child(joint)]
+    rotation, shift = _frame(joint.find("origin"))
+    bodies = [_mass(parent, np.eye(3), np.zeros(3)), _mass(child, rotation, shift)]
+    for part in (*child.findall("visual"), *child.findall("collision")):
+        own_rotation, own_shift = _frame(part.find("origin"))
+        _set_frame(part, rotation @ own_rotation, shift + rotation @ own_shift)
+        parent.append(part)
+    _set_inertial(parent, bodies)
+    for other in robot.findall("joint"):
+        if _end(other, "parent") == child.get("name"):
+            own_rotation, own_shift = _frame(other.find("origin"))
+            _set_frame(other, rotation @ own_rotation, shift + rotation @ own_shift)
+            other.find("parent").set("link", str(parent.get("name")))  # type: ignore[union-attr]
+    robot.remove(joint)
+    robot.remove(child)
+
+
+def _mass(link: ET.Element, rotation: Array, shift: Array) -> tuple[float, Array, Array]:
+    """Mass, centre (3) and inertia about it (3, 3) of a link, in its parent's frame."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    mass = float(inertial.find("mass").get("value"))  # type: ignore[union-attr, arg-type]
+    i = {k: float(v) for k, v in inertial.find("inertia").attrib.items()}  # type: ignore[union-attr]
+    tensor = np.array([[i["ixx"], i["ixy"], i["ixz"]], [i["ixy"], i["iyy"], i["iyz"]], [i["ixz"], i["iyz"], i["izz"]]])
+    own_rotation, own_shift = _frame(inertial.find("origin"))
+    turn = rotation @ own_rotation
+    return mass, shift + rotation @ own_shift, turn @ tensor @ turn.T
+
+
+def _set_inertial(link: ET.Element, bodies: list[tuple[float, Array, Array]]) -> None:
+    mass = sum(m for m, _, _ in bodies)
+    centre = sum((m * c for m, c, _ in bodies), np.zeros(3)) / mass
+    tensor = np.zeros((3, 3))
+    for m, c, own in bodies:
+        r = c - centre
+        tensor += own + m * (float(r @ r) * np.eye(3) - np.outer(r, r))
+    turn, diagonal = np.eye(3), np.diag(tensor)
+    if np.abs(tensor - np.diag(diagonal)).max() > 1e-9 * np.abs(tensor).max():
+        diagonal, turn = np.linalg.eigh(tensor)
+        turn, diagonal = _nearest_axes(turn, diagonal)
+    old = link.find("inertial")
+    if old is not None:
+        link.remove(old)
+    inertial = ET.SubElement(link, "inertial")
+    _set_frame(inertial, turn, centre)
+    ET.SubElement(inertial, "mass", value=repr(float(mass)))
+    zero = {"ixy": "0", "ixz": "0", "iyz": "0"}
+    moments = {k: repr(float(v)) for k, v in zip(("ixx", "iyy", "izz"), diagonal, strict=True)}
+    ET.SubElement(inertial, "inertia", zero | moments)
+
+
+def _nearest_axes(turn: Array, diagonal: Array) -> tuple[Array, Array]:
+    """The principal axes in the order and sense that turns least."""
+    order = [int(np.argmax(np.abs(turn[k]))) for k in range(3)]
+    if sorted(order) != [0, 1, 2]:
+        order = [0, 1, 2]
+    turn, diagonal = turn[:, order], diagonal[order]
+    turn = turn * np.where(np.diag(turn) < 0, -1.0, 1.0)
+    if np.linalg.det(turn) < 0:
+        turn[:, 2] = -turn[:, 2]
+    return turn, diagonal
+
+
+def _frame(origin: ET.Element | None) -> tuple[Array, Array]:
+    if origin is None:
+        return np.eye(3), np.zeros(3)
+    xyz = np.array([float(v) for v in origin.get("xyz", "0 0 0").split()])
+    rpy = [float(v) for v in origin.get("rpy", "0 0 0").split()]
+    return np.asarray(Rotation.from_euler("xyz", rpy).as_matrix()), xyz
+
+
+def _set_frame(element: ET.Element, rotation: Array, shift: Array) -> None:
+    old = element.find("origin")
+    if old is not None:
+        element.remove(old)
+    with warnings.catch_warnings():  # at pitch +-90 degrees roll and yaw are one angle: any split of it will do
+        warnings.simplefilter("ignore", UserWarning)
+        rpy = Rotation.from_matrix(rotation).as_euler("xyz")
+    xyz = " ".join(map(repr, shift.tolist()))
+    element.insert(0, ET.Element("origin", xyz=xyz, rpy=" ".join(map(repr, rpy.tolist()))))
+
+
+def _end(joint: ET.Element, end: str) -> str:
+    return str(joint.find(end).get("link"))  # type: ignore[union-attr]
+
+
+def _child(joint: ET.Element) -> str:
+    return _end(joint, "child")
