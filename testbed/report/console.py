@@ -77,20 +77,6 @@ def run_progress(duration_s: float, name: str) -> Iterator[Callable[[float, str]
 
 
 @contextmanager
-def counting_progress(total: int, name: str) -> Iterator[Callable[[int], None] | None]:
-    """A progress bar over a count on standard error; None when that is not a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=total)
-        yield lambda done: bar.update(task, completed=done)
-
-
-@contextmanager
 def waiting(word: str) -> Iterator[None]:
     """A moving sign on standard error while something takes its time; nothing when that is not a terminal."""
     if not sys.stderr.isatty():
