@@ -23,8 +23,12 @@ SCALARS = (
     "position_slope", "pressure_coefficient_m2", "load_coefficient",
     "viscosity_rate_1_k", "viscosity_reference_degc",
     "spring_stiffness_n_m", "spring_rest_m", "cushion_stiffness_n_m", "cushion_start_m", "force_offset_n",
+    "dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "seal_stiffness_n_m", "valve_deadband",
 )  # fmt: skip
 """A leg's believed numbers beside its eight friction parameters; the order of `Leg.packed`."""
+
+
+OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,11 @@ class Leg:
     cushion_stiffness_n_m: float = 0.0
     cushion_start_m: float = 0.0
     force_offset_n: float = 0.0
+    dead_volume_a_m3: float = 4.0e-4
+    dead_volume_b_m3: float = 4.0e-4
+    bulk_modulus_pa: float = 1.4e9
+    seal_stiffness_n_m: float = 3.0e7
+    valve_deadband: float = 0.03
 
     def packed(self) -> NDArray[np.float64]:
         """friction[8] of (5), then SCALARS in their order."""
@@ -102,7 +111,7 @@ class Tuning:
     rest_m_s: float = 0.001
     slide_m_s: float = 0.003
     pressure_sd_pa: float = 8.3e3
-    friction_sd_share: float = 0.05
+    friction_sd_share: float = 0.15
     speed_sd_m_s: float = 0.002
     acceleration_sd_m_s2: float = 0.15
     contact_on_n: float = 1500.0
@@ -145,6 +154,11 @@ class Believed:
             mass_kg=machine["legs"]["vertical_mass_kg"] + machine["legs"]["foot_mass_kg"],
             stroke_m=c["stroke_m"],
             viscosity_reference_degc=seal["viscosity_reference_degc"],
+            dead_volume_a_m3=c["dead_volume_a_m3"],
+            dead_volume_b_m3=c["dead_volume_b_m3"],
+            bulk_modulus_pa=machine["oil"]["bulk_modulus_pa"],
+            seal_stiffness_n_m=seal["bristle_stiffness_n_m"],
+            valve_deadband=machine["valve"]["deadband"],
         )
         return cls._of(base, effects, dt_s, machine["sensor"]["encoder_linear_m"])
 
@@ -158,6 +172,7 @@ class Believed:
         base = Leg(
             k.area_a_m2, k.area_b_m2, model.friction, k.moving_mass_kg or 0.0,
             stroke_m=k.stroke_m or 0.5, force_offset_n=model.force_offset_n,
+            **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
         )  # fmt: skip
         return cls._of(base, model.effects, dt_s, encoder_resolution_m)
 

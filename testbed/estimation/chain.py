@@ -4,7 +4,8 @@
     two_chamber  = pA A_A - pB A_B                                                          (3)
     friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with (5)
     kbf, modified_kbf = the paper's filters on `friction`                                   (6)
-    own          = the same balance with friction as a set at rest, through a gate that cannot lock out
+    own          = the same balance with friction as a set at rest (friction_at_rest.py names the likeliest value in
+                   it), through a gate that cannot lock out
 
 All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled call a step.
 """
@@ -108,17 +109,19 @@ class EstimatorChain:
 def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:
     """The chain over the whole-robot recording's columns (n rows each): every name of COLUMNS -> array [n].
 
-    Needs `position_*`, `pressure_a_*`, `pressure_b_*` of the vertical joints and `attitude_roll`, `attitude_pitch`.
+    Needs `position_*`, `pressure_a_*`, `pressure_b_*` of the vertical joints and `attitude_roll`, `attitude_pitch`;
+    takes `valve_*` and `oil_temperature` where they are there.
     Raises InputError naming the column that is missing.
     """
     pa, pb, q = (_by_axis(columns, stem) for stem in ("pressure_a", "pressure_b", "position"))
+    u = _by_axis(columns, "valve") if f"valve_{LEGS[0]}_vertical" in columns else np.zeros_like(q)
     roll, pitch = _column(columns, "attitude_roll"), _column(columns, "attitude_pitch")
     g = believed.gravity_m_s2 * np.cos(pitch)
     gravity = np.stack([believed.gravity_m_s2 * np.sin(pitch), -g * np.sin(roll), -g * np.cos(roll)], axis=1)
     temperature = np.ascontiguousarray(columns.get("oil_temperature", np.full(len(roll), 20.0)))
     chain = EstimatorChain(believed)
     out = np.empty((len(roll), len(OUTPUTS), len(LEGS)))
-    replay_chain(pa, pb, q, gravity, np.zeros(len(AXES)), temperature, chain._legs, chain._common, chain._state, out)
+    replay_chain(pa, pb, q, gravity, u, temperature, chain._legs, chain._common, chain._state, out)
     flat = out.reshape(len(roll), -1)
     return {name: np.ascontiguousarray(flat[:, i]) for i, name in enumerate(COLUMNS)}
 

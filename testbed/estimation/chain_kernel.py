@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation import contact, encoder
+from testbed.estimation import contact, encoder, friction_at_rest
 from testbed.estimation.filters import kbf, modified_kbf, persistent
 from testbed.estimation.friction_set import FRICTION_SIZE, friction_set, published
 
@@ -22,28 +22,37 @@ OUTPUTS = (*METHODS, "own_low", "own_high", "own_sd", "velocity", "acceleration"
 AREA_A, AREA_B, MASS, EXTRA_MASS, STROKE, GAIN_A, GAIN_B, ZERO_A, ZERO_B, DRIFT_A = range(8, 18)
 SLOPE, PRESSURE_COEFFICIENT, LOAD_COEFFICIENT, RATE, REFERENCE = range(18, 23)
 SPRING, SPRING_REST, CUSHION, CUSHION_START, OFFSET = range(23, 28)
+DEAD_A, DEAD_B, BULK, SEAL, DEADBAND = range(28, 33)
 # what is common to the legs
 DT, RESOLUTION, OBSERVER, REST, SLIDE, PRESSURE_SD, FRICTION_SD, SPEED_SD, ACCELERATION_SD, OIL = range(10)
 FILTER = 10  # Q, R, e_max, hold
 CONTACT = 14  # on, off, dwell
-# a leg's state: encoder, the three filters, the held estimate, contact, time
+# a leg's state: encoder, the three filters, contact, friction at rest, time
 ENCODER = 0
 KBF = ENCODER + encoder.STATE_SIZE
 MODIFIED = KBF + kbf.STATE_SIZE
 OWN = MODIFIED + kbf.STATE_SIZE
 WORD = OWN + persistent.STATE_SIZE
-HELD = WORD + contact.STATE_SIZE
-TIME = HELD + 1
-STARTED = TIME + 1
-FACTOR = STARTED + 1  # work space: this leg's friction (5) at the oil's temperature
+AT_REST = WORD + contact.STATE_SIZE
+TIME = AT_REST + friction_at_rest.STATE_SIZE
+SLID = TIME + 1
+FACTOR = SLID + 1  # work space: this leg's friction (5) at the oil's temperature
 STATE_COLUMNS = FACTOR + FRICTION_SIZE
 
 
 @njit(cache=True)
 def step_leg(
-    measured_a: float, measured_b: float, reading: float, gravity_along: float, leg: Array, c: Array, s: Array, o: Array
+    measured_a: float,
+    measured_b: float,
+    reading: float,
+    gravity_along: float,
+    command: float,
+    leg: Array,
+    c: Array,
+    s: Array,
+    o: Array,
 ) -> None:
-    """One leg, one step: measured pressures in Pa, encoder in m, gravity along extension in m/s2 -> o[OUTPUTS].
+    """One leg, one step: pressures Pa, encoder m, gravity along extension m/s2, valve command -> o[OUTPUTS].
 
     Corrects the pressures for believed sensor errors first; published columns (1), (3) use them corrected too.
     """
@@ -72,10 +81,14 @@ def step_leg(
     simple = balance - published(v, f, extra, factor)
     low_f, high_f = friction_set(v, e[encoder.DIRECTION], slides, f, extra, factor)
     low, high = balance - high_f, balance - low_f
-    if s[STARTED] == 0.0:
-        s[HELD], s[STARTED] = 0.5 * (low + high), 1.0
-    # where friction is a set the last estimate stands, as long as some friction in the set explains it
-    s[HELD] = min(max(s[HELD], low), high)
+    k_oil = friction_at_rest.oil_stiffness(
+        x, leg[STROKE], leg[AREA_A], leg[AREA_B], leg[DEAD_A], leg[DEAD_B], leg[BULK]
+    )
+    shut = abs(command) < leg[DEADBAND]
+    if slides > 0.0 and s[SLID] == 0.0:
+        s[OWN + persistent.LIVELY] = 1.0  # the set has just collapsed: what follows is news, not a spike
+    s[SLID] = slides
+    friction = friction_at_rest.step(s[AT_REST:TIME], two, low_f, high_f, slides, shut, leg[SEAL] / k_oil, dt)
 
     p = c[FILTER:CONTACT]
     o[0] = pa * leg[AREA_A]
@@ -83,24 +96,24 @@ def step_leg(
     o[2] = simple
     o[3] = kbf.step(s[KBF:MODIFIED], simple, p)
     o[4] = modified_kbf.step(s[MODIFIED:OWN], simple, p)
-    o[5] = persistent.step(s[OWN:WORD], s[HELD], p)
+    o[5] = persistent.step(s[OWN:WORD], balance - friction, p)
     o[6], o[7] = low, high
     o[8] = _standard_deviation(low, high, v, s[OWN + 1], f, leg, c)
     o[9], o[10] = v, a
-    o[11] = contact.step(s[WORD:HELD], o[5], dt, c[CONTACT:])
+    o[11] = contact.step(s[WORD:AT_REST], o[5], dt, c[CONTACT:])
 
 
 @njit(cache=True)
 def _standard_deviation(low: float, high: float, v: float, variance: float, f: Array, leg: Array, c: Array) -> float:
     """Of `own`, N: sensors' accuracy through the areas, friction's uncertainty, speed, acceleration, the set's width.
 
-    A set of width w that says no more than its two ends counts as uniform: w^2 / 12.
+    At rest friction spreads over its set by friction_at_rest.SPREAD of the half width.
     """
     sensors = c[PRESSURE_SD] ** 2 * (leg[AREA_A] ** 2 + leg[AREA_B] ** 2)
     slope = f[0] if v >= 0.0 else f[4]
     friction = (c[FRICTION_SD] * 0.5 * (f[1] + f[5])) ** 2 + (slope * c[SPEED_SD]) ** 2
     inertia = ((leg[MASS] + leg[EXTRA_MASS]) * c[ACCELERATION_SD]) ** 2
-    return math.sqrt(sensors + friction + inertia + variance + (high - low) ** 2 / 12.0)
+    return math.sqrt(sensors + friction + inertia + variance + (0.5 * friction_at_rest.SPREAD * (high - low)) ** 2)
 
 
 @njit(cache=True)
@@ -113,7 +126,7 @@ def step_chain(
     """
     for leg in range(4):
         i = 3 * leg + 2
-        step_leg(pa[i], pb[i], q[i], -gravity[2], legs[leg], c, state[leg], out[:, leg])
+        step_leg(pa[i], pb[i], q[i], -gravity[2], u[i], legs[leg], c, state[leg], out[:, leg])
 
 
 @njit(cache=True)
@@ -129,7 +142,7 @@ def replay_chain(
     state: Array,
     out: Array,
 ) -> None:
-    """`step_chain` over n rows: pa, pb, q [n, 12], gravity [n, 3], oil [n] in degC, out [n, len(OUTPUTS), 4]."""
+    """`step_chain` over n rows: pa, pb, q, u [n, 12], gravity [n, 3], oil [n] in degC, out [n, len(OUTPUTS), 4]."""
     for k in range(pa.shape[0]):
         c[OIL] = oil[k]
-        step_chain(pa[k], pb[k], q[k], gravity[k], u, legs, c, state, out[k])
+        step_chain(pa[k], pb[k], q[k], gravity[k], u[k], legs, c, state, out[k])

@@ -1,0 +1,57 @@
+"""Friction at rest: memory, the oil's answer while the valve is shut, the valve's own pressure changes."""
+
+import numpy as np
+import pytest
+
+from testbed.estimation import friction_at_rest as at_rest
+
+LOW, HIGH = -700.0, 800.0
+
+
+def run(piston_n, slides=0.0, shut=True, ratio=1.2, start=None):
+    s = np.zeros(at_rest.STATE_SIZE)
+    if start is not None:
+        at_rest.step(s, piston_n[0], start, start, 1.0, shut, ratio, 1e-3)
+    return np.array([at_rest.step(s, p, LOW, HIGH, slides, shut, ratio, 1e-3) for p in piston_n])
+
+
+def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
+    # x = 0.25 m of 0.5: V_A = 1.362e-3, V_B = 1.048e-3;
+    # 1.4e9 (1.481e-5 / 1.362e-3 + 6.718e-6 / 1.048e-3) = 24.2 MN/m
+    k = at_rest.oil_stiffness(0.25, 0.5, 3.8485e-3, 2.5918e-3, 4.0e-4, 4.0e-4, 1.4e9)
+    assert k == pytest.approx(24.2e6, rel=2e-3)
+
+
+def test_first_value_is_the_middle_of_the_set():
+    assert run(np.full(3, 5000.0))[0] == pytest.approx(50.0)
+
+
+def test_friction_of_the_last_motion_is_remembered_and_fades():
+    f = run(np.full(2000, 5000.0), start=HIGH)
+    assert f[0] == pytest.approx(HIGH, rel=0.01)
+    assert f[400] == pytest.approx(50.0 + 750.0 * np.exp(-1.0), rel=0.02)
+    assert f[-1] == pytest.approx(50.0, abs=10.0)
+
+
+def test_shut_valve_lets_the_seal_take_its_share_of_a_load_change():
+    # a first small step of the piston force by -100 N bends the seal by + 1.2 * 100 N
+    f = run(np.array([5000.0, 5000.0, 4900.0]))
+    assert f[2] - f[1] == pytest.approx(120.0, rel=0.03)
+
+
+def test_open_valve_moves_friction_with_the_pressure_not_against_it():
+    ramp = 5000.0 + np.concatenate([np.zeros(500), np.linspace(0.0, 600.0, 100)])
+    f = run(ramp, shut=False)
+    assert f[-1] > f[499] + 50.0
+
+
+@pytest.mark.parametrize("shut", [True, False])
+def test_friction_never_leaves_its_set(shut):
+    p = 5000.0 + 4000.0 * np.random.default_rng(0).standard_normal(2000).cumsum() / 10.0
+    f = run(p, shut=shut)
+    assert f.min() >= LOW and f.max() <= HIGH
+
+
+def test_sliding_piston_has_the_friction_of_its_set_of_one():
+    s = np.zeros(at_rest.STATE_SIZE)
+    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, True, 1.2, 1e-3) == 650.0
