@@ -41,14 +41,15 @@ def run(
     """Simulate a scenario, record it and write its report."""
     from testbed.evaluation.run import run_scenario
     from testbed.parameters.scenario import load_scenario
-    from testbed.report.console import print_run, run_progress
+    from testbed.report.console import print_run, run_progress, waiting
 
     loaded = load_scenario(scenario, set_ or [], seed, duration)
     with run_progress(loaded.duration_s, loaded.name) as progress:
         result = run_scenario(loaded, out, model, gui, progress)
     from testbed.report.run_report import write_report
 
-    report = write_report(result.folder)
+    with waiting("writing the report"):
+        report = write_report(result.folder)
     print_run(result.summary, result.folder, report, json)
     if result.interrupted:
         raise typer.Exit(130)
@@ -62,7 +63,10 @@ def estimate(
     causal: Annotated[bool, typer.Option("--causal", help="Use only what came before each sample.")] = False,
     json: Json = False,
 ) -> None:
-    """Write the external force of a recording: a value, and a set where friction is one."""
+    """Write the external force of a recording.
+
+    One leg: a value and the set that friction leaves open. A run of the robot: the same for each foot.
+    """
     from testbed.evaluation.estimates import estimate_file
     from testbed.report.console import print_json
 
@@ -75,7 +79,10 @@ def estimate(
 
 @app.command()
 def bench(json: Json = False) -> None:
-    """Measure the speed of the whole loop against the bare engine, in one process, alternating."""
+    """Measure the speed against the bare engine.
+
+    Whole loop and bare engine take turns in one process.
+    """
     from testbed.evaluation.bench import bench as measured
     from testbed.report.console import print_json, print_table, waiting
 
@@ -89,7 +96,7 @@ def bench(json: Json = False) -> None:
 
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
-    """List every field of a scenario file with its unit, default and range."""
+    """List every field of a scenario file."""
     from testbed.report.console import print_json, print_table
 
     if json:
@@ -104,7 +111,7 @@ def scenario_schema(json: Json = False) -> None:
 
 @app.command()
 def parameters(json: Json = False) -> None:
-    """List every number of the machine with its unit, its mark and its source."""
+    """List every number of the machine."""
     from testbed.parameters.provenance import roboclimber
     from testbed.report.console import print_json, print_parameters
 
@@ -120,7 +127,10 @@ def view(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the report in a browser.")] = True,
 ) -> None:
-    """Look at a run: opens its report and prints where it is; a killed run gets its report now."""
+    """Open a run's report.
+
+    A killed run gets its report now. Prints where the report is.
+    """
     from testbed.report.run_report import write_report
 
     report = folder / "report.html"
@@ -185,31 +195,6 @@ def filters(
         print_json(answer)
     else:
         print_table("Root mean square error of the filters", *table(answer))
-
-
-@app.command()
-def distribution(
-    out: Annotated[Path, typer.Option(help="Folder for distribution.json.")],
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
-    cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
-    controller: Annotated[
-        list[str] | None, typer.Option(help="A controller, or file.py:Class; may be repeated. [the four shipped]")
-    ] = None,
-    json: Json = False,
-) -> None:
-    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth."""
-    from testbed.evaluation.distribution import benchmark, check, table, write
-    from testbed.report.console import counting_progress, print_json, print_table
-
-    names = check(out, controller)
-    with counting_progress(cases, "cases") as progress:
-        result = benchmark(cases, jobs, names, progress)
-    path = write(result, out)
-    if json:
-        print_json(result)
-    else:
-        print_table("Force distribution", *table(result))
-        print(path)
 
 
 @app.command()

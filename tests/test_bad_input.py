@@ -97,6 +97,60 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
 }
 
 
+KNOWN = "{bore_m: 0.07, rod_m: 0.04, stroke_m: 0.5, moving_mass_kg: 91.7, inclination_deg: 0}"
+MODEL = f"format: roboclimber-model/1\nknown: {KNOWN}\n"
+RECORDING = (
+    "format: roboclimber-recording/1\nrig: vertical-leg\ndata: data.csv\nsample_rate_hz: 1000\nchannels:\n"
+    "  time: {column: t, unit: s}\n  position: {column: x, unit: m}\n"
+    f"  pressure_a: {{column: pA, unit: Pa}}\n  pressure_b: {{column: pB, unit: Pa}}\nknown: {KNOWN}\n"
+)
+ROWS = [[k / 1000.0, 0.2 + 1e-5 * k, 3e6 + k, 1e6 - k] for k in range(200)]
+
+RECORDINGS: dict[str, tuple[dict[str, str], dict[int, object], str]] = {
+    "number_is_nan": ({}, {2: float("nan")}, "pA"),
+    "number_is_a_word": ({}, {1: "far"}, "data.csv"),
+    "time_goes_back": ({}, {0: 0.01}, "data.csv"),
+    "no_such_column": ({"column: pB": "column: pZ"}, {}, "pZ"),
+    "no_such_unit": ({"unit: m}": "unit: furlong}"}, {}, "channels.position.unit"),
+    "no_such_rig": ({"vertical-leg": "horizontal-leg"}, {}, "rig"),
+    "no_such_key": ({"rig: vert": "license: MIT\nrig: vert"}, {}, "license"),
+    "rod_wider_than_bore": ({"rod_m: 0.04": "rod_m: 0.4"}, {}, "rod_m"),
+    "table_is_missing": ({"data: data.csv": "data: other.csv"}, {}, "other.csv"),
+}
+
+
+@pytest.mark.parametrize("case", RECORDINGS)
+def test_a_recording_that_cannot_be_used(
+    case: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changes, cells, word = RECORDINGS[case]
+    text = RECORDING
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    rows = [list(row) for row in ROWS]
+    for column, value in cells.items():
+        rows[120][column] = value  # type: ignore[call-overload]
+    folder = desk / "press"
+    folder.mkdir()
+    (folder / "recording.yaml").write_text(text)
+    (folder / "data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    (desk / "model.yaml").write_text(MODEL)
+    _refused(["estimate", "press", "--model", "model.yaml", "--out", "f.csv"], word, monkeypatch, capsys, desk)
+
+
+def test_the_same_recording_without_its_fault_is_read(desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = desk / "press"
+    folder.mkdir()
+    (folder / "recording.yaml").write_text(RECORDING)
+    (folder / "data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in ROWS) + "\n")
+    (desk / "model.yaml").write_text(MODEL)
+    monkeypatch.setattr(sys, "argv", ["testbed", "estimate", "press", "--model", "model.yaml", "--out", "f.csv"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0
+    assert len((desk / "f.csv").read_text().splitlines()) == 201
+
+
 @pytest.fixture
 def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with files of all sorts; the working directory."""

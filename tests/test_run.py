@@ -39,6 +39,12 @@ def test_a_run_leaves_its_files(finished: Path) -> None:
     assert sorted(p.name for p in finished.iterdir()) == FILES
 
 
+def test_the_scenario_in_the_folder_is_the_one_that_ran(finished: Path) -> None:
+    assert load_scenario(finished / "scenario.yaml") == load_scenario(
+        "drill_slope_45", ["task.start_s=0.1"], seed=4, duration=1.5
+    )
+
+
 def test_rows_come_at_the_recordings_rate_to_the_end(finished: Path) -> None:
     run = read_run(finished)
     assert np.allclose(run.data["t"], np.arange(1, 1501) / 1000.0, atol=1e-9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -57,7 +58,7 @@ def _contents(run: Run) -> dict[str, Any]:
         "verdict": _verdict(summary),
         "good": summary.get("verdict") == "stood",
         "words": _words(summary, named),
-        "keys": [row for row in summary_rows(summary) if row[0] != "verdict"],
+        "keys": [(name, _unbroken(value)) for name, value in summary_rows(summary) if name != "verdict"],
         "picture": _picture(large[-1][1]) if large else None,
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": slope_deg,
@@ -204,6 +205,11 @@ def _events(events: list[dict[str, Any]]) -> dict[str, Any]:
         for e in events[:MOST_EVENTS]
     ]
     return {"events": shown, "events_left_out": max(len(events) - MOST_EVENTS, 0)}
+
+
+def _unbroken(text: str) -> str:
+    """Numbers keep together with their thousands and their unit."""
+    return re.sub(r"(?<=\d) (?=\d|N\b|s\b|mm\b|deg\b)", "\u00a0", text)
 
 
 def _short(value: Any) -> str:
