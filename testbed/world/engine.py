@@ -72,7 +72,7 @@ class Engine:
         self.client = p.connect(p.GUI if gui else p.DIRECT)
         if self.client < 0:
             raise SimulationFault("the physics engine gave no client")
-        self._ground_spec = ground
+        self._dressed = False
         c = self.client
         p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
         p.setPhysicsEngineParameter(
@@ -292,6 +292,7 @@ class Engine:
 
     def picture(self, eye: Sequence[float], target: Sequence[float], width: int, height: int) -> NDArray[np.uint8]:
         """A picture (height, width, 3) of the scene from `eye` towards `target` (world, m)."""
+        self._dress_ground()
         view = p.computeViewMatrix(eye, target, [0, 0, 1])
         projection = p.computeProjectionMatrixFOV(38.0, width / height, 0.1, 200.0)
         image = p.getCameraImage(
@@ -304,7 +305,24 @@ class Engine:
             renderer=p.ER_TINY_RENDERER,
             physicsClientId=self.client,
         )
-        return np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
+        colours = np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
+        nothing = np.asarray(image[4]).reshape(height, width) < 0
+        sky = np.linspace([176.0, 203.0, 230.0], [232.0, 238.0, 243.0], height).astype(np.uint8)
+        colours[nothing] = np.broadcast_to(sky[:, None, :], colours.shape)[nothing]
+        return colours
+
+    def _dress_ground(self) -> None:
+        """Rock instead of the engine's chequered floor; once, and only where somebody looks."""
+        if self._dressed:
+            return
+        self._dressed = True
+        from PIL import Image
+
+        with tempfile.NamedTemporaryFile(suffix=".png") as file, _quiet():
+            Image.fromarray(rock_texture()).save(file.name)
+            texture = p.loadTexture(file.name, physicsClientId=self.client)
+        p.changeVisualShape(self.ground, -1, textureUniqueId=texture, physicsClientId=self.client)
+        p.changeVisualShape(self.ground, -1, rgbaColor=[1, 1, 1, 1], physicsClientId=self.client)
 
     def add_line(self, start: Array, end: Array, radius_m: float, colour: Sequence[float]) -> int:
         """A thin cylinder to look at (a rope, a rod); no collision. Returns its id for `remove`."""
@@ -338,6 +356,17 @@ class Engine:
             with contextlib.suppress(p.error):
                 p.disconnect(self.client)
             self.client = -1
+
+
+def rock_texture(size: int = 256, seed: int = 7) -> NDArray[np.uint8]:
+    """A tile (size, size, 3) of weathered rock that repeats without seams."""
+    rng = np.random.default_rng(seed)
+    k = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.fftfreq(size)[None, :])
+    falling = np.where(k > 0, np.maximum(k, 1.0 / size) ** -1.2, 0.0)
+    grain = np.fft.ifft2(np.fft.fft2(rng.standard_normal((size, size))) * falling).real
+    grain /= grain.std()
+    shade = 188.0 + 15.0 * grain + 3.0 * rng.standard_normal((size, size))
+    return np.clip(shade[:, :, None] * np.array([1.0, 0.95, 0.87]), 0, 255).astype(np.uint8)
 
 
 def quaternion(rotation: Array) -> Array:
