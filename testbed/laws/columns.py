@@ -10,16 +10,16 @@ from __future__ import annotations
     BRISTLE_K, BRISTLE_D, FR_POSITION, FR_PRESSURE, FR_LOAD, FR_SIDE, DWELL_GAIN, DWELL_TIME,
     CUSHION_LENGTH, CUSHION_D, STOP_K, STOP_D,
     SPRING_K, SPRING_REST, PERIODIC_N, PERIODIC_W, XCUSHION_K, XCUSHION_START,
-    LINE_WN, LINE_ZETA, TRANSDUCER_TAU, EXTRA_VISC_RATE,
+    LINE_WN, LINE_ZETA, TRANSDUCER_TAU, EXTRA_VISC_RATE, HOSE_CAP_B,
     AXIS_PARAMETERS,
-) = range(53)  # fmt: skip
+) = range(54)  # fmt: skip
 
 # --- state of an axis (columns of the 12 x AXIS_STATES array) ----------------------------------------------
 (
     OIL_A, OIL_B, P_A, P_B, SPOOL, SPOOL_RATE, AMPLIFIER, PLAY, BRISTLE, DWELL, HOSE_P,
-    LINE_P, LINE_RATE, SENSED_A, SENSED_B, FORCE, FRICTION, WARM,
+    LINE_P, LINE_RATE, SENSED_A, SENSED_B, FORCE, FRICTION, WARM, HOSE_P_B, END_FORCE,
     AXIS_STATES,
-) = range(19)  # fmt: skip
+) = range(21)  # fmt: skip
 
 # --- parameters of the power unit ---------------------------------------------------------------------------
 (
@@ -32,6 +32,6 @@ from __future__ import annotations
 # --- state of the power unit --------------------------------------------------------------------------------
 (
     OIL_SUPPLY, P_SUPPLY, PUMP_STROKE, OIL_TANK, TEMPERATURE, RELIEF_FLOW, PUMP_WORK, LOSS, TIME, THROUGHPUT, DROOP_P,
-    TRACTION_FLOW,
+    TRACTION_FLOW, TRACTION_WORK, PUMP_POWER_NOW,
     SUPPLY_STATES,
-) = range(13)  # fmt: skip
+) = range(15)  # fmt: skip

@@ -15,7 +15,7 @@ from testbed.compiled import njit
 (FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, DRILL_COLUMNS) = range(7)
 
 
-@njit(cache=True)
+@njit
 def blow_mean(phase0: float, phase1: float, width: float) -> float:
     """Mean of a train of half-sine blows of unit peak over phases [phase0, phase1] (one blow a unit of phase).
 
@@ -39,7 +39,7 @@ BLOW_WIDTH = 0.25
 """Share of the period that a blow's reaction on the sledge lasts (assumed)."""
 
 
-@njit(cache=True)
+@njit
 def axial_force(d: Any, phase0: float, phase1: float, gravity_along_axis: float) -> float:
     """Force on the body along its +z, N. d: DRILL_COLUMNS; gravity_along_axis: g . z of the body, m/s2 (negative)."""
     blows = d[BLOW_N] * blow_mean(phase0, phase1, BLOW_WIDTH) if d[BLOW_N] != 0.0 else 0.0

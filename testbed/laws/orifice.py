@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from testbed.compiled import njit
 
 LAMINAR_DROP_PA = 2.0e4
 """Pressure drop below which the flow turns laminar (assumed; a sharp edge at Re of some tens)."""
 
 
-@njit(cache=True)
+@njit(error_model="numpy")
 def orifice(drop_pa: float) -> tuple[float, float]:
     """Smoothed `sign(dp) sqrt(|dp|)` and its derivative by dp, in sqrt(Pa) and 1/sqrt(Pa).
 
     f(dp) = dp / (dp^2 + d^2)^(1/4) with d = LAMINAR_DROP_PA: exact to 1 % for |dp| > 5 d, linear through zero.
     The flow is `coefficient * opening * f(dp)`, the coefficient being rated flow / sqrt(rated drop).
     """
-    r2 = drop_pa * drop_pa + LAMINAR_DROP_PA * LAMINAR_DROP_PA
-    inverse_root = 1.0 / math.sqrt(math.sqrt(r2))
-    return drop_pa * inverse_root, inverse_root * (1.0 - 0.5 * drop_pa * drop_pa / r2)
+    square = drop_pa * drop_pa
+    inverse = 1.0 / (square + LAMINAR_DROP_PA * LAMINAR_DROP_PA)
+    inverse_root = math.sqrt(math.sqrt(inverse))
+    return drop_pa * inverse_root, inverse_root * (1.0 - 0.5 * square * inverse)

@@ -16,7 +16,7 @@ from typing import Any
 from testbed.compiled import njit
 
 
-@njit(cache=True)
+@njit
 def rope_tension(
     length_m: float, rate_m_s: float, unstrained_m: float, stiffness_ea_n: float, damping_n_s_m: float
 ) -> float:
@@ -28,7 +28,7 @@ def rope_tension(
     return tension if tension > 0.0 else 0.0
 
 
-@njit(cache=True)
+@njit
 def unstrained_length(length_m: float, tension_n: float, stiffness_ea_n: float) -> float:
     """Paid-out length that gives `tension_n` at the distance `length_m` at rest: L / (1 + T / EA)."""
     return length_m / (1.0 + tension_n / stiffness_ea_n)
@@ -39,7 +39,7 @@ def sag_shortening_m(length_m: float, tension_n: float, weight_n_m: float) -> fl
     return float(weight_n_m**2 * length_m**3 / (24.0 * tension_n**2))
 
 
-@njit(cache=True)
+@njit
 def rope_wrench(
     attachment: Any, anchor: Any, velocity: Any, unstrained_m: float, ea_n: float, damping: float, out: Any
 ) -> float:
@@ -50,7 +50,7 @@ def rope_wrench(
     dx, dy, dz = anchor[0] - attachment[0], anchor[1] - attachment[1], anchor[2] - attachment[2]
     length = (dx * dx + dy * dy + dz * dz) ** 0.5
     rate = -(dx * velocity[0] + dy * velocity[1] + dz * velocity[2]) / length
-    tension = rope_tension(length, rate, unstrained_m, ea_n, damping)
+    tension: float = rope_tension(length, rate, unstrained_m, ea_n, damping)
     scale = tension / length
     out[0], out[1], out[2] = scale * dx, scale * dy, scale * dz
     return tension

@@ -1,11 +1,20 @@
-"""Proportional valve: amplifier lag, hysteresis, second-order spool, dead band."""
+"""Proportional valve: amplifier lag, hysteresis, second-order spool, dead band.
+
+The command is held over a step, so the amplifier approaches it exponentially, the play operator follows that
+monotone signal, and the spool answers a constant or an exponential: all three in closed form, no step error.
+"""
 
 from __future__ import annotations
 
-from numba import njit
+import math
+from typing import Any
+
+from testbed.compiled import njit
+from testbed.laws import columns as c
+from testbed.laws.linear import second_order
 
 
-@njit(cache=True)
+@njit(error_model="numpy")
 def play(state: float, command: float, half_width: float) -> float:
     """Hysteresis as a play operator: the output follows the command, `half_width` behind it in either direction."""
     if command > state + half_width:
@@ -15,20 +24,7 @@ def play(state: float, command: float, half_width: float) -> float:
     return state
 
 
-@njit(cache=True)
-def spool_step(s: float, rate: float, target: float, wn: float, zeta: float, dt: float) -> tuple[float, float]:
-    """One implicit step of s'' = wn^2 (target - s) - 2 zeta wn s', stops at +-1; returns s (1) and s' (1/s)."""
-    w = wn * dt
-    new_rate = (rate + wn * w * (target - s)) / (1.0 + 2.0 * zeta * w + w * w)
-    new = s + dt * new_rate
-    if new > 1.0:
-        return 1.0, 0.0
-    if new < -1.0:
-        return -1.0, 0.0
-    return new, new_rate
-
-
-@njit(cache=True)
+@njit(error_model="numpy")
 def opening(s: float, deadband: float) -> float:
     """o = sign(s) max(|s| - d, 0) / (1 - d), -1..1."""
     if s > deadband:
@@ -36,3 +32,101 @@ def opening(s: float, deadband: float) -> float:
     if s < -deadband:
         return (s + deadband) / (1.0 - deadband)
     return 0.0
+
+
+@njit(error_model="numpy")
+def engaging_time(amplifier: float, command: float, state: float, half_width: float, tau: float) -> float:
+    """Time after which the amplifier, on its way to `command`, drags the play along; inf if it never does, s."""
+    if command > state + half_width:
+        edge = state + half_width
+    elif command < state - half_width:
+        edge = state - half_width
+    else:
+        return math.inf
+    ratio = (amplifier - command) / (edge - command)
+    return tau * math.log(ratio) if ratio > 1.0 else 0.0
+
+
+@njit(error_model="numpy")
+def spool_after(
+    s: float, rate: float, base: float, swing: float, wn: float, zeta: float, tau: float, t: float
+) -> tuple[float, float]:
+    """Spool (1) and rate (1/s) after t of s'' = wn^2 (target - s) - 2 zeta wn s'; target base + swing e^(-t/tau)."""
+    yy, yr, ry, rr = second_order(wn, zeta, t)
+    forced, forced_rate, end = forced_share(wn, zeta, tau, t)
+    y, y_rate = s - base - swing * forced, rate - swing * forced_rate
+    return (
+        base + swing * forced * end + yy * y + yr * y_rate,
+        swing * forced_rate * end + ry * y + rr * y_rate,
+    )
+
+
+@njit(error_model="numpy")
+def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, float, float]:
+    """Answer of the spool to an input e^(-t/tau): its share, its rate (1/s), and e^(-t/tau) after t."""
+    inverse = 1.0 / tau
+    resonance = inverse * inverse - 2.0 * zeta * wn * inverse + wn * wn
+    if abs(resonance) < 1e-6 * wn * wn:  # the input decays like the spool itself: step aside by a millionth
+        resonance = 1e-6 * wn * wn
+    forced = wn * wn / resonance
+    return forced, -forced * inverse, math.exp(-t * inverse)
+
+
+@njit(error_model="numpy")
+def bounded(s: float, rate: float) -> tuple[float, float]:
+    """The spool's stops at +-1."""
+    if s > 1.0:
+        return 1.0, 0.0
+    if s < -1.0:
+        return -1.0, 0.0
+    return s, rate
+
+
+@njit(error_model="numpy")
+def spool_weights(
+    wn: float, zeta: float, tau: float, h: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """What `valve_path` needs of a valve for substeps of h: the spool's exact step and its answer to the lag."""
+    yy, yr, ry, rr = second_order(wn, zeta, h)
+    forced, forced_rate, decay = forced_share(wn, zeta, tau, h)
+    return yy, yr, ry, rr, forced, forced_rate, decay
+
+
+@njit(error_model="numpy")
+def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any) -> None:
+    """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); state of one axis advances.
+
+    s (AXIS_STATES) and p (AXIS_PARAMETERS) of columns.py; `command` is held; `weights` of `spool_weights`.
+    """
+    width, band, tau = p[c.HYSTERESIS], p[c.DEADBAND], p[c.AMP_TAU]
+    spool, rate, amplifier, state = s[c.SPOOL], s[c.SPOOL_RATE], s[c.AMPLIFIER], s[c.PLAY]
+    n = out.shape[0] - 1
+    out[0] = opening(spool, band)
+    start = engaging_time(amplifier, command, state, width, tau)
+    yy, yr, ry, rr, forced, forced_rate, decay = weights
+    base = command - width if command > state else command + width
+    swing = 0.0
+    moving = start <= 1e-6 * h
+    if moving:
+        swing = play(state, amplifier, width) - base
+    else:
+        base = state
+    for k in range(n):
+        if not moving and start < (k + 1) * h:
+            wn, zeta, before = p[c.SPOOL_WN], p[c.SPOOL_ZETA], start - k * h
+            spool, rate = spool_after(spool, rate, base, 0.0, wn, zeta, tau, before)
+            base = command - width if command > state else command + width
+            swing = state - base
+            moving = True
+            spool, rate = spool_after(spool, rate, base, swing, wn, zeta, tau, h - before)
+            swing *= math.exp(-(h - before) / tau)
+        else:
+            y, y_rate = spool - base - swing * forced, rate - swing * forced_rate
+            swing *= decay
+            spool = base + swing * forced + yy * y + yr * y_rate
+            rate = swing * forced_rate + ry * y + rr * y_rate
+        spool, rate = bounded(spool, rate)
+        out[k + 1] = opening(spool, band)
+    s[c.SPOOL], s[c.SPOOL_RATE] = spool, rate
+    s[c.AMPLIFIER] = command + (amplifier - command) * decay**n
+    s[c.PLAY] = base + swing

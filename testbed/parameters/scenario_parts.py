@@ -7,11 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from testbed.parameters.checked import Checked, Four, Names, Numbers, Pair, Sequence, impossible
+from testbed.parameters.hydraulic_parts import HydraulicPart
 from testbed.parameters.names import AXES, LEGS
 
-HydraulicPart = Literal[
-    "friction", "leakage", "deadband", "valve_dynamics", "end_stops", "supply_droop", "line_b", "air", "hose"
-]
 SensorPart = Literal["encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"]
 PLACES: tuple[str, ...] = (*AXES, *LEGS, "rope_left", "rope_right", "body", "supply")
 """Where an undeclared effect may sit."""
@@ -24,7 +22,7 @@ class Rates(Checked):
         default=1000, ge=100, le=20000, description="steps of the bodies and contacts [Hz]"
     )
     hydraulic_substeps: int = Field(
-        default=10, ge=1, le=200, description="steps of the oil within one step of the bodies"
+        default=2, ge=1, le=200, description="steps of the oil within one step of the bodies"
     )
     control_hz: int = Field(default=1000, ge=1, description="position controllers [Hz]")
     sensor_hz: int = Field(default=1000, ge=1, description="sensors are sampled [Hz]")

@@ -31,8 +31,9 @@ from testbed.world import plant, sensing
 from testbed.world.board import Board
 from testbed.world.drilling import DrillProgram
 from testbed.world.engine import Engine
-from testbed.world.plumbing import axis_parameters, switch_off, unit_parameters
+from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.start import Start, find_start
+from testbed.world.switches import switch_off
 from testbed.world.terrain import Ground, make_ground
 from testbed.world.undeclared import Places, apply_undeclared
 from testbed.world.verdict import Judge

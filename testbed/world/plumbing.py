@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,28 +14,42 @@ from testbed.parameters.names import AXES, JOINTS
 from testbed.parameters.provenance import Parameters
 
 Array = NDArray[np.float64]
+Limits = tuple[tuple[str, tuple[str, ...], float, float], ...]
 
-EFFECTS_OFF: dict[str, dict[int, float]] = {
-    "internal_leakage": {c.LEAK_I: 0.0},
-    "outer_leakage": {c.LEAK_O: 0.0},
-    "edge_leakage": {c.EDGE_LEAK: 0.0},
-    "entrained_air": {c.AIR: 0.0},
-    "hose": {c.HOSE_CAP: 0.0},
-    "deadband": {c.DEADBAND: 0.0},
-    "hysteresis": {c.HYSTERESIS: 0.0},
-    "amplifier_lag": {c.AMP_TAU: 1e-9},
-    "coulomb": {c.FC_POS: 1.0, c.FC_NEG: 1.0, c.FS_POS: 0.0, c.FS_NEG: 0.0, c.DWELL_GAIN: 0.0},
-    "stribeck": {c.FS_POS: 0.0, c.FS_NEG: 0.0},
-    "viscous": {c.VISC_POS: 0.0, c.VISC_NEG: 0.0},
-    "friction_position": {c.FR_POSITION: 0.0},
-    "friction_pressure": {c.FR_PRESSURE: 0.0},
-    "friction_side_load": {c.FR_SIDE: 0.0},
-    "dwell": {c.DWELL_GAIN: 0.0},
-    "cushions": {c.CUSHION_D: 0.0},
-}
-"""What a scenario may switch off by name (hydraulics.off), and the columns that do it on every axis."""
-
-UNIT_OFF = {"oil_warming": {c.HEAT_CAPACITY: 1e30}, "viscosity": {c.VISC_RATE: 0.0}}
+LIMITS: Limits = (
+    ("oil", ("bulk_modulus_pa",), 1.0e7, 1.0e11),
+    ("oil", ("entrained_air",), 0.0, 0.5),
+    ("oil", ("internal_leakage_m3_s_pa", "outer_leakage_m3_s_pa"), 0.0, 1.0e-6),
+    ("oil", ("hose_capacity_m3_pa", "hose_capacity_b_m3_pa"), 0.0, 1.0e-6),
+    ("oil", ("hose_time_s",), 0.0, math.inf),
+    ("valve", ("deadband", "hysteresis"), 0.0, 1.0),
+    ("valve", ("edge_pa", "edge_at", "edge_pb", "edge_bt", "edge_leakage_m3_s_pa", "damping"), 0.0, math.inf),
+    ("valve", ("rated_drop_per_edge_pa", "natural_frequency_hz", "amplifier_lag_s"), 0.0, math.inf),
+    ("seal", ("bristle_stiffness_n_m", "dwell_time_s"), 0.0, math.inf),
+    ("seal", ("bristle_damping_n_s_m", "dwell_gain", "pressure_coefficient_m2", "load_coefficient",
+              "side_load_coefficient"), 0.0, math.inf),
+    ("seal", ("position_slope",), -2.0, 2.0),
+    ("end_stop", ("cushion_length_m",), 0.0, math.inf),
+    ("end_stop", ("cushion_damping_n_s_m", "stiffness_n_m", "damping_n_s_m"), 0.0, math.inf),
+    ("sensor", ("line_b_frequency_hz", "transducer_bandwidth_hz"), 0.0, math.inf),
+    ("sensor", ("line_b_damping",), 0.0, math.inf),
+)  # fmt: skip
+"""What each number of an axis may be: from the first bound (allowed but for OPEN_BELOW) to below the second."""
+OPEN_BELOW = {
+    ("oil", "hose_time_s"), ("valve", "rated_drop_per_edge_pa"), ("valve", "natural_frequency_hz"),
+    ("valve", "amplifier_lag_s"), ("seal", "bristle_stiffness_n_m"), ("seal", "dwell_time_s"),
+    ("end_stop", "cushion_length_m"), ("sensor", "line_b_frequency_hz"), ("sensor", "transducer_bandwidth_hz"),
+}  # fmt: skip
+"""Numbers that the laws divide by."""
+UNIT_LIMITS: Limits = (
+    ("power_unit", ("power_w", "compensator_band_pa", "compensator_lag_s", "line_volume_m3"), 0.0, math.inf),
+    ("power_unit", ("full_flow_m3_s", "case_leakage_m3_s_pa", "relief_slope_m3_s_pa", "accumulator_volume_m3"),
+     -1e-300, math.inf),
+    ("power_unit", ("tank_pressure_pa", "accumulator_precharge_pa"), -0.9 * ATMOSPHERE_PA, math.inf),
+    ("oil", ("heat_capacity_j_k",), 0.0, math.inf),
+    ("oil", ("cooling_w_k",), -1e-300, math.inf),
+)  # fmt: skip
+"""What each number of the power unit may be, both bounds left out."""
 
 
 def strokes_m(p: Parameters, rotation_stroke_m: float) -> tuple[float, float, float]:
@@ -61,18 +74,31 @@ def axis_parameters(p: Parameters, rotation_stroke_m: float, *, locked: bool = F
     return out
 
 
-def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
+def _check_axis(p: Parameters, joint: str, stroke_m: float) -> None:
+    """Raise InputError for the first number of this cylinder, its valve, seal, stops or oil that cannot be."""
     cyl, group = p[f"{joint}_cylinder"], f"{joint}_cylinder"
-    seal, oil, valve, sensor, stop = p["seal"], p["oil"], p["valve"], p["sensor"], p["end_stop"]
-    bore, rod = cyl["bore_m"], cyl["rod_m"]
-    _require(0.0 < bore <= 1.0, f"{group}.bore_m", bore, "0 < bore <= 1 m")
-    _require(0.0 < rod < bore, f"{group}.rod_m", rod, f"0 < rod < bore = {bore} m")
-    _require(stroke_m > 0.0, f"{group}.stroke_m", stroke_m, "> 0")
+    _require(0.0 < cyl["bore_m"] <= 1.0, f"{group}.bore_m", cyl["bore_m"], "0 < bore <= 1 m")
+    _require(0.0 < cyl["rod_m"] < cyl["bore_m"], f"{group}.rod_m", cyl["rod_m"], f"0 < rod < bore = {cyl['bore_m']} m")
+    _require(0.0 < stroke_m <= 10.0, f"{group}.stroke_m", stroke_m, "0 < stroke <= 10 m")
+    for way in ("out", "in"):
+        for name in (f"coulomb_{way}_n", f"static_{way}_n", f"viscous_{way}_n_s_m"):
+            _require(cyl[name] >= 0.0, f"{group}.{name}", cyl[name], ">= 0")
+        _require(cyl[f"stribeck_{way}_m_s"] > 0.0, f"{group}.stribeck_{way}_m_s", cyl[f"stribeck_{way}_m_s"], "> 0")
     for name in ("dead_volume_a_m3", "dead_volume_b_m3"):
         _require(cyl[name] > 0.0, f"{group}.{name}", cyl[name], "> 0")
-    _require(0.0 <= valve["deadband"] < 1.0, "valve.deadband", valve["deadband"], "0 <= dead band < 1")
-    _require(0.0 <= oil["entrained_air"] < 0.5, "oil.entrained_air", oil["entrained_air"], "0 <= air < 0.5")
-    _require(oil["bulk_modulus_pa"] >= 1e7, "oil.bulk_modulus_pa", oil["bulk_modulus_pa"], ">= 1e7 Pa")
+    for part, names, low, high in LIMITS:
+        for name in names:
+            value = p[part][name]
+            inside = low < value < high or (value == low and (part, name) not in OPEN_BELOW)
+            _require(inside, f"{part}.{name}", value, f"{'>' if (part, name) in OPEN_BELOW else '>='} {low:g}"
+                     + (f" and < {high:g}" if high < math.inf else ""))  # fmt: skip
+
+
+def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
+    _check_axis(p, joint, stroke_m)
+    cyl = p[f"{joint}_cylinder"]
+    seal, oil, valve, sensor, stop = p["seal"], p["oil"], p["valve"], p["sensor"], p["end_stop"]
+    bore, rod = cyl["bore_m"], cyl["rod_m"]
     a = np.zeros(c.AXIS_PARAMETERS)
     a[c.AREA_A] = math.pi / 4 * bore**2
     a[c.AREA_B] = math.pi / 4 * (bore**2 - rod**2)
@@ -80,10 +106,10 @@ def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
     a[c.DEAD_A], a[c.DEAD_B] = cyl["dead_volume_a_m3"], cyl["dead_volume_b_m3"]
     a[c.BULK], a[c.AIR] = oil["bulk_modulus_pa"], oil["entrained_air"]
     a[c.LEAK_I], a[c.LEAK_O] = oil["internal_leakage_m3_s_pa"], oil["outer_leakage_m3_s_pa"]
-    a[c.HOSE_CAP], a[c.HOSE_TIME] = oil["hose_capacity_m3_pa"], oil["hose_time_s"]
+    a[c.HOSE_CAP], a[c.HOSE_CAP_B] = oil["hose_capacity_m3_pa"], oil["hose_capacity_b_m3_pa"]
+    a[c.HOSE_TIME] = oil["hose_time_s"]
     gain = valve[f"rated_flow_{joint}_m3_s"] / math.sqrt(valve["rated_drop_per_edge_pa"])
     for column, edge in ((c.K_PA, "edge_pa"), (c.K_AT, "edge_at"), (c.K_PB, "edge_pb"), (c.K_BT, "edge_bt")):
-        _require(valve[edge] >= 0.0, f"valve.{edge}", valve[edge], ">= 0")
         a[column] = gain * valve[edge]
     a[c.DEADBAND], a[c.HYSTERESIS] = valve["deadband"], valve["hysteresis"]
     a[c.SPOOL_WN] = 2 * math.pi * valve["natural_frequency_hz"]
@@ -110,6 +136,9 @@ def unit_parameters(p: Parameters, *, pump_on: bool = True) -> Array:
     """(SUPPLY_PARAMETERS): the power unit; gauge pressures of the file become absolute here."""
     unit, oil, seal = p["power_unit"], p["oil"], p["seal"]
     w = np.zeros(c.SUPPLY_PARAMETERS)
+    for part, names, low, high in UNIT_LIMITS:
+        for name in names:
+            _require(low < p[part][name] < high, f"{part}.{name}", p[part][name], f"> {low:g} and < {high:g}")
     _require(unit["supply_pressure_pa"] > unit["tank_pressure_pa"], "power_unit.supply_pressure_pa",
              unit["supply_pressure_pa"], "above the tank's pressure")  # fmt: skip
     w[c.PUMP_FLOW], w[c.PUMP_POWER], w[c.PUMP_ON] = unit["full_flow_m3_s"], unit["power_w"], float(pump_on)
@@ -132,18 +161,6 @@ def unit_parameters(p: Parameters, *, pump_on: bool = True) -> Array:
     w[c.VISC_RATE], w[c.VISC_REFERENCE] = seal["viscosity_rate_1_k"], seal["viscosity_reference_degc"]
     w[c.DROOP_TIME] = 1.0
     return w
-
-
-def switch_off(names: Iterable[str], params: Array, unit: Array) -> None:
-    """Switch hydraulic effects off by name, in place. Raises InputError for a name that is not one."""
-    for name in names:
-        if name not in EFFECTS_OFF and name not in UNIT_OFF:
-            raise InputError("no such hydraulic effect", field="hydraulics.off", value=name,
-                             allowed=", ".join([*EFFECTS_OFF, *UNIT_OFF]))  # fmt: skip
-        for column, value in EFFECTS_OFF.get(name, {}).items():
-            params[:, column] = value
-        for column, value in UNIT_OFF.get(name, {}).items():
-            unit[column] = value
 
 
 def _require(condition: bool, field: str, value: object, allowed: str) -> None:

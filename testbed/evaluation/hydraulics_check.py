@@ -1,0 +1,81 @@
+"""The compiled hydraulics against SciPy's Radau on random manoeuvres."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.evaluation.hydraulics_manoeuvres import HOLD_S, KINDS, Manoeuvre, manoeuvre
+from testbed.evaluation.hydraulics_reference import solve
+from testbed.laws import columns as c
+from testbed.laws.hydraulics import hydraulic_step
+from testbed.parameters.scenario_parts import Rates
+
+Array = NDArray[np.float64]
+FULL_FORCE_N = 15e3
+STEP_S = 1e-3
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Kernel less reference, the axis's mean force over each engine step, N."""
+
+    number: int
+    kind: str
+    rms_n: float
+    worst_n: float
+    finer_rms_n: float
+    finer_worst_n: float
+    lowest_pressure_pa: float
+    lowest_supply_pa: float
+
+
+def kernel_forces(m: Manoeuvre, substeps: int, step_s: float = STEP_S) -> tuple[Array, float, float]:
+    """Mean force of the axes over every step, N, (steps, n); lowest chamber and supply pressure, Pa absolute."""
+    axes, supply = m.axes.copy(), m.supply.copy()
+    supply[c.TEMPERATURE] = m.supply[c.TEMPERATURE]
+    zero = np.zeros(len(axes))
+    steps = round(m.duration_s / step_s)
+    per_hold = round(HOLD_S / step_s)
+    out = np.empty((steps, len(axes)))
+    lowest, lowest_supply = np.inf, np.inf
+    x, _ = m.motion(0.0)
+    for k in range(steps):
+        end, _ = m.motion((k + 1) * step_s)
+        hydraulic_step(axes, m.params, supply, m.unit, x, (end - x) / step_s, m.commands[k // per_hold],
+                       zero, zero, step_s, substeps)  # fmt: skip
+        out[k] = axes[:, c.FORCE]
+        lowest = min(lowest, float(axes[:, [c.P_A, c.P_B]].min()))
+        lowest_supply = min(lowest_supply, float(supply[c.P_SUPPLY]))
+        x = end
+    return out, lowest, lowest_supply
+
+
+def compare(number: int, substeps: int | None = None, method: str = "Radau", rtol: float = 1e-9) -> Difference:
+    """Manoeuvre `number`: the kernel at `substeps` (default: a scenario's), and finer, against the reference."""
+    n = Rates().hydraulic_substeps if substeps is None else substeps
+    m = manoeuvre(number)
+    truth = solve(m.axes, m.params, m.supply, m.unit, m.motion, m.commands, HOLD_S, STEP_S, method=method, rtol=rtol)
+    coarse, lowest, lowest_supply = kernel_forces(m, n)
+    finer, _, _ = kernel_forces(m, 2 * n)
+    e, f = (coarse - truth)[:, 0], (finer - truth)[:, 0]
+    return Difference(
+        number, m.kind, float(np.sqrt(np.mean(e**2))), float(np.abs(e).max()), float(np.sqrt(np.mean(f**2))),
+        float(np.abs(f).max()), lowest, lowest_supply,
+    )  # fmt: skip
+
+
+def check(count: int = 30, progress: Callable[[int], None] | None = None) -> list[Difference]:
+    """All manoeuvres, in order."""
+    out = []
+    for number in range(count):
+        out.append(compare(number))
+        if progress is not None:
+            progress(number + 1)
+    return out
+
+
+__all__ = ["KINDS", "Difference", "check", "compare", "kernel_forces"]

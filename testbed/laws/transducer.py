@@ -1,0 +1,37 @@
+"""Pressure transducers of one axis: a first-order lag each; B sits behind a pipe with its own resonance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from testbed.compiled import njit
+from testbed.laws import columns as c
+from testbed.laws.linear import lag_weights, second_order
+
+
+@njit(error_model="numpy")
+def transducer_weights(
+    line_wn: float, line_zeta: float, tau: float, h: float
+) -> tuple[float, float, float, float, float, float]:
+    """Exact step of line and lag over h for a pressure that ramps evenly."""
+    yy, yr, ry, rr = second_order(line_wn, line_zeta, h)
+    old, rise = lag_weights(tau, h)
+    return yy, yr, ry, rr, old, rise
+
+
+@njit(error_model="numpy")
+def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
+    """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n substeps of h."""
+    yy, yr, ry, rr, old, rise = weights
+    behind = 2.0 * p[c.LINE_ZETA] / p[c.LINE_WN]
+    line, rate, sensed_a, sensed_b = s[c.LINE_P], s[c.LINE_RATE], s[c.SENSED_A], s[c.SENSED_B]
+    fresh = 1.0 - old
+    for k in range(a.shape[0] - 1):
+        sensed_a = old * sensed_a + fresh * a[k] + rise * (a[k + 1] - a[k])
+        ramp = (b[k + 1] - b[k]) / h
+        before = line
+        y, y_rate = line - b[k] + behind * ramp, rate - ramp
+        line = b[k + 1] - behind * ramp + yy * y + yr * y_rate
+        rate = ramp + ry * y + rr * y_rate
+        sensed_b = old * sensed_b + fresh * before + rise * (line - before)
+    s[c.LINE_P], s[c.LINE_RATE], s[c.SENSED_A], s[c.SENSED_B] = line, rate, sensed_a, sensed_b
