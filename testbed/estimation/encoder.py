@@ -23,6 +23,9 @@ def observe(s: NDArray[np.float64], reading_m: float, resolution_m: float, dt_s:
     x, v, a are predicted over dt with constant a and corrected with gains 2 w dt, 2 w^2 dt, w^3 dt.
     `w` = 60 rad/s keeps the ripple of 0.1 mm steps below 2 mm/s and 0.15 m/s2.
     """
+    if not np.isfinite(reading_m):  # a reading is missing: coast
+        s[SINCE] += dt_s
+        return
     if s[STARTED] == 0.0:
         s[:] = 0.0
         s[X], s[LAST], s[SINCE], s[STARTED] = reading_m, reading_m, 1.0e3, 1.0

@@ -36,6 +36,8 @@ def step(
     While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three rules apply.
     """
     middle = 0.5 * (low + high)
+    if not np.isfinite(piston_n):  # a sample is missing: nothing is learnt from it
+        return float(s[SLOW] + s[BENT]) if s[STARTED] != 0.0 else middle
     if s[STARTED] == 0.0:
         s[SLOW], s[BENT], s[SMOOTH], s[LAST], s[SHUT], s[STARTED] = middle, 0.0, piston_n, piston_n, 1.0, 1.0
     smooth_change = (piston_n - s[SMOOTH]) * min(dt / SMOOTH_S, 1.0)

@@ -60,6 +60,12 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
 def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     if recording.reference_force_n is None:
         raise InputError("the external force is not known", file=recording.folder, field="reference_force")
+    if recording.rig == "vertical-leg" and recording.pressure_b_pa is None:
+        raise InputError(
+            "is missing: the balance of a vertical leg needs both chambers",
+            file=recording.folder,
+            field="channels.pressure_b",
+        )
     check_alive(recording)
     signals = signals_of(recording, known, SMOOTHING_S)
     # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of rows can see

@@ -216,3 +216,13 @@ def test_step_of_four_legs_takes_less_than_six_microseconds():
             chain.step(pa, pb, q, STILL, u)
         best = min(best, (time.perf_counter() - start) / 2000)
     assert best < 6e-6
+
+
+@pytest.mark.parametrize("stem", ["pressure_a", "pressure_b", "position"])
+def test_lost_sample_leaves_no_trace_in_later_estimates(stem):
+    columns, _, _ = air_motion(lambda t: 0.05 * np.sin(2 * np.pi * 0.5 * t), 2.0)
+    whole = replay(columns, believed())
+    columns[f"{stem}_fl_vertical"][500:503] = np.nan
+    out = replay(columns, believed())
+    assert np.isfinite(out["estimate_own_fl"]).all() and np.isfinite(out["estimate_kbf_fl"]).all()
+    assert out["estimate_own_fl"][-1] == pytest.approx(whole["estimate_own_fl"][-1], abs=1.0)

@@ -134,6 +134,11 @@ def test_recording_without_known_force_is_named(recording):
         identify([replace(recording, reference_force_n=None)], KNOWN)
 
 
+def test_leg_without_its_second_chamber_is_named(recording):
+    with pytest.raises(InputError, match=r"channels.pressure_b.*both chambers"):
+        identify([replace(recording, pressure_b_pa=None)], KNOWN)
+
+
 def test_too_little_motion_is_named():
     v = np.where(np.arange(4000) < 300, 0.01, 0.0)
     with pytest.raises(InputError, match="hardly moves"):
