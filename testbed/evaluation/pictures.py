@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-LARGE = (960, 640)
+LARGE = (840, 560)
 SMALL = (360, 240)
 
 
