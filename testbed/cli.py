@@ -188,9 +188,10 @@ def filters(
 ) -> None:
     """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one table."""
     from testbed.evaluation.filters_benchmark import run_benchmark, table
-    from testbed.report.console import print_json, print_table
+    from testbed.report.console import print_json, print_table, waiting
 
-    answer = run_benchmark(out, steps=steps)
+    with waiting("six scenes, seven filters"):
+        answer = run_benchmark(out, steps=steps)
     if json:
         print_json(answer)
     else:

@@ -100,18 +100,18 @@ def step_trial(steps: int = 10_000) -> list[StepResult]:
 
 def run_benchmark(out: Path, seeds: int = 5, steps: int = 10_000) -> dict[str, object]:
     """Run everything; writes `filters.json` into `out` and returns its contents. InputError: cannot be written."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "filters.json").touch()
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
     answer: dict[str, object] = {
         "q_n2": Q_N2,
         "r_n2": R_N2,
         "scenes": [asdict(compare_scene(name, seeds)) for name in SCENES],
         "steps": [asdict(r) for r in step_trial(steps)],
     }
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(answer, indent=1).replace("Infinity", "null")
-        (out / "filters.json").write_text(text)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    (out / "filters.json").write_text(json.dumps(answer, indent=1).replace("Infinity", "null"))
     return answer
 
 
