@@ -15,12 +15,16 @@ from testbed.diagnosis.series import Series
 from testbed.effects import Active, by_name
 from testbed.errors import InputError
 from testbed.estimation.leg_balance import force_terms, without_friction_n
+from testbed.estimation.leg_flow import Edge
 from testbed.parameters.leg_model import Friction, LegModel
 from testbed.parameters.recording import Rig
 
 Array = npt.NDArray[np.float64]
-GAIN = Coordinate("nuisance", "valve_gain", 1.0, 0.8, 1.25, 0.004, False, ("flow", "supply"), (1.0, 0.004))
-"""A valve edge's gain differs from its plate by some tenths of a per cent: never a finding."""
+EDGE = (
+    Coordinate("nuisance", "gain", 1.0, 0.8, 1.25, 0.004, False, ("flow", "supply"), (1.0, 0.004)),
+    Coordinate("nuisance", "smooth_pa", 5e4, 1e3, 3e5, 0.5, True, ("flow", "supply"), (float(np.log(5e4)), 0.7)),
+)
+"""A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
 
 
 def declared(rig: Rig) -> LegModel:
@@ -66,11 +70,11 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     friction, scale = first_friction(problem.series, problem.base)
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
-        coordinates.append(GAIN)
+        coordinates += EDGE
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         mass = by_name("inertia.mass")
         unknown = [replace(c, start=10.0, low=0.0, scale=10.0, prior=None) for c in effect_coordinates(mass)]
-        fixed = Point(friction, 1.0, (Active(mass, mass.complete({"mass": 10.0})),))
+        fixed = Point(friction, Edge(), (Active(mass, mass.complete({"mass": 10.0})),))
         found = solve(problem, [*coordinates, *unknown], fixed, iterations=20)
         value = found.at.effects[0].values["mass"]
         problem.base = problem.base.model_copy(
@@ -78,6 +82,6 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         )
         problem.series = tuple(s.declared(problem.base.known) for s in problem.series)
         friction = found.at.friction
-        coordinates = [restarted(c, Point(friction, 1.0, ())) for c in coordinates]
-    fit = solve(problem, coordinates, Point(friction, 1.0, ()), iterations=20)
+        coordinates = [restarted(c, Point(friction, Edge(), ())) for c in coordinates]
+    fit = solve(problem, coordinates, Point(friction, Edge(), ()), iterations=20)
     return fit, problem.base.model_copy(update={"friction": fit.at.friction})

@@ -41,7 +41,7 @@ def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str,
     if "force" in channels:
         out["force"] = problem.force(model, at.effects)
     if "flow" in channels or "supply" in channels:
-        out |= {k: v for k, v in problem.flow(model, at.effects, at.gain).items() if k in channels}
+        out |= {k: v for k, v in problem.flow(model, at.effects, at.edge).items() if k in channels}
     return out
 
 
@@ -146,7 +146,7 @@ def solve(
         jac = jacobian(problem, coordinates, theta, fixed, r)
         if rescale and iteration < 5:
             scale = scales(problem, r)
-        elif gain < 1e-3 * max(1.0, 1e-3 * now):
+        if gain < 0.1 and iteration > 0:
             break
     w = weights(problem, r, scale)
     h, _ = _normal(jac, r, w, unit)
@@ -155,6 +155,29 @@ def solve(
         np.linalg.pinv(h + prior_h + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit), dtype=np.float64
     )
     return Fit(tuple(coordinates), theta, point(coordinates, theta, fixed), r, jac, scale, covariance)
+
+
+def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extra: int) -> float:
+    """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra` more coordinates.
+
+    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed.
+    """
+    channels = tuple(at.residual)
+    theta = start_vector(coordinates)
+    r = residuals(problem, point(coordinates, theta, at.at), channels)
+    new = jacobian(problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r)
+    unit = np.array([c.scale for c in coordinates])
+    jac = {c: np.hstack([at.jacobian[c], new[c]]) for c in channels}
+    w = weights(problem, r, at.scale)
+    h, g = _normal(jac, r, w, unit)
+    prior_h, prior_g = _prior(coordinates, theta, unit)
+    step = np.linalg.solve(h + prior_h + 1e-8 * np.trace(h) / len(unit) * np.eye(len(unit)), g + prior_g)
+    promised = 0.5 * float((g + prior_g) @ step)
+    return _cost(problem, at.residual, at.scale) - _cost(problem, r, at.scale) + promised
+
+
+def _started(coordinates: Sequence[Coordinate], theta: Array, at: Fit) -> Point:
+    return point(coordinates, theta, at.at)
 
 
 def _normal(jac: dict[str, Array], r: dict[str, Array], w: dict[str, Array], unit: Array) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.fit import Fit, solve
+from testbed.diagnosis.fit import Fit, solve, step_gain
 from testbed.diagnosis.problem import Coordinate, Point, Problem, effect_coordinates
 from testbed.diagnosis.series import BIN, Series
 from testbed.effects import ALL, Active
@@ -94,13 +94,13 @@ def starts(effect: Effect, problem: Problem, at: Point, residual: Array) -> list
         reach = max(at.friction.coulomb_plus_n, at.friction.coulomb_minus_n, 1.0)
         return [{"stiffness": reach / d, "damping": 0.05 * reach / d / 50.0} for d in (4e-3, 5e-4)]
     if effect.name == "force.cushion":
-        return [{"start": float(low + share * (high - low)), "stiffness": 300.0} for share in (0.25, 0.5, 0.75)]
+        return [{"start": float(low + share * (high - low)), "stiffness": 300.0} for share in (0.3, 0.65)]
     if effect.name == "force.spring":
         return [{"stiffness": 50.0, "rest": float(0.5 * (low + high))}]
     if effect.name in ("hydraulics.hose", "supply.droop"):
         return [{"time": t} for t in (0.05, 0.4)]
     if effect.name == "sensor.line_b":
-        return [{"natural_frequency": f, "damping": 0.8} for f in (5.0, 14.0, 40.0)]
+        return [{"natural_frequency": f, "damping": 0.8} for f in (5.0, 10.0, 20.0, 45.0, 100.0)]
     if effect.name == "sensor.delay":
         return [{"delay": 0.002}]
     if effect.name == "leakage.internal":
@@ -120,7 +120,7 @@ def starts(effect: Effect, problem: Problem, at: Point, residual: Array) -> list
     return [{spec.name: 0.0 for spec in effect.parameters if spec.default is None}]
 
 
-def peaks(problem: Problem, residual: Array, count: int = 2) -> list[tuple[float, float]]:
+def peaks(problem: Problem, residual: Array, count: int = 1) -> list[tuple[float, float]]:
     """(frequency Hz, amplitude N) of the strongest lines of the force residual above 1.5 Hz, all recordings summed."""
     grid = np.arange(1.5, 35.0, 0.02)
     power, weight, first = np.zeros_like(grid), 0.0, 0
@@ -172,6 +172,8 @@ def fit_with(
     residual = at.residual["force"]
     current = {a.effect.name: dict(a.values) for a in at.at.effects}
     options = [current[effect.name]] if replace_effect else starts(effect, problem, at.at, residual)
+    if len(options) > 2:
+        options = sorted(options, key=lambda s: -_promised(problem, at, effect, s))[:1]
     for start in options:
         kept = [c for c in at.coordinates if not (replace_effect and c.owner == effect.name)]
         coordinates = [restarted(c, at.at) for c in kept]
@@ -180,13 +182,31 @@ def fit_with(
         fixed = at.at
         if effect.name == "force.periodic":
             coordinates = [c for c in coordinates if c.name not in ("amplitude",)]
-            fixed = Point(at.at.friction, at.at.gain, (*_others(at.at, effect), Active(effect, effect.complete(start))))
+            fixed = Point(at.at.friction, at.at.edge, (*_others(at.at, effect), Active(effect, effect.complete(start))))
         fit = solve(problem, coordinates, fixed, iterations, at.scale)
         cost = _log_cost(problem, fit)
         if best is None or cost < best[0]:
             best = (cost, fit)
     assert best is not None
     return best[1]
+
+
+def promise(problem: Problem, at: Fit, effect: Effect) -> float:
+    """Fall of the robust cost that one linearised step with the effect promises (best of its starts)."""
+    if effect.name == "force.periodic":
+        # Its strength is not a parameter: the line's own power says what it could explain.
+        (frequency, amplitude), *_ = peaks(problem, at.residual["force"])
+        layout = problem.layout["force"]
+        use = layout.count > 0
+        scale = at.scale["force"][layout.group[use]] * layout.relative[use]
+        return float(np.sum(np.minimum(0.25 * amplitude**2 / scale**2, 1.0))) if frequency > 0.0 else 0.0
+    return max(_promised(problem, at, effect, s) for s in starts(effect, problem, at.at, at.residual["force"]))
+
+
+def _promised(problem: Problem, at: Fit, effect: Effect, start: dict[str, float]) -> float:
+    extra = [bounded(c, problem) for c in effect_coordinates(effect, (), start)]
+    both = [*(restarted(c, at.at) for c in at.coordinates), *extra]
+    return step_gain(problem, at, both, len(extra))
 
 
 def _others(at: Point, effect: Effect) -> list[Active]:
@@ -205,7 +225,7 @@ def restarted(c: Coordinate, at: Point) -> Coordinate:
     if c.owner == "friction":
         value = float(getattr(at.friction, c.name))
     elif c.owner == "nuisance":
-        value = at.gain
+        value = float(getattr(at.edge, c.name))
     else:
         value = next(a.values[c.name] for a in at.effects if a.effect.name == c.owner)
     return replace(c, start=float(np.clip(value, c.low, c.high)))

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from testbed.diagnosis.series import Series
 from testbed.effects import Active, by_name
-from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.base import Effect, ParameterSpec, Signals
 from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
-from testbed.estimation.leg_flow import flow_balance, flow_terms
+from testbed.estimation.leg_flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg_force import narrow_band
 from testbed.estimation.leg_friction import friction_n
 from testbed.parameters.leg_model import Friction, LegModel
@@ -65,6 +65,7 @@ class Problem:
     base: LegModel
     with_flow: bool
     layout: dict[str, Layout] = field(default_factory=dict)
+    _corrected: tuple[object, list[Signals]] | None = None
 
     def channels(self) -> tuple[str, ...]:
         """The channels that this rig has."""
@@ -75,10 +76,18 @@ class Problem:
 
     def force(self, model: LegModel, effects: Sequence[Active]) -> Array:
         """Stacked binned force residuals (estimate - reference), N."""
-        return np.concatenate([self._force_one(s, model, effects) for s in self.series])
+        pairs = zip(self.series, self._signals(effects), strict=True)
+        return np.concatenate([self._force_one(s, signals, model, effects) for s, signals in pairs])
 
-    def _force_one(self, s: Series, model: LegModel, effects: Sequence[Active]) -> Array:
-        signals = corrected(s.signals, effects)
+    def _signals(self, effects: Sequence[Active]) -> list[Signals]:
+        """Corrected signals of every series; the last correction is kept, as most parameters leave sensors alone."""
+        sensors = [a for a in effects if a.effect.correct is not None]
+        key = [(a.effect.name, dict(a.values)) for a in sensors]
+        if self._corrected is None or self._corrected[0] != key:
+            self._corrected = (key, [corrected(s.signals, sensors) for s in self.series])
+        return self._corrected[1]
+
+    def _force_one(self, s: Series, signals: Signals, model: LegModel, effects: Sequence[Active]) -> Array:
         terms = force_terms(model, signals, effects)
         rest = without_friction_n(signals, terms) - friction_n(model.friction, signals, terms)
         value = external_n(rest, np.sign(signals.velocity_m_s), terms)
@@ -87,16 +96,15 @@ class Problem:
             error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics)
         return s.binned(error, s.trusted & s.clear)[0]
 
-    def flow(self, model: LegModel, effects: Sequence[Active], gain: float) -> dict[str, Array]:
+    def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
         """Stacked binned flow residuals of A and B (m3/s), concatenated, and of the supply (Pa)."""
         parts: dict[str, list[Array]] = {"flow": [], "supply": []}
-        for s in self.series:
-            signals = corrected(s.signals, effects)
+        for s, signals in zip(self.series, self._signals(effects), strict=True):
             terms = flow_terms(signals, effects)
             declared = signals.known.valve_deadband
             open_ = s.opening if terms.deadband == declared else s.opening_for(terms.deadband)
             assert open_ is not None
-            balance = flow_balance(signals, terms, open_, gain)
+            balance = flow_balance(signals, terms, open_, edge)
             parts["flow"] += [s.binned(balance.a_m3_s, s.clear)[0], s.binned(balance.b_m3_s, s.clear)[0]]
             if balance.supply_pa is not None:
                 parts["supply"].append(s.binned(balance.supply_pa, s.clear)[0])
@@ -225,14 +233,14 @@ class Point:
     """A parameter vector made into objects."""
 
     friction: Friction
-    gain: float
+    edge: Edge
     effects: tuple[Active, ...]
 
 
 def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
     """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
     friction = dict(fixed.friction)
-    gain = fixed.gain
+    edge = {"gain": fixed.edge.gain, "smooth_pa": fixed.edge.smooth_pa}
     values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
     for c, t in zip(coordinates, theta, strict=True):
         number = float(np.exp(t)) if c.log else float(t)
@@ -240,11 +248,11 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
         if c.owner == "friction":
             friction[c.name] = number
         elif c.owner == "nuisance":
-            gain = number
+            edge[c.name] = number
         else:
             values.setdefault(c.owner, {})[c.name] = number
     effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
-    return Point(Friction.model_construct(**friction), gain, effects)
+    return Point(Friction.model_construct(**friction), Edge(**edge), effects)
 
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from testbed.diagnosis.evidence import Evidence, evidence
 from testbed.diagnosis.fit import Fit
-from testbed.diagnosis.hypotheses import SHAPES, LeftOut, available, fit_with
+from testbed.diagnosis.hypotheses import SHAPES, LeftOut, available, fit_with, promise
 from testbed.diagnosis.problem import Problem
 from testbed.effects import by_name
 from testbed.effects.base import Effect
@@ -16,6 +16,9 @@ LEAST_GAIN = 6.0
 """Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""
 LEAST_FALL = 0.012
 """Relative fall of some group's noise that it has to bring."""
+FITTED_FIRST, FITTED_THEN = 9, 5
+"""How many of the effects that promise most are fitted in full: as a first effect, as a further one."""
+FAR_FROM_LINEAR = ("friction.presliding", "sensor.line_b")
 Progress = Callable[[str], None]
 
 
@@ -75,7 +78,8 @@ def search(problem: Problem, refit: Fit, most: int = 2, progress: Progress | Non
 
 def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate | None:
     """The best set with one more effect, its shapes fitted where they help; None if nothing helps."""
-    options = [_add(state, current, effect) for effect in effects if effect.name not in current.names]
+    most = FITTED_FIRST if not current.names else FITTED_THEN
+    options = [_add(state, current, effect) for effect in _promising(state, current, effects, most)]
     ranked = sorted(options, key=lambda c: -_between(c, current, state))
     if not ranked or not _helps(ranked[0], current, state):
         return None
@@ -87,6 +91,14 @@ def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate
         state.tried[frozenset(c.names)] = c
     state.best = best
     return best
+
+
+def _promising(state: Search, current: Candidate, effects: list[Effect], most: int) -> list[Effect]:
+    """The effects with the largest linearised promise; those that are far from linear are always tried."""
+    rest = [e for e in effects if e.name not in current.names]
+    promised = {e.name: promise(state.problem, current.fit, e) for e in rest}
+    first = sorted(rest, key=lambda e: -promised[e.name])[:most]
+    return first + [e for e in rest if e.name in FAR_FROM_LINEAR and e not in first]
 
 
 def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
@@ -132,7 +144,8 @@ def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidat
         without = state.tried.get(frozenset(rest))
         if without is None:
             continue
-        found = [_add(state, without, e) for e in effects if e.name not in best.names]
+        outside = [e for e in effects if e.name not in best.names]
+        found = [_add(state, without, e) for e in _promising(state, without, outside, FITTED_THEN)]
         leader = max(found, key=lambda c: _between(c, best, state), default=None)
         if leader is not None:
             leader = _shape(state, leader)

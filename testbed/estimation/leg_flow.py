@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from testbed.compiled import njit
 from testbed.effects import Active
 from testbed.effects.base import FlowTerms, Signals
 from testbed.effects.hydraulics_air import compliance_1_pa
@@ -24,6 +24,14 @@ from testbed.estimation.motion import smooth
 Array = npt.NDArray[np.float64]
 SMOOTH_DROP_PA = 5e4
 """Below this drop the orifice's square root is smoothed: sqrt has no slope at zero."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A metering edge: its gain against the plate, and the drop below which its flow grows straight, Pa."""
+
+    gain: float = 1.0
+    smooth_pa: float = SMOOTH_DROP_PA
 
 
 @dataclass(frozen=True)
@@ -62,9 +70,11 @@ def spool(command: Array, rate_hz: float, natural_frequency_hz: float, damping: 
     return np.asarray(np.interp(index + COMMAND_LEAD_SAMPLES, index, late), dtype=np.float64)
 
 
-def edge_flow(open_: Array, drop_pa: Array, rated_m3_s: float, rated_drop_pa: float) -> Array:
+def edge_flow(
+    open_: Array, drop_pa: Array, rated_m3_s: float, rated_drop_pa: float, smooth_pa: float = SMOOTH_DROP_PA
+) -> Array:
     """Q = rated |o| sign(dp) sqrt(|dp| / rated drop), smooth near dp = 0; m3/s, shape (n,)."""
-    root = drop_pa / np.sqrt((np.abs(drop_pa) + SMOOTH_DROP_PA) * rated_drop_pa)
+    root = drop_pa / np.sqrt((np.abs(drop_pa) + smooth_pa) * rated_drop_pa)
     return np.asarray(rated_m3_s * np.abs(open_) * root, dtype=np.float64)
 
 
@@ -73,16 +83,16 @@ def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step:
     return smooth(np.asarray(opening(spool_, deadband), dtype=np.float64), width_samples)[::step]
 
 
-def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, valve_gain: float = 1.0) -> FlowBalance:
+def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge = Edge()) -> FlowBalance:
     """Residuals for signals whose sensors are already corrected; `open_` from `smoothed_opening` on the same grid.
 
-    `valve_gain` scales the rated flow: an edge's true gain differs by a per cent from its plate.
+    `edge` is what a valve's plate does not say to the last per cent.
     """
     k = signals.known
     pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
     assert pa is not None and pb is not None and k.valve_rated_flow_m3_s and k.valve_rated_drop_per_edge_pa
     assert k.supply_pressure_nominal_pa and k.bulk_modulus_pa and k.stroke_m
-    rated, drop, tank = valve_gain * k.valve_rated_flow_m3_s, k.valve_rated_drop_per_edge_pa, k.tank_pressure_pa or 0.0
+    rated, drop, tank = edge.gain * k.valve_rated_flow_m3_s, k.valve_rated_drop_per_edge_pa, k.tank_pressure_pa or 0.0
     o = open_
     out = o > 0.0
     nominal = k.supply_pressure_nominal_pa
@@ -91,8 +101,16 @@ def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, valve_gain: f
         supply = _supply(
             o, pa, pb, nominal, rated, drop, terms.droop_pa_s_m3, terms.droop_time_s, 1.0 / signals.rate_hz
         )
-    flow_a = np.where(out, edge_flow(o, supply - pa, rated, drop), -edge_flow(o, pa - tank, rated, drop))
-    flow_b = np.where(out, -edge_flow(o, pb - tank, rated, drop), edge_flow(o, supply - pb, rated, drop))
+    flow_a = np.where(
+        out,
+        edge_flow(o, supply - pa, rated, drop, edge.smooth_pa),
+        -edge_flow(o, pa - tank, rated, drop, edge.smooth_pa),
+    )
+    flow_b = np.where(
+        out,
+        -edge_flow(o, pb - tank, rated, drop, edge.smooth_pa),
+        edge_flow(o, supply - pb, rated, drop, edge.smooth_pa),
+    )
     leak = leak_m3_s(pa - pb, terms.leakage_m3_s_pa, terms.leakage_exponent)
     x, v = signals.position_m, signals.velocity_m_s
     volume_a = (k.dead_volume_a_m3 or 0.0) + k.area_a_m2 * x

@@ -17,6 +17,7 @@ from testbed.effects import build
 from testbed.effects.base import Signals
 from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
 from testbed.estimation.leg_friction import breakaway_n, friction_n
+from testbed.estimation.leg_fusion import can_fuse, fused
 from testbed.estimation.leg_signals import grid, signals_of
 from testbed.estimation.motion import smooth, smooth_causal
 from testbed.parameters.leg_model import LegModel
@@ -27,10 +28,16 @@ Mask = npt.NDArray[np.bool_]
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 CREEPING_M_S = 8e-4
+PRESLIDING_M = 1.2e-4
+"""Friction builds up over tens of micrometres after a reversal, less than the encoder shows."""
 MARGIN_S = 0.008
 """Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
+FUSED_MARGIN_S = 0.002
+FUSED_WIDTH_S = 0.002
+"""The same, and the smoothing of every channel, where the oil tells the quick part of the velocity."""
 OUTPUT_WIDTH_S = 0.006
 QUICK_WIDTH_S = 0.0015
+QUICK_TRAVEL_M = 0.0
 QUICK_SPAN_N = 500.0
 """A force that changes by more within 30 ms is followed with QUICK_WIDTH_S instead of OUTPUT_WIDTH_S."""
 
@@ -57,11 +64,13 @@ class ForceEstimate:
 def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
     """External force from a recording. Raises InputError for a model with an unknown effect or parameter."""
     build(model.effects)
-    signals = signals_of(recording, model.known, causal=causal)
-    value, low, high = force_of(signals, model, causal)
+    oil = not causal and can_fuse(recording, model)
+    signals = fused(recording, model, FUSED_WIDTH_S) if oil else signals_of(recording, model.known, causal=causal)
+    margin = FUSED_MARGIN_S if oil else MARGIN_S
+    value, low, high = force_of(signals, model, causal, margin_s=margin)
     if not causal:
-        quick = signals_of(recording, model.known, QUICK_WIDTH_S)
-        sharp, _, _ = force_of(quick, model, output_width_s=QUICK_WIDTH_S)
+        quick = signals if oil else signals_of(recording, model.known, QUICK_WIDTH_S)
+        sharp, _, _ = force_of(quick, model, output_width_s=QUICK_WIDTH_S, margin_s=margin, travel_m=QUICK_TRAVEL_M)
         shift = share_of_quick(value, signals.rate_hz) * (sharp - value)
         value, low, high = value + shift, low + shift, high + shift
     time, _ = grid(recording)
@@ -83,7 +92,12 @@ def share_of_quick(force_n: Array, rate_hz: float) -> Array:
 
 
 def force_of(
-    signals: Signals, model: LegModel, causal: bool = False, output_width_s: float | None = None
+    signals: Signals,
+    model: LegModel,
+    causal: bool = False,
+    output_width_s: float | None = None,
+    margin_s: float = MARGIN_S,
+    travel_m: float = PRESLIDING_M,
 ) -> tuple[Array, Array, Array]:
     """(value, low, high) in N, each of shape (n,), for signals on a uniform grid."""
     effects = build(model.effects)
@@ -92,7 +106,7 @@ def force_of(
     total = without_friction_n(signals, terms)
     friction = friction_n(model.friction, signals, terms)
     direction = np.sign(signals.velocity_m_s)
-    moving = trusted(signals.velocity_m_s, signals.rate_hz)
+    moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m)
     rest_low, rest_high = breakaway_n(model.friction, signals, terms)
     if terms.presliding is not None:
         # A bristle tells the friction at rest to within one encoder count of bend.
@@ -113,15 +127,26 @@ def force_of(
     return value, low, high
 
 
-def trusted(velocity_m_s: Array, rate_hz: float) -> Mask:
-    """Samples whose direction of friction is certain: fast enough, and not within MARGIN_S of a reversal."""
+def trusted(velocity_m_s: Array, rate_hz: float, margin_s: float = MARGIN_S, travel_m: float = PRESLIDING_M) -> Mask:
+    """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a reversal, and far enough
+    behind it for friction to have built up on the new side."""
     from scipy.ndimage import binary_erosion
 
     fast = np.abs(velocity_m_s) > MOVING_M_S
-    reach = round(MARGIN_S * rate_hz)
+    fast &= _travel_since_reversal(velocity_m_s, 1.0 / rate_hz) > travel_m
+    reach = round(margin_s * rate_hz)
     if reach == 0:
         return np.asarray(fast, dtype=np.bool_)
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
+
+
+def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
+    """Distance moved since the velocity last changed its sign, m, shape (n,); the start counts as far from one."""
+    travel = np.cumsum(np.abs(velocity_m_s)) * period_s
+    sign = velocity_m_s > 0.0
+    turned = np.concatenate([[False], sign[1:] != sign[:-1]])
+    at = np.maximum.accumulate(np.where(turned, np.arange(len(sign)), -1))
+    return np.asarray(np.where(at >= 0, travel - travel[np.maximum(at, 0)], np.inf), dtype=np.float64)
 
 
 def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
@@ -150,7 +175,7 @@ def narrow_band(raw: Array, good: Mask, signals: Signals, frequency: float, harm
     chunk = max(1, round(0.1 * rate))
     width = NARROW_WIDTH_S * rate / chunk
     weight = np.maximum(smooth(_chunks(good.astype(np.float64), chunk), width), 1e-3)
-    clean = raw - _fill(raw, good, rate / max(frequency, 0.1), False)
+    clean = raw - _moving_mean(raw, good, round(rate / max(frequency, 0.1)))
     middle = (np.arange(len(weight)) + 0.5) * chunk - 0.5
     index = np.arange(len(raw), dtype=np.float64)
     out = np.zeros_like(raw)
@@ -160,6 +185,16 @@ def narrow_band(raw: Array, good: Mask, signals: Signals, frequency: float, harm
             share = smooth(_chunks(np.where(good, clean * wave, 0.0), chunk), width) / weight
             out += 2.0 * np.interp(index, middle, share) * wave
     return out
+
+
+def _moving_mean(raw: Array, good: Mask, width: int) -> Array:
+    """Mean over the good samples of one period around each sample, shape (n,)."""
+    reach = max(1, width // 2)
+    total = np.concatenate([[0.0], np.cumsum(np.where(good, raw, 0.0))])
+    count = np.concatenate([[0.0], np.cumsum(good)])
+    index = np.arange(len(raw))
+    low, high = np.maximum(index - reach, 0), np.minimum(index + reach + 1, len(raw))
+    return np.asarray((total[high] - total[low]) / np.maximum(count[high] - count[low], 1.0), dtype=np.float64)
 
 
 def _chunks(values: Array, chunk: int) -> Array:

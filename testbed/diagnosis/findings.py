@@ -1,0 +1,125 @@
+"""What a diagnosis found, as `findings.json` and model files carry it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from testbed.diagnosis.errors import Errors
+from testbed.diagnosis.fit import Fit
+from testbed.diagnosis.hypotheses import LeftOut
+from testbed.diagnosis.problem import Problem
+from testbed.diagnosis.search import Search
+from testbed.diagnosis.unexplained import Unexplained
+from testbed.diagnosis.verdict import Verdict
+from testbed.effects import by_name
+from testbed.errors import InputError
+from testbed.parameters.leg_model import EffectEntry, LegModel, Parameter, write_model
+from testbed.parameters.recording import Rig
+
+FORMAT = "roboclimber-findings/1"
+CAUTION = 1.3
+"""Intervals are wider than least squares believes by this much: residuals are not exactly what their model says."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Everything about one rig: the search, the verdict, the three models and their errors on `verify`."""
+
+    rig: Rig
+    problem: Problem
+    state: Search
+    found: Unexplained
+    verdict: Verdict
+    models: dict[str, LegModel]
+    entries: tuple[EffectEntry, ...]
+    errors: Errors
+    floor_note: str = ""
+
+    @property
+    def left_out(self) -> list[LeftOut]:
+        """Hypotheses that this data cannot show."""
+        return self.state.left_out
+
+
+def entries_of(fit: Fit, memory: float) -> tuple[EffectEntry, ...]:
+    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins."""
+    widen = CAUTION * np.sqrt(max(memory, 1.0))
+    sigma = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) * widen
+    spread = {(c.owner, c.name): (c, t, s) for c, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)}
+    out = []
+    for active in fit.at.effects:
+        parameters = {}
+        for name, value in active.values.items():
+            spec = active.effect.spec(name)
+            if spec.default is not None and value == spec.default and (active.effect.name, name) not in spread:
+                continue
+            parameters[name] = Parameter(
+                value=value, unit=spec.unit, interval90=_interval(spread, active.effect.name, name, value)
+            )
+        out.append(EffectEntry(name=active.effect.name, parameters=parameters))
+    return tuple(out)
+
+
+def _interval(spread: dict[tuple[str, str], Any], owner: str, name: str, value: float) -> tuple[float, float] | None:
+    if (owner, name) not in spread:
+        return None
+    c, t, s = spread[(owner, name)]
+    low, high = t - 1.645 * s, t + 1.645 * s
+    if c.log:
+        low, high = float(np.exp(low)), float(np.exp(high))
+    return float(max(min(low, value), c.low)), float(min(max(high, value), c.high))
+
+
+def as_json(d: Diagnosis) -> dict[str, Any]:
+    """The contents of findings.json."""
+    effects = []
+    for entry in d.entries if d.verdict.kind == "effect" else ():
+        effect = by_name(entry.name)
+        effects.append(
+            {
+                "name": entry.name,
+                "probability": round(d.verdict.probability(entry.name), 4),
+                "ambiguous_with": list(d.verdict.ambiguous.get(entry.name, ())),
+                "parameters": {
+                    k: {"value": p.value, "unit": p.unit, "interval90": list(p.interval90) if p.interval90 else None}
+                    for k, p in entry.parameters.items()
+                },
+                "equation": effect.equation,
+            }
+        )
+    quantities = {q: d.errors.total(q) for q in ("force_n", "flow_m3_s")}
+    return {
+        "format": FORMAT,
+        "rig": d.rig.name,
+        "verdict": d.verdict.kind,
+        "effects": effects,
+        "hypotheses": _hypotheses(d.verdict),
+        "error": {q: v for q, v in quantities.items() if v} | {"by_recording": d.errors.by_recording},
+        "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
+    }
+
+
+def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
+    """Sets with a probability above 0.0005, rounded so that they add up to 1 exactly."""
+    kept = [(names, p) for names, p in verdict.hypotheses if p > 5e-4]
+    total = sum(p for _, p in kept)
+    rounded = [round(p / total, 4) for _, p in kept]
+    rounded[0] = round(rounded[0] + 1.0 - sum(rounded), 4)
+    return [{"names": list(names), "probability": p} for (names, _), p in zip(kept, rounded, strict=True)]
+
+
+def write_findings(d: Diagnosis, out: Path) -> None:
+    """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        text = json.dumps(as_json(d), indent=1)
+        (out / "findings.json").write_text(text + "\n")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
+        write_model(out / f"{name}.yaml", d.models[stage])

@@ -1,0 +1,48 @@
+"""What the best set of names leaves unexplained: excess over the sensors' floor, and what generic terms find."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from testbed.diagnosis.evidence import Key, evidence
+from testbed.diagnosis.floor import group_floors
+from testbed.diagnosis.hypotheses import fit_with
+from testbed.diagnosis.search import Candidate, Search
+from testbed.effects import unnamed
+from testbed.parameters.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Unexplained:
+    """`excess`: group -> residual scale over floor, for the refit and for the best set.
+
+    `generic_gain`: held-out log-likelihood that the generic terms add to the best set; `generic_fall`: relative fall.
+    """
+
+    excess_refit: dict[Key, float]
+    excess_best: dict[Key, float]
+    generic_gain: float
+    generic_fall: float
+    generic: Candidate
+
+
+def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
+    """Compare the best set with the floor and with the best set plus generic terms."""
+    best = state.best or state.refit
+    floors = group_floors(state.problem, recordings, best.fit.at.friction)
+    fit = fit_with(state.problem, best.fit, unnamed.EFFECT, _names(state), iterations=5)
+    generic = Candidate((*best.names, "unnamed"), fit, evidence(state.problem, fit))
+    return Unexplained(
+        {k: state.refit.evidence.scale[k] / f for k, f in floors.items() if k in state.refit.evidence.scale},
+        {k: best.evidence.scale[k] / f for k, f in floors.items() if k in best.evidence.scale},
+        generic.evidence.gain_over(best.evidence, generic.evidence),
+        generic.evidence.largest_fall(best.evidence),
+        generic,
+    )
+
+
+def _names(state: Search) -> tuple[str, ...]:
+    """Generic terms that this rig's channels give; a constant and the steepest of them are friction's own."""
+    found = unnamed.basis(state.problem.series[0].signals)
+    return tuple(name for name in found if name != "bias")
