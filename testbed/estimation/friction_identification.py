@@ -2,12 +2,12 @@
 
 A rig with recordings in the air is identified on those alone, all else as declared. A rig without any (a bench with a
 load cell, a drive) is identified on all of `identify`, together with what it leaves undeclared: its mass, and the
-constant force of a sensor's zero; of a `cylinder` the area too, as a seal's bore is nominal.
+constant force of a sensor's zero; of a `cylinder` the area too, as a seal's bore is nominal. There the parts of (5)
+that do not help to predict a recording set aside are left out.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.friction_evidence import MINIMUM_ROWS, Evidence, gather
-from testbed.estimation.friction_posterior import C_HIGH, C_LOW, Side, curve, fit_side
+from testbed.estimation.friction_posterior import Side, curve, fit_side
+from testbed.estimation.friction_undeclared import PARTS, take_out
 from testbed.parameters.known import Known
 from testbed.parameters.leg_model import Friction, LegModel
 from testbed.parameters.recording import Recording, Rig
@@ -72,8 +73,8 @@ def identify_rig(rig: Rig) -> Identification:
 def identify(recordings: Sequence[Recording], known: Known, kind: str = "vertical-leg") -> Identification:
     """Identify from given recordings whose external force is known (0 N in the air, or a load cell's)."""
     evidence = gather(recordings, known)
-    known, offset, evidence = _undeclared(evidence, known, kind)
-    sides = [_side(evidence, sign, recordings) for sign in (1.0, -1.0)]
+    known, offset, evidence, form = take_out(evidence, known, kind)
+    sides = [_side(evidence, sign, recordings, form) for sign in (1.0, -1.0)]
     parameters = tuple(p for name, side in zip(SIDES, sides, strict=True) for p in _parameters(name, side, evidence))
     friction = Friction(**{p.name: p.value for p in parameters})
     names = tuple(r.name for r in recordings)
@@ -90,7 +91,7 @@ def identify(recordings: Sequence[Recording], known: Known, kind: str = "vertica
     return Identification(model, parameters, (sides[0].residual_n, sides[1].residual_n), len(evidence), names)
 
 
-def _side(evidence: Evidence, sign: float, recordings: Sequence[Recording]) -> Side:
+def _side(evidence: Evidence, sign: float, recordings: Sequence[Recording], form: str) -> Side:
     rows = evidence.velocity_m_s * sign > 0.0
     if rows.sum() < MINIMUM_ROWS // 2:
         way = "extends" if sign > 0 else "retracts"
@@ -99,7 +100,7 @@ def _side(evidence: Evidence, sign: float, recordings: Sequence[Recording]) -> S
             file=recordings[0].folder.parent,
             allowed=f"at least {MINIMUM_ROWS // 2} rows in each direction",
         )
-    return fit_side(np.abs(evidence.velocity_m_s[rows]), sign * evidence.force_n[rows])
+    return fit_side(np.abs(evidence.velocity_m_s[rows]), sign * evidence.force_n[rows], PARTS[form])
 
 
 def _parameters(name: str, side: Side, evidence: Evidence) -> list[Identified]:
@@ -142,69 +143,8 @@ def _unseen(side: Side, low: Array, high: Array, speed: Array) -> list[str]:
     elif high[3] / low[3] > 4.0:
         out[3] = f"{span} hold too little of the Stribeck range"
     for i in range(3):
-        if high[i] <= 0.0:
+        if not side.parts[i]:
+            out[i] = f"left out: {span} do not show it, or data set aside are predicted no better with it"
+        elif high[i] <= 0.0:
             out[i] = "at its bound 0: these data would have it negative"
     return out
-
-
-def _undeclared(evidence: Evidence, known: Known, kind: str) -> tuple[Known, float, Evidence]:
-    """Identify what is not declared and take it out of the rows: (known with it, force offset N, rows).
-
-    Linear in mass, offset and area for given Stribeck speeds; asymmetric Coulomb friction cannot be told from an
-    offset in motion, so that where an offset is sought the Coulomb part counts as equal both ways.
-    """
-    columns: dict[str, Array] = {}
-    if known.moving_mass_kg is None and np.std(evidence.acceleration_m_s2) > 0.05:
-        columns["mass"] = evidence.acceleration_m_s2 - known.gravity_along_axis_m_s2
-    if kind != "vertical-leg":
-        columns["offset"] = -np.ones(len(evidence))
-    if kind == "cylinder":
-        columns["area"] = -evidence.pressure_a_pa
-    if not columns:
-        return known, 0.0, evidence
-    extra = np.column_stack(list(columns.values()))
-    theta = _extra_parameters(evidence, extra)
-    found = dict(zip(columns, theta, strict=True))
-    rest = Evidence(
-        evidence.velocity_m_s,
-        evidence.force_n - extra @ theta,
-        evidence.acceleration_m_s2,
-        evidence.pressure_a_pa,
-        evidence.recording,
-    )
-    changes: dict[str, float] = {}
-    if "mass" in found:
-        changes["moving_mass_kg"] = max(found["mass"], 0.0)
-    if "area" in found:
-        changes["bore_m"] = math.sqrt(4.0 / math.pi * (known.area_a_m2 + found["area"]))
-    return known.model_copy(update=changes), float(found.get("offset", 0.0)), rest
-
-
-def _extra_parameters(evidence: Evidence, extra: Array) -> Array:
-    """Coefficients (k,) of `extra` in the best joint fit with friction (5), equal Coulomb parts, robustly weighted.
-
-    Friction's own coefficients cannot be negative; those of `extra` can: each enters with either sign.
-    """
-    from scipy.optimize import nnls
-
-    v, y = evidence.velocity_m_s, evidence.force_n
-    plus = v > 0.0
-    scale = np.abs(extra).max(axis=0)
-    best: tuple[float, Array] = (np.inf, np.zeros(extra.shape[1]))
-    for c in np.geomspace(C_LOW, C_HIGH, 12):
-        bump = np.sign(v) * np.exp(-np.abs(v) / c)
-        friction = np.column_stack([v * plus, v * ~plus, np.sign(v), bump * plus, bump * ~plus])
-        size = np.maximum(np.linalg.norm(friction, axis=0), 1e-300)
-        x = np.column_stack([friction / size, extra / scale, -extra / scale])
-        weight = np.ones(len(y))
-        for _ in range(4):
-            root = np.sqrt(weight)
-            theta = nnls(x * root[:, None], y * root)[0]
-            residual = y - x @ theta
-            spread = max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
-            weight = np.minimum(1.0, 2.5 * spread / np.maximum(np.abs(residual), 1e-12))
-        cost = float(np.sum(weight * residual**2))
-        if cost < best[0]:
-            k = extra.shape[1]
-            best = (cost, (theta[5 : 5 + k] - theta[5 + k :]) / scale)
-    return best[1]

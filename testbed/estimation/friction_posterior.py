@@ -27,26 +27,30 @@ class Side:
 
     value: Array
     draws: Array
+    parts: tuple[bool, bool, bool]
     residual_n: float
     inflation: float
-    """Variance of a mean of many rows over what independent rows would have: 1 where the model is complete."""
+    """`parts`: which of viscous, Coulomb and Stribeck part were fitted. `inflation`: variance of a mean of many rows
+    over what independent rows would have, 1 where the model is complete."""
 
 
-def fit_side(speed_m_s: Array, force_n: Array, seed: int = 0) -> Side:
-    """Fit rows (m,) of |v| > 0 and the friction force against it. Deterministic for a given seed."""
+def fit_side(
+    speed_m_s: Array, force_n: Array, parts: tuple[bool, bool, bool] = (True, True, True), seed: int = 0
+) -> Side:
+    """Fit rows (m,) of |v| > 0 and the friction force against it; a part left out is 0; draws are of all of (5)."""
     grid = np.geomspace(C_LOW, C_HIGH, C_COUNT)
     scale = np.array([1.0 / max(float(speed_m_s.max()), 1e-3), 1.0, 1.0]) * max(float(np.mean(np.abs(force_n))), 1.0)
     weight = np.ones_like(force_n)
     noise = 1.0
     for _ in range(3):
-        value = _least_squares(speed_m_s, force_n, weight, grid)
+        value = _least_squares(speed_m_s, force_n, weight, grid, parts)
         residual = force_n - curve(value, speed_m_s)
         noise = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), 1e-9)
         weight = np.minimum(1.0, HUBER * noise / np.maximum(np.abs(residual), 1e-12))
     spread = float(np.sqrt(np.sum(weight * residual**2) / max(np.sum(weight) - 4.0, 1.0)))
     inflation = correlation_inflation(residual * weight)
     draws = _draw(speed_m_s, force_n, weight, scale, spread**2 * inflation, seed)
-    return Side(value, draws, spread, inflation)
+    return Side(value, draws, parts, spread, inflation)
 
 
 def curve(parameters: Array, speed_m_s: Array) -> Array:
@@ -60,9 +64,9 @@ def _design(speed: Array, c: float) -> Array:
     return np.stack([speed, np.ones_like(speed), np.exp(-speed / c)], axis=1)
 
 
-def _least_squares(speed: Array, force: Array, weight: Array, grid: Array) -> Array:
+def _least_squares(speed: Array, force: Array, weight: Array, grid: Array, parts: tuple[bool, bool, bool]) -> Array:
     """The best (4,), none negative: c_s on the grid, then between its neighbours by a parabola in log c_s."""
-    fits = [_constrained(_design(speed, c), force, weight) for c in grid]
+    fits = [_constrained(_design(speed, c) * parts, force, weight) for c in grid]
     cost = np.array([f[1] for f in fits])
     k = int(np.argmin(cost))
     c = grid[k]
@@ -71,7 +75,7 @@ def _least_squares(speed: Array, force: Array, weight: Array, grid: Array) -> Ar
         bend = left - 2.0 * mid + right
         shift = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
         c = float(np.exp(np.log(c) + shift * np.log(grid[1] / grid[0])))
-    theta, _ = _constrained(_design(speed, c), force, weight)
+    theta, _ = _constrained(_design(speed, c) * parts, force, weight)
     return np.append(theta, c)
 
 
@@ -83,7 +87,7 @@ def _constrained(x: Array, y: Array, weight: Array) -> tuple[Array, float]:
     xw, yw = x * root[:, None], y * root
     theta = np.linalg.lstsq(xw, yw, rcond=None)[0]
     if (theta < 0.0).any():
-        size = np.linalg.norm(xw, axis=0)
+        size = np.maximum(np.linalg.norm(xw, axis=0), 1e-300)
         theta = nnls(xw / size, yw)[0] / size
     return np.asarray(theta, dtype=np.float64), float(np.sum((yw - xw @ theta) ** 2))
 

@@ -19,6 +19,7 @@ from testbed.evaluation.identification_trials import (
     coverage,
     eight,
     random_friction,
+    recording_of,
     speed_profile,
 )
 from testbed.parameters.leg_model import read_model, write_model
@@ -186,3 +187,53 @@ def test_rig_without_a_missing_effect_is_predicted_to_a_per_cent_of_its_friction
     moving = np.abs(signals_of(sine).velocity_m_s) > 3e-3
     error = estimate(sine, found.model).force_n[moving]
     assert math.sqrt(np.mean(error**2)) < 10.0
+
+
+def bench(speeds, seed=0, zero_n=25.0, area=1.03):
+    """Recordings of a bench: load cell, one chamber, area 3 % above the declared one, a zero of 25 N, Coulomb 80 N."""
+    known = KNOWN.model_copy(update={"rod_m": None, "moving_mass_kg": None, "inclination_deg": 90.0})
+    out = []
+    for k, level in enumerate((1e5, 3e5, 7e5)):
+        rng = np.random.default_rng([seed, k])
+        v = speed_profile(speeds, longest_s=1.0, travel_m=0.02)
+        t = np.arange(v.size) * 1e-3
+        pa = level + 2e4 * np.sin(t) + rng.normal(0.0, 200.0, t.size)
+        reference = area * known.area_a_m2 * pa + zero_n - 80.0 * np.sign(v) + rng.normal(0.0, 1.7, t.size)
+        x = 0.2 + np.cumsum(v) * 1e-3
+        r = recording_of(t, x, pa, 0 * pa, reference, known, "load-cell")
+        header = r.header.model_copy(update={"rig": "cylinder"})
+        out.append(replace(r, name=f"level{k}", header=header, pressure_b_pa=None))
+    return out, known
+
+
+def test_bench_gives_back_area_zero_and_coulomb_friction():
+    recordings, known = bench((0.008, 0.012, 0.016))
+    model = identify(recordings, known, "cylinder").model
+    assert model.known.area_a_m2 == pytest.approx(1.03 * known.area_a_m2, rel=1e-3)
+    assert model.force_offset_n == pytest.approx(25.0, abs=3.0)
+    assert model.friction.coulomb_plus_n == pytest.approx(80.0, abs=3.0)
+
+
+def test_parts_of_friction_that_one_speed_cannot_show_are_left_out():
+    recordings, known = bench((0.008, 0.012, 0.016))
+    found = {p.name: p for p in identify(recordings, known, "cylinder").parameters}
+    assert found["viscous_plus_n_s_m"].value == 0.0 and found["stribeck_minus_n"].value == 0.0
+    assert "left out" in found["viscous_plus_n_s_m"].why
+
+
+@pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with real/) is not set")
+def test_measured_seals_are_predicted_to_six_per_mille_in_the_median():
+    from testbed.estimation.leg_force import estimate
+    from testbed.estimation.leg_signals import signals_of
+
+    shares = []
+    for folder in sorted((Path(DATA) / "real").glob("seal-*")):
+        rig = read_rig(folder)
+        model = identify_rig(rig).model
+        for recording in rig.verify:
+            moving = np.abs(signals_of(recording).velocity_m_s) > 3e-3
+            moving = moving[: len(recording)]
+            true = recording.reference_force_n[: len(moving)][moving]
+            error = estimate(recording, model).force_n[: len(moving)][moving] - true
+            shares.append(np.sqrt(np.mean(error**2) / np.mean(true**2)))
+    assert np.median(shares) < 0.006
