@@ -12,6 +12,7 @@ from testbed.laws.initial import start_axes, start_supply
 from testbed.parameters.provenance import roboclimber
 from testbed.robot.linkage import RotationLinkage
 from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.switches import switch_off
 
 Array = NDArray[np.float64]
 KINDS = ("reversals", "sticking", "dead band", "end stop", "starved supply", "near vapour pressure")
@@ -58,6 +59,7 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     n = 1 + OTHERS if kind == "starved supply" else 1
     params = axis_parameters(machine, stroke)[[2, 5, 8][:n]].copy()
     unit = unit_parameters(machine)
+    switch_off(["oil_warming"], params, unit)  # the reference holds the oil's temperature
     if kind == "starved supply":
         unit[c.PUMP_FLOW] *= rng.uniform(0.05, 0.25)
         unit[c.ACC_VOLUME] *= rng.uniform(0.02, 0.2)
@@ -65,7 +67,8 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     times, points = _way(kind, rng, n, params[0, c.STROKE], duration_s)
     supply = start_supply(unit, rng.uniform(10.0, 60.0), 0.06)
     supply[c.TRACTION_FLOW] = rng.uniform(0.0, 1e-4)
-    axes = start_axes(params, points[0], rng.uniform(0.0, 12e3, n), rng.uniform(2e6, 5e6))
+    mean_pa = rng.uniform(2e6, 5e6) if kind != "near vapour pressure" else rng.uniform(2e5, 6e5)
+    axes = start_axes(params, points[0], rng.uniform(0.0, 12e3 * min(1.0, mean_pa / 2e6), n), mean_pa)
     draft = Manoeuvre(kind, axes, params, supply, unit, times, points, np.zeros((segments, n)))
     return Manoeuvre(kind, axes, params, supply, unit, times, points, _commands(draft, rng))
 
@@ -77,8 +80,10 @@ def _way(kind: str, rng: np.random.Generator, n: int, stroke: float, duration_s:
     times[1:-1] += rng.uniform(-0.3, 0.3, count - 2) * duration_s / count
     step = {"reversals": 0.03, "sticking": 0.01, "dead band": 0.004, "end stop": 0.02, "starved supply": 0.05}
     points = rng.uniform(0.15, stroke - 0.15, n) + np.cumsum(
-        rng.uniform(-1.0, 1.0, (count, n)) * step.get(kind, 0.002), axis=0
+        rng.uniform(-1.0, 1.0, (count, n)) * step.get(kind, 0.0), axis=0
     )
+    if kind == "near vapour pressure":  # pulled off the oil with the valve in its dead band, and back
+        points[1::2] = points[0] + rng.uniform(0.001, 0.006, points[1::2].shape)
     if kind == "sticking":  # rest between the moves
         points[1::2] = points[0:-1:2]
     if kind == "end stop":  # into one of the stops by some tens of micrometres, and away again
