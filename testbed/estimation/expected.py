@@ -23,14 +23,27 @@ class Expectation:
         self._rope_forces = np.zeros((2, 3))
 
     def loads(
-        self, position: Array, gravity_in_body: Array, tension_n: Array, attitude_rad: Array, drill_n_nm: Array
+        self,
+        position: Array,
+        gravity_in_body: Array,
+        tension_n: Array,
+        attitude_rad: Array,
+        drill_n_nm: Array,
+        standing: Array,
     ) -> Array:
-        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill thrust and torque."""
+        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill thrust and torque.
+
+        `standing` (4): 1 for a foot that is meant to carry, 0 for one in the air.
+        """
         drill = drill_wrench(self._loads.model, float(drill_n_nm[0]), float(drill_n_nm[1]))
         rotation = rotation_from_attitude(attitude_rad)
         self._rope_forces[:] = tension_n[:, None] * (self.rope_directions_in_world @ rotation)
         found = self._loads.solve(
-            position, gravity_in_body, rope_forces_in_body=self._rope_forces, drill_wrench_in_body=drill
+            position,
+            gravity_in_body,
+            rope_forces_in_body=self._rope_forces,
+            drill_wrench_in_body=drill,
+            in_contact=standing > 0.5,
         )
         return np.asarray(found.vertical_load_n)
 

@@ -16,8 +16,8 @@ from testbed.world import plant, sensing
 from testbed.world.board import OFFSETS
 
 SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE = 1, 2, 4, 8, 16, 32, 64, 128
-"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then. MOVE takes over
-the engine's pose and belongs to every step; PLACE does so for a body at rest."""
+"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then. MOVE
+takes over the engine's pose and belongs to every step; PLACE does so for a body at rest."""
 
 _Q, _QD, _POSE, _BASE, _TURN = (OFFSETS[n] for n in ("q", "qd", "pose", "base", "base_turn"))
 _FOOT, _NORMAL = (OFFSETS[n] for n in ("foot_force", "normal_force"))

@@ -171,7 +171,12 @@ class Simulation:
     def _expect(self) -> None:
         row, m = self._row, self.machine
         row[EXPECTED] = m.expectation.loads(
-            row[sensing.POSITION], m.board.gravity_in_body, row[sensing.ROPE], row[sensing.ATTITUDE], m.drill_belief()
+            row[sensing.POSITION],
+            m.board.gravity_in_body,
+            row[sensing.ROPE],
+            row[sensing.ATTITUDE],
+            m.drill_belief(),
+            row[CARRYING],
         )
 
     # ---- the slow tick -------------------------------------------------------------------------------------

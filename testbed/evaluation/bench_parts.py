@@ -1,0 +1,53 @@
+"""Speed figures that need a process or an environment of their own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+
+_FRESH = """
+import json, resource, sys, time
+start = float(sys.argv[1])
+from testbed.parameters.scenario import load_scenario
+from testbed.world.simulation import Simulation
+world = Simulation(load_scenario("drill_slope_45", duration=10.0))
+world.run_block(1)
+first = time.time() - start
+world.run_block(1999)
+print(json.dumps([first, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0]))
+"""
+
+
+def fresh_process() -> dict[str, float]:
+    """Seconds from the start of a process to its first step (kernels cached) and its peak memory after 2 s, MB."""
+    out = subprocess.run(
+        [sys.executable, "-c", _FRESH, repr(time.time())], capture_output=True, text=True, check=True
+    ).stdout
+    first, memory = json.loads(out.strip().splitlines()[-1])
+    return {"first_step_s": first, "memory_mb": memory}
+
+
+def env_steps_per_s(steps: int = 200) -> float:
+    """Steps a second of Roboclimber/Drill-v0 with random actions, resets not counted."""
+    import gymnasium
+
+    import testbed.envs  # noqa: F401  (registers the environments)
+
+    env = gymnasium.make("Roboclimber/Drill-v0")
+    try:
+        env.reset(seed=0)
+        env.action_space.seed(0)
+        spent, done = 0.0, 0
+        while done < steps:
+            action = env.action_space.sample()
+            start = time.perf_counter()
+            _, _, terminated, truncated, _ = env.step(action)
+            spent += time.perf_counter() - start
+            done += 1
+            if terminated or truncated:
+                env.reset()
+        return done / spent
+    finally:
+        env.close()
