@@ -224,6 +224,37 @@ def distribution(
         print(path)
 
 
+@app.command()
+def diagnose(
+    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/ and verify/.")],
+    out: Annotated[Path, typer.Option(help="Folder for findings.json, three model files and report.html.")],
+    suggest: Annotated[Path | None, typer.Option(help="Write a motion that parts ambiguous effects (.csv).")] = None,
+    json: Json = False,
+) -> None:
+    """Say which effect a measured axis has and its model lacks, add it, and report the error before and after."""
+    from testbed.diagnosis.diagnose import diagnose as run_diagnosis
+    from testbed.diagnosis.findings import as_json, prepare, summary_rows, write_findings
+    from testbed.diagnosis.suggest import write_motion
+    from testbed.parameters.recording import read_rig
+    from testbed.report.console import print_json, print_table
+    from testbed.report.diagnosis_page import write_page
+    from testbed.report.progress import working
+
+    recordings = read_rig(rig)
+    prepare(out)
+    with working("diagnosing") as tell:
+        found = run_diagnosis(recordings, tell)
+    write_findings(found, out)
+    page = write_page(found, out)
+    if suggest is not None:
+        write_motion(suggest, recordings.known)
+    if json:
+        print_json(as_json(found))
+    else:
+        print_table(f"{found.rig.name}: {found.verdict.kind}", *summary_rows(found))
+        print(page)
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv

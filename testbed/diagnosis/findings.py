@@ -113,6 +113,34 @@ def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
     return [{"names": list(names), "probability": p} for (names, _), p in zip(kept, rounded, strict=True)]
 
 
+def prepare(out: Path) -> None:
+    """Make the output folder before the work begins. Raises InputError where that cannot be."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+
+
+def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
+    """(header, rows) of a short table: what is missing, and the errors on verify."""
+    rows = []
+    for entry in d.entries:
+        numbers = ", ".join(
+            f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip() for k, p in entry.parameters.items()
+        )
+        rows.append([entry.name, numbers, f"probability {d.verdict.probability(entry.name):.3f}"])
+    for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
+        total = d.errors.total(quantity)
+        if total:
+            rows.append(
+                [f"error, {unit}", ", ".join(f"{k} {v:.3g}" for k, v in total.items()), "root mean square on verify"]
+            )
+    return ["", "value", ""], rows
+
+
 def write_findings(d: Diagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
     try:

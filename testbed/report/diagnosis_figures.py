@@ -1,0 +1,98 @@
+"""Figures of a diagnosis: residuals before and after, and the evidence for each hypothesis; SVG text."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.errors import flow_residual, force_residual, moving
+from testbed.diagnosis.findings import Diagnosis
+from testbed.diagnosis.series import series_of
+from testbed.estimation.leg_signals import signals_of
+from testbed.parameters.recording import Recording
+from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
+
+Array = npt.NDArray[np.float64]
+POINTS = 2500
+
+
+def _thin(n: int) -> npt.NDArray[np.int64]:
+    return np.linspace(0, n - 1, min(n, POINTS)).astype(np.int64)
+
+
+def residual_figure(d: Diagnosis, recording: Recording) -> str:
+    """Force residual of one recording against time, position, velocity and pressure A: refit grey, after blue."""
+    import matplotlib.pyplot as plt
+
+    mask = moving(recording, d.models["refit"])
+    signals = signals_of(recording, d.models["refit"].known)
+    at = np.flatnonzero(mask)
+    at = at[_thin(len(at))] if len(at) else at
+    t = recording.time_s
+
+    def on(values: Array) -> Array:
+        return np.interp(t, signals.time_s, values)[at]
+
+    axes_of: list[tuple[str, Array]] = [("time, s", t[at]), ("position, m", on(signals.position_m)),
+                                        ("velocity, m/s", on(signals.velocity_m_s))]  # fmt: skip
+    if signals.pressure_a_pa is not None:
+        axes_of.append(("pressure A, bar", on(signals.pressure_a_pa) / 1e5))
+    before, after = force_residual(recording, d.models["refit"])[at], force_residual(recording, d.models["after"])[at]
+    limit = 1.15 * float(np.percentile(np.abs(before), 99)) if len(before) else 1.0
+    with plt.rc_context(RC):  # type: ignore[arg-type]
+        figure, panels = plt.subplots(1, len(axes_of), figsize=(2.6 * len(axes_of), 2.2), sharey=True)
+        for panel, (label, x) in zip(panels, axes_of, strict=True):
+            panel.plot(x, before, ".", ms=1.6, color=GREY, label="refit", rasterized=True)
+            panel.plot(x, after, ".", ms=1.6, color=BLUE, label="after", rasterized=True)
+            panel.set_xlabel(label)
+            panel.set_ylim(-limit, limit)
+        panels[0].set_ylabel("force residual, N")
+        panels[0].legend(markerscale=4, loc="upper right")
+        figure.tight_layout()
+        text = svg(figure, f"force-{recording.name}")
+        plt.close(figure)
+    return text
+
+
+def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
+    """Flow residuals of A and B against time, refit grey, after blue; None where the rig has no flow balance."""
+    import matplotlib.pyplot as plt
+
+    if not d.problem.with_flow:
+        return None
+    series = series_of([recording], d.models["refit"].known)[0]
+    at = _thin(len(series.signals.time_s))
+    before, after = flow_residual(series, d.models["refit"]), flow_residual(series, d.models["after"])
+    with plt.rc_context(RC):  # type: ignore[arg-type]
+        figure, panels = plt.subplots(1, 2, figsize=(9.0, 2.0), sharey=True)
+        for panel, name, b, a in zip(panels, "AB", before, after, strict=True):
+            limit = 1.3e6 * float(np.percentile(np.abs(b), 99.5))
+            panel.plot(series.signals.time_s[at], 1e6 * b[at], color=GREY, lw=0.6, label="refit")
+            panel.plot(series.signals.time_s[at], 1e6 * a[at], color=BLUE, lw=0.6, label="after")
+            panel.set_ylim(-limit, limit)
+            panel.set_title(f"chamber {name}")
+            panel.set_xlabel("time, s")
+        panels[0].set_ylabel("flow residual, cm³/s")
+        panels[0].legend(loc="upper right")
+        figure.tight_layout()
+        text = svg(figure, f"flow-{recording.name}")
+        plt.close(figure)
+    return text
+
+
+def evidence_figure(d: Diagnosis, rows: list[tuple[str, float]]) -> str:
+    """Held-out log-likelihood that each single hypothesis gains over the refit, on a symmetric-log axis."""
+    import matplotlib.pyplot as plt
+
+    chosen = set(d.verdict.chosen.names)
+    with plt.rc_context(RC):  # type: ignore[arg-type]
+        figure, panel = plt.subplots(figsize=(6.2, 0.24 * len(rows) + 0.7))
+        for i, (name, gain) in enumerate(reversed(rows)):
+            panel.barh(i, gain, color=VERMILION if set(name.split(" + ")) <= chosen else GREY, height=0.7)
+        panel.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)])
+        panel.set_xscale("symlog", linthresh=10.0)
+        panel.set_xlabel("gain of held-out log-likelihood over the refit")
+        figure.tight_layout()
+        text = svg(figure, "evidence")
+        plt.close(figure)
+    return text

@@ -1,0 +1,105 @@
+"""`report.html` of a diagnosis: what the model lacks, why that and not its rival, and what it is worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from testbed.diagnosis.errors import STAGES, closed_share
+from testbed.diagnosis.findings import Diagnosis, as_json
+from testbed.diagnosis.search import Candidate
+from testbed.diagnosis.suggest import experiments
+from testbed.effects import by_name
+from testbed.errors import InputError
+from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
+
+HEADLINES = {
+    "none": "The model lacks nothing that these recordings can show.",
+    "unnamed": "Something is missing that none of the known effects explains.",
+}
+
+
+def write_page(d: Diagnosis, out: Path) -> Path:
+    """Write `report.html` into `out` and return its path. Raises InputError where it cannot be written."""
+    from jinja2 import Environment, PackageLoader
+
+    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
+    text = environment.get_template("diagnosis.html.j2").render(**contents(d))
+    path = out / "report.html"
+    try:
+        path.write_text(text)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=path) from error
+    return path
+
+
+def contents(d: Diagnosis) -> dict[str, Any]:
+    """Everything the page's template shows."""
+    found = as_json(d)
+    return {
+        "rig": d.rig.name,
+        "kind": d.rig.kind,
+        "verdict": d.verdict.kind,
+        "headline": _headline(d),
+        "effects": [e | {"text": by_name(e["name"]).text} for e in found["effects"]],
+        "hypotheses": found["hypotheses"][:8],
+        "errors": _error_rows(d),
+        "closed": {q: closed_share(d.errors, q) for q in ("force_n", "flow_m3_s")},
+        "evidence": evidence_figure(d, _gains(d)) if len(d.state.tried) > 1 else "",
+        "rivals": _rivals(d),
+        "figures": [(r.name, residual_figure(d, r), flow_figure(d, r)) for r in d.rig.verify],
+        "left_out": found["left_out"],
+        "experiments": experiments(_group(d)),
+        "excess": max(d.found.excess_best.values(), default=1.0),
+    }
+
+
+def _headline(d: Diagnosis) -> str:
+    if d.verdict.kind != "effect":
+        return HEADLINES[d.verdict.kind]
+    words = [f"{n} ({by_name(n).text})" for n in d.verdict.chosen.names]
+    return "The model lacks " + " and ".join(words) + "."
+
+
+def _error_rows(d: Diagnosis) -> list[dict[str, Any]]:
+    rows = []
+    for quantity, unit, factor in (("force_n", "N", 1.0), ("flow_m3_s", "cm³/s", 1e6)):
+        total = d.errors.total(quantity)
+        if not total:
+            continue
+        tables = [*((n, r[quantity]) for n, r in d.errors.by_recording.items() if quantity in r), ("all", total)]
+        for name, row in tables:
+            rows.append({"quantity": quantity.split("_")[0], "unit": unit, "name": name,
+                         "values": [f"{factor * row[s]:.3g}" for s in (*STAGES, "floor")]})  # fmt: skip
+    return rows
+
+
+def _ranked(d: Diagnosis) -> list[Candidate]:
+    return sorted((c for c in d.state.tried.values() if c.names), key=lambda c: -d.state.gain(c))
+
+
+def _gains(d: Diagnosis) -> list[tuple[str, float]]:
+    singles = [c for c in _ranked(d) if len(c.names) == 1][:12]
+    chosen = [d.verdict.chosen] if len(d.verdict.chosen.names) > 1 else []
+    return [(" + ".join(c.names), d.state.gain(c)) for c in [*chosen, *singles]]
+
+
+def _rivals(d: Diagnosis) -> list[dict[str, Any]]:
+    """The next best sets of the chosen size and where the chosen one predicts better."""
+    chosen = d.verdict.chosen
+    rows = []
+    same = [c for c in _ranked(d) if len(c.names) == max(len(chosen.names), 1) and set(c.names) != set(chosen.names)]
+    for c in same[:4]:
+        parts = chosen.evidence.parts(c.evidence, chosen.evidence)
+        channel, recording = max(parts, key=lambda k: parts[k])
+        rows.append({
+            "names": " + ".join(c.names), "behind": d.state.gain(chosen) - d.state.gain(c),
+            "where": f"{channel.replace('_', ' ')} in {recording}",
+            "scale": (c.evidence.scale[channel, recording], chosen.evidence.scale[channel, recording]),
+        })  # fmt: skip
+    return rows
+
+
+def _group(d: Diagnosis) -> list[str]:
+    names = [n for name, rivals in d.verdict.ambiguous.items() if rivals for n in (name, *rivals)]
+    return list(dict.fromkeys(names))
