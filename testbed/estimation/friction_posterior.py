@@ -154,7 +154,10 @@ class _Linear:
     def gaussians(self, grid: Array) -> tuple[Array, Array]:
         """Means (k, 3) and roots (k, 3, 3) of the covariances."""
         mean, precision, _ = self._solve(grid)
-        return mean, np.asarray(np.linalg.cholesky(np.linalg.inv(precision)))
+        # in units of the prior no eigenvalue is below 1, however alike the columns are
+        unit = 1.0 / np.sqrt(self.prior)
+        values, vectors = np.linalg.eigh(precision * unit[:, None] * unit)
+        return mean, np.asarray(unit[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :])
 
 
 def correlation_inflation(residual: Array) -> float:
