@@ -96,6 +96,15 @@ def held_play(t: float, a0: float, u: float, r0: float, width: float, tau: float
 
 
 @njit
+def held_plays(t: float, a0: Any, u: Any, r0: Any, params: Any) -> Any:
+    """`held_play` of n axes, (n)."""
+    out = np.empty(len(u))
+    for i in range(len(u)):
+        out[i] = held_play(t, a0[i], u[i], r0[i], params[i, c.HYSTERESIS], params[i, c.AMP_TAU])
+    return out
+
+
+@njit
 def friction_rates(
     p: Any, x: float, v: float, pa: float, pb: float, z: float, dwell: float, warm: float
 ) -> tuple[float, float, float]:
@@ -189,6 +198,14 @@ def rates(y: Any, params: Any, u: Any, x: Any, v: Any, target: Any, taken: float
     return dy
 
 
+@njit
+def held_rates(
+    t: float, y: Any, params: Any, u: Any, x: Any, v: Any, a0: Any, command: Any, r0: Any, taken: float, warmth: float
+) -> Any:
+    """`rates` where the pistons' rates v and the commands are held from t = 0 on."""
+    return rates(y, params, u, x + v * t, v, held_plays(t, a0, command, r0, params), taken, warmth)
+
+
 def pack(axes: Array, supply: Array) -> Array:
     """The kernel's state as the reference's."""
     y = np.zeros(N_AXIS * len(axes) + N_SUPPLY)
@@ -211,12 +228,8 @@ class Amplifiers:
 
     def after(self, t: float, command: Array) -> tuple[Array, Array]:
         """Amplifier and play t seconds after `command` was given, (n) each."""
-        p = self.params
-        out = np.array([
-            held_play(t, self.amplifier[i], command[i], self.played[i], p[i, c.HYSTERESIS], p[i, c.AMP_TAU])
-            for i in range(len(p))
-        ])  # fmt: skip
-        return command + (self.amplifier - command) * np.exp(-t / p[:, c.AMP_TAU]), out
+        out = held_plays(t, self.amplifier, command, self.played, self.params)
+        return command + (self.amplifier - command) * np.exp(-t / self.params[:, c.AMP_TAU]), np.asarray(out)
 
 
 Motion = Callable[[float], tuple[Array, Array]]

@@ -52,7 +52,7 @@ GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 ) = range(50)  # fmt: skip
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def port(
     p: float, ps: float, pt: float, k_supply: float, k_tank: float, leak: float, o: float, o_next: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -97,7 +97,7 @@ def begin(axes: Any, params: Any, x: Any, v: Any, h: float, work: Any, a: Any, b
         a[i, 0], b[i, 0] = axes[i, c.P_A], axes[i, c.P_B]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> tuple[float, float]:
     """1 / p and 1 / (oil dnu/dp) at the pressure p, in one division; 0 for the latter in a void."""
     falls = oil * ((1.0 - air) * (1.0 - (p - ATMOSPHERE_PA) * per_bulk) * per_bulk * p + gas / POLYTROPIC)
@@ -105,7 +105,7 @@ def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> t
     return both * falls, -both * p * p if p > VAPOUR_PA else 0.0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def settle(
     volume: float, growth: float, oil: float, guess: float, near: float, per_near: float, gas_near: float,
     inverse: float, bulk: float, per_bulk: float, air: float, nu_vapour: float,
@@ -123,7 +123,7 @@ def settle(
     return p, gas, per, inverse, -nu * inverse, growth * inverse, enthalpy_with_gas(p, gas, per_bulk, air)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def settle_both(
     axes: Any, params: Any, work: Any, i: int, guess_a: float, guess_b: float, near_a: float, near_b: float
 ) -> None:
@@ -239,7 +239,7 @@ def second_stage(
     return total
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def predicted(axes: Any, params: Any, work: Any, i: int, ka: float, kb: float, h: float) -> tuple[float, float]:
     """Pressures of both chambers of axis i at the substep's end if the rates ka, kb hold; volumes advance."""
     bulk, per_bulk, air, nu_v = params[i, c.BULK], work[i, PER_BULK], params[i, c.AIR], work[i, NU_V]
@@ -300,7 +300,7 @@ def close_step(
     return total, back, heat
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def kept_by_hoses(axes: Any, params: Any, work: Any, i: int) -> float:
     """Energy that the hoses of one axis took in since `begin`, J."""
     kept = 0.0

@@ -54,7 +54,7 @@ def one_end(
     return float(stiffness * mean_ramp(relief - gap, relief - gap_end))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def end_force(p: Any, x: float, v: float, dt: float) -> float:
     """Mean force of cushions and stops over dt, N, along +x; x at the step's start, p: AXIS_PARAMETERS."""
     end = x + v * dt

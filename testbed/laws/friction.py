@@ -15,7 +15,7 @@ from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def stribeck_level(speed: float, coulomb_n: float, static_n: float, stribeck_m_s: float) -> float:
     """g(v) = F_c0 + F_s0 exp(-|v| / c_s), N: the paper's (4) and (5), exponent one; `speed` = |v| in m/s."""
     return coulomb_n + static_n * math.exp(-speed / stribeck_m_s)
@@ -31,7 +31,7 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
     return aim + (start - aim) * left, aim + (start - aim) * (1.0 - left) / exponent
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def bristle_step(
     z: float, v: float, dt: float, level_n: float, stiffness: float, damping: float
 ) -> tuple[float, float]:
@@ -48,7 +48,7 @@ def bristle_step(
     return new, stiffness * mean + damping * (new - z) / dt
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def dwell_step(dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt: float) -> tuple[float, float]:
     """Ageing of the contact over dt, after and mean: towards `gain` at rest, worn off by sliding. Exact.
 
@@ -59,7 +59,7 @@ def dwell_step(dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt:
     return after, mean
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def friction_step(
     s: Any, p: Any, x: float, v: float, mean_a: float, mean_b: float, warm: float, load: float, side: float, dt: float
 ) -> float:

@@ -72,7 +72,7 @@ def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
         sense_path(axes[i], p, a[i], b[i], h, weights)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def mean_of_nodes(values: Any) -> float:
     """Trapezoidal mean of values at the ends of equal intervals."""
     total = 0.5 * (values[0] + values[-1])

@@ -91,7 +91,7 @@ def pressure_of(
     return p, gas, slope
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def pressure_near(
     volume: float, oil: float, guess_pa: float, near_pa: float, per_near: float, gas_near: float,
     inverse: float, per_bulk: float, air: float,
@@ -120,7 +120,7 @@ def effective_bulk_modulus(p_pa: float, bulk_pa: float, air: float) -> float:
     return float(-nu / slope)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def enthalpy_with_gas(p_pa: float, gas: float, per_bulk: float, air: float) -> float:
     """h(p) with the gas volume at p and 1 / bulk modulus known: see `enthalpy`."""
     d = p_pa - ATMOSPHERE_PA

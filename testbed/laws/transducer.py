@@ -19,7 +19,7 @@ def transducer_weights(
     return yy, yr, ry, rr, old, rise
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
     """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n substeps of h."""
     yy, yr, ry, rr, old, rise = weights

@@ -14,7 +14,7 @@ from testbed.laws import columns as c
 from testbed.laws.linear import second_order
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def play(state: float, command: float, half_width: float) -> float:
     """Hysteresis as a play operator: the output follows the command, `half_width` behind it in either direction."""
     if command > state + half_width:
@@ -24,7 +24,7 @@ def play(state: float, command: float, half_width: float) -> float:
     return state
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def opening(s: float, deadband: float) -> float:
     """o = sign(s) max(|s| - d, 0) / (1 - d), -1..1."""
     if s > deadband:
@@ -34,7 +34,7 @@ def opening(s: float, deadband: float) -> float:
     return 0.0
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def engaging_time(amplifier: float, command: float, state: float, half_width: float, tau: float) -> float:
     """Time after which the amplifier, on its way to `command`, drags the play along; inf if it never does, s."""
     if command > state + half_width:
@@ -72,7 +72,7 @@ def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, f
     return forced, -forced * inverse, math.exp(-t * inverse)
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def bounded(s: float, rate: float) -> tuple[float, float]:
     """The spool's stops at +-1."""
     if s > 1.0:
@@ -92,7 +92,7 @@ def spool_weights(
     return yy, yr, ry, rr, forced, forced_rate, decay
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", forceinline=True)
 def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any) -> None:
     """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); state of one axis advances.
 
