@@ -30,7 +30,7 @@ class Command:
     """Which feet are meant to carry."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Measured:
     """What control may look at: this tick's readings and estimates."""
 

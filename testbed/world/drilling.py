@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from itertools import accumulate
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,10 +23,10 @@ class DrillProgram:
         self.phase = "idle"
         self.store_change_kg = 0.0
         self._task = task
-        self._starts = np.array([0.0])
+        self._starts = [0.0]
         self._changed = -1
         if task is not None:
-            self._starts = task.start_s + np.cumsum([0.0, *(p.duration_s for p in task.phases)])
+            self._starts = list(accumulate((p.duration_s for p in task.phases), initial=task.start_s))
 
     def update(self, t: float, dt: float) -> bool:
         """Set the loads that hold at time t (s); returns whether another phase has begun."""
@@ -36,7 +39,7 @@ class DrillProgram:
             self.loads[: d.STRING_KG] = 0.0
             self.phase = "done"
             return before != "done"
-        k = int(np.searchsorted(self._starts - self._starts[0], since, side="right")) - 1
+        k = bisect_right(self._starts, self._starts[0] + since) - 1
         phase = task.phases[k]
         begun = since - (self._starts[k] - self._starts[0])
         ramp = min(1.0, begun / task.ramp_s, (phase.duration_s - begun) / task.ramp_s) if task.ramp_s > 0 else 1.0

@@ -18,8 +18,8 @@ SLIDE_M = 0.30
 """Feet that moved this far along the ground while meant to stand: slid (E)."""
 
 
-LOOK_TICKS = 5
-"""The judge looks at every fifth control tick (20 Hz)."""
+LOOK_TICKS = 10
+"""The judge looks at every tenth control tick (10 Hz)."""
 
 
 class Judge:
