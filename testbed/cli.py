@@ -255,6 +255,52 @@ def diagnose(
         print(page)
 
 
+@app.command("evaluate-diagnosis")
+def evaluate_diagnosis(
+    out: Annotated[Path, typer.Option(help="Folder for evaluation.json and the single rigs; resumed if it exists.")],
+    rigs: Annotated[int, typer.Option(help="How many random rigs.")] = 200,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    json: Json = False,
+) -> None:
+    """Test the diagnosis blind on random rigs of an independent simulator."""
+    from testbed.evaluation.diagnosis_trials import run as run_trials
+    from testbed.report.console import print_json, print_table
+    from testbed.report.diagnosis_evaluation import table, write_evaluation
+    from testbed.report.progress import counting_progress
+
+    with counting_progress(rigs, "rigs") as progress:
+        trials = run_trials(out, rigs, jobs, progress)
+    result, page = write_evaluation(trials, out)
+    if json:
+        print_json(result)
+    else:
+        print_table("Blind test of the diagnosis", *table(result))
+        print(page)
+
+
+@app.command()
+def hydraulics(
+    out: Annotated[Path, typer.Option(help="Folder for hydraulics.json and hydraulics.csv.")],
+    manoeuvres: Annotated[int, typer.Option(min=1, max=1000, help="Random manoeuvres.")] = 30,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Simulated seconds for the balances.")] = 600.0,
+    json: Json = False,
+) -> None:
+    """Check the compiled hydraulics: against an independent solver, and its books of oil and energy."""
+    from testbed.evaluation.hydraulics_check import Difference, run_check, table
+    from testbed.report.console import print_json, print_table
+    from testbed.report.progress import counting_progress
+
+    with counting_progress(manoeuvres, "manoeuvres") as progress:
+        answer = run_check(out, manoeuvres, seconds, progress)
+    if json:
+        print_json(answer)
+        return
+    found = [Difference(**{k: v for k, v in d.items() if k != "holds"}) for d in answer["manoeuvres"]]
+    print_table("Force of the kernel less the reference's", *table(found))
+    for name in ("balance", "balance_starved", "creep"):
+        print_table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in answer[name].items()])
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv

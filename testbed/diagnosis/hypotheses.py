@@ -92,7 +92,7 @@ def starts(effect: Effect, problem: Problem, at: Point, residual: Array) -> list
     low, high = np.percentile(x, [5, 95])
     if effect.name == "friction.presliding":
         reach = max(at.friction.coulomb_plus_n, at.friction.coulomb_minus_n, 1.0)
-        return [{"stiffness": reach / d, "damping": 0.05 * reach / d / 50.0} for d in (4e-3, 5e-4)]
+        return [{"stiffness": reach / d, "damping": 0.05 * reach / d / 50.0} for d in (4e-3, 5e-4, 1e-4)]
     if effect.name == "force.cushion":
         return [{"start": float(low + share * (high - low)), "stiffness": 300.0} for share in (0.3, 0.65)]
     if effect.name == "force.spring":
@@ -173,7 +173,7 @@ def fit_with(
     current = {a.effect.name: dict(a.values) for a in at.at.effects}
     options = [current[effect.name]] if replace_effect else starts(effect, problem, at.at, residual)
     if len(options) > 2:
-        options = sorted(options, key=lambda s: -_promised(problem, at, effect, s))[:1]
+        options = sorted(options, key=lambda s: -_promised(problem, at, effect, s))[:2]
     for start in options:
         kept = [c for c in at.coordinates if not (replace_effect and c.owner == effect.name)]
         coordinates = [restarted(c, at.at) for c in kept]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from testbed.effects.base import Signals
 from testbed.estimation.leg_flow import smoothed_opening, spool
-from testbed.estimation.leg_force import trusted
+from testbed.estimation.leg_force import trusted, unseen_travel_m
 from testbed.estimation.leg_signals import WIDTH_S, grid, signals_of
 from testbed.estimation.motion import encoder_noise, smooth
 from testbed.parameters.known import Known
@@ -106,7 +106,8 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     once = smooth(signals.acceleration_m_s2, SLOW_S * signals.rate_hz)
     # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not shrunk.
     slow = 2.0 * once - smooth(once, SLOW_S * signals.rate_hz)
-    signals = signals.with_(slow_acceleration_m_s2=slow)
+    if recording.position_resolution_m > 0.0:
+        signals = signals.with_(slow_acceleration_m_s2=slow)
     whole = signals_of(recording, known)
     noise_v, noise_a = encoder_noise(whole.position_m, rate, recording.position_resolution_m, width / rate)
 
@@ -130,7 +131,7 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         name=recording.name,
         signals=signals,
         reference_n=reference,
-        trusted=trusted(signals.velocity_m_s, signals.rate_hz),
+        trusted=trusted(signals.velocity_m_s, signals.rate_hz, travel_m=unseen_travel_m(recording)),
         clear=clear,
         free=recording.is_free,
         spool_full=stroke_full,

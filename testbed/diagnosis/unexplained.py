@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from testbed.diagnosis.evidence import Key, evidence
 from testbed.diagnosis.floor import group_floors
 from testbed.diagnosis.hypotheses import fit_with
+from testbed.diagnosis.problem import Problem
 from testbed.diagnosis.search import Candidate, Search
 from testbed.effects import unnamed
 from testbed.parameters.recording import Recording
@@ -31,7 +32,7 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
     """Compare the best set with the floor and with the best set plus generic terms."""
     best = state.best or state.refit
     floors = group_floors(state.problem, recordings, best.fit.at.friction)
-    fit = fit_with(state.problem, best.fit, unnamed.EFFECT, _names(state), iterations=5)
+    fit = fit_with(state.problem, best.fit, unnamed.EFFECT, generic_names(state.problem), iterations=5)
     generic = Candidate((*best.names, "unnamed"), fit, evidence(state.problem, fit))
     return Unexplained(
         {k: state.refit.evidence.scale[k] / f for k, f in floors.items() if k in state.refit.evidence.scale},
@@ -42,7 +43,7 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
     )
 
 
-def _names(state: Search) -> tuple[str, ...]:
-    """Generic terms that this rig's channels give; a constant and the steepest of them are friction's own."""
-    found = unnamed.basis(state.problem.series[0].signals)
+def generic_names(problem: Problem) -> tuple[str, ...]:
+    """Generic terms that this rig's channels give; the constant among them is friction's own."""
+    found = unnamed.basis(problem.series[0].signals)
     return tuple(name for name in found if name != "bias")

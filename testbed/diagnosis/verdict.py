@@ -39,29 +39,34 @@ def _logistic(x: float) -> float:
 
 def presence(gain: float, fall: float) -> float:
     """Probability that an effect is there at all: held-out gain, and how far it lowers some group's noise."""
-    return _logistic(2.0 * np.log(max(gain, 0.1) / 25.0) + 4.0 * np.log(max(fall, 1e-4) / 0.035))
+    return _logistic(2.0 * np.log(max(gain, 0.1) / 25.0) + 4.0 * np.log(max(fall, 1e-4) / 0.04))
 
 
-def second(gain: float, fall: float) -> float:
-    """Probability of one more effect beside those already named."""
-    return _logistic(2.0 * np.log(max(gain, 0.1) / 35.0) + 4.0 * np.log(max(fall, 1e-4) / 0.06))
+def second(gain: float, fall: float, first_gain: float) -> float:
+    """Probability of one more effect beside those already named.
+
+    What a strong first effect's own formula leaves over looks like a small second one: that has to be exceeded.
+    """
+    return _logistic(
+        1.5 * np.log(max(gain, 0.1) / (60.0 + 0.01 * max(first_gain, 0.0))) + 4.0 * np.log(max(fall, 1e-4) / 0.3)
+    )
 
 
-def outside(found: Unexplained, best: Candidate) -> float:
+def outside(found: Unexplained, best: Candidate, kind: str) -> float:
     """Probability that what is there has no name: the residual stays far above the floor of the sensors."""
-    excess = max(found.excess_best.values(), default=1.0)
-    start = max(found.excess_refit.values(), default=1.0)
+    if kind != "vertical-leg":
+        # A bench declares no sensors: how small its residual could be is not known.
+        return 0.05 if best.names else 0.2
+    worst = max(found.excess_best, key=lambda k: found.excess_best[k])
+    excess, start = found.excess_best[worst], max(found.excess_refit.values())
     closed = np.log(max(start, 1.01) / max(excess, 1.0)) / np.log(max(start, 1.01))
-    score = 3.0 * np.log(max(excess, 1.0) / 3.5) - 3.0 * (closed - 0.5)
-    if best.names and closed > 0.85:
-        score -= 2.0
-    return _logistic(score)
+    return _logistic(5.0 * np.log(max(excess, 1.0) / 3.4) - 5.0 * max(float(closed), 0.0))
 
 
 def decide(state: Search, found: Unexplained) -> Verdict:
     """The distribution over sets and the verdict."""
     weights = _weights(state)
-    missing = outside(found, state.best or state.refit)
+    missing = outside(found, state.best or state.refit, state.problem.base.rig)
     weights = {names: w * (1.0 - missing) for names, w in weights.items()}
     weights[("unnamed",)] = missing
     total = sum(weights.values())
@@ -86,7 +91,9 @@ def _weights(state: Search) -> dict[tuple[str, ...], float]:
     two = 0.0
     if more:
         best = max(more, key=state.gain)
-        two = second(state.gain(best) - state.gain(first), best.evidence.largest_fall(first.evidence))
+        two = second(
+            state.gain(best) - state.gain(first), best.evidence.largest_fall(first.evidence), state.gain(first)
+        )
     for group, share in ((singles, some * (1.0 - two)), (more, some * two)):
         if not group or share <= 0.0:
             continue

@@ -29,7 +29,7 @@ MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 CREEPING_M_S = 8e-4
 PRESLIDING_M = 1.2e-4
-"""Friction builds up over tens of micrometres after a reversal, less than the encoder shows."""
+"""Friction builds up over tens of micrometres after a reversal, less than an encoder of 0.1 mm shows."""
 MARGIN_S = 0.008
 """Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
 FUSED_MARGIN_S = 0.002
@@ -67,7 +67,8 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
     oil = not causal and can_fuse(recording, model)
     signals = fused(recording, model, FUSED_WIDTH_S) if oil else signals_of(recording, model.known, causal=causal)
     margin = FUSED_MARGIN_S if oil else MARGIN_S
-    value, low, high = force_of(signals, model, causal, margin_s=margin)
+    travel = unseen_travel_m(recording)
+    value, low, high = force_of(signals, model, causal, margin_s=margin, travel_m=travel)
     if not causal:
         quick = signals if oil else signals_of(recording, model.known, QUICK_WIDTH_S)
         sharp, _, _ = force_of(quick, model, output_width_s=QUICK_WIDTH_S, margin_s=margin, travel_m=QUICK_TRAVEL_M)
@@ -77,6 +78,11 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
     if time is not recording.time_s:
         value, low, high = (np.interp(recording.time_s, time, y) for y in (value, low, high))
     return ForceEstimate(recording.time_s, value, np.minimum(low, value), np.maximum(high, value))
+
+
+def unseen_travel_m(recording: Recording) -> float:
+    """Distance behind a reversal within which this recording's encoder does not show how friction builds up, m."""
+    return min(PRESLIDING_M, 1.2 * recording.position_resolution_m)
 
 
 def share_of_quick(force_n: Array, rate_hz: float) -> Array:

@@ -27,7 +27,8 @@ FIELDS = (
     "gain", "feed",
     # effects: strength, second number, form (0 contract, 1 other)
     "fpos", "fpos_form", "fpres", "fpres_form", "fload", "fload_form", "pre_k", "pre_c", "pre_form",
-    "temp", "temp_form", "mass_add", "mass_form", "spring", "spring_rest", "spring_form", "per_amp", "per_w", "per_form",
+    "temp", "temp_form", "mass_add", "mass_form", "spring", "spring_rest", "spring_form",
+    "per_amp", "per_w", "per_form",
     "cush", "cush_start", "cush_form", "leak_form", "air", "air_form", "hose", "hose_time", "hose_form",
     "droop", "droop_time", "droop_form", "dead_form",
     # effects outside the list
@@ -62,7 +63,7 @@ COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "supply", "force"
 
 @njit(cache=True)
 def _root(drop: float, smooth: float) -> float:
-    return drop / np.sqrt(np.sqrt(drop * drop + smooth * smooth))
+    return float(drop / np.sqrt(np.sqrt(drop * drop + smooth * smooth)))
 
 
 @njit(cache=True)
@@ -71,10 +72,10 @@ def _coulomb_scale(p: Array, x: float) -> float:
     if p[FPOS] == 0.0:
         return 1.0
     if p[FPOS_FORM] == 0.0:
-        return max(0.05, 1.0 + p[FPOS] * xi)
+        return float(max(0.05, 1.0 + p[FPOS] * xi))
     if p[FPOS_FORM] == 1.0:
-        return max(0.05, 1.0 + 0.5 * p[FPOS] * np.tanh(4.0 * xi))
-    return max(0.05, 1.0 + p[FPOS] * 0.6 * np.sin(4.0 * xi + 0.7))
+        return float(max(0.05, 1.0 + 0.5 * p[FPOS] * np.tanh(4.0 * xi)))
+    return float(max(0.05, 1.0 + p[FPOS] * 0.6 * np.sin(4.0 * xi + 0.7)))
 
 
 @njit(cache=True)

@@ -204,7 +204,7 @@ def _record(
     load_cell = motion.startswith("press")
     seconds = DURATION_S[motion] * (0.67 if name == "verify/shake" else 1.0)
     aim = target(motion, seconds + 0.6, rate, leg["stroke"], leg["ground_at"], rng)
-    temperature = warmth[0] + warmth[1] * np.arange(len(aim)) / rate
+    temperature = np.asarray(warmth[0] + warmth[1] * np.arange(len(aim)) / rate, dtype=np.float64)
     numbers = leg | ({"ground": rng.uniform(4e6, 8e6)} if load_cell else {})
     speed = np.gradient(aim) * rate
     speed = np.clip(speed, -0.2, 0.2)

@@ -1,0 +1,128 @@
+"""The diagnosis on random rigs of the reference leg: one rig, what was hidden, what was said; resumable, parallel."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from testbed.diagnosis.diagnose import diagnose
+from testbed.diagnosis.errors import Errors, closed_share, errors
+from testbed.diagnosis.evidence import of_residual
+from testbed.diagnosis.findings import Diagnosis, as_json, entries_of
+from testbed.diagnosis.fit import Fit
+from testbed.diagnosis.hypotheses import fit_with
+from testbed.diagnosis.series import series_of
+from testbed.diagnosis.unexplained import generic_names
+from testbed.effects import NAMES, by_name, unnamed
+from testbed.errors import InputError
+from testbed.evaluation.reference_rigs import Hidden, make_rig
+from testbed.parameters.leg_model import LegModel
+
+KINDS = ("single", "single", "clean", "double", "outside", "single", "double", "outside")
+"""In turn, so that every prefix of the run holds every kind."""
+VISIBLE = 0.05
+Progress = Callable[[int], None]
+
+
+def trial(seed: int) -> dict[str, Any]:
+    """One rig: make it, diagnose it, and compare with what an oracle that knows the names would reach."""
+    kind = KINDS[seed % len(KINDS)]
+    rig, hidden = make_rig(seed, kind)
+    began = time.perf_counter()
+    found = diagnose(rig)
+    seconds = time.perf_counter() - began
+    oracle = _oracle(found, hidden)
+    box = _model(found, fit_with(found.problem, found.state.refit.fit, unnamed.EFFECT, generic_names(found.problem), 4))
+    return {
+        "seed": seed, "kind": kind, "truth": list(hidden.names), "strength": list(hidden.strengths),
+        "form": list(hidden.forms), "numbers": hidden.numbers, "seconds": seconds,
+        "visible": _visible(oracle) if oracle else kind == "outside" and _outside_visible(found),
+        "verdict": found.verdict.kind, "names": [e.name for e in found.entries],
+        "hypotheses": as_json(found)["hypotheses"],
+        "parameters": {e.name: {k: [p.value, p.interval90] for k, p in e.parameters.items()} for e in found.entries},
+        "error": found.errors.by_recording,
+        "closed_force": closed_share(found.errors), "closed_flow": closed_share(found.errors, "flow_m3_s"),
+        "oracle_closed_force": closed_share(oracle) if oracle else None,
+        "black_box_closed_force": closed_share(_errors(found, box)),
+        "raw_bic": _raw_bic(found),
+    }  # fmt: skip
+
+
+def _model(d: Diagnosis, fit: Fit) -> LegModel:
+    return d.models["refit"].model_copy(update={"friction": fit.at.friction, "effects": entries_of(fit, 1.0)})
+
+
+def _errors(d: Diagnosis, after: LegModel) -> Errors:
+    series = series_of(d.rig.verify, d.models["refit"].known)
+    return errors(d.rig.verify, series, d.models | {"after": after}, d.problem.with_flow)
+
+
+def _oracle(d: Diagnosis, hidden: Hidden) -> Errors | None:
+    """Errors with the true names fitted on identify; None where there is no name."""
+    if not hidden.names or not set(hidden.names) <= set(NAMES):
+        return None
+    known = d.state.tried.get(frozenset(hidden.names))
+    fit = known.fit if known else d.state.refit.fit
+    for name in hidden.names if known is None else ():
+        fit = fit_with(d.problem, fit, by_name(name))
+    return _errors(d, _model(d, fit))
+
+
+def _visible(oracle: Errors) -> bool:
+    rows = [e for r in oracle.by_recording.values() for e in r.values()]
+    return any(e["after"] < (1.0 - VISIBLE) * e["refit"] for e in rows)
+
+
+def _outside_visible(d: Diagnosis) -> bool:
+    """An effect without a name is visible where some group's noise is more than twice what sensors leave."""
+    return max(d.found.excess_refit.values(), default=1.0) > 3.0
+
+
+def _raw_bic(d: Diagnosis) -> list[str]:
+    """What a stepwise search by the plain criterion would name: every sample a witness, no held-out blocks."""
+    import numpy as np
+
+    def score(fit: Fit) -> float:
+        found = of_residual(d.problem, fit.residual)
+        samples = sum(found.count.values())
+        return sum(found.log_likelihood.values()) - 0.5 * len(fit.coordinates) * float(np.log(samples))
+
+    best = max(d.state.tried.values(), key=lambda c: score(c.fit))
+    return list(best.names)
+
+
+def run(out: Path, rigs: int, jobs: int = 1, progress: Progress | None = None) -> list[dict[str, Any]]:
+    """Trials 0 .. rigs - 1, one JSON file each in `out/rigs`; those already there are kept. InputError: bad folder."""
+    folder = out / "rigs"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=folder) from error
+    todo = [(str(folder), seed) for seed in range(rigs) if not (folder / f"{seed:05d}.json").is_file()]
+    done = rigs - len(todo)
+    if jobs <= 1:
+        for item in todo:
+            _one(item)
+            done += 1
+            if progress:
+                progress(done)
+    else:
+        with get_context("spawn").Pool(jobs, maxtasksperchild=20) as pool:
+            for _ in pool.imap_unordered(_one, todo):
+                done += 1
+                if progress:
+                    progress(done)
+    return [json.loads((folder / f"{seed:05d}.json").read_text()) for seed in range(rigs)]
+
+
+def _one(item: tuple[str, int]) -> None:
+    folder, seed = item
+    text = json.dumps(trial(seed))
+    path = Path(folder) / f"{seed:05d}.json"
+    partial = path.with_suffix(".part")
+    partial.write_text(text)
+    partial.replace(path)
