@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.trim import Trim
-from testbed.envs.observations import TABLE, Observer
+from testbed.envs.observations import TABLE, Observer, Row
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
 from testbed.errors import InputError
@@ -44,6 +44,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     none; step_ms: simulated time of a step. Raises InputError for what a scenario refuses.
     """
 
+    table: tuple[Row, ...] = TABLE
+    """The observation, index by index."""
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's own form)
 
     def __init__(
@@ -66,7 +68,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._step_s = step_ms / 1000.0
         self._weights = Weights(**dict(weights or {}))
         load_scenario(scenario, self._overrides, duration=duration_s)  # a wrong argument is said now, not in reset
-        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (len(TABLE),), np.float32)
+        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.table),), np.float32)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(LEGS) + len(SIDES),), np.float32)
         self._sim: Any = None
         self._ended = True
@@ -87,15 +89,14 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
         self._begin(spec)
-        self._observer = Observer(sim.data_columns)
+        self._observer = Observer(sim.data_columns, self.table)
         self._places = _places(sim.truth_columns)
         self._tension = [sim.data_columns.index(f"rope_tension_{side}") for side in SIDES]
         self._carrying = [sim.data_columns.index(f"carrying_{leg}") for leg in LEGS]
         self._rows = round(self._step_s * spec.rates.record_hz)
         if self._rows < 1:
             raise InputError("no row in a step", field="rates.record_hz", value=spec.rates.record_hz, allowed=">= 100")
-        data, truth = sim.run_block(self._rows)
-        self._trim.pull_n = data[:, self._tension].mean(axis=0)
+        data, truth = self._settle()
         self._ended = False
         return self._observe(data), self._info(self._truth(data, truth), data)
 
@@ -138,6 +139,12 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._trim = Trim(machine.program)
         machine.program = self._trim
 
+    def _settle(self) -> tuple[Array, Array]:
+        """The run's first rows, after which orders hold; the wanted pulls begin at the ropes' tensions."""
+        data, truth = self._sim.run_block(self._rows)
+        self._trim.pull_n = data[:, self._tension].mean(axis=0)
+        return data, truth
+
     def _order(self, action: Array) -> None:
         """Take an action in [-1, 1] over into set points."""
         goal = self._trim.goal_m + OFFSET_STEP_M * action[: len(LEGS)]
@@ -145,14 +152,18 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         assert self._trim.pull_n is not None
         self._trim.pull_n = np.clip(self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N)
 
+    def _ordered(self) -> Array:
+        """(6,) what the agent has ordered so far, as the table shows it."""
+        assert self._trim.pull_n is not None
+        return np.concatenate([self._trim.goal_m, self._trim.pull_n])
+
     def _reward(self, truth: Truth, action: Array, ended: bool) -> float:
         return holding_reward(truth, action, ended, self._weights)
 
     # ---- reading ------------------------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        pull = self._trim.pull_n if self._trim.pull_n is not None else np.zeros(2)
-        orders = np.concatenate([self._trim.goal_m, pull, self._sim.machine.drill_belief()])
+        orders = np.concatenate([self._ordered(), self._sim.machine.drill_belief()])
         return self._observer.look(data.mean(axis=0), orders)
 
     def _truth(self, data: Array, truth: Array) -> Truth:

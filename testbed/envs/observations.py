@@ -71,9 +71,18 @@ def _estimates() -> list[Row]:
     ]
 
 
+def _offsets() -> list[Row]:
+    return [Row(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02) for leg in LEGS]
+
+
+def _shares() -> list[Row]:
+    return [
+        Row(f"orders.share_{leg}", f"load wanted on {leg} beyond the plan's", "N", "body z", -2e3, 2e3) for leg in LEGS
+    ]
+
+
 def _orders() -> list[Row]:
     return [
-        *(Row(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02) for leg in LEGS),
         *(Row(f"orders.pull_{side}", f"wanted pull of the {side} rope", "N", "along it", 0.0, 5e4) for side in SIDES),
         Row("orders.thrust", "feed ordered, + lifts the body; pulling out is -", "N", "body z", -2e4, 2e4),
         Row("orders.torque", "torque ordered, its reaction on the body", "N m", "body z", -2e3, 2e3),
@@ -81,44 +90,47 @@ def _orders() -> list[Row]:
     ]
 
 
-TABLE: tuple[Row, ...] = (*_joints(), *_pressures(), *_body(), *_estimates(), *_orders())
-"""The observation, index by index."""
+_SEEN = (*_joints(), *_pressures(), *_body(), *_estimates())
+TABLE: tuple[Row, ...] = (*_SEEN, *_offsets(), *_orders())
+"""The observation of the environments that move set points, index by index."""
+SHARE_TABLE: tuple[Row, ...] = (*_SEEN, *_shares(), *_orders())
+"""The same where wanted loads are moved."""
 
 
 class Observer:
     """Reads the table's rows off a run's data columns and control's orders."""
 
-    def __init__(self, data_columns: Sequence[str]) -> None:
+    def __init__(self, data_columns: Sequence[str], table: Sequence[Row] = TABLE) -> None:
         columns = {name: k for k, name in enumerate(data_columns)}
-        ordered = [row.column.startswith("orders.") for row in TABLE]
+        ordered = [row.column.startswith("orders.") for row in table]
         self._data_to = np.array([k for k, own in enumerate(ordered) if not own])
-        self._data_from = np.array([columns[TABLE[k].column] for k in self._data_to])
+        self._data_from = np.array([columns[table[k].column] for k in self._data_to])
         self._orders_to = np.array([k for k, own in enumerate(ordered) if own])
-        self._middle = np.array([(row.high + row.low) / 2 for row in TABLE])
-        self._half = np.array([(row.high - row.low) / 2 for row in TABLE])
-        self._raw = np.zeros(len(TABLE))
+        self._middle = np.array([(row.high + row.low) / 2 for row in table])
+        self._half = np.array([(row.high - row.low) / 2 for row in table])
+        self._raw = np.zeros(len(table))
 
     def look(self, data_row: Array, orders: Array) -> NDArray[np.float32]:
-        """A new observation (len(TABLE),) in [-1, 1] of a data row and the orders (8,) in the table's order."""
+        """A new observation (len(table),) in [-1, 1] of a data row and the orders (8,) in the table's order."""
         self._raw[self._data_to] = data_row[self._data_from]
         self._raw[self._orders_to] = orders
         clipped = np.clip((self._raw - self._middle) / self._half, -1.0, 1.0)
         return np.asarray(clipped, dtype=np.float32)
 
 
-def in_units(observation: NDArray[np.float32]) -> dict[str, float]:
+def in_units(observation: NDArray[np.float32], table: Sequence[Row] = TABLE) -> dict[str, float]:
     """Column -> value in its unit, from a normalised observation (clipped rows stay clipped)."""
     return {
         row.column: float((row.high + row.low) / 2 + value * (row.high - row.low) / 2)
-        for row, value in zip(TABLE, observation, strict=True)
+        for row, value in zip(table, observation, strict=True)
     }
 
 
-def as_markdown() -> str:
-    """The table as markdown: index, name, meaning, unit, frame, low, high."""
+def as_markdown(table: Sequence[Row] = TABLE) -> str:
+    """A table as markdown: index, name, meaning, unit, frame, low, high."""
     lines = ["| index | name | meaning | unit | frame | low | high |", "|---|---|---|---|---|---|---|"]
     lines += [
         f"| {k} | {r.column} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |"
-        for k, r in enumerate(TABLE)
+        for k, r in enumerate(table)
     ]
     return "\n".join(lines)

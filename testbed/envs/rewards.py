@@ -24,6 +24,8 @@ class Truth:
     """Carrying feet that were lost at some moment of the step."""
     moved_m: float
     """How far the body has moved within the step."""
+    way_in_world_m: Array
+    """(3,) the same with its direction."""
     loads_n: Array
     """(4,) normal loads at the end of the step."""
 
@@ -43,6 +45,7 @@ def truth_of_step(truth: Array, columns: dict[str, slice | int], friction: float
         friction_use=float(use.max()),
         feet_lost=int((lowest < LOST_N).sum()),
         moved_m=float(np.linalg.norm(position[-1] - position[0])),
+        way_in_world_m=position[-1] - position[0],
         loads_n=normal[-1].copy(),
     )
 

@@ -1,15 +1,13 @@
-"""The drilling environment: its table, its checkers, its seeds."""
+"""The drilling environment: its table, its seeds, its actions."""
 
 from __future__ import annotations
 
 import gc
-import warnings
 from pathlib import Path
 
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import testbed.envs  # noqa: F401  (registers the environments)
 from testbed.envs.observations import TABLE, Observer, as_markdown, in_units
@@ -26,27 +24,6 @@ def _steps(env: gymnasium.Env, count: int, seed: int) -> list[np.ndarray]:
     for _ in range(count):
         seen.append(env.step(env.action_space.sample())[0])
     return seen
-
-
-@pytest.mark.slow
-def test_gymnasiums_checker_is_content() -> None:
-    env = gymnasium.make(DRILL, duration_s=2.0).unwrapped
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", message=".*no display.*")
-        check_env(env, skip_render_check=False)
-    env.close()
-
-
-@pytest.mark.rl
-@pytest.mark.slow
-def test_stable_baselines3s_checker_is_content() -> None:
-    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="the extra `rl` is not installed")
-    env = gymnasium.make(DRILL, duration_s=2.0).unwrapped
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        checker.check_env(env)
-    env.close()
 
 
 def test_same_seed_same_bits_other_seed_others() -> None:
@@ -114,7 +91,7 @@ def test_raising_one_cylinder_loads_its_diagonal() -> None:
     """The four loads have one free direction, the twist: +0.5 mm on fl and rr takes load off fr and rl."""
     env = gymnasium.make(DRILL, duration_s=5.0).unwrapped
     before = env.reset(seed=1)[1]["loads_n"]
-    for k in range(50):
+    for k in range(25):
         share = 1.0 if k < 5 else 0.0
         info = env.step(np.array([share, -share, -share, share, 0, 0], dtype=np.float32))[4]
     env.close()
@@ -162,16 +139,16 @@ def test_memory_does_not_grow_over_resets() -> None:
         env.reset(seed=k)
     gc.collect()
     before = _memory_mb()
-    for k in range(50):
+    for k in range(25):
         env.reset(seed=k)
     gc.collect()
     env.close()
-    assert _memory_mb() - before < 15.0
+    assert _memory_mb() - before < 10.0
 
 
 @pytest.mark.parametrize("count", [50, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_random_actions_never_give_a_number_that_is_not_finite(count: int) -> None:
-    env = gymnasium.make(DRILL).unwrapped
+    env = gymnasium.make(DRILL, step_ms=10).unwrapped
     env.action_space.seed(0)
     env.reset(seed=0)
     for _ in range(count):

@@ -1,0 +1,9 @@
+"""Standing on a slope: keep every foot loaded, friction use low and the body still, without disturbance."""
+
+from __future__ import annotations
+
+from testbed.envs.base import RoboclimberEnv
+
+
+class StandEnv(RoboclimberEnv):
+    """`Roboclimber/Stand-v0`: the scenario stand_slope_45 as an environment."""

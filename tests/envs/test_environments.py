@@ -1,0 +1,120 @@
+"""Every registered environment: the checkers, seeds, tasks, vectors."""
+
+from __future__ import annotations
+
+import json
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import testbed.envs
+from testbed.envs.climb import climbing_reward
+from testbed.envs.observations import SHARE_TABLE, in_units
+from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
+
+IDS = sorted(testbed.envs.ENVIRONMENTS)
+SHARE = "Roboclimber/ForceDistribution-v0"
+WEIGHTS = Weights(friction_use=0.5, lost=1.0, motion_1_m=20.0, effort=0.05, end=50.0)
+
+
+def _truth(**changes: float) -> Truth:
+    values = {"lowest_normal_n": 5e3, "friction_use": 0.2, "feet_lost": 0, "moved_m": 0.001}
+    return Truth(**{**values, **changes}, way_in_world_m=np.zeros(3), loads_n=np.full(4, 6e3))  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", IDS)
+def test_gymnasiums_checker_is_content(name: str) -> None:
+    env = gymnasium.make(name, duration_s=2.0).unwrapped
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", message=".*no display.*")
+        check_env(env)
+    env.close()
+
+
+@pytest.mark.rl
+@pytest.mark.slow
+@pytest.mark.parametrize("name", IDS)
+def test_stable_baselines3s_checker_is_content(name: str) -> None:
+    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="the extra `rl` is not installed")
+    env = gymnasium.make(name, duration_s=2.0).unwrapped
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        checker.check_env(env)
+    env.close()
+
+
+def test_entry_points_are_names_and_arguments_plain_json() -> None:
+    for entry, kwargs in testbed.envs.ENVIRONMENTS.values():
+        assert isinstance(entry, str)
+        assert json.loads(json.dumps(kwargs)) == kwargs
+
+
+def test_rewards_by_hand() -> None:
+    """1 - 0.5 * 0.2 - 20 * 0.001 - 0.05 * 0.25 = 0.8675; a lost foot takes 1, a fall 50; 2 cm up the slope bring 2."""
+    action = np.full(6, 0.5)
+    assert holding_reward(_truth(), action, False, WEIGHTS) == pytest.approx(0.8675)
+    assert holding_reward(_truth(feet_lost=1), action, True, WEIGHTS) == pytest.approx(0.8675 - 51.0)
+    assert climbing_reward(_truth(), 0.02, np.zeros(6), False, WEIGHTS) == pytest.approx(1.9)
+
+
+def test_truth_of_a_step_by_hand() -> None:
+    """A foot with 1000 N across and 4000 N along the normal uses 1000 / (0.5 * 4000) of its friction: a half."""
+    columns = {"normal": slice(0, 4), "foot_force": slice(4, 16), "position": slice(16, 19)}
+    rows = np.zeros((2, 19))
+    rows[:, 0:4] = 4000.0
+    rows[0, 3] = 50.0
+    rows[:, 4:16] = np.tile([0.0, 0.0, 4000.0], 4)
+    rows[:, 4] = 1000.0
+    rows[1, 16] = 0.003
+    truth = truth_of_step(rows, columns, 0.5, np.ones(4))
+    assert (truth.friction_use, truth.feet_lost, truth.lowest_normal_n) == pytest.approx((0.5, 1, 50.0))
+    assert truth.moved_m == pytest.approx(0.003)
+    assert truth_of_step(rows, columns, 0.5, np.array([1.0, 1.0, 1.0, 0.0])).feet_lost == 0
+
+
+def test_wanted_loads_beyond_the_plan_come_about() -> None:
+    """+1 on fl and rr, -1 on fr and rl asks for 2 kN more on one diagonal; a second later most of it is there."""
+    env = gymnasium.make(SHARE, randomisation=None, duration_s=6.0).unwrapped
+    env.reset(seed=1)
+    loads = []
+    for action in (np.zeros(6), np.array([1.0, -1.0, -1.0, 1.0, 0.0, 0.0])):
+        for _ in range(60):
+            observation, _, _, _, info = env.step(action.astype(np.float32))
+        loads.append(info["loads_n"])
+    env.close()
+    change = (loads[1] - loads[0]) @ np.array([1, -1, -1, 1]) / 4
+    assert 1000.0 < change < 3000.0
+    assert in_units(observation, SHARE_TABLE)["orders.share_fl"] == pytest.approx(2000.0)
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_vector_of_two_resets_itself(mode: AutoresetMode) -> None:
+    envs = gymnasium.make_vec(
+        "Roboclimber/Stand-v0", 2, vectorization_mode="sync", duration_s=0.3, vector_kwargs={"autoreset_mode": mode}
+    )
+    envs.reset(seed=1)
+    ended = np.zeros(2, dtype=int)
+    for _ in range(40):
+        observations, rewards, terminated, truncated, _ = envs.step(np.zeros((2, 6), dtype=np.float32))
+        assert np.isfinite(observations).all() and np.isfinite(rewards).all()
+        ended += terminated | truncated
+    envs.close()
+    assert ended.min() >= 2
+
+
+@pytest.mark.slow
+def test_two_processes_see_what_one_sees() -> None:
+    seen = {}
+    for way in ("sync", "async"):
+        envs = gymnasium.make_vec("Roboclimber/Drill-v0", 2, vectorization_mode=way, duration_s=2.0)
+        envs.reset(seed=[3, 4])
+        for _ in range(5):
+            seen[way] = envs.step(np.full((2, 6), 0.5, dtype=np.float32))[0].copy()
+        envs.close()
+    assert np.array_equal(seen["sync"], seen["async"])
