@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -39,7 +40,7 @@ def test_compliance_is_the_declared_formula_to_first_order(gauge: float) -> None
 
 def test_modulus_grows_with_pressure_and_reaches_the_oil_s() -> None:
     moduli = [effective_bulk_modulus(p, BULK, AIR) for p in (1e5, 5e5, 25e5, 40e5, 300e5)]
-    assert all(a < b for a, b in zip(moduli, moduli[1:], strict=False))
+    assert all(a < b for a, b in itertools.pairwise(moduli))
     assert moduli[-1] == pytest.approx(BULK, rel=0.03)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -74,7 +75,7 @@ def test_momentum_of_a_blow_by_hand_and_at_any_rate() -> None:
     loads[[d.BLOW_N, d.BLOW_HZ]] = 3000.0, 25.0
     for hz in (250, 1000, 4000):
         phases = np.linspace(0.0, 1.0, hz // 25 + 1)
-        momentum = sum(d.axial_force(loads, a, b, 0.0) / hz for a, b in zip(phases, phases[1:], strict=False))
+        momentum = sum(d.axial_force(loads, a, b, 0.0) / hz for a, b in itertools.pairwise(phases))
         assert momentum == pytest.approx(3000.0 * 2 * d.BLOW_WIDTH / math.pi / 25.0)
 
 

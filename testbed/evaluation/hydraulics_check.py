@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.errors import InputError
+from testbed.evaluation.hydraulics_balance import balance, creep
 from testbed.evaluation.hydraulics_manoeuvres import HOLD_S, KINDS, Manoeuvre, manoeuvre
 from testbed.evaluation.hydraulics_reference import solve
 from testbed.laws import columns as c
@@ -73,8 +78,9 @@ def compare(number: int, substeps: int | None = None, method: str = "Radau", rto
     inner, _, _ = kernel_forces(m, 2 * n)
     half, _, _ = kernel_forces(m, n, STEP_S / 2)
     errors = [forces[:, 0] - truth[:, 0] for forces in (coarse, 0.5 * (half[0::2] + half[1::2]), inner)]
-    sizes = [value for e in errors for value in (float(np.sqrt(np.mean(e**2))), float(np.abs(e).max()))]
-    return Difference(number, m.kind, *sizes, lowest, lowest_supply)
+    rms = [float(np.sqrt(np.mean(e**2))) for e in errors]
+    worst = [float(np.abs(e).max()) for e in errors]
+    return Difference(number, m.kind, rms[0], worst[0], rms[1], worst[1], rms[2], worst[2], lowest, lowest_supply)
 
 
 def check(count: int = 30, progress: Callable[[int], None] | None = None) -> list[Difference]:
@@ -87,4 +93,53 @@ def check(count: int = 30, progress: Callable[[int], None] | None = None) -> lis
     return out
 
 
-__all__ = ["KINDS", "Difference", "check", "compare", "kernel_forces"]
+HEADS = (
+    "manoeuvre", "kind", "RMS [N]", "worst [N]", "at half: RMS [N]", "worst [N]", "half within the step: RMS [N]",
+    "worst [N]", "lowest chamber [bar abs]", "lowest supply [bar abs]", "holds",
+)  # fmt: skip
+
+
+def table(found: Sequence[Difference]) -> tuple[tuple[str, ...], list[list[str]]]:
+    """Heads and rows of the comparison, and a last row with the worst of each."""
+    rows = []
+    for d in found:
+        numbers = (d.rms_n, d.worst_n, d.half_rms_n, d.half_worst_n, d.inner_rms_n, d.inner_worst_n)
+        pressures = (d.lowest_pressure_pa / 1e5, d.lowest_supply_pa / 1e5)
+        rows.append([
+            str(d.number), d.kind, *(f"{n:.2f}" for n in numbers), *(f"{p:.3g}" for p in pressures),
+            "yes" if d.holds else "NO",
+        ])  # fmt: skip
+    worst = [max(getattr(d, name) for d in found) for name in (
+        "rms_n", "worst_n", "half_rms_n", "half_worst_n", "inner_rms_n", "inner_worst_n")]  # fmt: skip
+    rows.append(["all", f"allowed {0.003 * FULL_FORCE_N:.0f} and {0.02 * FULL_FORCE_N:.0f} N",
+                 *(f"{n:.2f}" for n in worst), "", "", "yes" if all(d.holds for d in found) else "NO"])  # fmt: skip
+    return HEADS, rows
+
+
+def run_check(
+    out: Path, manoeuvres: int = 30, seconds: float = 600.0, progress: Callable[[int], None] | None = None
+) -> dict[str, Any]:
+    """Comparison, balances and creep, also as `out`/hydraulics.json and `out`/hydraulics.csv.
+
+    Raises InputError where `out` cannot be written.
+    """
+    found = check(manoeuvres, progress)
+    answer = {
+        "format": "roboclimber-hydraulics/1",
+        "manoeuvres": [asdict(d) | {"holds": d.holds} for d in found],
+        "holds": all(d.holds for d in found),
+        "balance": asdict(balance(seconds)),
+        "balance_starved": asdict(balance(seconds / 10.0, drive=1.5)),
+        "creep": asdict(creep(leakage=False)),
+    }
+    heads, rows = table(found)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "hydraulics.json").write_text(json.dumps(answer, indent=2))
+        (out / "hydraulics.csv").write_text("\n".join(",".join(row) for row in [heads, *rows]) + "\n")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error}", file=out) from error
+    return answer
+
+
+__all__ = ["KINDS", "Difference", "check", "compare", "kernel_forces", "run_check", "table"]

@@ -114,7 +114,7 @@ def friction_rates(
     else:
         fc, fs, cs, sigma = p[c.FC_NEG], p[c.FS_NEG], p[c.CS_NEG], p[c.VISC_NEG]
     fc = fc * (1.0 + p[c.FR_POSITION] * (x / p[c.STROKE] - 0.5)) + p[c.FR_PRESSURE] * (pa + pb - 2.0 * P0)
-    fc = max(fc, 1.0)
+    fc = max(fc, 1.0e-3)
     rate = 0.0
     if p[c.DWELL_GAIN] > 0.0:
         rate = (p[c.DWELL_GAIN] - dwell) / p[c.DWELL_TIME] - abs(v) * p[c.BRISTLE_K] / fc * dwell

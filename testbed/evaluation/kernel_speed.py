@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.evaluation.hydraulics_reference import N_AXIS, Amplifiers, held_rates, pack
 from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
@@ -57,17 +59,24 @@ def walk(steps: int = 150) -> Walk:
     return Walk(params, unit, axes, supply, x, v, commands)
 
 
+@njit
+def kernel_loop(
+    axes: Any, params: Any, supply: Any, unit: Any, x: Any, v: Any, commands: Any, zero: Any, substeps: int, out: Any
+) -> None:
+    """Forces of every step into out (steps, n): the kernel called from compiled code, as the world does."""
+    for k in range(v.shape[0]):
+        hydraulic_step(axes, params, supply, unit, x, v[k], commands[k], zero, zero, STEP_S, substeps)
+        out[k] = axes[:, c.FORCE]
+        x += STEP_S * v[k]
+
+
 def kernel_run(run: Walk, substeps: int) -> tuple[Array, float]:
     """Forces (steps, 12), N, and processor time, s."""
-    axes, supply, x, zero = run.axes.copy(), run.supply.copy(), run.x.copy(), np.zeros(12)
-    out, spent = np.empty_like(run.v), 0.0
-    for k, (v, u) in enumerate(zip(run.v, run.commands, strict=True)):
-        start = time.thread_time()
-        hydraulic_step(axes, run.params, supply, run.unit, x, v, u, zero, zero, STEP_S, substeps)
-        spent += time.thread_time() - start
-        out[k] = axes[:, c.FORCE]
-        x += STEP_S * v
-    return out, spent
+    out = np.empty_like(run.v)
+    state = run.axes.copy(), run.params, run.supply.copy(), run.unit, run.x.copy()
+    start = time.thread_time()
+    kernel_loop(*state, run.v, run.commands, np.zeros(12), substeps, out)
+    return out, time.thread_time() - start
 
 
 def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]:

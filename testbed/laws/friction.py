@@ -14,6 +14,9 @@ from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
 
+SMALLEST_N = 1.0e-3
+"""The bristle divides by its level: dry friction that is off is this small."""
+
 
 @njit(error_model="numpy", forceinline=True)
 def stribeck_level(speed: float, coulomb_n: float, static_n: float, stribeck_m_s: float) -> float:
@@ -76,7 +79,7 @@ def friction_step(
     fc *= 1.0 + p[c.FR_POSITION] * (x / p[c.STROKE] - 0.5)
     fc += p[c.FR_PRESSURE] * (mean_a + mean_b - 2.0 * ATMOSPHERE_PA)
     fc += p[c.FR_LOAD] * (load if load > 0.0 else 0.0) + p[c.FR_SIDE] * abs(side)
-    fc = fc if fc > 1.0 else 1.0
+    fc = fc if fc > SMALLEST_N else SMALLEST_N
     if p[c.DWELL_GAIN] > 0.0:
         # One bristle length of sliding renews the contact.
         s[c.DWELL], aged = dwell_step(

@@ -10,6 +10,7 @@ Oil in line and accumulator, standard volume: W = (line volume + accumulator(p))
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from testbed.compiled import njit
@@ -57,21 +58,21 @@ def supply_oil(p_pa: float, unit: Any) -> float:
 def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, float]:
     """Absolute pressure (Pa) of the line that holds `oil`, and its slope by oil (Pa/m3); vapour pressure if empty."""
     p = guess_pa if guess_pa > VAPOUR_PA else VAPOUR_PA
-    slope = 1.0
-    for _ in range(60):
+    low, high, slope = VAPOUR_PA, math.inf, 1.0
+    for _ in range(100):
         there, slope = supply_oil_slope(p, unit)
-        step = (oil - there) / slope
-        new = p + step
-        new = new if new < 2.0 * p + 1.0e6 else 2.0 * p + 1.0e6
-        new = new if new > p / 3.0 else p / 3.0
-        if new < VAPOUR_PA:
-            if p <= VAPOUR_PA:
-                return VAPOUR_PA, 0.0
-            new = VAPOUR_PA
-        done = -1e-7 * p < new - p < 1e-7 * p
-        p = new
-        if done:
-            break
+        if there < oil:
+            low = p
+        elif p <= VAPOUR_PA:
+            return VAPOUR_PA, 0.0
+        else:
+            high = p
+        new = p + (oil - there) / slope
+        if -1e-7 * p < new - p < 1e-7 * p:
+            return new, 1.0 / slope
+        # The precharge is a kink: Newton's step may jump to and fro across it, so halve what encloses the root.
+        limit = 0.5 * (low + high) if high < math.inf else 2.0 * p + 1.0e6
+        p = new if low < new < (high if high < math.inf else limit) else limit
     return p, 1.0 / slope
 
 

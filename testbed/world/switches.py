@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.laws import columns as c
+from testbed.laws.friction import SMALLEST_N
 from testbed.parameters.hydraulic_parts import HYDRAULIC_PARTS
 
 Array = NDArray[np.float64]
@@ -17,11 +18,9 @@ Array = NDArray[np.float64]
 QUICK_RAD_S = 2.0 * math.pi * 1.0e5
 """A second-order part this quick answers within any step."""
 QUICK_S = 1.0e-9
-SMALLEST_LEVEL_N = 1.0
-"""The bristle divides by its level: dry friction that is off is this small."""
 
 _COULOMB = {
-    c.FC_POS: SMALLEST_LEVEL_N, c.FC_NEG: SMALLEST_LEVEL_N, c.FS_POS: 0.0, c.FS_NEG: 0.0, c.DWELL_GAIN: 0.0,
+    c.FC_POS: SMALLEST_N, c.FC_NEG: SMALLEST_N, c.FS_POS: 0.0, c.FS_NEG: 0.0, c.DWELL_GAIN: 0.0,
     c.FR_PRESSURE: 0.0, c.FR_LOAD: 0.0, c.FR_SIDE: 0.0, c.BRISTLE_D: 0.0,
 }  # fmt: skip
 _VISCOUS = {c.VISC_POS: 0.0, c.VISC_NEG: 0.0}
