@@ -92,8 +92,8 @@ class Problem:
         rest = without_friction_n(signals, terms) - friction_n(model.friction, signals, terms)
         value = external_n(rest, np.sign(signals.velocity_m_s), terms)
         error = value - (s.reference_n if s.reference_n is not None else 0.0)
-        for frequency, _, harmonics in terms.narrow_bands:
-            error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics)
+        for frequency, amplitude, harmonics in terms.narrow_bands:
+            error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics, amplitude)
         return s.binned(error, s.trusted & s.clear)[0]
 
     def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:

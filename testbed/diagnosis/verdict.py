@@ -59,8 +59,8 @@ def outside(found: Unexplained, best: Candidate, kind: str) -> float:
         return 0.05 if best.names else 0.2
     worst = max(found.excess_best, key=lambda k: found.excess_best[k])
     excess, start = found.excess_best[worst], max(found.excess_refit.values())
-    closed = np.log(max(start, 1.01) / max(excess, 1.0)) / np.log(max(start, 1.01))
-    return _logistic(5.0 * np.log(max(excess, 1.0) / 3.4) - 5.0 * max(float(closed), 0.0))
+    closed = 1.0 - (excess / max(start, excess)) ** 2
+    return _logistic(5.0 * np.log(max(excess, 1.0) / 3.4) - 6.0 * closed)
 
 
 def decide(state: Search, found: Unexplained) -> Verdict:

@@ -112,7 +112,7 @@ def force_of(
     total = without_friction_n(signals, terms)
     friction = friction_n(model.friction, signals, terms)
     direction = np.sign(signals.velocity_m_s)
-    moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m)
+    moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m, causal)
     rest_low, rest_high = breakaway_n(model.friction, signals, terms)
     if terms.presliding is not None:
         # A bristle tells the friction at rest to within one encoder count of bend.
@@ -121,8 +121,9 @@ def force_of(
         rest_low, rest_high = np.minimum(rest_low, rest_high), np.maximum(rest_low, rest_high)
     width = (OUTPUT_WIDTH_S if output_width_s is None else output_width_s) * signals.rate_hz
     raw = external_n(total - friction, direction, terms)
-    for frequency, _, harmonics in terms.narrow_bands:
-        raw = raw - narrow_band(raw, moving, signals, frequency, harmonics)
+    # A narrow band is only known from both sides of a sample: a causal estimate keeps it.
+    for frequency, amplitude, harmonics in () if causal else terms.narrow_bands:
+        raw = raw - narrow_band(raw, moving, signals, frequency, harmonics, amplitude)
     first = _fill(raw, moving, width, causal)
     needed = np.clip(total - first, rest_low, rest_high)
     held = np.where(moving, raw, total - needed)
@@ -133,7 +134,13 @@ def force_of(
     return value, low, high
 
 
-def trusted(velocity_m_s: Array, rate_hz: float, margin_s: float = MARGIN_S, travel_m: float = PRESLIDING_M) -> Mask:
+def trusted(
+    velocity_m_s: Array,
+    rate_hz: float,
+    margin_s: float = MARGIN_S,
+    travel_m: float = PRESLIDING_M,
+    causal: bool = False,
+) -> Mask:
     """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a reversal, and far enough
     behind it for friction to have built up on the new side."""
     from scipy.ndimage import binary_erosion
@@ -141,6 +148,10 @@ def trusted(velocity_m_s: Array, rate_hz: float, margin_s: float = MARGIN_S, tra
     fast = np.abs(velocity_m_s) > MOVING_M_S
     fast &= _travel_since_reversal(velocity_m_s, 1.0 / rate_hz) > travel_m
     reach = round(margin_s * rate_hz)
+    if causal:
+        index = np.arange(len(fast))
+        last_slow = np.maximum.accumulate(np.where(fast, -reach - 1, index))
+        return np.asarray(index - last_slow > reach, dtype=np.bool_)
     if reach == 0:
         return np.asarray(fast, dtype=np.bool_)
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
@@ -170,11 +181,14 @@ def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
     return np.asarray(np.interp(index, index[known], mean[known]), dtype=np.float64)
 
 
+BAND_LIMIT = 2.5
 NARROW_WIDTH_S = 2.0
 """The amplitude and phase of a narrow-band force may change within this time."""
 
 
-def narrow_band(raw: Array, good: Mask, signals: Signals, frequency: float, harmonics: int = 1) -> Array:
+def narrow_band(
+    raw: Array, good: Mask, signals: Signals, frequency: float, harmonics: int = 1, amplitude: float = np.inf
+) -> Array:
     """The narrow-band part of a force around a frequency and its multiples, N, shape (n,): local amplitude, phase."""
     rate = signals.rate_hz
     seconds = signals.time_s - signals.time_s[0]
@@ -182,6 +196,8 @@ def narrow_band(raw: Array, good: Mask, signals: Signals, frequency: float, harm
     width = NARROW_WIDTH_S * rate / chunk
     weight = np.maximum(smooth(_chunks(good.astype(np.float64), chunk), width), 1e-3)
     clean = raw - _moving_mean(raw, good, round(rate / max(frequency, 0.1)))
+    # A landing foot is no vibration: what is far beyond the band's amplitude must not ring in it.
+    clean = np.clip(clean, -BAND_LIMIT * amplitude, BAND_LIMIT * amplitude)
     middle = (np.arange(len(weight)) + 0.5) * chunk - 0.5
     index = np.arange(len(raw), dtype=np.float64)
     out = np.zeros_like(raw)

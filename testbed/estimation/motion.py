@@ -66,8 +66,8 @@ def motion(position_m: Array, rate_hz: float, width_s: float, causal: bool = Fal
     width = width_s * rate_hz
     if causal:
         x = smooth_causal(position_m, width)
-        v = np.gradient(x) * rate_hz
-        return x, v, np.gradient(v) * rate_hz
+        v = np.diff(x, prepend=x[:1]) * rate_hz
+        return x, v, np.diff(v, prepend=v[:1]) * rate_hz
     v = smooth(position_m, width, 1) * rate_hz
     # Not the second derivative of the truncated Gaussian: its weights do not add up to zero.
     return smooth(position_m, width), v, np.gradient(v) * rate_hz

@@ -1,0 +1,95 @@
+"""The diagnosis names what was hidden, with its size, and leaves a clean rig alone."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.diagnose import diagnose
+from testbed.diagnosis.evidence import correlation_time, student
+from testbed.diagnosis.findings import as_json, write_findings
+from testbed.diagnosis.suggest import TELLS, write_motion
+from testbed.effects import NAMES
+from testbed.evaluation.diagnosis_scores import calibration, rate
+from testbed.evaluation.reference_rigs import Hidden, make_rig
+from testbed.parameters.known import Known
+from testbed.parameters.leg_model import read_model
+from testbed.parameters.recording import read_rig
+
+
+def test_student_scale_of_normal_noise_with_bursts_is_that_of_the_noise() -> None:
+    rng = np.random.default_rng(1)
+    r = 3.0 * rng.standard_normal(20000)
+    scale, _ = student(r)
+    r[:40] = 500.0
+    burst, _ = student(r)
+    assert burst < 1.03 * scale < 3.3
+
+
+def test_correlation_time_of_white_noise_is_one_and_of_a_held_series_its_hold() -> None:
+    rng = np.random.default_rng(2)
+    white = rng.standard_normal(20000)
+    assert correlation_time(white) == pytest.approx(1.0, abs=0.25)
+    assert correlation_time(np.repeat(white[:2000], 10)) == pytest.approx(10.0, rel=0.25)
+
+
+def test_every_name_has_an_experiment_that_shows_it() -> None:
+    assert set(TELLS) == set(NAMES)
+
+
+def test_a_suggested_motion_stays_inside_the_stroke(tmp_path: Path) -> None:
+    write_motion(tmp_path / "m.csv", Known(stroke_m=0.5))
+    x = np.loadtxt(tmp_path / "m.csv", delimiter=",", skiprows=1)[:, 1]
+    assert 0.03 < x.min() < x.max() < 0.47
+
+
+def test_wilson_interval_of_eight_in_ten() -> None:
+    found = rate([True] * 8 + [False] * 2)
+    assert (found["low95"], found["high95"]) == pytest.approx((0.490, 0.943), abs=2e-3)
+
+
+def test_calibration_error_of_a_sure_and_wrong_forecaster_is_one() -> None:
+    trial = {"visible": True, "kind": "single", "truth": ["a"], "hypotheses": [{"names": ["b"], "probability": 1.0}]}
+    assert calibration([trial])["expected_calibration_error"] == pytest.approx(1.0)
+
+
+def hide(monkeypatch: pytest.MonkeyPatch, numbers: dict[str, float], names: tuple[str, ...]) -> None:
+    hidden = Hidden(names, (1.0,) * len(names), numbers, (0,) * len(names))
+    monkeypatch.setattr("testbed.evaluation.reference_rigs.draw_hidden", lambda rng, kind: hidden)
+
+
+@pytest.mark.slow
+def test_a_hidden_gain_is_named_with_its_size_and_the_error_falls(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    hide(monkeypatch, {"sensor.gain_b:gain": 0.04}, ("sensor.gain_b",))
+    found = diagnose(make_rig(12, "single")[0])
+    write_findings(found, tmp_path)
+    said = json.loads((tmp_path / "findings.json").read_text())
+    assert said["verdict"] == "effect" and [e["name"] for e in said["effects"]] == ["sensor.gain_b"]
+    assert said["effects"][0]["parameters"]["gain_error"]["value"] == pytest.approx(0.04, abs=0.004)
+    assert sum(h["probability"] for h in said["hypotheses"]) == pytest.approx(1.0, abs=1e-9)
+    assert said["error"]["force_n"]["after"] < 0.3 * said["error"]["force_n"]["refit"]
+    assert read_model(tmp_path / "model.yaml").effects[0].name == "sensor.gain_b"
+    assert read_model(tmp_path / "model_refit.yaml").effects == ()
+
+
+@pytest.mark.slow
+def test_a_clean_rig_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    hide(monkeypatch, {}, ())
+    found = diagnose(make_rig(10, "clean")[0])
+    assert as_json(found)["verdict"] == "none" and found.models["after"] == found.models["refit"]
+
+
+@pytest.mark.slow
+def test_an_answered_outside_rig_is_named() -> None:
+    data = os.environ.get("TESTBED_DATA")
+    if not data or not (Path(data) / "recordings" / "rig-09").is_dir():
+        pytest.skip("TESTBED_DATA does not name a folder with recordings/rig-09")
+    found = diagnose(read_rig(Path(data) / "recordings" / "rig-09"))
+    assert [e.name for e in found.entries] == ["leakage.internal"]
+    assert found.entries[0].values["coefficient"] == pytest.approx(5.647e-12, rel=0.03)

@@ -1,0 +1,154 @@
+"""The external force of one leg: known motions, known forces."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from testbed.effects.base import ForceTerms
+from testbed.estimation.leg_balance import external_n
+from testbed.estimation.leg_flow import edge_flow, spool
+from testbed.estimation.leg_force import estimate
+from testbed.estimation.motion import encoder_noise, motion, smooth, through_steps
+from testbed.evaluation.reference_rigs import make_rig
+from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
+
+RATE = 1000.0
+
+
+def test_velocity_of_a_ramp_is_its_slope_through_a_coarse_encoder() -> None:
+    t = np.arange(4000) / RATE
+    read = np.floor((0.1 + 0.007 * t) / 1e-4) * 1e-4
+    _, v, a = motion(through_steps(t, read, 1e-4), RATE, 0.005)
+    inside = slice(200, -200)
+    assert np.abs(v[inside] - 0.007).max() < 4e-4
+    assert np.sqrt(np.mean(a[inside] ** 2)) < 0.05
+
+
+def test_drawing_through_the_steps_beats_the_raw_counts_tenfold_at_low_speed() -> None:
+    t = np.arange(6000) / RATE
+    x = 0.2 + 0.004 * t
+    read = np.floor(x / 1e-4) * 1e-4
+    drawn = through_steps(t, read, 1e-4)
+    inside = slice(100, -100)
+    rough, fine = (np.std((y - x)[inside]) for y in (read, drawn))
+    assert fine < 0.1 * rough
+
+
+def test_smoothing_leaves_a_ramp_a_ramp_up_to_its_ends() -> None:
+    ramp = 3.0 + 0.5 * np.arange(300)
+    assert np.abs(smooth(ramp, 6.0) - ramp).max() < 1e-9
+    assert np.abs(smooth(ramp, 6.0, 1) - 0.5).max() < 1e-3
+
+
+def test_encoder_noise_vanishes_for_a_continuous_position() -> None:
+    v, a = encoder_noise(np.linspace(0.1, 0.2, 500), RATE, 0.0, 0.005)
+    assert not v.any() and not a.any()
+
+
+def test_load_dependent_friction_is_taken_off_both_ways() -> None:
+    terms = ForceTerms(1.0, 1.0, load_coefficient=0.05)
+    assert external_n(np.array([1050.0]), 1.0, terms)[0] == pytest.approx(1000.0)
+    assert external_n(np.array([950.0]), -1.0, terms)[0] == pytest.approx(1000.0)
+    bent = replace(terms, load_exponent=2.0)
+    friction = 0.05 * 1e4 * (8000.0 / 1e4) ** 2  # 320 N at 8 kN
+    assert external_n(np.array([8320.0]), 1.0, bent)[0] == pytest.approx(8000.0, rel=1e-4)
+    assert friction == pytest.approx(320.0)
+
+
+def test_an_edge_passes_its_rated_flow_at_its_rated_drop() -> None:
+    flow = edge_flow(np.array([1.0, -0.5]), np.array([3.5e6, 3.5e6]), 4e-4, 3.5e6, 0.0)
+    assert flow == pytest.approx([4e-4, 2e-4])
+
+
+def test_the_spool_settles_on_its_command() -> None:
+    s = spool(np.concatenate([np.zeros(10), np.ones(500)]), RATE, 20.0, 0.9)
+    assert s[-1] == pytest.approx(1.0, abs=1e-6) and s[9] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def clean() -> tuple[object, LegModel]:
+    from testbed.diagnosis.base_models import declared, fit_base
+    from testbed.diagnosis.problem import Problem
+    from testbed.diagnosis.series import series_of
+
+    rig, _ = make_rig(2, "clean")
+    base = declared(rig)
+    return rig, fit_base(Problem(series_of(rig.identify, base.known), base, True))[1]
+
+
+def test_in_the_air_the_force_is_nothing_and_on_the_cell_it_is_the_cells(clean: tuple[object, LegModel]) -> None:
+    rig, model = clean
+    for recording in rig.verify:  # type: ignore[attr-defined]
+        found = estimate(recording, model)
+        from testbed.diagnosis.errors import moving
+
+        error = (found.force_n - recording.reference_force_n)[moving(recording, model)]
+        limit = 120.0 if recording.name.startswith("press") else 25.0
+        assert np.sqrt(np.mean(error**2)) < limit
+
+
+def test_at_rest_the_set_holds_the_truth_and_the_value_lies_in_it(clean: tuple[object, LegModel]) -> None:
+    rig, model = clean
+    recording = next(r for r in rig.verify if r.name == "press_sine")  # type: ignore[attr-defined]
+    found = estimate(recording, model)
+    assert (found.force_low_n <= found.force_n + 1e-6).all() and (found.force_high_n >= found.force_n - 1e-6).all()
+    from testbed.diagnosis.errors import moving
+
+    rest = ~moving(recording, model)
+    truth = recording.reference_force_n
+    outside = np.maximum(np.maximum(found.force_low_n - truth, truth - found.force_high_n), 0.0)[rest]
+    assert np.sqrt(np.mean(outside**2)) < 40.0
+
+
+def test_causal_estimates_use_nothing_that_comes_later(clean: tuple[object, LegModel]) -> None:
+    rig, model = clean
+    recording = rig.verify[2]  # type: ignore[attr-defined]
+    whole = estimate(recording, model, causal=True).force_n
+    half = len(recording) // 2
+    cut = {
+        name: getattr(recording, name)[:half]
+        for name in ("time_s", "position_m", "valve_command", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa",
+                     "oil_temperature_degc", "reference_force_n", "saturated_a", "saturated_b")
+    }  # fmt: skip
+    part = estimate(replace(recording, **cut), model, causal=True).force_n
+    assert np.abs(whole[: half - 1] - part[: half - 1]).max() < 1e-6
+
+
+def test_a_gain_in_the_model_scales_the_pressure_back(clean: tuple[object, LegModel]) -> None:
+    rig, model = clean
+    recording = rig.verify[2]  # type: ignore[attr-defined]
+    wrong = replace(recording, pressure_a_pa=1.05 * recording.pressure_a_pa)
+    gain = EffectEntry(name="sensor.gain_a", parameters={"gain_error": 0.05})
+    repaired = estimate(wrong, model.with_effects((gain,))).force_n
+    assert np.abs(repaired - estimate(recording, model).force_n).max() < 1e-3
+
+
+def test_one_leg_is_estimated_fifty_times_faster_than_it_was_recorded(clean: tuple[object, LegModel]) -> None:
+    rig, model = clean
+    recording = rig.identify[0]  # type: ignore[attr-defined]
+    estimate(recording, model)
+    began = time.process_time()
+    estimate(recording, model)
+    assert time.process_time() - began < (recording.time_s[-1] - recording.time_s[0]) / 50.0
+
+
+def test_friction_of_a_model_is_what_the_estimate_takes_off() -> None:
+    t = np.arange(3000) / RATE
+    rig, _ = make_rig(2, "clean")
+    template = rig.verify[2]
+    known = template.known
+    x = 0.1 + 0.05 * t
+    n = len(t)
+    friction = Friction(viscous_plus_n_s_m=2000.0, coulomb_plus_n=300.0)
+    needed = 300.0 + 2000.0 * 0.05 - (known.moving_mass_kg or 0.0) * known.gravity_along_axis_m_s2 + 1000.0
+    recording = replace(
+        template, time_s=t, position_m=x, valve_command=None, supply_pressure_pa=None, oil_temperature_degc=None,
+        pressure_a_pa=np.full(n, (needed + 3e6 * known.area_b_m2) / known.area_a_m2), pressure_b_pa=np.full(n, 3e6),
+        reference_force_n=np.full(n, 1000.0), saturated_a=np.zeros(n, bool), saturated_b=np.zeros(n, bool),
+    )  # fmt: skip
+    found = estimate(recording, LegModel(known=known, friction=friction)).force_n
+    assert found[200:-200] == pytest.approx(1000.0, abs=1.0)
