@@ -77,3 +77,25 @@ def test_recorded_forces_carry_the_weight_while_standing() -> None:
     total = np.stack([sum(columns[f"{n}_{k}"] for n in names) for k in "xyz"], axis=1).mean(axis=0)
     weight = 4000.0 * 9.81
     assert np.abs(total - [0.0, 0.0, weight]).max() < BOUND * weight
+
+
+@pytest.mark.parametrize(("name", "overrides"), [
+    ("drill_slope_45", ["task.start_s=0.05"]),
+    ("crawl_slope_30", ["task.start_s=0.1", "task.period_s=2"]),
+])  # fmt: skip
+def test_forces_from_the_legs_motion_are_the_engines_contact_forces(name: str, overrides: list[str]) -> None:
+    """Each foot's force by its leg's equations of motion against the engine's contact points, within 5 N of 15 kN."""
+    world = Simulation(load_scenario(name, overrides, duration=4.0))
+    board, force, normal = world.machine.board, np.zeros((4, 3)), np.zeros(4)
+    worst, lifted = 0.0, 0
+    try:
+        for _ in range(180):
+            world.run_block(10)
+            world.machine.engine.contacts(force, normal)
+            worst = max(worst, float(np.abs(force - board.foot_force).max()))
+            assert np.allclose(normal, board.normal_force, atol=1.0)
+            lifted += int((normal == 0.0).any())
+    finally:
+        world.close()
+    assert worst < 5.0
+    assert lifted > 0 or name != "crawl_slope_30"

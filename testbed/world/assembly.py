@@ -144,6 +144,8 @@ def _build(
     b.supply[:] = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
+    b.legs[:] = engine.leg_numbers()
+    b.ground_normal[:] = ground.normal_in_world
     b.ropes[:] = _ropes(scenario, start, kinematics)
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m

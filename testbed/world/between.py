@@ -14,13 +14,16 @@ from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.world import plant, sensing
 from testbed.world.board import OFFSETS
+from testbed.world.foot_forces import LEG_COLUMNS
 
-SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE = 1, 2, 4, 8, 16, 32, 64, 128
+SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE, FEET = 1, 2, 4, 8, 16, 32, 64, 128, 256
 """SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then. MOVE
-takes over the engine's pose and belongs to every step; PLACE does so for a body at rest."""
+takes over the engine's pose and belongs to every step, FEET finds the foot forces with it;
+PLACE does so for a body at rest."""
 
 _Q, _QD, _POSE, _BASE, _TURN = (OFFSETS[n] for n in ("q", "qd", "pose", "base", "base_turn"))
-_FOOT, _NORMAL = (OFFSETS[n] for n in ("foot_force", "normal_force"))
+_Q_BEFORE, _QD_BEFORE = (OFFSETS[n] for n in ("q_before", "qd_before"))
+_FOOT, _NORMAL, _LEGS, _GROUND = (OFFSETS[n] for n in ("foot_force", "normal_force", "legs", "ground_normal"))
 _TAU, _FORCE, _TORQUE = (OFFSETS[n] for n in ("joint_torque", "force", "torque"))
 _AXES, _PARAMS, _SUPPLY, _UNIT = (OFFSETS[n] for n in ("axes", "params", "supply", "unit"))
 _GEOMETRY, _ROPES, _BODY, _DRILL = (OFFSETS[n] for n in ("geometry", "ropes", "body", "drill_loads"))
@@ -39,14 +42,14 @@ _CONTACT_ROW = 11
 
 @njit(cache=True)
 def between_steps(
-    flags: int, step: int, dt: float, sensor_step: int, control_dt: float, substeps: int, locked: bool, gravity: float,
-    board: Any, noise: Any, row: Any, data_row: Any, truth_row: Any,
-    chain_legs: Any, chain_common: Any, chain_state: Any, chain_out: Any,
+    flags: int, step: int, sensor_step: int, sample: int, count: int,
+    dt: float, control_dt: float, substeps: int, locked: bool, gravity: float, board: Any, row: Any,
+    chain_legs: Any, chain_common: Any, chain_state: Any, chain_out: Any, noises: Any, data: Any, truth: Any,
 ) -> None:  # fmt: skip
     """Do the parts named by `flags` after `step` engine steps of `dt` s.
 
-    board: Board.array; noise: normal numbers of this sample (sensing.NOISES); row: the running data row;
-    data_row, truth_row: where a record goes; chain_*: the estimator chain's arrays.
+    board: Board.array; row: the running data row; chain_*: the estimator chain's arrays; noises: normal numbers, of
+    which this sample takes row `sample`; a record goes to row `count` of data and truth.
     """
     t = step * dt
     base = board[_BASE:_TURN]
@@ -57,13 +60,22 @@ def between_steps(
     command = board[_COMMAND : _COMMAND + 12]
     foot_force = board[_FOOT:_NORMAL].reshape(4, 3)
     if flags & (MOVE | PLACE):
-        plant.move_base(board[_POSE:_BASE], board[_TURN:_FOOT], base, dt, bool(flags & PLACE))
+        before = base[7:13].copy()
+        plant.move_base(board[_POSE:_BASE], board[_TURN : _TURN + 4], base, dt, bool(flags & PLACE))
+        if flags & FEET:
+            change = (base[7:13] - before) / dt
+            change[2] += gravity
+            plant.feet_under_motion(
+                board[_LEGS:_GROUND].reshape(4, LEG_COLUMNS), board[_Q_BEFORE:_QD_BEFORE], board[_QD_BEFORE:_FOOT],
+                board[_QD:_POSE], board[_TAU : _TAU + 12], rotation, before[3:6], change[3:6], change[0:3],
+                board[_GROUND : _GROUND + 3], foot_force, board[_NORMAL : _NORMAL + 4], dt,
+            )  # fmt: skip
         plant.rotation_matrix(base[3:7], rotation)
     if flags & SENSE:
         sensing.sense(
             row, t, board[_Q:_QD], base, rotation, axes, supply, ropes, command,
             board[_TRANSDUCERS : _TRANSDUCERS + _N_TRANSDUCERS].reshape(24, sensing.PRESSURE_COLUMNS),
-            board[_SENSORS:_LATE], noise, board[_LATE : _LATE + _N_LATE].reshape(24, sensing.DELAY_LENGTH),
+            board[_SENSORS:_LATE], noises[sample], board[_LATE : _LATE + _N_LATE].reshape(24, sensing.DELAY_LENGTH),
             sensor_step, gravity, board[_GRAVITY : _GRAVITY + 3],
         )  # fmt: skip
     if flags & ESTIMATE:
@@ -78,9 +90,9 @@ def between_steps(
         for leg in range(4):
             row[_ESTIMATES + N_ESTIMATES + leg] = chain_out[_CONTACT_ROW, leg]
     if flags & RECORD:
-        data_row[:] = row
+        data[count] = row
         plant.write_truth(
-            truth_row, t, base, board[_BODY : _BODY + 3], rotation, foot_force, board[_NORMAL : _NORMAL + 4], ropes,
+            truth[count], t, base, board[_BODY : _BODY + 3], rotation, foot_force, board[_NORMAL : _NORMAL + 4], ropes,
             board[_WRENCH : _WRENCH + 6], axes, supply,
         )  # fmt: skip
     if flags & CONTROL:
@@ -93,6 +105,8 @@ def between_steps(
             board[_GAINS : _GAINS + 12 * GAIN_COLUMNS].reshape(12, GAIN_COLUMNS), locked, control_dt, command,
         )  # fmt: skip
     if flags & PLANT:
+        board[_Q_BEFORE:_QD_BEFORE] = board[_Q:_QD]
+        board[_QD_BEFORE:_FOOT] = board[_QD:_POSE]
         plant.plant_step(
             board[_Q:_QD], board[_QD:_POSE], base, command, foot_force,
             axes, board[_PARAMS : _PARAMS + _N_PARAMS].reshape(12, c.AXIS_PARAMETERS), supply,

@@ -13,6 +13,7 @@ from testbed.control.valve_loop import GAIN_COLUMNS
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.world import plant, sensing
+from testbed.world.foot_forces import LEG_COLUMNS
 
 Array = NDArray[np.float64]
 
@@ -24,8 +25,13 @@ LAYOUT: dict[str, tuple[int, ...]] = {
     # the body's motion: the base's centre of mass, the body frame's quaternion xyzw, linear and angular velocity
     "base": (13,),
     "base_turn": (4,),
+    # joints and their rates before the last engine step
+    "q_before": (12,),
+    "qd_before": (12,),
     "foot_force": (4, 3),
     "normal_force": (4,),
+    "legs": (4, LEG_COLUMNS),
+    "ground_normal": (3,),
     # given to the engine
     "joint_torque": (12,),
     "force": (3,),
@@ -75,8 +81,12 @@ class Board:
     pose: Array
     base: Array
     base_turn: Array
+    q_before: Array
+    qd_before: Array
     foot_force: Array
     normal_force: Array
+    legs: Array
+    ground_normal: Array
     joint_torque: Array
     force: Array
     torque: Array

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from testbed.errors import InputError, SimulationFault
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.robot.urdf_check import read_urdf
 from testbed.robot.urdf_merge import merged
+from testbed.world import foot_forces as ff
 from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
@@ -168,7 +170,7 @@ class Engine:
     def reset(self, position_m: Array, rotation_body_to_world: Array, joints: Array) -> None:
         """Put the robot at rest: origin of `body` (3) and rotation (3, 3) in the world, joint positions (12)."""
         com = position_m + rotation_body_to_world @ self.base_inertial_m
-        turned = rotation_body_to_world @ np.array(p.getMatrixFromQuaternion(self.base_turn)).reshape(3, 3)
+        turned = rotation_body_to_world @ matrix(self.base_turn)
         p.resetBasePositionAndOrientation(
             self.robot, com.tolist(), quaternion(turned).tolist(), physicsClientId=self.client
         )
@@ -181,6 +183,34 @@ class Engine:
         angles, rates, _, _ = zip(*p.getJointStates(self.robot, self.joints, self.client), strict=True)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         state[:] = angles + rates + position + orientation
+
+    def leg_numbers(self) -> Array:
+        """What foot_forces.py needs of each leg (4, LEG_COLUMNS), read off the engine's own bodies with joints at 0."""
+        c = self.client
+        joints = [s[0] for s in p.getJointStates(self.robot, self.joints, c)]
+        for joint in self.joints:
+            p.resetJointState(self.robot, joint, 0.0, 0.0, physicsClientId=c)
+        position, orientation = p.getBasePositionAndOrientation(self.robot, c)
+        turn = matrix(orientation) @ matrix(self.base_turn).T
+        out = np.zeros((4, ff.LEG_COLUMNS))
+        for leg in range(4):
+            links = self.joints[3 * leg : 3 * leg + 3]
+            states = p.getLinkStates(self.robot, links, computeForwardKinematics=True, physicsClientId=c)
+            hip = turn.T @ (np.array(states[0][4]) - position)
+            frame = turn.T @ matrix(states[0][5])
+            row = out[leg]
+            row[ff.HIP : ff.HIP + 3] = hip
+            row[ff.YAW] = math.atan2(frame[1, 0], frame[0, 0])
+            row[ff.RADIAL : ff.RADIAL + 3] = frame @ np.array(p.getJointInfo(self.robot, links[1], c)[13])
+            for i, (link, state) in enumerate(zip(links, states, strict=True)):
+                dyn = p.getDynamicsInfo(self.robot, link, physicsClientId=c)
+                row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = turn.T @ (np.array(state[0]) - position) - hip
+                row[ff.MASSES + i] = dyn[0]
+                row[ff.INERTIAS + 3 * i : ff.INERTIAS + 3 * i + 3] = dyn[2]
+            row[ff.FOOT : ff.FOOT + 2] = (turn.T @ (np.array(states[2][4]) - position) - hip)[:2]
+        for joint, value in zip(self.joints, joints, strict=True):
+            p.resetJointState(self.robot, joint, value, 0.0, physicsClientId=c)
+        return out
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
@@ -358,6 +388,11 @@ class Engine:
             self.client = -1
 
 
+def matrix(quaternion_xyzw: Any) -> Array:
+    """Rotation matrix (3, 3) of a quaternion xyzw."""
+    return np.array(p.getMatrixFromQuaternion(quaternion_xyzw), dtype=np.float64).reshape(3, 3)
+
+
 def rock_texture(size: int = 256, seed: int = 7) -> NDArray[np.uint8]:
     """A tile (size, size, 3) of weathered rock that repeats without seams."""
     rng = np.random.default_rng(seed)
@@ -366,7 +401,7 @@ def rock_texture(size: int = 256, seed: int = 7) -> NDArray[np.uint8]:
     grain = np.fft.ifft2(np.fft.fft2(rng.standard_normal((size, size))) * falling).real
     grain /= grain.std()
     shade = 188.0 + 15.0 * grain + 3.0 * rng.standard_normal((size, size))
-    return np.clip(shade[:, :, None] * np.array([1.0, 0.95, 0.87]), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(shade[:, :, None] * np.array([1.0, 0.95, 0.87]), 0, 255), dtype=np.uint8)
 
 
 def quaternion(rotation: Array) -> Array:

@@ -17,6 +17,7 @@ from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_wrench
 from testbed.robot.linkage import joint_to_cylinder
+from testbed.world.foot_forces import foot_forces
 
 # --- columns of a rope (2 x ROPE_COLUMNS) ---------------------------------------------------------------------
 ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
@@ -68,6 +69,15 @@ def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None
             base[7 + i] = (pose[i] - base[i]) / dt
     base[0], base[1], base[2] = pose[0], pose[1], pose[2]
     base[3], base[4], base[5], base[6] = qx, qy, qz, qw
+
+
+@njit
+def feet_under_motion(
+    legs: Any, q: Any, qd: Any, qd_after: Any, torque: Any, rotation: Any, w: Any, alpha: Any, lift: Any, normal: Any,
+    foot_force: Any, normal_force: Any, dt: float,
+) -> None:  # fmt: skip
+    """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
+    foot_forces(legs, q, qd, (qd_after - qd) / dt, torque, rotation, w, alpha, lift, normal, foot_force, normal_force)
 
 
 @njit(cache=True)

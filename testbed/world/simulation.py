@@ -23,7 +23,7 @@ from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
 from testbed.world import plant, sensing
 from testbed.world.assembly import Machine, assemble
-from testbed.world.between import CONTROL, ESTIMATE, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
+from testbed.world.between import CONTROL, ESTIMATE, FEET, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -94,7 +94,11 @@ class Simulation:
         self._row[CARRYING] = 1.0
         self._belly_n = 0.0
         self._ticks = -1
-        self._empty = np.zeros(len(DATA_COLUMNS)), np.zeros(len(TRUTH_COLUMNS))
+        self._empty = np.zeros((1, len(DATA_COLUMNS))), np.zeros((1, len(TRUTH_COLUMNS)))
+        self._fixed = (
+            self.dt, self._control_dt, rates.hydraulic_substeps, m.locked, GRAVITY_M_S2, b.array, self._row,
+            *m.chain.arrays,
+        )  # fmt: skip
         m.engine.read(b.engine_state)
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
@@ -107,6 +111,7 @@ class Simulation:
         every = {
             SENSE: hz // r.sensor_hz, ESTIMATE: hz // r.estimator_hz, RECORD: hz // r.record_hz,
             CONTROL: hz // r.control_hz, PLANT: 1, MOVE: 1,
+            **({FEET: 1} if self.machine.ground.flat else {}),
         }  # fmt: skip
         slow = (self._every_tick, hz // r.expected_loads_hz)
         length = math.lcm(*every.values(), *slow)
@@ -125,47 +130,49 @@ class Simulation:
         apply, advance, read, contacts, do = engine.apply, engine.step, engine.read, engine.contacts, self._do
         torques, force, torque, base = board.joint_torque, board.force, board.torque, board.base
         state, foot_force, normal_force = board.engine_state, board.foot_force, board.normal_force
+        rough = not self.machine.ground.flat
         flags, period, count, k = self._flags, len(self._flags), 0, self._step
         while count < rows and not self.finished:
             apply(torques, force, torque, base)
             advance()
             read(state)
-            self._belly_n = contacts(foot_force, normal_force)
+            if rough:
+                self._belly_n = contacts(foot_force, normal_force)
             k += 1
             self._step = k
             due = flags[k % period]
             if due & SLOW:
-                self._slow_step(k, due, data[count], truth[count])
+                self._slow_step(k, due, data, truth, count)
             else:
-                do(due, data[count], truth[count])
+                do(due, data, truth, count)
             if due & RECORD:
                 count += 1
         self._check_finite(data[:count], truth[:count])
         return data[:count], truth[:count]
 
-    def _slow_step(self, k: int, due: int, data_row: Array, truth_row: Array) -> None:
+    def _slow_step(self, k: int, due: int, data: Array, truth: Array, count: int) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
-        self._do(due & (MOVE | SENSE | ESTIMATE), data_row, truth_row)
+        self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
         if k % self._every_expected == 0:
             self._expect()
-        self._do(due & RECORD, data_row, truth_row)
+        self._do(due & RECORD, data, truth, count)
         if k >= self._last:
             self.finished = True
         if k % self._every_tick == 0:
             self._tick(k * self.dt)
-        self._do(due & (CONTROL | PLANT), data_row, truth_row)
+        self._do(due & (CONTROL | PLANT))
 
-    def _do(self, flags: int, data_row: Array | None = None, truth_row: Array | None = None) -> None:
-        m, k, chain = self.machine, self._step, self.machine.chain
+    def _do(self, flags: int, data: Array | None = None, truth: Array | None = None, count: int = 0) -> None:
+        """Do what `flags` name; a record goes to row `count` of data and truth."""
         if flags & SENSE:
             self._samples += 1
             if self._samples >= len(self._noise):
-                self._noise, self._samples = m.noise_rng.standard_normal((1000, sensing.NOISES)), 0
+                self._noise = self.machine.noise_rng.standard_normal((1000, sensing.NOISES))
+                self._samples = 0
+        k = self._step
         between_steps(
-            flags, k, self.dt, k // self._every_sensor, self._control_dt, self.scenario.rates.hydraulic_substeps,
-            m.locked, GRAVITY_M_S2, m.board.array, self._noise[self._samples], self._row,
-            self._empty[0] if data_row is None else data_row, self._empty[1] if truth_row is None else truth_row,
-            *chain.arrays,
+            flags, k, k // self._every_sensor, self._samples, count, *self._fixed, self._noise,
+            self._empty[0] if data is None else data, self._empty[1] if truth is None else truth,
         )  # fmt: skip
 
     def _expect(self) -> None:
@@ -227,6 +234,8 @@ class Simulation:
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
             return
+        if m.ground.flat:
+            self._belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
             t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, self._belly_n

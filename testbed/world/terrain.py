@@ -35,6 +35,11 @@ class Ground:
         """(3): the mean surface's normal, away from the rock."""
         return np.asarray(self.rotation_slope_to_world[:, 2])
 
+    @property
+    def flat(self) -> bool:
+        """One normal everywhere: foot forces follow from the legs' motion (foot_forces.py), not from contact points."""
+        return self.heights_m is None
+
     def engine_pose(self) -> tuple[list[float], list[float]]:
         """Position and quaternion xyzw of the engine's ground body.
 
