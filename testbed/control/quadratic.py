@@ -104,13 +104,14 @@ class Quadratic:
 
 def minimise(weights: Array, costs: Array, c: Constraints) -> Array | None:
     """argmin z.diag(weights).z / 2 + costs.z under constraints, or None if there is no such z."""
-    from qpsolvers import Problem, solve_problem
+    from qpsolvers import Problem
+    from qpsolvers.solvers.daqp_ import daqp_solve_problem
 
     bounded = np.isfinite(c.low)
     rows = np.vstack([c.rows, -c.rows[bounded]])
     high = np.concatenate([c.high, -c.low[bounded]])
     problem = Problem(np.diag(weights), costs, rows, high, c.balance, c.value, c.below, c.above)
-    found: Any = solve_problem(problem, solver="daqp")
+    found: Any = daqp_solve_problem(problem)
     return np.asarray(found.x) if found.found else None
 
 

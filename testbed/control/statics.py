@@ -16,7 +16,7 @@ from testbed.control.references import Measured
 from testbed.parameters.names import AXES, JOINTS, LEGS
 from testbed.parameters.provenance import Parameters
 from testbed.robot.compliance import OilColumns
-from testbed.robot.foot_loads import drill_wrench, external_wrench, point_wrench
+from testbed.robot.foot_loads import drill_wrench, point_wrench
 from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
 from testbed.robot.model import RobotModel, attitude_gravity
 
@@ -25,6 +25,7 @@ FEET = 3 * len(LEGS)
 UNKNOWNS = FEET + 2
 NORMALS = slice(0, FEET, 3)
 ROPES = slice(FEET, UNKNOWNS)
+_LEG = np.arange(len(LEGS))
 _ORDER = (2, 0, 1)
 """A foot's unknowns are z, x, y."""
 
@@ -94,15 +95,15 @@ class Statics:
         drill[5] += measured.drill_n_nm[1]
         joint_to_cylinder(np.ascontiguousarray(position), self._linkage, self._extension, self._arms)
         reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(self._arms)
-        held = self.model.gravity_forces(position, gravity)[6:]
+        held = self.model.gravity_forces(position, gravity)
         return Balance(
             balance=balance,
-            load=external_wrench(self.model, position, gravity, None, None, drill),
+            load=drill - held[:6],
             joint_map=joint_map,
-            held=held,
+            held=held[6:],
             lowest=-reach * self._area_b,
             highest=reach * self._area_a,
-            measured=self._unknowns(measured, joint_map, held),
+            measured=self._unknowns(measured, joint_map, held[6:]),
             carrying=carrying.copy(),
             thrust_map=self._thrust,
             rigid=np.linalg.qr(balance[:, :FEET].T)[0],
@@ -117,9 +118,8 @@ class Statics:
             z[:FEET] = measured.foot_force_in_body_n[:, _ORDER].ravel()
             return z
         joint = (measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b) * self._arms
-        for leg in range(len(LEGS)):
-            three = slice(3 * leg, 3 * leg + 3)
-            z[three] = np.linalg.solve(joint_map[three, three], (joint - held)[three])
+        maps = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
+        z[:FEET] = np.linalg.solve(maps, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
         z[NORMALS] = measured.load_n
         return z
 
@@ -127,10 +127,11 @@ class Statics:
 def _maps(points: Array) -> Array:
     """(6, 12) wrenches of unit forces z, x, y at points (4, 3)."""
     out = np.zeros((6, FEET))
-    for leg, (x, y, z) in enumerate(points):
-        out[:, 3 * leg] = (0.0, 0.0, 1.0, y, -x, 0.0)
-        out[:, 3 * leg + 1] = (1.0, 0.0, 0.0, 0.0, z, -y)
-        out[:, 3 * leg + 2] = (0.0, 1.0, 0.0, -z, 0.0, x)
+    x, y, z = points.T
+    out[2, 0::3], out[0, 1::3], out[1, 2::3] = 1.0, 1.0, 1.0
+    out[3, 0::3], out[4, 0::3] = y, -x
+    out[4, 1::3], out[5, 1::3] = z, -y
+    out[3, 2::3], out[5, 2::3] = -z, x
     return out
 
 
