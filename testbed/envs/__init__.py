@@ -21,5 +21,8 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """Id -> entry point and keyword arguments, all plain JSON values."""
 
+make, make_vec = gymnasium.make, gymnasium.make_vec
+"""gymnasium's own, for rooms that do not import gymnasium."""
+
 for _id, (_entry, _kwargs) in ENVIRONMENTS.items():
     gymnasium.register(id=_id, entry_point=_entry, kwargs=_kwargs)

@@ -26,11 +26,12 @@ ROUGH = ("terrain.kind=heightfield", "terrain.roughness_m=0.03")
 
 def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
     """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of paired ratios."""
-    from testbed.evaluation.bench_parts import env_steps_per_s, fresh_process
+    from testbed.evaluation.bench_parts import fresh_process
+    from testbed.evaluation.env_speed import against_bare
 
     flat = _drilling(())
     rough = _drilling(ROUGH)
-    bare = _bare(())
+    bare = bare_engine(())
     timed = alternate({"bare": bare.step, "full": _blocks(flat), "rough": _blocks(rough)}, rounds, steps)
     parts = _parts(flat, steps)
     out: dict[str, Any] = {
@@ -48,7 +49,8 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
     from testbed.evaluation.kernel_speed import kernel_vs_lsoda
 
     out["kernel_vs_lsoda"] = kernel_vs_lsoda()
-    out["env_steps_per_s"] = env_steps_per_s()
+    env = against_bare(rounds=3, steps=30)
+    out["env_steps_per_s"], out["env_ratio"] = env["env_steps_per_s"], env["ratio"]
     return out | fresh_process()
 
 
@@ -81,7 +83,7 @@ def _blocks(world: Any) -> Callable[[], Any]:
     return lambda: world.run_block(STEPS)
 
 
-def _bare(overrides: tuple[str, ...]) -> Any:
+def bare_engine(overrides: tuple[str, ...]) -> Any:
     """An engine with the robot standing on level ground on the engine's own motors."""
     from testbed import resources
     from testbed.world.engine import Engine

@@ -1,4 +1,4 @@
-"""Speed figures that need a process or an environment of their own."""
+"""Speed figures that need a process of their own."""
 
 from __future__ import annotations
 
@@ -27,27 +27,3 @@ def fresh_process() -> dict[str, float]:
     ).stdout
     first, memory = json.loads(out.strip().splitlines()[-1])
     return {"first_step_s": first, "memory_mb": memory}
-
-
-def env_steps_per_s(steps: int = 200) -> float:
-    """Steps a second of Roboclimber/Drill-v0 with random actions, resets not counted."""
-    import gymnasium
-
-    import testbed.envs  # noqa: F401  (registers the environments)
-
-    env = gymnasium.make("Roboclimber/Drill-v0")
-    try:
-        env.reset(seed=0)
-        env.action_space.seed(0)
-        spent, done = 0.0, 0
-        while done < steps:
-            action = env.action_space.sample()
-            start = time.perf_counter()
-            _, _, terminated, truncated, _ = env.step(action)
-            spent += time.perf_counter() - start
-            done += 1
-            if terminated or truncated:
-                env.reset()
-        return done / spent
-    finally:
-        env.close()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.evaluation.bench import _bare
+from testbed.evaluation.bench import bare_engine
 
 DRILL = "Roboclimber/Drill-v0"
 STEP_MS = 20
@@ -19,14 +19,12 @@ def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[st
 
     `ratio` is the median over rounds of (bare engine's time for the same simulated time) / (environment's time).
     """
-    import gymnasium
+    from testbed import envs
 
-    import testbed.envs  # noqa: F401  (registers the environments)
-
-    env = gymnasium.make(name, duration_s=3600.0)
+    env = envs.make(name, duration_s=3600.0)
     env.reset(seed=0)
     still = np.zeros(env.action_space.shape or (), dtype=np.float32)
-    bare = _bare(())
+    bare = bare_engine(())
     for _ in range(steps):
         env.step(still)
     full, lone = [], []
@@ -50,13 +48,11 @@ def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[st
 
 def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str, float]:
     """Steps a second of two asynchronous workers over those of one, by the clock; medians over rounds."""
-    import gymnasium
-
-    import testbed.envs  # noqa: F401  (registers the environments)
+    from testbed import envs
 
     rates: dict[int, list[float]] = {1: [], 2: []}
     vectors: dict[int, Any] = {
-        n: gymnasium.make_vec(name, n, vectorization_mode="async", duration_s=3600.0) for n in rates
+        n: envs.make_vec(name, n, vectorization_mode="async", duration_s=3600.0) for n in rates
     }
     for n, vector in vectors.items():
         vector.reset(seed=0)
