@@ -200,3 +200,16 @@ def test_an_impossible_start_posture_is_refused_by_name() -> None:
 
     with pytest.raises(InputError, match="fl_radial"):
         assemble(load_scenario("stand_flat", ["robot.radial_m=0.45"]), None, False)
+
+
+def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:
+    from testbed.robot.urdf_merge import rotation_from_rpy, rpy_from_rotation
+    from testbed.world.engine import quaternion
+
+    rng = np.random.default_rng(5)
+    for rpy in (*rng.uniform(-1.5, 1.5, (50, 3)).tolist(), [0.3, math.pi / 2, 0.2], [3.0, 0.1, -3.1]):
+        rotation, back = rotation_from_rpy(rpy), np.zeros((3, 3))
+        plant.rotation_matrix(quaternion(rotation), back)
+        assert np.allclose(back, rotation, atol=1e-12)
+        assert np.allclose(rotation_from_rpy(rpy_from_rotation(rotation)), rotation, atol=1e-9)
+    assert quaternion(rotation_from_rpy([0.0, 0.0, math.pi])) == pytest.approx([0.0, 0.0, 1.0, 0.0], abs=1e-12)

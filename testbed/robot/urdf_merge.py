@@ -6,12 +6,11 @@ to an engine that knows diagonal inertias only. Links named in `keep` stay apart
 
 from __future__ import annotations
 
-import warnings
+import math
 from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
@@ -97,18 +96,16 @@ def _frame(origin: ET.Element | None) -> tuple[Array, Array]:
         return np.eye(3), np.zeros(3)
     xyz = np.array([float(v) for v in origin.get("xyz", "0 0 0").split()])
     rpy = [float(v) for v in origin.get("rpy", "0 0 0").split()]
-    return np.asarray(Rotation.from_euler("xyz", rpy).as_matrix()), xyz
+    return rotation_from_rpy(rpy), xyz
 
 
 def _set_frame(element: ET.Element, rotation: Array, shift: Array) -> None:
     old = element.find("origin")
     if old is not None:
         element.remove(old)
-    with warnings.catch_warnings():  # at pitch +-90 degrees roll and yaw are one angle: any split of it will do
-        warnings.simplefilter("ignore", UserWarning)
-        rpy = Rotation.from_matrix(rotation).as_euler("xyz")
+    rpy = rpy_from_rotation(rotation)
     xyz = " ".join(map(repr, shift.tolist()))
-    element.insert(0, ET.Element("origin", xyz=xyz, rpy=" ".join(map(repr, rpy.tolist()))))
+    element.insert(0, ET.Element("origin", xyz=xyz, rpy=" ".join(map(repr, rpy))))
 
 
 def _end(joint: ET.Element, end: str) -> str:
@@ -117,3 +114,24 @@ def _end(joint: ET.Element, end: str) -> str:
 
 def _child(joint: ET.Element) -> str:
     return _end(joint, "child")
+
+
+def rotation_from_rpy(rpy: list[float]) -> Array:
+    """URDF's convention: R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = [[f(v) for v in rpy] for f in (math.cos, math.sin)]
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rpy_from_rotation(r: Array) -> list[float]:
+    """The inverse, rad; at pitch +-90 degrees, where roll and yaw are one angle, roll is 0."""
+    across = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], across)
+    if across < 1e-9:
+        return [0.0, pitch, math.atan2(-r[0, 1], r[1, 1])]
+    return [math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])]
