@@ -301,6 +301,41 @@ def hydraulics(
         print_table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in answer[name].items()])
 
 
+@app.command()
+def train(
+    task: Annotated[str, typer.Argument(help="stand, climb, drill or force-distribution.")],
+    out: Annotated[Path, typer.Option(help="Folder for policy, checkpoints and episodes; goes on where it was.")],
+    steps: Annotated[int, typer.Option(help="Steps of the environment in all.")] = 200_000,
+    seed: Annotated[int, typer.Option(help="Seed of the first start.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+) -> None:
+    """Train a policy by reinforcement learning (needs the extra rl)."""
+    from testbed.envs.training import train as trained
+    from testbed.report.progress import counting_progress
+
+    with counting_progress(steps, task) as progress:
+        print(trained(task, out, steps, seed, workers, progress))
+
+
+@app.command()
+def play(
+    policy: Annotated[Path, typer.Argument(help="A policy.zip of `testbed train`.")],
+    scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
+    seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
+    gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
+    json: Json = False,
+) -> None:
+    """Let a trained policy act on a scenario for one episode."""
+    from testbed.envs.training import play as played
+    from testbed.report.console import print_json, print_table
+
+    found = played(policy, scenario, seed, gui)
+    if json:
+        print_json(found)
+    else:
+        print_table("One episode", ["figure", "value"], [[k, str(v)] for k, v in found.items()])
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv

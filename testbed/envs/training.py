@@ -1,0 +1,132 @@
+"""Train and play policies with stable-baselines3 (extra `rl`): checkpoints, resuming, a CSV of episodes."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from testbed.envs import ENVIRONMENTS
+from testbed.errors import InputError
+
+TASKS = {re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS}
+"""stand, climb, drill, force-distribution -> id."""
+CHECKPOINT_STEPS = 10_000
+SETTINGS: dict[str, Any] = {"n_steps": 512, "batch_size": 128, "gae_lambda": 0.95, "gamma": 0.99, "ent_coef": 0.0}
+"""Of the proximal policy optimisation; the rest is the library's (E)."""
+
+
+def library() -> Any:
+    """stable_baselines3. Raises InputError with the command that installs it."""
+    try:
+        import stable_baselines3
+    except ImportError as error:
+        raise InputError("needs the extra `rl`", allowed="pip install 'roboclimber-testbed[rl]'") from error
+    return stable_baselines3
+
+
+def environment(task: str) -> str:
+    """The environment of a task. Raises InputError with the tasks there are."""
+    if task not in TASKS:
+        raise InputError("no such task", field="task", value=task, allowed=", ".join(TASKS))
+    return TASKS[task]
+
+
+def train(
+    task: str, out: Path, steps: int, seed: int = 0, workers: int = 1, progress: Callable[[int], None] | None = None
+) -> Path:
+    """Train `steps` steps in all, going on from the last checkpoint in `out`; returns the policy's file.
+
+    Leaves policy.zip, checkpoints/, episodes/ (CSV, a line per episode: reward, length, time) and training.json.
+    Raises InputError for an unknown task, a folder of another task or a missing library.
+    """
+    name, kit = environment(task), library()
+    from stable_baselines3.common.callbacks import CheckpointCallback
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
+    _claim(out, {"task": task, "seed": seed, "settings": SETTINGS})
+    way = SubprocVecEnv if workers > 1 else DummyVecEnv
+    envs = make_vec_env(name, workers, seed=seed, vec_env_cls=way, monitor_dir=str(out / "episodes"),
+                        monitor_kwargs={"override_existing": False})  # fmt: skip
+    try:
+        last = latest(out)
+        model = (
+            kit.PPO.load(last, envs, device="cpu")
+            if last is not None
+            else kit.PPO("MlpPolicy", envs, seed=seed, device="cpu", **SETTINGS)
+        )
+        saver = CheckpointCallback(max(CHECKPOINT_STEPS // workers, 1), str(out / "checkpoints"), "policy")
+        left = steps - int(model.num_timesteps)
+        if left > 0:
+            model.learn(left, callback=[saver, _reporter(progress)], reset_num_timesteps=False)
+            model.save(out / "checkpoints" / f"policy_{model.num_timesteps}_steps.zip")
+        model.save(out / "policy.zip")
+    finally:
+        envs.close()
+    return out / "policy.zip"
+
+
+def latest(out: Path) -> Path | None:
+    """The checkpoint with the most steps, None if there is none."""
+    found = {int(m[1]): p for p in (out / "checkpoints").glob("*.zip") if (m := re.search(r"_(\d+)_steps", p.name))}
+    return found[max(found)] if found else None
+
+
+def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False) -> dict[str, Any]:
+    """One episode of a policy on a scenario. Raises InputError for a file that is no policy or another task's."""
+    import gymnasium
+
+    kit = library()
+    if not policy.is_file():
+        raise InputError("no such file", file=policy, allowed="a policy.zip of `testbed train`")
+    try:
+        task = json.loads(policy.with_name("training.json").read_text())["task"]
+        model = kit.PPO.load(policy, device="cpu")
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError("is no policy", file=policy, allowed="a policy.zip beside its training.json") from error
+    kwargs: dict[str, Any] = {"scenario": scenario, "render_mode": "human" if gui else None}
+    if task == "force-distribution":
+        kwargs["randomisation"] = None
+    env = gymnasium.make(environment(task), **kwargs)
+    observation, info = env.reset(seed=seed)
+    reward, lowest, use, over = 0.0, np.inf, 0.0, False
+    while not over:
+        action, _ = model.predict(observation, deterministic=True)
+        observation, gained, terminated, truncated, info = env.step(action)
+        reward, over = reward + float(gained), terminated or truncated
+        lowest, use = min(lowest, info["lowest_normal_n"]), max(use, info["friction_use"])
+    env.close()
+    return {
+        "reward": reward, "simulated_s": info["t_s"], "verdict": info["verdict"],
+        "lowest_normal_n": float(lowest), "friction_use_highest": use,
+    }  # fmt: skip
+
+
+def _claim(out: Path, what: dict[str, Any]) -> None:
+    file = out / "training.json"
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        if file.is_file() and json.loads(file.read_text())["task"] != what["task"]:
+            raise InputError("holds another task's training", file=out, field="--out", allowed="a new folder")
+        file.write_text(json.dumps(what, indent=1))
+    except OSError as error:
+        raise InputError("cannot be written", file=out, field="--out", allowed="a folder you may write to") from error
+
+
+def _reporter(progress: Callable[[int], None] | None) -> Any:
+    from stable_baselines3.common.callbacks import BaseCallback
+
+    class Report(BaseCallback):  # type: ignore[misc]
+        """Tells the number of steps done."""
+
+        def _on_step(self) -> bool:
+            if progress is not None:
+                progress(int(self.num_timesteps))
+            return True
+
+    return Report()
