@@ -53,7 +53,10 @@ def work_loop(
     axes: Any, params: Any, supply: Any, unit: Any, x: Any, v: Any, start: Any, mass: Any, external: Any,
     amplitude: Any, rate: Any, first: int, steps: int, substeps: int, totals: Any,
 ) -> None:  # fmt: skip
-    """Masses on the rods, pushed by `external` (N) and driven round `start` (m) by sinusoidal commands."""
+    """Masses on the rods, pushed by `external` (N) and driven round `start` (m) by sinusoidal commands.
+
+    Positions move by the rates that the kernel was given, so that its work and the rods' are the same.
+    """
     n = x.shape[0]
     command, zero = np.empty(n), np.zeros(n)
     for k in range(first, first + steps):

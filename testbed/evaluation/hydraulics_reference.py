@@ -147,9 +147,9 @@ def axis_rates(y: Any, dy: Any, p: Any, x: float, v: float, target: float, ps: f
     pb = chamber_pressure(p[c.DEAD_B] + p[c.AREA_B] * (p[c.STROKE] - x), y[1] * CM3, p[c.BULK], p[c.AIR])
     o = math.copysign(max(abs(y[4]) - p[c.DEADBAND], 0.0), y[4]) / (1.0 - p[c.DEADBAND])
     up, down = max(o, 0.0), max(-o, 0.0)
-    leak = p[c.EDGE_LEAK]
-    from_supply_a = edge(p[c.K_PA] * up, ps - pa) + leak * (ps - pa)
-    from_supply_b = edge(p[c.K_PB] * down, ps - pb) + leak * (ps - pb)
+    leak_p, leak = p[c.EDGE_LEAK_P], p[c.EDGE_LEAK]
+    from_supply_a = edge(p[c.K_PA] * up, ps - pa) + leak_p * (ps - pa)
+    from_supply_b = edge(p[c.K_PB] * down, ps - pb) + leak_p * (ps - pb)
     to_tank_a = edge(p[c.K_AT] * down, pa - pt) + leak * (pa - pt)
     to_tank_b = edge(p[c.K_BT] * up, pb - pt) + leak * (pb - pt)
     inner = p[c.LEAK_I] * (pa - pb)

@@ -47,31 +47,32 @@ GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
     GAS_A, GAS_B, STIFF_A, STIFF_B, RAMP_A, RAMP_B, H_A, H_B,
     FROM_S_A, FROM_S_B, INV_AA, INV_AB, INV_BA, INV_BB, U_A, U_B, Y_A, Y_B,
     DRAWN, RISE, CHANGE_A, CHANGE_B, HOSE_IN_A, HOSE_IN_B, GUESS_A, GUESS_B,
-    K_A, K_B, KH_A, KH_B, K_DRAWN, PER_A, PER_B, PER_BULK, INVERSE_A, INVERSE_B,
+    K_A, K_B, KH_A, KH_B, K_DRAWN, PER_A, PER_B, PER_BULK, INVERSE_A, INVERSE_B, EDGE_P,
     WORK,
-) = range(50)  # fmt: skip
+) = range(51)  # fmt: skip
 
 
 @njit(error_model="numpy", forceinline=True)
 def port(
-    p: float, ps: float, pt: float, k_supply: float, k_tank: float, leak: float, o: float, o_next: float
+    p: float, ps: float, pt: float, k_supply: float, k_tank: float, leak_p: float, leak: float, o: float, o_next: float
 ) -> tuple[float, float, float, float, float, float]:
     """One port at pressure p: flow into it from the supply and from the tank (m3/s), the slopes of both by their
     pressure drops (m3/(s Pa)), and how both grow until the opening is `o_next` (m3/s).
 
-    o > 0 opens the port to the supply, o < 0 to the tank; the open edge is turbulent, both edges leak laminarly.
+    o > 0 opens the port to the supply, o < 0 to the tank; the open edge is turbulent, both edges leak laminarly:
+    leak_p from the supply, leak to the tank.
     """
     if o + o_next > 0.0:
         f, df = orifice(ps - p)
         now = k_supply * (o if o > 0.0 else 0.0)
         then = k_supply * (o_next if o_next > 0.0 else 0.0)
-        return now * f + leak * (ps - p), leak * (pt - p), now * df + leak, leak, (then - now) * f, 0.0
+        return now * f + leak_p * (ps - p), leak * (pt - p), now * df + leak_p, leak, (then - now) * f, 0.0
     if o + o_next < 0.0:
         f, df = orifice(pt - p)
         now = k_tank * (-o if o < 0.0 else 0.0)
         then = k_tank * (-o_next if o_next < 0.0 else 0.0)
-        return leak * (ps - p), now * f + leak * (pt - p), leak, now * df + leak, 0.0, (then - now) * f
-    return leak * (ps - p), leak * (pt - p), leak, leak, 0.0, 0.0
+        return leak_p * (ps - p), now * f + leak * (pt - p), leak_p, now * df + leak, 0.0, (then - now) * f
+    return leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0
 
 
 @njit(error_model="numpy")
@@ -81,7 +82,9 @@ def begin(axes: Any, params: Any, x: Any, v: Any, h: float, work: Any, a: Any, b
         work[i, VOLUME_A] = params[i, c.DEAD_A] + params[i, c.AREA_A] * x[i]
         work[i, VOLUME_B] = params[i, c.DEAD_B] + params[i, c.AREA_B] * (params[i, c.STROKE] - x[i])
         work[i, GROWTH_A], work[i, GROWTH_B] = params[i, c.AREA_A] * v[i], -params[i, c.AREA_B] * v[i]
-        work[i, EDGE] = 0.0 if params[i, c.LOCKED] != 0.0 else params[i, c.EDGE_LEAK]
+        shut = params[i, c.LOCKED] != 0.0
+        work[i, EDGE] = 0.0 if shut else params[i, c.EDGE_LEAK]
+        work[i, EDGE_P] = 0.0 if shut else params[i, c.EDGE_LEAK_P]
         work[i, INNER_LEAK], work[i, OUTER_LEAK] = params[i, c.LEAK_I], params[i, c.LEAK_O]
         work[i, CAP_A] = params[i, c.HOSE_CAP] / params[i, c.HOSE_TIME] if params[i, c.HOSE_CAP] > 0.0 else 0.0
         work[i, CAP_B] = params[i, c.HOSE_CAP_B] / params[i, c.HOSE_TIME] if params[i, c.HOSE_CAP_B] > 0.0 else 0.0
@@ -158,8 +161,12 @@ def first_stage(
     for i in range(axes.shape[0]):
         pa, pb, ci, co = axes[i, c.P_A], axes[i, c.P_B], work[i, INNER_LEAK], work[i, OUTER_LEAK]
         o, o_next = openings[i, k], openings[i, k + 1]
-        sa, ta, esa, eta, gsa, gta = port(pa, ps, pt, params[i, c.K_PA], params[i, c.K_AT], work[i, EDGE], o, o_next)
-        sb, tb, esb, etb, gsb, gtb = port(pb, ps, pt, params[i, c.K_PB], params[i, c.K_BT], work[i, EDGE], -o, -o_next)
+        sa, ta, esa, eta, gsa, gta = port(
+            pa, ps, pt, params[i, c.K_PA], params[i, c.K_AT], work[i, EDGE_P], work[i, EDGE], o, o_next
+        )
+        sb, tb, esb, etb, gsb, gtb = port(
+            pb, ps, pt, params[i, c.K_PB], params[i, c.K_BT], work[i, EDGE_P], work[i, EDGE], -o, -o_next
+        )
         out_a, out_b = esa + eta + ci + co, esb + etb + ci + co
         # how the flows change in time at constant oil, over g h
         work[i, CHANGE_A] = gh * (ci * work[i, RAMP_B] - out_a * work[i, RAMP_A]) + GAMMA * (gsa + gta)
@@ -216,8 +223,12 @@ def second_stage(
         pa, pb = predicted(axes, params, work, i, ka, kb, h)
         work[i, GUESS_A], work[i, GUESS_B] = pa, pb
         ci, co, o = work[i, INNER_LEAK], work[i, OUTER_LEAK], openings[i, k + 1]
-        sa, ta, _, _, _, _ = port(pa, ps, pt, params[i, c.K_PA], params[i, c.K_AT], work[i, EDGE], o, o)
-        sb, tb, _, _, _, _ = port(pb, ps, pt, params[i, c.K_PB], params[i, c.K_BT], work[i, EDGE], -o, -o)
+        sa, ta, _, _, _, _ = port(
+            pa, ps, pt, params[i, c.K_PA], params[i, c.K_AT], work[i, EDGE_P], work[i, EDGE], o, o
+        )
+        sb, tb, _, _, _, _ = port(
+            pb, ps, pt, params[i, c.K_PB], params[i, c.K_BT], work[i, EDGE_P], work[i, EDGE], -o, -o
+        )
         hose_a, hose_b = axes[i, c.HOSE_P], axes[i, c.HOSE_P_B]
         if work[i, CAP_A] > 0.0:
             hose_a += h * kha / params[i, c.HOSE_CAP]

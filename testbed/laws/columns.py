@@ -10,9 +10,9 @@ from __future__ import annotations
     BRISTLE_K, BRISTLE_D, FR_POSITION, FR_PRESSURE, FR_LOAD, FR_SIDE, DWELL_GAIN, DWELL_TIME,
     CUSHION_LENGTH, CUSHION_D, STOP_K, STOP_D,
     SPRING_K, SPRING_REST, PERIODIC_N, PERIODIC_W, XCUSHION_K, XCUSHION_START,
-    LINE_WN, LINE_ZETA, TRANSDUCER_TAU, EXTRA_VISC_RATE, HOSE_CAP_B,
+    LINE_WN, LINE_ZETA, TRANSDUCER_TAU, EXTRA_VISC_RATE, HOSE_CAP_B, EDGE_LEAK_P,
     AXIS_PARAMETERS,
-) = range(54)  # fmt: skip
+) = range(55)  # fmt: skip
 
 # --- state of an axis (columns of the 12 x AXIS_STATES array) ----------------------------------------------
 (

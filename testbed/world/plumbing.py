@@ -23,7 +23,8 @@ LIMITS: Limits = (
     ("oil", ("hose_capacity_m3_pa", "hose_capacity_b_m3_pa"), 0.0, 1.0e-6),
     ("oil", ("hose_time_s",), 0.0, math.inf),
     ("valve", ("deadband", "hysteresis"), 0.0, 1.0),
-    ("valve", ("edge_pa", "edge_at", "edge_pb", "edge_bt", "edge_leakage_m3_s_pa", "damping"), 0.0, math.inf),
+    ("valve", ("edge_pa", "edge_at", "edge_pb", "edge_bt", "damping"), 0.0, math.inf),
+    ("valve", ("edge_leakage_m3_s_pa", "edge_leakage_supply_m3_s_pa"), 0.0, 1.0e-6),
     ("valve", ("rated_drop_per_edge_pa", "natural_frequency_hz", "amplifier_lag_s"), 0.0, math.inf),
     ("seal", ("bristle_stiffness_n_m", "dwell_time_s"), 0.0, math.inf),
     ("seal", ("bristle_damping_n_s_m", "dwell_gain", "pressure_coefficient_m2", "load_coefficient",
@@ -116,6 +117,7 @@ def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
     a[c.SPOOL_ZETA], a[c.AMP_TAU], a[c.EDGE_LEAK] = (
         valve["damping"], valve["amplifier_lag_s"], valve["edge_leakage_m3_s_pa"],
     )  # fmt: skip
+    a[c.EDGE_LEAK_P] = valve["edge_leakage_supply_m3_s_pa"]
     a[c.FC_POS], a[c.FS_POS] = cyl["coulomb_out_n"], cyl["static_out_n"]
     a[c.CS_POS], a[c.VISC_POS] = cyl["stribeck_out_m_s"], cyl["viscous_out_n_s_m"]
     a[c.FC_NEG], a[c.FS_NEG] = cyl["coulomb_in_n"], cyl["static_in_n"]
