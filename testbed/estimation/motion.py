@@ -68,9 +68,25 @@ def motion(position_m: Array, rate_hz: float, width_s: float, causal: bool = Fal
         x = smooth_causal(position_m, width)
         v = np.diff(x, prepend=x[:1]) * rate_hz
         return x, v, np.diff(v, prepend=v[:1]) * rate_hz
-    v = smooth(position_m, width, 1) * rate_hz
+    pad = min(int(4.0 * width) + 1, len(position_m) - 1)
+    longer = _carried_on(position_m, pad, max(round(END_FIT_S * rate_hz), 12))
+    x, v = smooth(longer, width), smooth(longer, width, 1) * rate_hz
     # Not the second derivative of the truncated Gaussian: its weights do not add up to zero.
-    return smooth(position_m, width), v, np.gradient(v) * rate_hz
+    inside = slice(pad, pad + len(position_m))
+    return x[inside], v[inside], np.asarray((np.gradient(v) * rate_hz)[inside], dtype=np.float64)
+
+
+END_FIT_S = 0.06
+"""Over this time a parabola carries the motion on beyond the ends of a recording."""
+
+
+def _carried_on(position_m: Array, pad: int, window: int) -> Array:
+    """The series with `pad` samples before and behind it, from parabolas through its first and last samples."""
+    window = min(window, len(position_m))
+    index = np.arange(window, dtype=np.float64)
+    before = np.polyval(np.polyfit(index, position_m[:window], 2), np.arange(-pad, 0))
+    behind = np.polyval(np.polyfit(index, position_m[-window:], 2), np.arange(window, window + pad))
+    return np.concatenate([before, position_m, behind])
 
 
 def encoder_noise(position_m: Array, rate_hz: float, resolution_m: float, width_s: float) -> tuple[Array, Array]:
