@@ -17,9 +17,9 @@ def test_foot_loads_are_the_same_at_1_and_4_khz() -> None:
 
 
 def test_locked_and_tight_cylinders_hold_their_loads_still() -> None:
-    """Without leakage nothing may move: the engine's contacts must not wander."""
-    loads = foot_loads(LOCKED + NO_LEAKAGE, 1000, 3.0)
-    assert np.ptp(loads, axis=0).max() < 10.0
+    """Without leakage nothing may move once the start's bounce is over: the engine's contacts must not wander."""
+    loads = foot_loads(LOCKED + NO_LEAKAGE, 1000, 3.0)[100:]
+    assert np.ptp(loads, axis=0).max() < 1.0
 
 
 def test_feet_and_ropes_carry_what_the_start_balance_says() -> None:

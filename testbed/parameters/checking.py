@@ -11,6 +11,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from testbed.errors import InputError
+from testbed.parameters import yaml_files
 
 
 class Checked(BaseModel):
@@ -26,12 +27,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a mapping."""
     if not path.is_file():
         raise InputError("no such file" if not path.exists() else "is not a file", file=path)
-    try:
-        tree = yaml.load(path.read_text(), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", file=path) from error
-    except yaml.YAMLError as error:
-        raise InputError(f"is not YAML: {error}", file=path) from error
+    tree = yaml_files.read_yaml(path)
     if not isinstance(tree, Mapping):
         raise InputError("must be a mapping of fields", file=path, value=type(tree).__name__)
     return {str(k): v for k, v in tree.items()}

@@ -112,8 +112,6 @@ def _leaves(tree: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Quantit
 
 def _check_number(value: Any, file: str, path: str) -> None:
     values = np.atleast_1d(np.asarray(value, dtype=object)).ravel()
-    if values.size and isinstance(values[0], str):
-        return
     for v in values:
         if isinstance(v, bool) or not isinstance(v, (int, float)) or not math.isfinite(v):
             raise InputError(

@@ -136,7 +136,7 @@ def test_missing_files_and_broken_yaml_are_refused(tmp_path: Path) -> None:
         read_recording(tmp_path / "nothing")
     folder = write(tmp_path / "r", header(), table())
     (folder / "recording.yaml").write_text("a: [1")
-    with pytest.raises(InputError, match="is not YAML"):
+    with pytest.raises(InputError, match="is not valid YAML"):
         read_recording(folder)
     folder = write(tmp_path / "q", header(), table())
     (folder / "data.csv").unlink()
