@@ -23,8 +23,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
+from testbed.laws.compiling import njit_law
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
     POLYTROPIC,
@@ -52,7 +52,7 @@ GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 ) = range(51)  # fmt: skip
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def port(
     p: float, ps: float, pt: float, k_supply: float, k_tank: float, leak_p: float, leak: float, o: float, o_next: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -75,7 +75,7 @@ def port(
     return leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0
 
 
-@njit(error_model="numpy")
+@njit_law
 def begin(axes: Any, params: Any, x: Any, v: Any, h: float, work: Any, a: Any, b: Any) -> None:
     """Fill the constants of a call and the pressures at its start, also into a[:, 0] and b[:, 0]."""
     for i in range(axes.shape[0]):
@@ -100,7 +100,7 @@ def begin(axes: Any, params: Any, x: Any, v: Any, h: float, work: Any, a: Any, b
         a[i, 0], b[i, 0] = axes[i, c.P_A], axes[i, c.P_B]
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> tuple[float, float]:
     """1 / p and 1 / (oil dnu/dp) at the pressure p, in one division; 0 for the latter in a void."""
     falls = oil * ((1.0 - air) * (1.0 - (p - ATMOSPHERE_PA) * per_bulk) * per_bulk * p + gas / POLYTROPIC)
@@ -108,7 +108,7 @@ def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> t
     return both * falls, -both * p * p if p > VAPOUR_PA else 0.0
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def settle(
     volume: float, growth: float, oil: float, guess: float, near: float, per_near: float, gas_near: float,
     inverse: float, bulk: float, per_bulk: float, air: float, nu_vapour: float,
@@ -126,7 +126,7 @@ def settle(
     return p, gas, per, inverse, -nu * inverse, growth * inverse, enthalpy_with_gas(p, gas, per_bulk, air)
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def settle_both(
     axes: Any, params: Any, work: Any, i: int, guess_a: float, guess_b: float, near_a: float, near_b: float
 ) -> None:
@@ -148,7 +148,7 @@ def settle_both(
     )  # fmt: skip
 
 
-@njit(error_model="numpy")
+@njit_law
 def first_stage(
     axes: Any, params: Any, work: Any, openings: Any, k: int, ps: float, pt: float, h: float
 ) -> tuple[float, float]:
@@ -208,7 +208,7 @@ def first_stage(
     return total, rise
 
 
-@njit(error_model="numpy")
+@njit_law
 def second_stage(
     axes: Any, params: Any, work: Any, openings: Any, k: int, q: float, ps: float, pt: float, h: float
 ) -> float:
@@ -250,7 +250,7 @@ def second_stage(
     return total
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def predicted(axes: Any, params: Any, work: Any, i: int, ka: float, kb: float, h: float) -> tuple[float, float]:
     """Pressures of both chambers of axis i at the substep's end if the rates ka, kb hold; volumes advance."""
     bulk, per_bulk, air, nu_v = params[i, c.BULK], work[i, PER_BULK], params[i, c.AIR], work[i, NU_V]
@@ -273,7 +273,7 @@ def predicted(axes: Any, params: Any, work: Any, i: int, ka: float, kb: float, h
     return pa, pb
 
 
-@njit(error_model="numpy")
+@njit_law
 def close_step(
     axes: Any, params: Any, work: Any, k: int, q: float, h_supply: float, h_tank: float, h: float, a: Any, b: Any
 ) -> tuple[float, float, float]:
@@ -311,7 +311,7 @@ def close_step(
     return total, back, heat
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def kept_by_hoses(axes: Any, params: Any, work: Any, i: int) -> float:
     """Energy that the hoses of one axis took in since `begin`, J."""
     kept = 0.0

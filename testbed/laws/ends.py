@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
+from testbed.laws.compiling import njit_law
 
 
-@njit(error_model="numpy")
+@njit_law
 def mean_ramp(start: float, end: float) -> float:
     """Mean of max(0, y) while y runs evenly from `start` to `end`."""
     if start >= 0.0 and end >= 0.0:
@@ -23,7 +23,7 @@ def mean_ramp(start: float, end: float) -> float:
     return 0.5 * high * high / abs(end - start)
 
 
-@njit(error_model="numpy")
+@njit_law
 def share_above(start: float, end: float) -> float:
     """Share of the time in which y > 0 while y runs evenly from `start` to `end`."""
     if start > 0.0 and end > 0.0:
@@ -34,7 +34,7 @@ def share_above(start: float, end: float) -> float:
     return high / abs(end - start)
 
 
-@njit(error_model="numpy")
+@njit_law
 def one_end(
     gap: float, gap_end: float, approach: float, length: float, cushion: float, stiffness: float, damping: float
 ) -> float:
@@ -54,7 +54,7 @@ def one_end(
     return float(stiffness * mean_ramp(relief - gap, relief - gap_end))
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def end_force(p: Any, x: float, v: float, dt: float) -> float:
     """Mean force of cushions and stops over dt, N, along +x; x at the step's start, p: AXIS_PARAMETERS."""
     end = x + v * dt
@@ -68,7 +68,7 @@ def end_force(p: Any, x: float, v: float, dt: float) -> float:
     return force
 
 
-@njit(error_model="numpy")
+@njit_law
 def extra_force(p: Any, x: float, v: float, t: float, dt: float) -> float:
     """Mean over [t, t + dt] of undeclared forces on the piston along +x, N: spring, narrow band, early cushion."""
     force = 0.0

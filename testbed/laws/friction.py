@@ -10,21 +10,21 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
+from testbed.laws.compiling import njit_law
 from testbed.laws.oil import ATMOSPHERE_PA
 
 SMALLEST_N = 1.0e-3
 """The bristle divides by its level: dry friction that is off is this small."""
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def stribeck_level(speed: float, coulomb_n: float, static_n: float, stribeck_m_s: float) -> float:
     """g(v) = F_c0 + F_s0 exp(-|v| / c_s), N: the paper's (4) and (5), exponent one; `speed` = |v| in m/s."""
     return coulomb_n + static_n * math.exp(-speed / stribeck_m_s)
 
 
-@njit(error_model="numpy")
+@njit_law
 def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
     """Value after, and mean during, an exponential approach to `aim` over `exponent` time constants."""
     if exponent < 0.01:  # the closed form would divide zero by zero: its series, right to 1e-10
@@ -34,7 +34,7 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
     return aim + (start - aim) * left, aim + (start - aim) * (1.0 - left) / exponent
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def bristle_step(
     z: float, v: float, dt: float, level_n: float, stiffness: float, damping: float
 ) -> tuple[float, float]:
@@ -51,7 +51,7 @@ def bristle_step(
     return new, stiffness * mean + damping * (new - z) / dt
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def dwell_step(dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt: float) -> tuple[float, float]:
     """Ageing of the contact over dt, after and mean: towards `gain` at rest, worn off by sliding. Exact.
 
@@ -62,7 +62,7 @@ def dwell_step(dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt:
     return after, mean
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def friction_step(
     s: Any, p: Any, x: float, v: float, mean_a: float, mean_b: float, warm: float, load: float, side: float, dt: float
 ) -> float:
@@ -91,7 +91,7 @@ def friction_step(
     return float(force + sigma * warm * v)
 
 
-@njit(error_model="numpy")
+@njit_law
 def steady_friction(v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float) -> float:
     """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v = 0."""
     if v == 0.0:

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.chamber import WORK, begin, close_step, first_stage, kept_by_hoses, second_stage
+from testbed.laws.compiling import njit_law
 from testbed.laws.ends import end_force, extra_force
 from testbed.laws.friction import friction_step
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -34,7 +34,7 @@ from testbed.laws.transducer import sense_path, transducer_weights
 from testbed.laws.valve import spool_weights, valve_path
 
 
-@njit(error_model="numpy")
+@njit_law
 def open_valves(axes: Any, params: Any, command: Any, h: float, openings: Any) -> None:
     """Openings of all axes at the ends of the substeps, (n, substeps + 1)."""
     p = params[0]
@@ -54,7 +54,7 @@ def open_valves(axes: Any, params: Any, command: Any, h: float, openings: Any) -
             openings[i, :] = 0.0
 
 
-@njit(error_model="numpy")
+@njit_law
 def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
     """Transducers of all axes along the chambers' pressures a, b (n, substeps + 1)."""
     p = params[0]
@@ -72,7 +72,7 @@ def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
         sense_path(axes[i], p, a[i], b[i], h, weights)
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def mean_of_nodes(values: Any) -> float:
     """Trapezoidal mean of values at the ends of equal intervals."""
     total = 0.5 * (values[0] + values[-1])
@@ -81,7 +81,7 @@ def mean_of_nodes(values: Any) -> float:
     return float(total / (values.shape[0] - 1))
 
 
-@njit(error_model="numpy")
+@njit_law
 def rod_forces(
     axes: Any, params: Any, work: Any, x: Any, v: Any, load: Any, side: Any, a: Any, b: Any,
     viscosity: float, warmth: float, t: float, dt: float,
@@ -106,7 +106,7 @@ def rod_forces(
     return heat
 
 
-@njit(error_model="numpy")
+@njit_law
 def hydraulic_step(
     axes: Any, params: Any, supply: Any, unit: Any, x: Any, v: Any, command: Any, load: Any, side: Any,
     dt: float, substeps: int,

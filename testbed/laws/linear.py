@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from testbed.compiled import njit
+from testbed.laws.compiling import njit_law
 
 
-@njit(error_model="numpy")
+@njit_law
 def second_order(wn: float, zeta: float, t: float) -> tuple[float, float, float, float]:
     """exp(M t) of y'' = -wn^2 y - 2 zeta wn y' for (y, y'): (yy, yr, ry, rr), dimensions 1, s, 1/s, 1.
 
@@ -28,7 +28,7 @@ def second_order(wn: float, zeta: float, t: float) -> tuple[float, float, float,
     return decay * (cosine + a * sine), decay * sine, -decay * wn * wn * sine, decay * (cosine - a * sine)
 
 
-@njit(error_model="numpy")
+@njit_law
 def lag_weights(tau: float, t: float) -> tuple[float, float]:
     """Weights (of the old state, of the input's rise) of a first-order lag after t whose input ramps linearly.
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from testbed.compiled import njit
+from testbed.laws.compiling import njit_law
 
 ATMOSPHERE_PA = 1.0e5
 VAPOUR_PA = 1.0e3
@@ -27,7 +27,7 @@ GAS_AT_VAPOUR = (ATMOSPHERE_PA / VAPOUR_PA) ** _POWER
 _SMALL = 0.06
 
 
-@njit(error_model="numpy")
+@njit_law
 def gas_volume(p_pa: float, air: float) -> float:
     """a (p0 / p)^(1 / 1.4): what the air of one standard volume takes up at the absolute pressure p."""
     if air <= 0.0:
@@ -35,7 +35,7 @@ def gas_volume(p_pa: float, air: float) -> float:
     return air * math.exp(-math.log(p_pa / ATMOSPHERE_PA) * _POWER)
 
 
-@njit(error_model="numpy")
+@njit_law
 def gas_volume_near(p_pa: float, near_pa: float, gas_near: float) -> float:
     """`gas_volume` at p from its value at `near_pa`: five terms of the binomial series (2e-7) where that is close."""
     y = p_pa / near_pa - 1.0
@@ -45,7 +45,7 @@ def gas_volume_near(p_pa: float, near_pa: float, gas_near: float) -> float:
     return gas_near * math.exp(-math.log(p_pa / near_pa) * _POWER)
 
 
-@njit(error_model="numpy")
+@njit_law
 def specific_volume(p_pa: float, bulk_pa: float, air: float) -> tuple[float, float]:
     """nu(p), dimensionless, and d nu / dp in 1/Pa, at the absolute pressure p."""
     x = (p_pa - ATMOSPHERE_PA) / bulk_pa
@@ -54,14 +54,14 @@ def specific_volume(p_pa: float, bulk_pa: float, air: float) -> tuple[float, flo
     return nu, -(1.0 - air) * (1.0 - x) / bulk_pa - gas * _POWER / p_pa
 
 
-@njit(error_model="numpy")
+@njit_law
 def vapour_volume(bulk_pa: float, air: float) -> float:
     """nu at the vapour pressure: beyond it a chamber holds a void."""
     x = (VAPOUR_PA - ATMOSPHERE_PA) / bulk_pa
     return float((1.0 - air) * (1.0 - x + 0.5 * x * x) + air * GAS_AT_VAPOUR)
 
 
-@njit(error_model="numpy")
+@njit_law
 def pressure_of(
     nu: float, guess_pa: float, near_pa: float, gas_near: float, bulk_pa: float, air: float, nu_vapour: float
 ) -> tuple[float, float, float]:
@@ -91,7 +91,7 @@ def pressure_of(
     return p, gas, slope
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def pressure_near(
     volume: float, oil: float, guess_pa: float, near_pa: float, per_near: float, gas_near: float,
     inverse: float, per_bulk: float, air: float,
@@ -113,14 +113,14 @@ def pressure_near(
     return p, gas * (1.0 - _POWER * z * (1.0 - y)), nu, holds
 
 
-@njit(error_model="numpy")
+@njit_law
 def effective_bulk_modulus(p_pa: float, bulk_pa: float, air: float) -> float:
     """-nu / (d nu / dp) in Pa: what a pressure transient sees at the absolute pressure p."""
     nu, slope = specific_volume(p_pa, bulk_pa, air)
     return float(-nu / slope)
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def enthalpy_with_gas(p_pa: float, gas: float, per_bulk: float, air: float) -> float:
     """h(p) with the gas volume at p and 1 / bulk modulus known: see `enthalpy`."""
     d = p_pa - ATMOSPHERE_PA
@@ -129,13 +129,13 @@ def enthalpy_with_gas(p_pa: float, gas: float, per_bulk: float, air: float) -> f
     return liquid + (p_pa * gas - air * ATMOSPHERE_PA) / (1.0 - _POWER)
 
 
-@njit(error_model="numpy")
+@njit_law
 def enthalpy(p_pa: float, bulk_pa: float, air: float) -> float:
     """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle heats by its drop."""
     return float(enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air))
 
 
-@njit(error_model="numpy")
+@njit_law
 def internal_energy(p_pa: float, bulk_pa: float, air: float) -> float:
     """e(p) = h - p nu + p0, J per standard m3, zero at p0: what oil at rest stores."""
     nu, _ = specific_volume(p_pa, bulk_pa, air)

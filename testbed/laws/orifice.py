@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from testbed.compiled import njit
+from testbed.laws.compiling import njit_law
 
 LAMINAR_DROP_PA = 2.0e4
 """Pressure drop below which the flow turns laminar (assumed; a sharp edge at Re of some tens)."""
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def orifice(drop_pa: float) -> tuple[float, float]:
     """Smoothed `sign(dp) sqrt(|dp|)` and its derivative by dp, in sqrt(Pa) and 1/sqrt(Pa).
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.chamber import GAMMA
+from testbed.laws.compiling import njit_law
 from testbed.laws.oil import VAPOUR_PA, enthalpy, specific_volume
 
 TRACTION_BAND_PA = 1.0e5
@@ -29,7 +29,7 @@ TRACTION_BAND_PA = 1.0e5
 ) = range(20)  # fmt: skip
 
 
-@njit(error_model="numpy")
+@njit_law
 def accumulator(p_pa: float, volume_m3: float, precharge_pa: float) -> tuple[float, float]:
     """Oil in a bladder accumulator (m3, isothermal gas: V0 (1 - p0 / p)) and its derivative by p; 0 below precharge."""
     if p_pa <= precharge_pa:
@@ -38,7 +38,7 @@ def accumulator(p_pa: float, volume_m3: float, precharge_pa: float) -> tuple[flo
     return volume_m3 * (1.0 - ratio), volume_m3 * ratio / p_pa
 
 
-@njit(error_model="numpy")
+@njit_law
 def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
     """Standard volume of oil in line and accumulator at the absolute pressure p, m3, and its slope by p."""
     nu, dnu = specific_volume(p_pa, unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])
@@ -47,14 +47,14 @@ def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
     return oil, (dacc - oil * dnu) / nu
 
 
-@njit(error_model="numpy")
+@njit_law
 def supply_oil(p_pa: float, unit: Any) -> float:
     """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit: SUPPLY_PARAMETERS."""
     oil, _ = supply_oil_slope(p_pa, unit)
     return float(oil)
 
 
-@njit(error_model="numpy")
+@njit_law
 def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, float]:
     """Absolute pressure (Pa) of the line that holds `oil`, and its slope by oil (Pa/m3); vapour pressure if empty."""
     p = guess_pa if guess_pa > VAPOUR_PA else VAPOUR_PA
@@ -76,7 +76,7 @@ def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, floa
     return p, 1.0 / slope
 
 
-@njit(error_model="numpy")
+@njit_law
 def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
     """Flow of the pump, standard m3/s: its stroke's, or what the power allows at this rise of enthalpy."""
     flow = stroke * unit[c.PUMP_FLOW] * unit[c.PUMP_ON]
@@ -85,14 +85,14 @@ def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
     return float(flow)
 
 
-@njit(error_model="numpy")
+@njit_law
 def wanted_stroke(p_pa: float, unit: Any) -> float:
     """What the compensator asks for, 0..1."""
     wanted = (unit[c.PUMP_SET] - p_pa) / unit[c.PUMP_BAND]
     return float(0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted))
 
 
-@njit(error_model="numpy")
+@njit_law
 def relief(p_pa: float, unit: Any) -> tuple[float, float]:
     """Flow to the tank through relief valve and case leakage (negative: made up from the tank), m3/s, and its slope."""
     flow, slope = unit[c.PUMP_LEAK] * (p_pa - unit[c.TANK_P]), unit[c.PUMP_LEAK]
@@ -105,14 +105,14 @@ def relief(p_pa: float, unit: Any) -> tuple[float, float]:
     return flow, slope
 
 
-@njit(error_model="numpy")
+@njit_law
 def traction(p_pa: float, s: Any, unit: Any) -> float:
     """What the traction devices take, m3/s."""
     above = (p_pa - unit[c.TANK_P]) / TRACTION_BAND_PA
     return float(s[c.TRACTION_FLOW] * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above)))
 
 
-@njit(error_model="numpy")
+@njit_law
 def begin_supply(s: Any, unit: Any, w: Any) -> None:
     """Clear a call's totals; slope and enthalpy at its start."""
     w[PUMPED:UNIT_WORK] = 0.0
@@ -121,7 +121,7 @@ def begin_supply(s: Any, unit: Any, w: Any) -> None:
     w[ENTHALPY] = enthalpy(s[c.P_SUPPLY], unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])
 
 
-@njit(error_model="numpy")
+@njit_law
 def supply_first(s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float) -> tuple[float, float]:
     """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure at the end (Pa).
 
@@ -154,7 +154,7 @@ def supply_first(s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float)
     return q, ahead_pa
 
 
-@njit(error_model="numpy")
+@njit_law
 def supply_second(s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise: float, h: float) -> float:
     """Second stage: returns the second q; oil, pressure, stroke, droop and totals advance."""
     gh = GAMMA * h
@@ -197,7 +197,7 @@ def supply_second(s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise
     return float(q)
 
 
-@njit(error_model="numpy")
+@njit_law
 def end_supply(s: Any, unit: Any, w: Any, returned: float, heat_j: float, loss_before: float, dt: float) -> None:
     """Book a call's totals: tank, pump work, losses, temperature, time."""
     s[c.OIL_TANK] += returned + w[RELIEVED] + w[PULLED] - w[PUMPED]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
+from testbed.laws.compiling import njit_law
 from testbed.laws.linear import lag_weights, second_order
 
 
-@njit(error_model="numpy")
+@njit_law
 def transducer_weights(
     line_wn: float, line_zeta: float, tau: float, h: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -19,7 +19,7 @@ def transducer_weights(
     return yy, yr, ry, rr, old, rise
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
     """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n substeps of h."""
     yy, yr, ry, rr, old, rise = weights

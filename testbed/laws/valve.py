@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.compiled import njit
 from testbed.laws import columns as c
+from testbed.laws.compiling import njit_law
 from testbed.laws.linear import second_order
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def play(state: float, command: float, half_width: float) -> float:
     """Hysteresis as a play operator: the output follows the command, `half_width` behind it in either direction."""
     if command > state + half_width:
@@ -24,7 +24,7 @@ def play(state: float, command: float, half_width: float) -> float:
     return state
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def opening(s: float, deadband: float) -> float:
     """o = sign(s) max(|s| - d, 0) / (1 - d), -1..1."""
     if s > deadband:
@@ -34,7 +34,7 @@ def opening(s: float, deadband: float) -> float:
     return 0.0
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def engaging_time(amplifier: float, command: float, state: float, half_width: float, tau: float) -> float:
     """Time after which the amplifier, on its way to `command`, drags the play along; inf if it never does, s."""
     if command > state + half_width:
@@ -47,7 +47,7 @@ def engaging_time(amplifier: float, command: float, state: float, half_width: fl
     return tau * math.log(ratio) if ratio > 1.0 else 0.0
 
 
-@njit(error_model="numpy")
+@njit_law
 def spool_after(
     s: float, rate: float, base: float, swing: float, wn: float, zeta: float, tau: float, t: float
 ) -> tuple[float, float]:
@@ -61,7 +61,7 @@ def spool_after(
     )
 
 
-@njit(error_model="numpy")
+@njit_law
 def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, float, float]:
     """Answer of the spool to an input e^(-t/tau): its share, its rate (1/s), and e^(-t/tau) after t."""
     inverse = 1.0 / tau
@@ -72,7 +72,7 @@ def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, f
     return forced, -forced * inverse, math.exp(-t * inverse)
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def bounded(s: float, rate: float) -> tuple[float, float]:
     """The spool's stops at +-1."""
     if s > 1.0:
@@ -82,7 +82,7 @@ def bounded(s: float, rate: float) -> tuple[float, float]:
     return s, rate
 
 
-@njit(error_model="numpy")
+@njit_law
 def spool_weights(
     wn: float, zeta: float, tau: float, h: float
 ) -> tuple[float, float, float, float, float, float, float]:
@@ -92,7 +92,7 @@ def spool_weights(
     return yy, yr, ry, rr, forced, forced_rate, decay
 
 
-@njit(error_model="numpy", forceinline=True)
+@njit_law(forceinline=True)
 def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any) -> None:
     """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); state of one axis advances.
 
