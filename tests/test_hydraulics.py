@@ -14,6 +14,7 @@ from testbed.errors import InputError
 from testbed.evaluation.hydraulics_balance import balance, creep, machine, oil
 from testbed.evaluation.hydraulics_check import compare, kernel_forces, run_check
 from testbed.evaluation.hydraulics_manoeuvres import KINDS, manoeuvre
+from testbed.evaluation.kernel_speed import compare_speed
 from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step, mean_of_nodes
 from testbed.laws.initial import start_axes, start_supply
@@ -340,3 +341,10 @@ def test_a_worse_kernel_would_not_pass() -> None:
     assert not replace(good, rms_n=46.0).holds
     assert not replace(good, worst_n=301.0).holds
     assert not replace(good, half_rms_n=0.6 * good.rms_n).holds
+
+
+@pytest.mark.slow
+def test_kernel_is_far_faster_than_lsoda_at_equal_error() -> None:
+    found = compare_speed(steps=60)
+    assert found["lsoda_error_n"] <= found["kernel_error_n"] < 2.0
+    assert found["lsoda_ratio"] > 40.0  # about a hundred on a machine left alone
