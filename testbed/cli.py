@@ -336,6 +336,32 @@ def play(
         print_table("One episode", ["figure", "value"], [[k, str(v)] for k, v in found.items()])
 
 
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help="Folder for paper.html and paper.json.")],
+    figures: Annotated[
+        list[str] | None, typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Run the paper's experiments and set its claims beside what is measured."""
+    from testbed.evaluation.paper.run import chosen, run_figures
+    from testbed.report.console import print_json, print_table
+    from testbed.report.paper_page import prepare, rows, write_paper
+    from testbed.report.progress import counting_progress
+
+    wanted = chosen(figures or [])
+    prepare(out)
+    with counting_progress(len(wanted), "figures") as progress:
+        experiments = run_figures(wanted, progress)
+    claims, page = write_paper(experiments, out)
+    if json:
+        print_json(claims)
+    else:
+        print_table("The paper's claims", *rows(experiments))
+        print(page)
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv
