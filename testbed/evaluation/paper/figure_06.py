@@ -115,7 +115,7 @@ def experiment() -> Experiment:
          "were true. 'b absorbs' keeps a = 1; 'a and b' is the regression (2) as it stands. 'Weight kept': the "
          "regression is made on the cell's reading less the frame's weight, so that the force shows the hanging frame.",
          "No number of the machine was changed for this: the declared one is the row 90 bar, 0.75. But the convention "
-         "of the calibration decides, and it is not known here which one the paper's force had; the regression (2) with "
-         "both a and b is taken as the paper writes it, and the other two stand beside it."],
+         "of the calibration decides, and it is not known here which one the paper's force had; the regression (2) "
+         "with both a and b is taken as the paper writes it, and the other two stand beside it."],
     )  # fmt: skip
 

@@ -68,7 +68,8 @@ def experiment() -> Experiment:
     """Reverse slowly and look for both marks; other speeds and a softer oil column beside it."""
     trace = run(slow_reversals(), seed=9).after(1.0)
     counts = {name: [slips_at(v, change) for v in SPEEDS_M_S]
-              for name, change in (("as declared", {}), ("soft oil column", SOFT), ("quick bristle", QUICK))}  # fmt: skip
+              for name, change in (("as declared", {}), ("soft oil column", SOFT),
+                                   ("quick bristle", QUICK))}  # fmt: skip
     slips = stick_slips(smooth(trace.speed_m_s, 2.0), SLOW_M_S)
     t, s = trace.time_s, slice(None, None, 5)
     return Experiment(
@@ -91,6 +92,6 @@ def experiment() -> Experiment:
         [Table("Stick-slips while going out and back once",
                ["machine", *(f"{v * 1e3:g} mm/s" for v in SPEEDS_M_S)],
                [[name, *map(str, found)] for name, found in counts.items()])],
-        ["Every number of the seal is assumed; the table says what a softer oil column or a stiffer, less damped bristle "
-         "would change. Which of them the real leg has is not known."],
+        ["Every number of the seal is assumed; the table says what a softer oil column or a stiffer, less damped "
+         "bristle would change. Which of them the real leg has is not known."],
     )  # fmt: skip
