@@ -28,6 +28,8 @@ class Command:
     """Rate of the ropes' unstrained lengths: negative hauls in."""
     carrying: NDArray[np.bool_] = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
     """Which feet are meant to carry."""
+    still: bool = False
+    """Nothing differs from the last tick's command."""
 
 
 @dataclass(slots=True)
@@ -68,12 +70,14 @@ class Hold:
         self._raise = task if isinstance(task, Raise) else None
         self._events = tuple(e for e in events if isinstance(e, LiftFoot | SetRope))
         self._now = Command(reference=start.copy())
+        self._given = False
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         del measured
         command = self._now
         if self._raise is None and not self._events:
+            command.still, self._given = self._given, True
             return command
         wanted = self._start.copy()
         command.carrying[:] = True

@@ -56,3 +56,9 @@ def quiet_stand(duration_s: float = 60.0, cases: tuple[str, ...] = tuple(CASES))
             "mean_n": slow.mean(axis=0).tolist(),
         }
     return out
+
+
+if __name__ == "__main__":
+    import json
+
+    print(json.dumps(quiet_stand(), indent=1))

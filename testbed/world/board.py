@@ -118,3 +118,5 @@ class Board:
             setattr(self, name, self.array[start : start + int(np.prod(shape))].reshape(shape))
         self.engine_state = self.array[: OFFSETS["base"]]
         """q, qd and pose in one stretch, as the engine fills them."""
+        self.given = self.array[OFFSETS["joint_torque"] : OFFSETS["axes"]]
+        """Joint torques, force and torque on the base in one stretch, as the engine takes them."""

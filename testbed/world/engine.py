@@ -75,6 +75,7 @@ class Engine:
         if self.client < 0:
             raise SimulationFault("the physics engine gave no client")
         self._dressed = False
+        self._centre: Sequence[float] = (0.0, 0.0, 0.0)
         c = self.client
         p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
         p.setPhysicsEngineParameter(
@@ -174,6 +175,7 @@ class Engine:
         p.resetBasePositionAndOrientation(
             self.robot, com.tolist(), quaternion(turned).tolist(), physicsClientId=self.client
         )
+        self._centre = com.tolist()
         p.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
@@ -182,6 +184,7 @@ class Engine:
         """Fill `state` (31): joint positions (12), rates (12), position and quaternion of the base's principal axes."""
         angles, rates, _, _ = zip(*p.getJointStates(self.robot, self.joints, self.client), strict=True)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
+        self._centre = position
         state[:] = angles + rates + position + orientation
 
     def leg_numbers(self) -> Array:
@@ -221,14 +224,15 @@ class Engine:
             self.robot, self.joints, p.POSITION_CONTROL, targetPositions=joints.tolist(), physicsClientId=c
         )
 
-    def apply(self, torques: Array, force: Array, torque: Array, base: Array) -> None:
-        """Joint torques (12) and a wrench on the base: force (3) at its centre of mass, torque (3), world frame."""
-        c = self.client
-        p.setJointMotorControlArray(
-            self.robot, self.joints, p.TORQUE_CONTROL, forces=torques.tolist(), physicsClientId=c
-        )
-        p.applyExternalForce(self.robot, -1, force.tolist(), base[:3].tolist(), p.WORLD_FRAME, c)
-        p.applyExternalTorque(self.robot, -1, torque.tolist(), p.WORLD_FRAME, c)
+    def apply(self, given: Array) -> None:
+        """What acts during the next step (18): joint torques (12), force (3) and torque (3) on the base, world frame.
+
+        The force acts at the base's centre of mass as `read` (or `reset`) last saw it.
+        """
+        c, values = self.client, given.tolist()
+        p.setJointMotorControlArray(self.robot, self.joints, p.TORQUE_CONTROL, forces=values[:12], physicsClientId=c)
+        p.applyExternalForce(self.robot, -1, values[12:15], self._centre, p.WORLD_FRAME, c)
+        p.applyExternalTorque(self.robot, -1, values[15:], p.WORLD_FRAME, c)
 
     def step(self) -> None:
         """One step of the bodies and contacts."""

@@ -94,6 +94,7 @@ class Simulation:
         self._row[CARRYING] = 1.0
         self._belly_n = 0.0
         self._ticks = -1
+        self._seen: Measured | None = None
         self._empty = np.zeros((1, len(DATA_COLUMNS))), np.zeros((1, len(TRUTH_COLUMNS)))
         self._fixed = (
             self.dt, self._control_dt, rates.hydraulic_substeps, m.locked, GRAVITY_M_S2, b.array, self._row,
@@ -128,12 +129,11 @@ class Simulation:
         data, truth = np.zeros((rows, len(DATA_COLUMNS))), np.zeros((rows, len(TRUTH_COLUMNS)))
         self._block = data, truth
         apply, advance, read, contacts, do = engine.apply, engine.step, engine.read, engine.contacts, self._do
-        torques, force, torque, base = board.joint_torque, board.force, board.torque, board.base
-        state, foot_force, normal_force = board.engine_state, board.foot_force, board.normal_force
+        given, state, foot_force, normal_force = board.given, board.engine_state, board.foot_force, board.normal_force
         rough = not self.machine.ground.flat
         flags, period, count, k = self._flags, len(self._flags), 0, self._step
         while count < rows and not self.finished:
-            apply(torques, force, torque, base)
+            apply(given)
             advance()
             read(state)
             if rough:
@@ -189,7 +189,7 @@ class Simulation:
     # ---- the slow tick -------------------------------------------------------------------------------------
 
     def _tick(self, t: float) -> None:
-        m, b = self.machine, self.machine.board
+        m = self.machine
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         if m.drill.update(t, 1.0 / TICK_HZ):
@@ -201,16 +201,27 @@ class Simulation:
             now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
             m.board.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
         self._command = m.program.update(t, self._every_tick * self.dt, self._measured())
-        b.reference[:] = self._command.reference
-        b.reference_rate[:] = self._command.rate
-        self._command.reference += self._command.rate * self._every_tick * self.dt
-        m.board.ropes[:, plant.RATE_COMMAND] = self._command.rope_rate_m_s
-        self._row[CARRYING] = self._command.carrying
+        if not self._command.still:
+            self._take(self._command)
         self._watch(t)
 
+    def _take(self, command: Command) -> None:
+        """Hand a new command to the loops, the ropes and the rows."""
+        b = self.machine.board
+        b.reference[:] = command.reference
+        b.reference_rate[:] = command.rate
+        command.reference += command.rate * self._every_tick * self.dt
+        b.ropes[:, plant.RATE_COMMAND] = command.rope_rate_m_s
+        self._row[CARRYING] = command.carrying
+
     def _measured(self) -> Measured:
-        row = self._row
-        return Measured(
+        """This tick's readings; all but one number are views of the running row."""
+        seen, row = self._seen, self._row
+        if seen is not None:
+            seen.supply_pressure_pa = float(row[sensing.SUPPLY])
+            self.machine.drill_belief()
+            return seen
+        self._seen = Measured(
             position=row[sensing.POSITION],
             load_n=self.machine.chain.method("own"),
             contact=row[CONTACT],
@@ -221,6 +232,7 @@ class Simulation:
             pressure_a_pa=row[sensing.PRESSURE_A],
             pressure_b_pa=row[sensing.PRESSURE_B],
         )
+        return self._seen
 
     def _watch(self, t: float) -> None:
         m = self.machine
