@@ -204,7 +204,7 @@ def test_an_impossible_start_posture_is_refused_by_name() -> None:
 
 def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:
     from testbed.robot.urdf_merge import rotation_from_rpy, rpy_from_rotation
-    from testbed.world.engine import quaternion
+    from testbed.world.rotations import quaternion
 
     rng = np.random.default_rng(5)
     for rpy in (*rng.uniform(-1.5, 1.5, (50, 3)).tolist(), [0.3, math.pi / 2, 0.2], [3.0, 0.1, -3.1]):

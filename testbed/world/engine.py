@@ -20,6 +20,8 @@ from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.robot.urdf_check import read_urdf
 from testbed.robot.urdf_merge import merged
 from testbed.world import foot_forces as ff
+from testbed.world.rock import rock_texture
+from testbed.world.rotations import quaternion
 from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
@@ -395,31 +397,3 @@ class Engine:
 def matrix(quaternion_xyzw: Any) -> Array:
     """Rotation matrix (3, 3) of a quaternion xyzw."""
     return np.array(p.getMatrixFromQuaternion(quaternion_xyzw), dtype=np.float64).reshape(3, 3)
-
-
-def rock_texture(size: int = 256, seed: int = 7) -> NDArray[np.uint8]:
-    """A tile (size, size, 3) of weathered rock that repeats without seams."""
-    rng = np.random.default_rng(seed)
-    k = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.fftfreq(size)[None, :])
-    falling = np.where(k > 0, np.maximum(k, 1.0 / size) ** -1.2, 0.0)
-    grain = np.fft.ifft2(np.fft.fft2(rng.standard_normal((size, size))) * falling).real
-    grain /= grain.std()
-    shade = 188.0 + 15.0 * grain + 3.0 * rng.standard_normal((size, size))
-    return np.asarray(np.clip(shade[:, :, None] * np.array([1.0, 0.95, 0.87]), 0, 255), dtype=np.uint8)
-
-
-def quaternion(rotation: Array) -> Array:
-    """Quaternion xyzw of a rotation matrix (3, 3)."""
-    r = rotation
-    trace = float(np.trace(r))
-    squares = np.maximum(np.array([*(1.0 + 2.0 * np.diag(r) - trace), 1.0 + trace]), 0.0)
-    k = int(np.argmax(squares))
-    products = np.array(
-        [
-            [squares[0], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
-            [r[1, 0] + r[0, 1], squares[1], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]],
-            [r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[2], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], squares[3]],
-        ]
-    )
-    return np.asarray(products[k] / np.linalg.norm(products[k]))

@@ -1,0 +1,25 @@
+"""Rotations in the engine's form."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def quaternion(rotation: Array) -> Array:
+    """Quaternion xyzw of a rotation matrix (3, 3)."""
+    r = rotation
+    trace = float(np.trace(r))
+    squares = np.maximum(np.array([*(1.0 + 2.0 * np.diag(r) - trace), 1.0 + trace]), 0.0)
+    k = int(np.argmax(squares))
+    products = np.array(
+        [
+            [squares[0], r[1, 0] + r[0, 1], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+            [r[1, 0] + r[0, 1], squares[1], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]],
+            [r[0, 2] + r[2, 0], r[2, 1] + r[1, 2], squares[2], r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], squares[3]],
+        ]
+    )
+    return np.asarray(products[k] / np.linalg.norm(products[k]))
