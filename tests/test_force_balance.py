@@ -9,7 +9,7 @@ from testbed.parameters.names import GRAVITY_M_S2
 from testbed.parameters.scenario import load_scenario
 from testbed.world.simulation import Simulation
 
-BOUND = 0.005
+BOUND = 0.001
 """Share of the weight."""
 
 
