@@ -117,7 +117,7 @@ def experiment() -> Experiment:
          "No number of the machine was changed for this: the declared one is the row 90 bar, 0.75. But the convention "
          "of the calibration decides, and it is not known here which one the paper's force had; the regression (2) "
          "with both a and b is taken as the paper writes it, and the other two stand beside it. This "
-         "choice was made after the first one (b alone absorbs) had missed 2100 N: the figure is reproducible under one "
-         "convention, not predicted."],
+         "choice was made after the first one (b alone absorbs) had missed 2100 N: the figure is reproducible under "
+         "one convention, not predicted."],
     )  # fmt: skip
 
