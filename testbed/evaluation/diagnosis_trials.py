@@ -98,7 +98,7 @@ def _raw_bic(d: Diagnosis) -> list[str]:
 
 
 def run(out: Path, rigs: int, jobs: int = 1, progress: Progress | None = None) -> list[dict[str, Any]]:
-    """Trials FIRST_SEED and on, one JSON file each in `out/rigs`; those already there are kept. InputError: bad folder."""
+    """Trials FIRST_SEED and on, one JSON file each in `out/rigs`; existing ones are kept. InputError: bad folder."""
     folder = out / "rigs"
     try:
         folder.mkdir(parents=True, exist_ok=True)
