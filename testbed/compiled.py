@@ -20,7 +20,7 @@ import numba
 _PACKAGE = Path(__file__).resolve().parent
 CONSTANTS = ("laws/columns.py", "world/board.py", "parameters/names.py")
 """Files without a kernel whose numbers are compiled into kernels."""
-KEPT = 6
+KEPT = 24
 """Caches of this many versions of the sources are kept."""
 
 
