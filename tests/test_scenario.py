@@ -103,6 +103,15 @@ def test_every_shipped_scenario_is_sound_and_says_what_it_is_for(path: Path) -> 
     assert scenario.expect.verdict is not None
 
 
+def test_a_mutation_is_a_change_that_loads(write) -> None:
+    text = "mutation: {set: {terrain.friction: 0.1, robot.vertical_m: [0.2, 0.2, 0.3, 0.3]}, because: it slides}"
+    path = write(text, "mutant.yaml")
+    mutation = load_scenario(path).mutation
+    assert mutation is not None and mutation.because == "it slides"
+    changed = load_scenario(path, mutation.overrides())
+    assert changed.terrain.friction == 0.1 and changed.robot.vertical_m == (0.2, 0.2, 0.3, 0.3)
+
+
 @pytest.mark.parametrize("name", ["stand_flat", "stand_flat.yaml", "scenarios/stand_flat.yaml"])
 def test_shipped_scenarios_go_by_name_from_anywhere(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

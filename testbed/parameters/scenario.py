@@ -18,6 +18,7 @@ from testbed.parameters.scenario_parts import (
     Expect,
     Hydraulics,
     Model,
+    Mutation,
     Rates,
     Robot,
     Ropes,
@@ -62,6 +63,9 @@ class Scenario(Checked):
         default=(), description="effects of the world that the model lacks"
     )
     expect: Expect = Expect()
+    mutation: Mutation | None = Field(
+        default=None, description="a change under which `expect` must fail; tests apply it, a run does not"
+    )
 
 
 def load_scenario(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import json
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -268,6 +269,19 @@ class Expect(Checked):
     )
 
 
+class Mutation(Checked):
+    """Changes of the scenario under which its `expect` must fail: proof that it says something. A run ignores it."""
+
+    set: dict[str, Any] = Field(
+        min_length=1, description="dotted path of a value of this scenario -> its changed value"
+    )
+    because: str = Field(min_length=1, description="why the expectation must then fail")
+
+    def overrides(self) -> list[str]:
+        """The changes as `load_scenario` and `--set` take them: `a.b=c`."""
+        return [f"{path}={json.dumps(value)}" for path, value in self.set.items()]
+
+
 __all__ = [
     "PLACES",
     "Bound",
@@ -276,6 +290,7 @@ __all__ = [
     "Expect",
     "Hydraulics",
     "Model",
+    "Mutation",
     "Names",
     "Rates",
     "Robot",
