@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from testbed.parameters.checking import Checked
+from testbed.parameters.checked import Checked
 from testbed.parameters.names import GRAVITY_M_S2
 
 Positive = Annotated[float, Field(gt=0.0)]

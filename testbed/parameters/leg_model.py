@@ -17,9 +17,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from testbed.errors import InputError
-from testbed.parameters.checking import Checked, check, read_yaml, write_yaml
+from testbed.parameters.checked import Checked, Pair, Sequence, checked
 from testbed.parameters.known import Known, NotNegative, Positive
 from testbed.parameters.names import AXES, LEGS
+from testbed.parameters.yaml_files import read_mapping, write_yaml
 
 FORMAT = "roboclimber-model/1"
 
@@ -47,7 +48,7 @@ class Parameter(Checked):
 
     value: float
     unit: str | None = None
-    interval90: tuple[float, float] | None = None
+    interval90: Pair | None = None
 
 
 class EffectEntry(Checked):
@@ -87,7 +88,7 @@ class LegModel(Checked):
     known: Known
     friction: Friction = Friction()
     force_offset_n: float = 0.0
-    effects: tuple[EffectEntry, ...] = ()
+    effects: Annotated[tuple[EffectEntry, ...], Sequence] = ()
     description: str | None = None
 
     def with_effects(self, effects: tuple[EffectEntry, ...]) -> LegModel:
@@ -101,12 +102,12 @@ def read_model(path: str | Path) -> LegModel:
     The names of effects are checked by `testbed.effects.build`, which knows them.
     """
     path = Path(path)
-    tree = read_yaml(path)
+    tree = read_mapping(path)
     if tree.get("format") != FORMAT:
         raise InputError(
             "is not a model's format", file=path, field="format", value=tree.get("format"), allowed=FORMAT
         )
-    return check(LegModel, tree, path)
+    return checked(LegModel, tree, path)
 
 
 def write_model(path: str | Path, model: LegModel) -> None:

@@ -14,9 +14,10 @@ import numpy.typing as npt
 from pydantic import Field, field_validator, model_validator
 
 from testbed.errors import InputError
-from testbed.parameters.checking import Checked, check, read_yaml
+from testbed.parameters.checked import Checked, Pair, checked
 from testbed.parameters.known import Known
 from testbed.parameters.table import read_columns
+from testbed.parameters.yaml_files import read_mapping
 
 FORMAT = "roboclimber-recording/1"
 MINIMUM_SAMPLES = 50
@@ -51,7 +52,7 @@ class Channel(Checked):
     column: Annotated[str, Field(min_length=1)]
     unit: str
     resolution: Annotated[float, Field(gt=0.0)] | None = None
-    range_pa: tuple[float, float] | None = None
+    range_pa: Pair | None = None
     calibration: Calibration | None = None
 
     @field_validator("range_pa")
@@ -220,7 +221,7 @@ def read_rig(folder: str | Path) -> Rig:
 
 
 def _read_header(path: Path) -> Header:
-    tree = read_yaml(path)
+    tree = read_mapping(path)
     if tree.get("format") != FORMAT:
         raise InputError(
             "is not a recording's format", file=path, field="format", value=tree.get("format"), allowed=FORMAT
@@ -233,7 +234,7 @@ def _read_header(path: Path) -> Header:
             value="robot",
             allowed="vertical-leg, cylinder, drive",
         )
-    header = check(Header, tree, path)
+    header = checked(Header, tree, path)
     for quantity, channel in header.channels.items():
         if quantity not in UNITS:
             raise InputError(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import re
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -79,3 +80,26 @@ def read_yaml(path: str | Path) -> Any:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     return parse_yaml(text, path)
+
+
+def read_mapping(path: str | Path) -> dict[str, Any]:
+    """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a mapping."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("no such file" if not path.exists() else "is not a file", file=path)
+    tree = read_yaml(path)
+    if not isinstance(tree, Mapping):
+        raise InputError("must be a mapping of fields", file=path, value=type(tree).__name__)
+    return {str(key): value for key, value in tree.items()}
+
+
+def write_yaml(path: str | Path, tree: Mapping[str, Any]) -> None:
+    """Write a mapping as YAML, whole or not at all. Raises InputError where it cannot be written."""
+    path, text = Path(path), io.StringIO()
+    yaml.safe_dump(dict(tree), text, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_text(text.getvalue(), encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}", file=path) from error

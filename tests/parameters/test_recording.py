@@ -100,15 +100,15 @@ def _short(_: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
 
 FAULTS = {
     "format": (_set("format", "other/1"), "roboclimber-recording/1"),
-    "unknown key": (_set("colour", "red"), "unknown key 'colour'"),
-    "unknown known": (_set("known.bore_mm", 70), "unknown key 'bore_mm'"),
+    "unknown key": (_set("colour", "red"), "colour: unknown key"),
+    "unknown known": (_set("known.bore_mm", 70), "known.bore_mm: unknown key, did you mean 'bore_m'"),
     "wrong unit": (_set("channels.position.unit", "mm"), "wrong unit"),
     "unknown quantity": (_set("channels.noise", {"column": "x", "unit": "m"}), "unknown quantity 'noise'"),
     "missing position": (_set("channels.position", None), "channels.position is missing"),
     "missing pressure": (_set("channels.pressure_a", None), "channels.pressure_a is missing"),
     "missing column": (_set("channels.position.column", "y"), "no such column"),
     "no calibration": (_set("channels.pressure_a.calibration", None), "needs a calibration"),
-    "negative bore": (_set("known.bore_m", -0.07), "greater than 0"),
+    "negative bore": (_set("known.bore_m", -0.07), "known.bore_m = -0.07: is out of range (allowed: more than 0)"),
     "rod beyond bore": (_set("known.rod_m", 0.09), "smaller than bore_m"),
     "robot": (_set("rig", "robot"), "whole robot"),
     "not a rig": (_set("rig", "table"), "rig = 'table'"),
