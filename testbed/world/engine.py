@@ -152,8 +152,8 @@ class Engine:
             p.changeDynamics(self.robot, link, lateralFriction=1.0, physicsClientId=c)
             p.changeDynamics(self.robot, link, restitution=0.0, physicsClientId=c)
             p.changeDynamics(self.robot, link, maxJointVelocity=1e4, physicsClientId=c)
-            if link >= 0:  # end stops live in the hydraulics; a limit of the engine costs time and gives way
-                p.changeDynamics(self.robot, link, jointLowerLimit=1.0, jointUpperLimit=-1.0, physicsClientId=c)
+            if link >= 0:  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
+                p.changeDynamics(self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0, physicsClientId=c)
         for link in self.foot_links:
             p.changeDynamics(
                 self.robot,
