@@ -1,58 +1,212 @@
-"""Compiled kernels, cached on disk under a name that changes with the sources.
+"""Compiled kernels, cached on disk under a digest of what each is made of.
 
 numba looks only at the file of the function it loads: a kernel that calls one of another file would go on running the
-old callee after that file changed. Here the cache folder carries a digest of all sources that hold kernels or the
-constants that they compile in.
+old callee after that file changed, and a changed comment would compile everything anew. Here a kernel's digest is that
+of its bytecode, its options, and whatever its names stand for: the kernels it calls, the constants it compiles in. It
+is taken when the kernel is first needed, so that starting costs nothing; an edit compiles just the kernels that it
+changes, and two checkouts of the same sources share one cache.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import shutil
-from collections.abc import Callable
-from functools import lru_cache
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
+from pickle import UnpicklingError
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
+from numba.core.dispatcher import Dispatcher
 
-_PACKAGE = Path(__file__).resolve().parent
-CONSTANTS = ("laws/columns.py", "world/board.py", "parameters/names.py")
-"""Files without a kernel whose numbers are compiled into kernels."""
-KEPT = 24
-"""Caches of this many versions of the sources are kept."""
+KEPT_VERSIONS = 8
+"""Versions of one kernel that are kept."""
+KEPT_BYTES = 400_000_000
+"""Size of the whole cache above which the kernels not used for longest are removed."""
 
 
-@lru_cache(maxsize=1)
-def cache_folder() -> str:
-    """Folder of this version's compiled kernels, or "" (numba's own choice) where it cannot be made."""
-    digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        name, text = path.relative_to(_PACKAGE).as_posix(), path.read_bytes()
-        if b"njit" in text or name in CONSTANTS:
-            digest.update(name.encode() + b"\0" + text)
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "roboclimber-testbed"
-    folder = base / digest.hexdigest()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        os.utime(folder)
-        versions = sorted((p for p in base.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime)
-        for old in versions[:-KEPT]:
-            shutil.rmtree(old, ignore_errors=True)
-    except OSError:
-        return ""
-    return str(folder)
+def cache_folder() -> Path:
+    """Folder of the compiled kernels, one subfolder a kernel; it need not exist yet."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "roboclimber-testbed" / "kernels"
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Names that a function and the functions inside it look up."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
+
+
+def _described_code(code: CodeType, docstring: str | None) -> Iterator[str]:
+    """What a code object does, without its place in the file and its docstring."""
+    yield f"{code.co_code!r} {code.co_exceptiontable!r} {code.co_names} {code.co_varnames} {code.co_freevars}"
+    constants = code.co_consts[1:] if docstring is not None and code.co_consts[:1] == (docstring,) else code.co_consts
+    for constant in constants:
+        if isinstance(constant, CodeType):
+            yield from _described_code(constant, None)
+        else:
+            yield from _described(constant, {})
+
+
+def _described(value: Any, seen: dict[int, str]) -> Iterator[str]:
+    """Text that changes with a value a kernel refers to. Raises TypeError for a kind it cannot tell apart."""
+    if isinstance(value, Dispatcher):
+        for option in sorted(value.targetoptions):
+            yield from (option, *_described(value.targetoptions[option], seen))
+        yield from _described_function(value.py_func, seen)
+    elif value is None or isinstance(value, (bool, int, float, complex, str, bytes, slice, np.generic)):
+        yield repr(value)
+    elif isinstance(value, (set, frozenset)):
+        yield repr(sorted(map(repr, value)))
+    elif isinstance(value, (tuple, list)):
+        yield f"{type(value).__name__} of {len(value)}"
+        for item in value:
+            yield from _described(item, seen)
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype} {value.shape} {value.tobytes()!r}"
+    elif isinstance(value, FunctionType):
+        yield from _described_function(value, seen)
+    elif isinstance(value, (ModuleType, type, BuiltinFunctionType, np.ufunc)) or hasattr(value, "__qualname__"):
+        yield f"{getattr(value, '__module__', '')} {getattr(value, '__qualname__', None) or value.__name__}"
+    else:
+        raise TypeError(f"a kernel refers to a {type(value).__name__}, whose changes would not be noticed: {value!r}")
+
+
+def _described_function(function: FunctionType, seen: dict[int, str]) -> Iterator[str]:
+    """A function's code and, through its names, everything of the testbed that it refers to."""
+    if function.__module__.partition(".")[0] in ("numba", "numpy", "math"):
+        yield f"{function.__module__}.{function.__qualname__}"
+        return
+    known = id(function)
+    if known not in seen:
+        seen[known] = "itself"
+        digest = hashlib.sha256(f"{function.__qualname__} {function.__defaults__}".encode())
+        for text in _referred(function, seen):
+            digest.update(text.encode() + b"\0")
+        seen[known] = digest.hexdigest()
+    yield seen[known]
+
+
+def _referred(function: FunctionType, seen: dict[int, str]) -> Iterator[str]:
+    yield from _described_code(function.__code__, function.__doc__)
+    for cell in function.__closure__ or ():
+        yield from _described(cell.cell_contents, seen)
+    names = sorted(set(_names(function.__code__)))
+    for name in names:
+        value = function.__globals__.get(name)
+        yield name
+        yield from _described(value, seen)
+        if isinstance(value, ModuleType) and value.__name__.startswith("testbed"):
+            for inner in names:
+                if hasattr(value, inner):
+                    yield from _described(getattr(value, inner), seen)
+
+
+def digest_of(kernel: Any) -> str:
+    """Digest (hexadecimal) of everything that a kernel's machine code depends on, the processor aside."""
+    digest = hashlib.sha256(f"{numba.__version__} {np.__version__} {sys.version_info[:2]}".encode())
+    for text in _described(kernel, {}):
+        digest.update(text.encode())
+    return digest.hexdigest()[:24]
+
+
+def _prune(folder: Path) -> None:
+    """Remove a kernel's versions beyond the last KEPT_VERSIONS, and what was not used for longest beyond KEPT_BYTES."""
+
+    def age(path: Path) -> float:
+        return path.stat().st_mtime
+
+    for index in sorted(folder.glob("*.nbi"), key=age)[:-KEPT_VERSIONS]:
+        for path in folder.glob(index.stem + ".*"):
+            path.unlink(missing_ok=True)
+    files = sorted(folder.parent.glob("*/*.nb?"), key=age)
+    excess = sum(path.stat().st_size for path in files) - KEPT_BYTES
+    for path in files:
+        if excess <= 0:
+            break
+        excess -= path.stat().st_size
+        path.unlink(missing_ok=True)
+
+
+class _Locator(_CacheLocator):  # type: ignore[misc]
+    """Where numba keeps a kernel: a folder a function, the digest in the file's name."""
+
+    def __init__(self, function: FunctionType, digest: str) -> None:
+        self._folder = cache_folder() / f"{function.__module__}.{function.__qualname__}".replace("<locals>", "in")
+        self._digest = digest
+
+    def get_cache_path(self) -> str:
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        return self._digest
+
+    def get_disambiguator(self) -> str:
+        return self._digest
+
+
+class _Cache(NullCache):  # type: ignore[misc]
+    """numba's cache of one kernel, found when it is first needed: by then all that the kernel refers to is there."""
+
+    def __init__(self, kernel: Any) -> None:
+        self._kernel = kernel
+
+    @cached_property
+    def _files(self) -> Any:
+        function = self._kernel.py_func
+        locator = _Locator(function, digest_of(self._kernel))
+
+        class Found(_Locator):
+            @classmethod
+            def from_function(cls, py_func: Any, py_file: str) -> Any:
+                return locator
+
+        class Implementation(CompileResultCacheImpl):  # type: ignore[misc]
+            _locator_classes = (Found,)
+
+        class Files(FunctionCache):  # type: ignore[misc]
+            _impl_class = Implementation
+
+        return Files(function)
+
+    @property
+    def cache_path(self) -> str:
+        return str(self._files.cache_path)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            found = self._files.load_overload(sig, target_context)
+        except (OSError, EOFError, UnpicklingError):  # not readable: compiled again
+            return None
+        if found is not None:
+            self._mark_used()
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError):  # a home that cannot be written to costs the next start its time, nothing else
+            self._files.save_overload(sig, data)
+            _prune(Path(self.cache_path))
+
+    def flush(self) -> None:
+        self._files.flush()
+
+    def _mark_used(self) -> None:
+        for path in Path(self.cache_path).glob(f"*{self._files._impl.locator.get_source_stamp()}*"):
+            with suppress(OSError):
+                os.utime(path)
 
 
 def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """numba.njit with the testbed's cache; use as `@njit` or `@njit(...)`."""
     if function is None:
         return lambda f: njit(f, **options)
-    options.setdefault("cache", True)
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = cache_folder() or before
-    try:
-        return numba.njit(**options)(function)
-    finally:
-        numba.config.CACHE_DIR = before
+    kernel = numba.njit(**options)(function)
+    kernel._cache = _Cache(kernel)
+    return kernel

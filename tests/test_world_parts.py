@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from testbed import resources
-from testbed.compiled import cache_folder
 from testbed.control.crawl import inside, smooth
 from testbed.control.valve_loop import GAIN_COLUMNS, KP, LIMIT, TOLERANCE, control_step
 from testbed.errors import InputError
@@ -188,11 +187,6 @@ def test_every_named_effect_can_be_put_into_the_world() -> None:
     assert len(axes_of("body", "at")) == 12
     with pytest.raises(InputError, match="rope_left"):
         axes_of("rope_left", "at")
-
-
-def test_kernel_cache_follows_the_sources() -> None:
-    assert cache_folder() == cache_folder()
-    assert "roboclimber-testbed" in cache_folder() or cache_folder() == ""
 
 
 def test_an_impossible_start_posture_is_refused_by_name() -> None:

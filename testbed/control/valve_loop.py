@@ -40,7 +40,7 @@ def gains(p: Parameters, arm_m: float) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit
 def control_step(
     position: Any, reference: Any, rate: Any, integral: Any, gain: Any, locked: bool, dt: float, command: Any
 ) -> None:

@@ -40,7 +40,7 @@ FACTOR = SLID + 1  # work space: this leg's friction (5) at the oil's temperatur
 STATE_COLUMNS = FACTOR + FRICTION_SIZE
 
 
-@njit(cache=True)
+@njit
 def step_leg(
     measured_a: float,
     measured_b: float,
@@ -103,7 +103,7 @@ def step_leg(
     o[11] = contact.step(s[WORD:AT_REST], o[5], dt, c[CONTACT:])
 
 
-@njit(cache=True)
+@njit
 def _standard_deviation(low: float, high: float, v: float, variance: float, f: Array, leg: Array, c: Array) -> float:
     """Of `own`, N: sensors' accuracy through the areas, friction's uncertainty, speed, acceleration, the set's width.
 
@@ -116,7 +116,7 @@ def _standard_deviation(low: float, high: float, v: float, variance: float, f: A
     return math.sqrt(sensors + friction + inertia + variance + (0.5 * friction_at_rest.SPREAD * (high - low)) ** 2)
 
 
-@njit(cache=True)
+@njit
 def step_chain(
     pa: Array, pb: Array, q: Array, gravity: Array, u: Array, legs: Array, c: Array, state: Array, out: Array
 ) -> None:
@@ -129,7 +129,7 @@ def step_chain(
         step_leg(pa[i], pb[i], q[i], -gravity[2], u[i], legs[leg], c, state[leg], out[:, leg])
 
 
-@njit(cache=True)
+@njit
 def replay_chain(
     pa: Array,
     pb: Array,

@@ -16,7 +16,7 @@ WORD, SINCE = range(STATE_SIZE)
 """The word (0 or 1) and for how long the load has contradicted it, s."""
 
 
-@njit(cache=True)
+@njit
 def step(s: NDArray[np.float64], load_n: float, dt_s: float, p: NDArray[np.float64]) -> float:
     """Hysteresis with dwell: 1 once load >= p[0] has lasted p[2] s, 0 once load <= p[1] has lasted p[2] s.
 
@@ -29,7 +29,7 @@ def step(s: NDArray[np.float64], load_n: float, dt_s: float, p: NDArray[np.float
     return float(s[WORD])
 
 
-@njit(cache=True)
+@njit
 def run(load_n: NDArray[np.float64], dt_s: float, p: NDArray[np.float64], first: float) -> NDArray[np.float64]:
     """The words over an array of loads in N, starting from the word `first` (0 or 1)."""
     s = np.zeros(STATE_SIZE)

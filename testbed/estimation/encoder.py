@@ -16,7 +16,7 @@ X, V, A, LAST, SINCE, DIRECTION, RUN, STARTED = range(STATE_SIZE)
 """m, m/s, m/s2, last reading m, time since it changed s, sign of that change, changes in that sense, 0/1."""
 
 
-@njit(cache=True)
+@njit
 def observe(s: NDArray[np.float64], reading_m: float, resolution_m: float, dt_s: float, w_rad_s: float) -> None:
     """Take one encoder reading into the state s.
 
@@ -38,7 +38,7 @@ def observe(s: NDArray[np.float64], reading_m: float, resolution_m: float, dt_s:
     count_changes(s, reading_m, resolution_m, dt_s)
 
 
-@njit(cache=True)
+@njit
 def count_changes(s: NDArray[np.float64], reading_m: float, resolution_m: float, dt_s: float) -> None:
     """Keep when the reading last changed, in which sense, and for how many counts running in that sense."""
     counts = (reading_m - s[LAST]) / resolution_m
@@ -50,7 +50,7 @@ def count_changes(s: NDArray[np.float64], reading_m: float, resolution_m: float,
     s[DIRECTION], s[LAST], s[SINCE] = sense, reading_m, 0.0
 
 
-@njit(cache=True)
+@njit
 def bounded_speed(s: NDArray[np.float64], resolution_m: float, rest_m_s: float) -> float:
     """The observer's speed in m/s, no faster than the silence of the encoder allows: |v| <= 1.5 count / silence.
 
@@ -60,7 +60,7 @@ def bounded_speed(s: NDArray[np.float64], resolution_m: float, rest_m_s: float) 
     return float(min(max(s[V], -limit), limit)) if limit > rest_m_s else 0.0
 
 
-@njit(cache=True)
+@njit
 def sliding(s: NDArray[np.float64], resolution_m: float, slow_m_s: float, fast_m_s: float) -> float:
     """How surely the piston slides in `s[DIRECTION]`: 0 (may be at rest) .. 1 (slides).
 

@@ -27,7 +27,7 @@ SPREAD = 0.4
 """One standard deviation at rest as a share of the set's half width: what drift and vibration leave of it."""
 
 
-@njit(cache=True)
+@njit
 def step(
     s: NDArray[np.float64], piston_n: float, low: float, high: float, slides: float, shut: bool, ratio: float, dt: float
 ) -> float:
@@ -57,7 +57,7 @@ def step(
     return float(min(max(s[SLOW] + s[BENT], low), high))
 
 
-@njit(cache=True)
+@njit
 def oil_stiffness(
     x_m: float, stroke_m: float, area_a: float, area_b: float, dead_a: float, dead_b: float, bulk_pa: float
 ) -> float:

@@ -16,7 +16,7 @@ SIGMA_PLUS, COULOMB_PLUS, STATIC_PLUS, STRIBECK_PLUS, SIGMA_MINUS, COULOMB_MINUS
 """(5): sigma N s/m, F_c0 N, F_s0 N, c_s m/s for extension (+), then the same for retraction (-)."""
 
 
-@njit(cache=True)
+@njit
 def magnitude(speed_m_s: float, positive: bool, f: NDArray[np.float64], extra_n: float, factor: float) -> float:
     """Friction's size in N at `speed` = |v| in one sense: sigma |v| + F_c0 factor + extra + F_s0 exp(-|v| / c_s).
 
@@ -26,7 +26,7 @@ def magnitude(speed_m_s: float, positive: bool, f: NDArray[np.float64], extra_n:
     return float(f[o] * speed_m_s + f[o + 1] * factor + extra_n + f[o + 2] * math.exp(-speed_m_s / f[o + 3]))
 
 
-@njit(cache=True)
+@njit
 def published(v_m_s: float, f: NDArray[np.float64], extra_n: float, factor: float) -> float:
     """F_f(v) of (5) in N, positive against extension; 0 at v = 0 as sign(0) = 0."""
     if v_m_s > 0.0:
@@ -36,7 +36,7 @@ def published(v_m_s: float, f: NDArray[np.float64], extra_n: float, factor: floa
     return 0.0
 
 
-@njit(cache=True)
+@njit
 def friction_set(
     v_m_s: float, sense: float, slides: float, f: NDArray[np.float64], extra_n: float, factor: float
 ) -> tuple[float, float]:

@@ -131,7 +131,7 @@ def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge = 
     return FlowBalance(a, b, evidence)
 
 
-@njit(cache=True)
+@njit
 def _hose(pressure_a: Array, capacity: float, time_s: float, period_s: float) -> Array:
     """Flow into the hose, m3/s; the hose's pressure follows exactly for a pressure held over a period."""
     flow = np.empty_like(pressure_a)
@@ -143,7 +143,7 @@ def _hose(pressure_a: Array, capacity: float, time_s: float, period_s: float) ->
     return flow
 
 
-@njit(cache=True)
+@njit
 def _supply(
     o: Array,
     pa: Array,

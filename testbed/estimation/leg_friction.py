@@ -42,7 +42,7 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
     )
 
 
-@njit(cache=True)
+@njit
 def _bristle(
     x: Array, v: Array, level: Array, stiffness: float, damping: float, shape: float, period_s: float
 ) -> Array:

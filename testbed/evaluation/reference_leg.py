@@ -61,12 +61,12 @@ COLUMNS = ("position", "velocity", "pressure_a", "pressure_b", "supply", "force"
 """What a row holds, SI."""
 
 
-@njit(cache=True)
+@njit
 def _root(drop: float, smooth: float) -> float:
     return float(drop / np.sqrt(np.sqrt(drop * drop + smooth * smooth)))
 
 
-@njit(cache=True)
+@njit
 def _coulomb_scale(p: Array, x: float) -> float:
     xi = (x - 0.5 * p[STROKE]) / p[STROKE]
     if p[FPOS] == 0.0:
@@ -78,7 +78,7 @@ def _coulomb_scale(p: Array, x: float) -> float:
     return float(max(0.05, 1.0 + p[FPOS] * 0.6 * np.sin(4.0 * xi + 0.7)))
 
 
-@njit(cache=True)
+@njit
 def _coulomb_add(p: Array, pa: float, pb: float, load: float) -> float:
     add = 0.0
     if p[FPRES] != 0.0:
@@ -89,7 +89,7 @@ def _coulomb_add(p: Array, pa: float, pb: float, load: float) -> float:
     return add
 
 
-@njit(cache=True)
+@njit
 def simulate(
     p: Array, target: Array, target_rate: Array, temperature: Array, period: float, substeps: int, start: float
 ) -> Array:

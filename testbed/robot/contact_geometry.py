@@ -11,7 +11,7 @@ from testbed.robot.contact_solver import solve_contacts
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit
 def contact_axes(normals: Array) -> Array:
     """Rotations (n, 3, 3) whose columns are the normal, a tangent near body x and a tangent near body y.
 
@@ -29,7 +29,7 @@ def contact_axes(normals: Array) -> Array:
     return frames
 
 
-@njit(cache=True)
+@njit
 def contact_maps(undersides: Array, axes: Array, frames: Array, radius_m: float, about: Array) -> Array:
     """Wrenches (n, 6, 3) about the point `about` (3,) of unit forces along the contact axes.
 
@@ -47,7 +47,7 @@ def contact_maps(undersides: Array, axes: Array, frames: Array, radius_m: float,
     return maps
 
 
-@njit(cache=True)
+@njit
 def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: Array) -> Array:
     """Compliances (n, 3, 3) m/N in contact axes: joints (12,) through the Jacobians (n, 3, 12), plus `extra` (n, 3, 3).
 
@@ -69,7 +69,7 @@ def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: A
     return out
 
 
-@njit(cache=True)
+@njit
 def _moved(wrench: Array, point: Array) -> Array:
     """A wrench about the origin, told about `point`: the moment loses point x force."""
     out = wrench.copy()
@@ -79,7 +79,7 @@ def _moved(wrench: Array, point: Array) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit
 def _gradient_moved(gradient: Array, point: Array) -> Array:
     """Derivative by a wrench about the origin, from that by the wrench about `point` (transpose of `_moved`)."""
     out = gradient.copy()
@@ -89,7 +89,7 @@ def _gradient_moved(gradient: Array, point: Array) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit
 def _in_body(axes: Array, frames: Array, forces: Array, per_height: Array, per_load: Array) -> tuple[Array, ...]:
     """Forces (n, 3) in the body frame, and loads (n,), loads per height (n, n), per wrench (n, 6) along `axes`."""
     n = forces.shape[0]
@@ -109,7 +109,7 @@ def _in_body(axes: Array, frames: Array, forces: Array, per_height: Array, per_l
     return in_body, load, by_height, by_wrench
 
 
-@njit(cache=True)
+@njit
 def feet_under_load(
     load: Array, centre: Array, undersides: Array, jacobians: Array, verticals: NDArray[np.int64], normals: Array,
     radius_m: float, joints: Array, extra: Array, heights: Array, active: NDArray[np.bool_], friction: Array,

@@ -18,7 +18,7 @@ from testbed.compiled import njit
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit
 def _slide_multiplier(compliance: Array, strain: Array, bound: float) -> float:
     """The g >= 0 for which |(compliance + g)^-1 strain| = bound (2 x 2, positive definite), by Newton from below."""
     a, b, c = compliance[0, 0], compliance[0, 1], compliance[1, 1]
@@ -36,7 +36,7 @@ def _slide_multiplier(compliance: Array, strain: Array, bound: float) -> float:
     return g
 
 
-@njit(cache=True)
+@njit
 def _tangential(compliance: Array, strain: Array, bound: float, force: Array, slope: Array, pull: Array) -> bool:
     """Fill the tangential force (2,), its slope by strain (2, 2) and by the bound (2,); true if the foot slides."""
     if bound <= 0.0:
@@ -67,7 +67,7 @@ def _tangential(compliance: Array, strain: Array, bound: float, force: Array, sl
     return slides
 
 
-@njit(cache=True)
+@njit
 def foot_reaction(
     compliance: Array, strain: Array, bound: float, friction: float, force: Array, slope: Array
 ) -> tuple[bool, bool]:

@@ -25,7 +25,7 @@ SUPPORT = 0.1
 """Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; carries 1e-3 N where the feet balance."""
 
 
-@njit(cache=True)
+@njit
 def _evaluate(
     move: Array, load: Array, maps: Array, compliances: Array, heights: Array, active: NDArray[np.bool_],
     bounds: Array, friction: Array, forces: Array, slopes: Array, touches: NDArray[np.bool_],
@@ -59,7 +59,7 @@ def _evaluate(
     return potential
 
 
-@njit(cache=True)
+@njit
 def _size(vector: Array) -> float:
     total = 0.0
     for k in range(vector.shape[0]):
@@ -67,7 +67,7 @@ def _size(vector: Array) -> float:
     return float(np.sqrt(total))
 
 
-@njit(cache=True)
+@njit
 def _add_stiffness(map_: Array, slope: Array, stiffness: Array) -> None:
     """stiffness (6, 6) += map slope map^T."""
     for row in range(6):
@@ -79,7 +79,7 @@ def _add_stiffness(map_: Array, slope: Array, stiffness: Array) -> None:
                 stiffness[row, column] += part * map_[column, axis]
 
 
-@njit(cache=True)
+@njit
 def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
     """Solve stiffness step = residual (6 x 6, symmetric positive definite) by Cholesky, in place of `stiffness`."""
     for i in range(6):
@@ -100,7 +100,7 @@ def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
         step[i] = total / stiffness[i, i]
 
 
-@njit(cache=True)
+@njit
 def _newton(
     move: Array, scale: float, load: Array, maps: Array, compliances: Array, heights: Array,
     active: NDArray[np.bool_], bounds: Array, forces: Array, slopes: Array, touches: NDArray[np.bool_],
@@ -132,7 +132,7 @@ def _newton(
     return 60
 
 
-@njit(cache=True)
+@njit
 def _inverse(matrix: Array) -> Array:
     """Inverse (6, 6) by elimination with pivoting."""
     n = matrix.shape[0]
@@ -160,7 +160,7 @@ def _inverse(matrix: Array) -> Array:
     return out
 
 
-@njit(cache=True)
+@njit
 def _sensitivities(
     maps: Array, slopes: Array, active: NDArray[np.bool_], stiffness: Array
 ) -> tuple[Array, Array]:
@@ -194,7 +194,7 @@ def _sensitivities(
     return per_height, per_load
 
 
-@njit(cache=True)
+@njit
 def solve_contacts(
     load: Array, maps: Array, compliances: Array, heights: Array, active: NDArray[np.bool_], friction: Array
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array, Array, Array, int]:

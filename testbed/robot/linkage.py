@@ -24,21 +24,21 @@ ROTATION: tuple[int, ...] = tuple(range(0, 3 * len(LEGS), 3))
 """Indices of the four rotation axes among the twelve."""
 
 
-@njit(cache=True)
+@njit
 def pin_distance_m(angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float) -> float:
     """Distance of the two pins of joint 1, m, at a joint angle, rad (compiled; scalars)."""
     product = body_anchor_m * lever_m * math.cos(angle_neutral_rad + angle_rad)
     return math.sqrt(body_anchor_m**2 + lever_m**2 - 2.0 * product)
 
 
-@njit(cache=True)
+@njit
 def arm_m(angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float) -> float:
     """Moment arm dL/dq of joint 1, m (metres of piston per radian), at a joint angle, rad (compiled; scalars)."""
     distance: float = pin_distance_m(angle_rad, body_anchor_m, lever_m, angle_neutral_rad)
     return body_anchor_m * lever_m * math.sin(angle_neutral_rad + angle_rad) / distance
 
 
-@njit(cache=True)
+@njit
 def joint_to_cylinder(positions: Array, geometry: Array, extensions: Array, arms: Array) -> None:
     """Fill `extensions` (12, m) and `arms` (12, m/rad or 1) from joint positions (12, rad and m), in AXES order.
 

@@ -40,7 +40,7 @@ _CONTACT_ROW = 11
 """Row of the chain's output that holds the contact word."""
 
 
-@njit(cache=True)
+@njit
 def between_steps(
     flags: int, step: int, sensor_step: int, sample: int, count: int,
     dt: float, control_dt: float, substeps: int, locked: bool, gravity: float, board: Any, row: Any,

@@ -31,7 +31,7 @@ SHOVE = slice(9, 12)
 BODY_COLUMNS = 12
 
 
-@njit(cache=True)
+@njit
 def rotation_matrix(quaternion: Any, out: Any) -> None:
     """Body-to-world rotation (3, 3) of a quaternion xyzw."""
     x, y, z, w = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
@@ -40,7 +40,7 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
     out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
 
 
-@njit(cache=True)
+@njit
 def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None:
     """Take over the engine's pose (7) of the base's principal axes (turned by `turn` in the body) into base (13).
 
@@ -80,7 +80,7 @@ def feet_under_motion(
     foot_forces(legs, q, qd, (qd_after - qd) / dt, torque, rotation, w, alpha, lift, normal, foot_force, normal_force)
 
 
-@njit(cache=True)
+@njit
 def add_cross(r: Any, f: Any, out: Any) -> None:
     """out += r x f."""
     out[0] += r[1] * f[2] - r[2] * f[1]
@@ -88,7 +88,7 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
     out[2] += r[0] * f[1] - r[1] * f[0]
 
 
-@njit(cache=True)
+@njit
 def traction_rate(rope: Any, body: Any, supply_gauge_pa: float) -> float:
     """Rate of the unstrained length, m/s: the command, as far as pressure and rating can pull (negative = hauls in)."""
     wanted = rope[RATE_COMMAND]
@@ -100,7 +100,7 @@ def traction_rate(rope: Any, body: Any, supply_gauge_pa: float) -> float:
     return float(wanted * min(1.0, max(0.0, reserve)))
 
 
-@njit(cache=True)
+@njit
 def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any) -> float:
     """One rope: haul and pull on the body. Adds to force and torque (about the base's COM); returns oil taken, m3/s."""
     arm = np.empty(3)
@@ -128,7 +128,7 @@ def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: f
     return abs(rope[RATE]) * body[TRACTION_AREA] if rope[RATE] < 0.0 else 0.0
 
 
-@njit(cache=True)
+@njit
 def drill_step(
     drill: Any, base: Any, rotation: Any, body: Any, dt: float, g: float, wrench: Any, force: Any, torque: Any
 ) -> None:
@@ -148,7 +148,7 @@ def drill_step(
     add_cross(arm, wrench[0:3], torque)
 
 
-@njit(cache=True)
+@njit
 def plant_step(
     q: Any, qd: Any, base: Any, command: Any, foot_force: Any,
     axes: Any, params: Any, supply: Any, unit: Any, geometry: Any,
@@ -186,7 +186,7 @@ def plant_step(
         joint_torque[i] = axes[i, c.FORCE] * arms[i]
 
 
-@njit(cache=True)
+@njit
 def write_truth(
     row: Any, t: float, base: Any, com: Any, rotation: Any, foot_force: Any, normal: Any, ropes: Any,
     drill_wrench: Any, axes: Any, supply: Any,

@@ -71,13 +71,13 @@ def sensor_arrays(p: Parameters, chosen: Sensors, rng: np.random.Generator) -> t
     return t, common
 
 
-@njit(cache=True)
+@njit
 def counted(value: float, count: float) -> float:
     """A value as a counter of step `count` shows it; unchanged for count 0."""
     return math.floor(value / count + 0.5) * count if count > 0.0 else value
 
 
-@njit(cache=True)
+@njit
 def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> float:
     """One pressure reading, Pa gauge, from the true gauge pressure; s = PRESSURE_COLUMNS of this transducer."""
     value = s[GAIN] * true_pa + s[ZERO] + s[DRIFT] * t + s[THERMAL] * warm_k + s[NOISE] * noise
@@ -85,7 +85,7 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> 
     return float(min(max(value, 0.0), s[RANGE]))
 
 
-@njit(cache=True)
+@njit
 def sense(
     row: Any, t: float, q: Any, base: Any, rotation: Any, axes: Any, supply: Any, ropes: Any, command: Any,
     transducers: Any, common: Any, noise: Any, late: Any, step: int, gravity: float, gravity_in_body: Any,

@@ -13,7 +13,7 @@ from testbed.compiled import njit
 from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
 
 
-@njit(cache=True)
+@njit
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample. p = [Q, R, limit]: N2, N2, 1 (6.63 passes 99 % of what the model expects)."""
     if state[2] == 0.0:
@@ -28,7 +28,7 @@ def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     return float(predict_and_update(state, z, p[0], p[1]))
 
 
-@njit(cache=True)
+@njit
 def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """The filter over an array z[n] in N; returns x[n] in N."""
     state = np.zeros(STATE_SIZE)

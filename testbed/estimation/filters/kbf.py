@@ -15,7 +15,7 @@ STATE_SIZE = 3
 """state[0] = x, state[1] = P, state[2] = 1 once a first sample has been seen."""
 
 
-@njit(cache=True)
+@njit
 def predict_and_update(state: NDArray[np.float64], z: float, q: float, r: float) -> float:
     """One full Kalman step (Joseph form, as filterpy's); units of z, q and r are N, N2, N2."""
     prior = state[1] + q
@@ -25,7 +25,7 @@ def predict_and_update(state: NDArray[np.float64], z: float, q: float, r: float)
     return float(state[0])
 
 
-@njit(cache=True)
+@njit
 def start(state: NDArray[np.float64], z: float, r: float) -> float:
     """The first sample is the first estimate, known as well as one measurement: P = R."""
     state[:] = 0.0
@@ -33,7 +33,7 @@ def start(state: NDArray[np.float64], z: float, r: float) -> float:
     return z
 
 
-@njit(cache=True)
+@njit
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample through the KBF. p = [Q, R, ...] in N2; a sample that is not a number only propagates P."""
     if state[2] == 0.0:
@@ -44,7 +44,7 @@ def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     return float(predict_and_update(state, z, p[0], p[1]))
 
 
-@njit(cache=True)
+@njit
 def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """The KBF over an array z[n] in N; returns x[n] in N."""
     state = np.zeros(STATE_SIZE)

@@ -13,7 +13,7 @@ from testbed.compiled import njit
 from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
 
 
-@njit(cache=True)
+@njit
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample. p = [Q, R, e_max, ...] in N2, N2, N; a sample that is not a number is rejected."""
     if state[2] == 0.0:
@@ -24,7 +24,7 @@ def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     return float(predict_and_update(state, z, p[0], p[1]))
 
 
-@njit(cache=True)
+@njit
 def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """The modified KBF over an array z[n] in N; returns x[n] in N."""
     state = np.zeros(STATE_SIZE)

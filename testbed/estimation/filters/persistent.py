@@ -34,7 +34,7 @@ SHARE_LIMIT, SHARE_RATE = 0.15, 1.0 / 150.0
 at 1 kHz: a load stays lively for some tens of ms, the share is counted over 150 ms."""
 
 
-@njit(cache=True)
+@njit
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample. p = [Q, R, e_max, hold]: N2, N2, N, samples; a sample that is not a number only propagates P."""
     if not np.isfinite(z):
@@ -63,7 +63,7 @@ def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     return float(state[X])
 
 
-@njit(cache=True)
+@njit
 def hold_back(state: NDArray[np.float64], z: float, side: float, p: NDArray[np.float64]) -> None:
     """Let the rejected sample join those before it on the same side, or open a new row of them."""
     if state[COUNT] * side > 0.5:
@@ -73,7 +73,7 @@ def hold_back(state: NDArray[np.float64], z: float, side: float, p: NDArray[np.f
         state[HELD_X], state[HELD_P], state[COUNT] = z, p[1], side
 
 
-@njit(cache=True)
+@njit
 def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """The filter over an array z[n] in N; returns x[n] in N."""
     state = np.zeros(STATE_SIZE)

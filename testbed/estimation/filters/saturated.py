@@ -9,7 +9,7 @@ from testbed.compiled import njit
 from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
 
 
-@njit(cache=True)
+@njit
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample. p = [Q, R, limit]: N2, N2, N."""
     if state[2] == 0.0:
@@ -21,7 +21,7 @@ def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     return float(predict_and_update(state, state[0] + error, p[0], p[1]))
 
 
-@njit(cache=True)
+@njit
 def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """The filter over an array z[n] in N; returns x[n] in N."""
     state = np.zeros(STATE_SIZE)

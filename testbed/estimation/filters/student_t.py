@@ -14,7 +14,7 @@ from testbed.estimation.filters.kbf import STATE_SIZE, start
 ITERATIONS = 5
 
 
-@njit(cache=True)
+@njit
 def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     """One sample. p = [Q, R, nu]: N2, N2, 1 (4 is common)."""
     if state[2] == 0.0:
@@ -32,7 +32,7 @@ def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
     return float(x)
 
 
-@njit(cache=True)
+@njit
 def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """The filter over an array z[n] in N; returns x[n] in N."""
     state = np.zeros(STATE_SIZE)

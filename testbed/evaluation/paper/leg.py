@@ -118,7 +118,7 @@ def _trace(out: Array, reference_m: Array, p: Array, sensor: Mapping[str, Any], 
     )  # fmt: skip
 
 
-@njit(cache=True)
+@njit
 def _simulate(
     axes: Any, params: Any, supply: Any, unit: Any, gain: Any, reference: Any, rate: Any, cell_at: float,
     count: float, out: Any,
