@@ -135,7 +135,7 @@ def test_a_recording_that_cannot_be_used(
     (folder / "recording.yaml").write_text(text)
     (folder / "data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
     (desk / "model.yaml").write_text(MODEL)
-    _refused(["estimate", "press", "--model", "model.yaml", "--out", "f.csv"], word, monkeypatch, capsys, desk)
+    assert_refused(["estimate", "press", "--model", "model.yaml", "--out", "f.csv"], word, monkeypatch, capsys, desk)
 
 
 def test_the_same_recording_without_its_fault_is_read(desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -167,7 +167,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def _refused(
+def assert_refused(
     arguments: list[str], word: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], desk: Path
 ) -> None:
     before = {p: p.stat().st_mtime_ns for p in desk.rglob("*")}
@@ -188,7 +188,7 @@ def test_a_scenario_that_cannot_be_used(
 ) -> None:
     text, word = SCENARIOS[case]
     (desk / "case.yaml").write_text(HEAD + text)
-    _refused(["run", "case.yaml"], word, monkeypatch, capsys, desk)
+    assert_refused(["run", "case.yaml"], word, monkeypatch, capsys, desk)
 
 
 @pytest.mark.parametrize("case", COMMANDS)
@@ -196,7 +196,7 @@ def test_a_command_that_cannot_be_carried_out(
     case: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments, word = COMMANDS[case]
-    _refused(arguments, word, monkeypatch, capsys, desk)
+    assert_refused(arguments, word, monkeypatch, capsys, desk)
 
 
 def test_the_shell_sees_the_same(desk: Path) -> None:

@@ -24,7 +24,7 @@ DIRECTIONS = [v / np.linalg.norm(v) for v in RNG.normal(size=(20, 3))]
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 
 
-def close(found: Any, expected: Any) -> None:
+def assert_close(found: Any, expected: Any) -> None:
     """Equal to 1e-6 of the largest entry."""
     expected = np.asarray(expected)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
@@ -119,33 +119,33 @@ def test_the_machine_weighs_four_tonnes_in_all_three_readers(bullet: Bullet, oth
 def test_centre_of_mass_agrees_at_20_postures(bullet: Bullet, other: Mujoco) -> None:
     for posture in POSTURES:
         centre = MODEL.centre_of_mass_m(posture)
-        close(bullet.centre_of_mass(posture), centre)
+        assert_close(bullet.centre_of_mass(posture), centre)
         other.pose(posture, np.array([0.0, 0.0, -9.81]))
-        close(other.data.subtree_com[1], centre)
+        assert_close(other.data.subtree_com[1], centre)
 
 
 def test_mass_matrix_with_the_base_agrees_at_20_postures(bullet: Bullet, other: Mujoco) -> None:
     for posture in POSTURES:
         matrix = MODEL.mass_matrix(posture)
         np.testing.assert_array_equal(matrix, matrix.T)
-        close(bullet.mass_matrix(posture), matrix)
+        assert_close(bullet.mass_matrix(posture), matrix)
         other.pose(posture, np.zeros(3))
-        close(other.mass_matrix(), matrix)
+        assert_close(other.mass_matrix(), matrix)
 
 
 def test_gravity_torques_agree_at_20_postures_and_attitudes(bullet: Bullet, other: Mujoco) -> None:
     for posture, direction in zip(POSTURES, DIRECTIONS, strict=True):
         forces = MODEL.gravity_forces(posture, GRAVITY_M_S2 * direction)
-        close(bullet.gravity_forces(posture, GRAVITY_M_S2 * direction), forces)
+        assert_close(bullet.gravity_forces(posture, GRAVITY_M_S2 * direction), forces)
         other.pose(posture, GRAVITY_M_S2 * direction)
-        close(other.data.qfrc_bias[other.order], forces)
+        assert_close(other.data.qfrc_bias[other.order], forces)
 
 
 def test_inverse_dynamics_is_mass_matrix_times_acceleration_plus_gravity_at_rest() -> None:
     acceleration = RNG.normal(size=18)
     gravity = slope_gravity(0.7)
     expected = MODEL.mass_matrix(POSTURES[0]) @ acceleration + MODEL.gravity_forces(POSTURES[0], gravity)
-    close(MODEL.inverse_dynamics(POSTURES[0], np.zeros(18), acceleration, gravity), expected)
+    assert_close(MODEL.inverse_dynamics(POSTURES[0], np.zeros(18), acceleration, gravity), expected)
 
 
 def test_a_hanging_vertical_joint_holds_900_newtons_on_level_ground() -> None:
