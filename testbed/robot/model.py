@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from testbed import resources
 from testbed.errors import InputError
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
+from testbed.robot import foot_forces as ff
 from testbed.robot.urdf_check import read_urdf
 
 Array = NDArray[np.float64]
@@ -127,6 +128,34 @@ class RobotModel:
             full = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
             jacobians[k] = full[:3, self._v_index]
         return points, jacobians
+
+    def leg_numbers(self) -> Array:
+        """Masses, centres and axes of the legs (4, LEG_COLUMNS) as foot_forces.py takes them, from the body's origin."""
+        model, data = self._model, self._data
+        zero = np.asarray(pin.neutral(model))
+        pin.computeJointJacobians(model, data, zero)
+        pin.updateFramePlacements(model, data)
+        out = np.zeros((len(LEGS), ff.LEG_COLUMNS))
+        for leg, row in enumerate(out):
+            names = AXES[3 * leg : 3 * leg + 3]
+            joints = [model.getJointId(name) for name in names]
+            first = data.oMi[joints[0]]
+            slide = pin.getJointJacobian(model, data, joints[1], pin.LOCAL_WORLD_ALIGNED)
+            row[ff.HIP : ff.HIP + 3] = first.translation
+            row[ff.YAW] = np.arctan2(first.rotation[1, 0], first.rotation[0, 0])
+            row[ff.RADIAL : ff.RADIAL + 3] = slide[:3, self._v_index[3 * leg + 1]]
+            for i, joint in enumerate(joints):
+                link, placed = model.inertias[joint], data.oMi[joint]
+                row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = placed.act(link.lever) - first.translation
+                row[ff.MASSES + i] = link.mass
+                row[ff.INERTIAS + 3 * i : ff.INERTIAS + 3 * i + 3] = np.diag(link.inertia)
+            row[ff.FOOT : ff.FOOT + 2] = (data.oMf[self._feet[leg]].translation - first.translation)[:2]
+        return out
+
+    def base_mass(self) -> tuple[float, Array]:
+        """Mass of all that is fixed to the body, kg, and its centre in the body frame (3,), m."""
+        base = self._model.inertias[1]
+        return float(base.mass), np.array(base.lever)
 
     def foot_positions_m(self, positions: ArrayLike) -> Array:
         """Undersides of the feet in the body frame, (4, 3), m."""

@@ -13,7 +13,7 @@ from testbed.control.valve_loop import GAIN_COLUMNS
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.world import plant, sensing
-from testbed.world.foot_forces import LEG_COLUMNS
+from testbed.robot.foot_forces import LEG_COLUMNS
 
 Array = NDArray[np.float64]
 

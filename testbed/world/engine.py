@@ -19,7 +19,7 @@ from testbed.errors import InputError, SimulationFault
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.robot.urdf_check import read_urdf
 from testbed.robot.urdf_merge import merged
-from testbed.world import foot_forces as ff
+from testbed.robot import foot_forces as ff
 from testbed.world.rock import rock_texture
 from testbed.world.rotations import quaternion
 from testbed.world.terrain import Ground

@@ -21,7 +21,7 @@ from testbed.compiled import njit
 
 # --- columns of a leg (4 x LEG_COLUMNS) ---------------------------------------------------------------------
 HIP = 0
-"""Rotation axis, from the base's centre of mass, body frame (3)."""
+"""Rotation axis, from the point whose acceleration is given as `lift`, body frame (3)."""
 RADIAL = 3
 """Direction of the radial joint at rotation 0 (3)."""
 CENTRES = 6
@@ -52,7 +52,7 @@ def link_force(
     """Force m (a - g) of link i (0..2) into `force`, its centre from the hip into `rho`; returns e_z . d/dt (I w).
 
     q, qd, qdd (3): joints of this leg. w, alpha, lift (3): the body's turning, its change, and the acceleration less
-    gravity of the base's centre of mass, all in the body frame.
+    gravity of the point that HIP counts from, all in the body frame.
     """
     k = CENTRES + 3 * i
     reach = q[1] if i > 0 else 0.0
