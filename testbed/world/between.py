@@ -12,9 +12,9 @@ from testbed.control.valve_loop import GAIN_COLUMNS, control_step
 from testbed.estimation.chain_kernel import OIL, step_chain
 from testbed.laws import columns as c
 from testbed.laws import drill as d
+from testbed.robot.foot_forces import LEG_COLUMNS
 from testbed.world import plant, sensing
 from testbed.world.board import OFFSETS
-from testbed.robot.foot_forces import LEG_COLUMNS
 
 SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE, FEET = 1, 2, 4, 8, 16, 32, 64, 128, 256
 """SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then. MOVE

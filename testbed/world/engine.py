@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.robot import foot_forces as ff
 from testbed.robot.urdf_check import read_urdf
 from testbed.robot.urdf_merge import merged
-from testbed.robot import foot_forces as ff
 from testbed.world.rock import rock_texture
 from testbed.world.rotations import quaternion
 from testbed.world.terrain import Ground

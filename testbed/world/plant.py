@@ -16,8 +16,8 @@ from testbed.laws import drill as d
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_wrench
-from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.foot_forces import foot_forces
+from testbed.robot.linkage import joint_to_cylinder
 
 # --- columns of a rope (2 x ROPE_COLUMNS) ---------------------------------------------------------------------
 ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
