@@ -130,7 +130,7 @@ class RobotModel:
         return points, jacobians
 
     def leg_numbers(self) -> Array:
-        """Masses, centres and axes of the legs (4, LEG_COLUMNS) as foot_forces.py takes them, from the body's origin."""
+        """Masses, centres and axes of the legs (4, LEG_COLUMNS) for foot_forces.py, from the body's origin."""
         model, data = self._model, self._data
         zero = np.asarray(pin.neutral(model))
         pin.computeJointJacobians(model, data, zero)
