@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from testbed.control.crawl import CrawlProgram
 from testbed.control.references import Hold, Program
+from testbed.control.sway import SwayProgram
 from testbed.parameters.scenario import Scenario
-from testbed.parameters.scenario_tasks import Crawl
+from testbed.parameters.scenario_tasks import Crawl, Sway
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,8 @@ def program_of(
     if isinstance(scenario.task, Crawl):
         pressure = loads_n @ feet_in_body[:, :2] / loads_n.sum()
         program = CrawlProgram(scenario.task, start, rope_tension_n, rope_directions_in_body, pressure)
+    elif isinstance(scenario.task, Sway):
+        program = SwayProgram(scenario.task, start, rope_directions_in_body)
     else:
         program = Hold(start, scenario.task, scenario.events)
     if scenario.control.distribution == "position_hold":

@@ -33,6 +33,33 @@ class Raise(Checked):
     )
 
 
+class Sway(Checked):
+    """Move the body over standing feet, slowly to and fro: every cylinder moves in both directions under load."""
+
+    kind: Literal["sway"]
+    start_s: float = Field(default=1.0, ge=0, description="time at which the body begins to move [s]")
+    amplitude_m: Triple = Field(
+        default=(0.06, 0.05, 0.05), description="way of the body to either side: forward, left, away from the slope [m]"
+    )
+    period_s: Triple = Field(
+        default=(11.0, 9.0, 7.0), description="time for once to and fro, in the same order; at least 2 [s]"
+    )
+
+    @field_validator("amplitude_m")
+    @classmethod
+    def _small(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if any(not 0 <= v <= 0.2 for v in value):
+            raise impossible("reaches beyond the legs", "0 to 0.2 m")
+        return value
+
+    @field_validator("period_s")
+    @classmethod
+    def _slow(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if any(v < 2.0 for v in value):
+            raise impossible("is faster than the cylinders", "at least 2 s")
+        return value
+
+
 class Push(Checked):
     """Press the bit on the rock without blows."""
 
@@ -138,7 +165,7 @@ class Crawl(Checked):
         return order
 
 
-Task = Annotated[Stand | Raise | Drill | Crawl, Field(discriminator="kind")]
+Task = Annotated[Stand | Raise | Sway | Drill | Crawl, Field(discriminator="kind")]
 
 
 class CutRope(Checked):
