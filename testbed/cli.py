@@ -302,6 +302,29 @@ def hydraulics(
 
 
 @app.command()
+def sweep(
+    file: Annotated[str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")],
+    out: Annotated[Path, typer.Option(help="Folder for the runs and results; goes on where it was.")],
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    json: Json = False,
+) -> None:
+    """Run a scenario many times: a grid or list of changes, each with every seed; resumable."""
+    from testbed.evaluation.sweep import run_sweep, table
+    from testbed.parameters.sweep import load_sweep
+    from testbed.report.console import print_json, print_table
+    from testbed.report.progress import counting_progress
+
+    loaded, runs = load_sweep(file)
+    with counting_progress(len(runs), "runs") as progress:
+        results = run_sweep(loaded, runs, out, jobs, progress)
+    if json:
+        print_json(results)
+    else:
+        print_table(f"{len(results)} runs", *table(results))
+        print(out / "results.csv")
+
+
+@app.command()
 def train(
     task: Annotated[str, typer.Argument(help="stand, climb, drill or force-distribution.")],
     out: Annotated[Path, typer.Option(help="Folder for policy, checkpoints and episodes; goes on where it was.")],

@@ -36,3 +36,17 @@ def scenario(name: str | Path) -> Path:
             return shipped
     names = ", ".join(sorted(p.stem for p in folder("scenarios").glob("*.yaml")))
     raise InputError("no such scenario", file=str(name), allowed=f"a file, or one of {names}")
+
+
+def sweep(name: str | Path) -> Path:
+    """Path of a sweep: a file as given, or a shipped one by its bare name. Raises InputError if there is neither."""
+    given = Path(name)
+    if given.is_file():
+        return given
+    shipped = folder("scenarios") / "sweeps"
+    if given.suffix in ("", ".yaml", ".yml") and str(given.parent) == ".":
+        found = shipped / f"{given.stem}.yaml"
+        if found.is_file():
+            return found
+    names = ", ".join(sorted(p.stem for p in shipped.glob("*.yaml")))
+    raise InputError("no such sweep", file=str(name), allowed=f"a file, or one of {names}")

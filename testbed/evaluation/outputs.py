@@ -31,7 +31,7 @@ def check_out(out: str | Path | None) -> None:
             "is not a folder", file=folder, field="--out", allowed="a new or empty folder, or an earlier run"
         )
     if out is not None and folder.is_dir():
-        foreign = sorted(p.name for p in folder.iterdir() if p.name.removesuffix(".parts") not in OWN_FILES)
+        foreign = sorted(p.name for p in folder.iterdir() if _own_name(p) not in OWN_FILES)
         if foreign:
             raise InputError(
                 f"holds files of something else ({foreign[0]})",
@@ -44,6 +44,11 @@ def check_out(out: str | Path | None) -> None:
         parent = parent.parent
     if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
         raise InputError("cannot be written", file=folder, field="--out", allowed="a folder you may write to")
+
+
+def _own_name(path: Path) -> str:
+    """The name without what marks a file that was being written when its process was killed."""
+    return path.name.removesuffix(".parts").removeprefix(".")
 
 
 def claim_out(out: str | Path | None, name: str, seed: int) -> Path:
@@ -68,7 +73,7 @@ def remove_run(folder: Path) -> None:
     import shutil
 
     for name in OWN_FILES:
-        for path in (folder / name, folder / f"{name}.parts"):
+        for path in (folder / name, folder / f"{name}.parts", folder / f".{name}"):
             if path.is_dir():
                 shutil.rmtree(path)
             else:
