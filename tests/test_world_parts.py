@@ -156,7 +156,7 @@ def test_drill_program_ramps_moves_rods_and_ends() -> None:
         program.update(k / 100, 0.01)
     assert program.loads[d.STRING_KG] == pytest.approx(10.2)
     assert program.store_change_kg == pytest.approx(-10.2)
-    assert program.depth_m == pytest.approx(0.0375, abs=2e-3)
+    assert program.loads[d.DEPTH] == pytest.approx(0.0375, abs=2e-3)
     program.update(8.0, 0.01)
     assert program.loads[d.PULL] == pytest.approx(8000.0)
     assert program.update(9.5, 0.01)

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.crawl import CrawlProgram
+from testbed.control.mast import KeepMast
 from testbed.control.references import Hold, Program
 from testbed.control.sway import SwayProgram
 from testbed.parameters.scenario import Scenario
+from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_tasks import Crawl, Sway
 
 Array = NDArray[np.float64]
@@ -31,6 +33,8 @@ def program_of(
         program = SwayProgram(scenario.task, start, rope_directions_in_body)
     else:
         program = Hold(start, scenario.task, scenario.events)
+    if isinstance(scenario.task, DrillHole) and scenario.task.keep_mast:
+        program = KeepMast(program, feet_in_body)
     if scenario.control.distribution == "position_hold":
         return program
     from testbed.control.controllers import controller, distributed

@@ -2,7 +2,8 @@
 
 All act at the drill axis, along the body's z (the hole is normal to the platform). Reaction on the body:
 feed and blows push the machine away from the slope (+z), pulling the string out presses it on (-z), the string in the
-hole hangs on the feed (its weight's part along the hole), the bit's torque turns the body about -z.
+hole hangs on the feed (its weight's part along the hole; the rest lies on the hole's wall), what of it stands in the
+mast acts with all its weight at its middle, the bit's torque turns the body about -z.
 """
 
 from __future__ import annotations
@@ -12,7 +13,11 @@ from typing import Any
 
 from testbed.compiled import njit
 
-(FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, DRILL_COLUMNS) = range(7)
+(FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, MAST_KG, MAST_HEIGHT, DEPTH, DRILL_COLUMNS) = range(10)
+"""Forces in N, torque in N m, blows a second; masses of the string in the hole and in the mast, kg; height of the
+latter's middle above the drill point and depth of the hole, m."""
+FORCES = slice(FEED, STRING_KG)
+"""What a phase orders; the rest is where the string is."""
 
 
 @njit

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from testbed.parameters.checked import Checked, Sequence, Triple, impossible
+from testbed.parameters.scenario_drilling import DrillHole
 
 Leg = Literal["fl", "fr", "rl", "rr"]
 Side = Literal["left", "right"]
@@ -165,7 +166,7 @@ class Crawl(Checked):
         return order
 
 
-Task = Annotated[Stand | Raise | Sway | Drill | Crawl, Field(discriminator="kind")]
+Task = Annotated[Stand | Raise | Sway | Drill | DrillHole | Crawl, Field(discriminator="kind")]
 
 
 class CutRope(Checked):

@@ -23,13 +23,12 @@ from testbed.laws.rope import unstrained_length
 from testbed.parameters.names import AXES, GRAVITY_M_S2
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.parameters.scenario import Scenario
-from testbed.parameters.scenario_tasks import Drill
 from testbed.robot.foot_loads import ExpectedLoads
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.model import Payload, RobotModel
 from testbed.world import plant, sensing
 from testbed.world.board import Board
-from testbed.world.drilling import DrillProgram
+from testbed.world.drilling import Drilling, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.start import Start, find_start
@@ -49,7 +48,7 @@ class Machine:
     # truth
     engine: Engine
     ground: Ground
-    drill: DrillProgram
+    drill: Drilling
     noise_rng: np.random.Generator
     judge: Judge
     kinematics: RobotModel
@@ -65,9 +64,9 @@ class Machine:
 
     def drill_belief(self) -> Array:
         """Thrust (N, + away from the slope) and torque (N m, about body z) as control ordered them; no blows."""
-        loads = self.drill.loads
-        self._drill_belief[0] = loads[d.FEED] - loads[d.PULL]
-        self._drill_belief[1] = -loads[d.TORQUE]
+        ordered = self.drill.ordered
+        self._drill_belief[0] = ordered[0]
+        self._drill_belief[1] = -ordered[1]
         return self._drill_belief
 
     def origin_in_world(self) -> Array:
@@ -111,7 +110,9 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     places = Places(params, unit, transducers, 1.0 / r.sensor_hz, {})
     apply_undeclared(scenario.undeclared, places)
     rod_store = true["rod_store_body"]
-    payload = Payload(scenario.robot.payload_kg, rod_store["position_m"]) if scenario.robot.payload_kg > 0 else None
+    drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
+    stored_kg = scenario.robot.payload_kg + drill.store_kg
+    payload = Payload(stored_kg, rod_store["position_m"]) if stored_kg > 0 else None
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
     kinematics = RobotModel(urdf, payload)
     engine = Engine(urdf, ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui)
@@ -120,8 +121,8 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
             engine.add_store_mass(payload.mass_kg)
         for leg, mass in places.leg_mass_kg.items():
             engine.add_leg_mass(leg, mass)
-        start = find_start(scenario, ground, kinematics, engine, true)
-        return _build(scenario, model, true, believed, ground, engine, kinematics, start, linkage,
+        start = find_start(scenario, ground, kinematics, engine, true, drill.loads)
+        return _build(scenario, model, true, believed, ground, engine, kinematics, start, drill, linkage,
                       params, unit, transducers, sensors, seeds)  # fmt: skip
     except BaseException:
         engine.close()
@@ -130,7 +131,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
 
 def _build(
     scenario: Scenario, model: str | Path | None, true: Parameters, believed: Parameters, ground: Ground,
-    engine: Engine, kinematics: RobotModel, start: Start, linkage: RotationLinkage,
+    engine: Engine, kinematics: RobotModel, start: Start, drill: Drilling, linkage: RotationLinkage,
     params: Array, unit: Array, transducers: Array, sensors: Array, seeds: list[np.random.Generator],
 ) -> Machine:  # fmt: skip
     engine.reset(start.position_m, start.rotation, start.joints)
@@ -153,11 +154,12 @@ def _build(
     b.body[plant.TRACTION_RATING] = true["traction"]["rating_n"]
     b.gains[:] = gains(believed, float(arms[0]))
     b.reference[:] = start.joints
-    task = scenario.task if isinstance(scenario.task, Drill) else None
+    b.drill_loads[:] = drill.loads
+    drill.loads = b.drill_loads
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
     return Machine(
-        board=b, engine=engine, ground=ground, drill=DrillProgram(task, b.drill_loads), noise_rng=seeds[1],
+        board=b, engine=engine, ground=ground, drill=drill, noise_rng=seeds[1],
         judge=Judge(start.rotation, weight, raised), kinematics=kinematics, start_joints=start.joints,
         start_base=start.position_m.copy(), start_events=[], locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed),

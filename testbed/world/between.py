@@ -93,7 +93,7 @@ def between_steps(
         data[count] = row
         plant.write_truth(
             truth[count], t, base, board[_BODY : _BODY + 3], rotation, foot_force, board[_NORMAL : _NORMAL + 4], ropes,
-            board[_WRENCH : _WRENCH + 6], axes, supply,
+            board[_WRENCH : _WRENCH + 6], axes, supply, board[_DRILL : _DRILL + d.DRILL_COLUMNS],
         )  # fmt: skip
     if flags & CONTROL:
         reference, rate = board[_REFERENCE : _REFERENCE + 12], board[_RATE : _RATE + 12]

@@ -1,54 +1,93 @@
-"""The drill's program: phases of a scenario turned into the loads of drill.py at a time."""
+"""The drill's programs: what the drill does to the body over time, as the loads of laws/drill.py."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from itertools import accumulate
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.laws import drill as d
+from testbed.parameters.provenance import Parameters
+from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_tasks import Drill, Hammer, PullOut, Push, RodChange
 
 Array = NDArray[np.float64]
+Happened = dict[str, Any]
+
+
+class Drilling(Protocol):
+    """A drill at work. `loads` (DRILL_COLUMNS) is refreshed by `update`."""
+
+    loads: Array
+    phase: str
+    store_change_kg: float
+    """Mass to be put on the rod store (negative: taken off it); whoever does so sets it back to 0."""
+    ordered: Array
+    """(2,) thrust (N, + away from the slope) and torque on the rod (N m) that the drill's controls ask for."""
+
+    @property
+    def store_kg(self) -> float:
+        """Rods of this task in the store, kg."""
+        ...
+
+    def update(self, t: float, dt: float) -> list[Happened]:
+        """Set the loads that hold from t to t + dt (s); returns what has happened, without its time."""
+        ...
+
+    def summary(self) -> dict[str, Any]:
+        """What came of it, for summary.json."""
+        ...
 
 
 class DrillProgram:
-    """Loads over time. `loads` (DRILL_COLUMNS) is refreshed by `update`; `store_change_kg` is taken off the store."""
+    """Phases of a scenario one after the other, whatever the rock; None: a drill that rests."""
 
     def __init__(self, task: Drill | None, loads: Array) -> None:
         self.loads = loads
-        self.depth_m = 0.0
         self.phase = "idle"
         self.store_change_kg = 0.0
+        self.ordered = np.zeros(2)
         self._task = task
         self._starts = [0.0]
         self._changed = -1
         if task is not None:
             self._starts = list(accumulate((p.duration_s for p in task.phases), initial=task.start_s))
 
-    def update(self, t: float, dt: float) -> bool:
-        """Set the loads that hold at time t (s); returns whether another phase has begun."""
-        task, before = self._task, self.phase
+    @property
+    def store_kg(self) -> float:
+        """None: rods that a phase moves come out of the store's own mass."""
+        return 0.0
+
+    def update(self, t: float, dt: float) -> list[Happened]:
+        """See Drilling."""
+        before = self.phase
+        self._set(t, dt)
+        self.ordered[0] = self.loads[d.FEED] - self.loads[d.PULL]
+        self.ordered[1] = self.loads[d.TORQUE]
+        return [{"kind": f"drill_{self.phase}"}] if self.phase != before else []
+
+    def _set(self, t: float, dt: float) -> None:
+        task = self._task
         if task is None or t < self._starts[0]:
-            return False
+            return
         length = self._starts[-1] - self._starts[0]
         lap, since = divmod(t - self._starts[0], length)
+        self.loads[d.FORCES] = 0.0
         if lap > 0 and not task.repeat:
-            self.loads[: d.STRING_KG] = 0.0
             self.phase = "done"
-            return before != "done"
+            return
         k = bisect_right(self._starts, self._starts[0] + since) - 1
         phase = task.phases[k]
         begun = since - (self._starts[k] - self._starts[0])
         ramp = min(1.0, begun / task.ramp_s, (phase.duration_s - begun) / task.ramp_s) if task.ramp_s > 0 else 1.0
-        self.loads[: d.STRING_KG] = 0.0
         if isinstance(phase, Push | Hammer):
             self.loads[d.FEED], self.loads[d.TORQUE] = ramp * phase.feed_n, ramp * phase.torque_nm
         if isinstance(phase, Hammer):
             self.loads[d.BLOW_N], self.loads[d.BLOW_HZ] = ramp * phase.blow_n, phase.blow_hz
-            self.depth_m += dt * phase.penetration_m_s
+            self.loads[d.DEPTH] += dt * phase.penetration_m_s
         if isinstance(phase, PullOut):
             self.loads[d.PULL] = ramp * phase.pull_n
         index = int(lap) * len(task.phases) + k
@@ -57,4 +96,16 @@ class DrillProgram:
             self.loads[d.STRING_KG] += phase.rod_kg
             self.store_change_kg -= phase.rod_kg
         self.phase = phase.kind
-        return self.phase != before
+
+    def summary(self) -> dict[str, Any]:
+        """See Drilling."""
+        return {"hole_depth_m": float(self.loads[d.DEPTH])}
+
+
+def drilling_of(task: object, loads: Array, seed: int, numbers: Parameters) -> Drilling:
+    """The drill's program of a scenario's task; `numbers`: the true machine's."""
+    if isinstance(task, DrillHole):
+        from testbed.world.drill_cycle import DrillCycle
+
+        return DrillCycle(task, loads, seed, numbers)
+    return DrillProgram(task if isinstance(task, Drill) else None, loads)

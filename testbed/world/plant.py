@@ -143,6 +143,11 @@ def drill_step(
             arm[i] += rotation[i, j] * (body[3 + j] - body[j])
         wrench[i] = axial * rotation[i, 2]
         wrench[3 + i] = -drill[d.TORQUE] * rotation[i, 2]
+    weight = drill[d.MAST_KG] * g
+    wrench[2] -= weight
+    wrench[3] -= drill[d.MAST_HEIGHT] * rotation[1, 2] * weight
+    wrench[4] += drill[d.MAST_HEIGHT] * rotation[0, 2] * weight
+    for i in range(3):
         force[i] += wrench[i]
         torque[i] += wrench[3 + i]
     add_cross(arm, wrench[0:3], torque)
@@ -189,7 +194,7 @@ def plant_step(
 @njit
 def write_truth(
     row: Any, t: float, base: Any, com: Any, rotation: Any, foot_force: Any, normal: Any, ropes: Any,
-    drill_wrench: Any, axes: Any, supply: Any,
+    drill_wrench: Any, axes: Any, supply: Any, drill: Any,
 ) -> None:  # fmt: skip
     """One row of truth.parquet (columns: simulation.TRUTH_COLUMNS)."""
     row[0] = t
@@ -211,3 +216,5 @@ def write_truth(
         row[64 + i] = axes[i, c.P_B] - ATMOSPHERE_PA
     row[76] = supply[c.P_SUPPLY] - ATMOSPHERE_PA
     row[77] = supply[c.TEMPERATURE]
+    row[78] = drill[d.DEPTH]
+    row[79] = drill[d.STRING_KG] + drill[d.MAST_KG]

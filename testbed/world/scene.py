@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.laws import drill as d
 from testbed.world import plant
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
             start = origin + b.rotation @ rope[plant.ATTACH]
             lines.append(engine.add_line(start, rope[plant.ANCHOR].copy(), ROPE_RADIUS_M, ROPE_COLOUR))
     top = origin + b.rotation @ b.body[plant.DRILL_POINT]
-    lines.append(engine.add_line(top, top - b.rotation[:, 2] * (0.35 + m.drill.depth_m), 0.038, ROD_COLOUR))
+    lines.append(engine.add_line(top, top - b.rotation[:, 2] * (0.35 + m.drill.loads[d.DEPTH]), 0.038, ROD_COLOUR))
     try:
         slope = m.ground.rotation_slope_to_world
         target = origin + slope @ np.array([0.15, 0.0, 0.45])

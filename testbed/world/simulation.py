@@ -52,6 +52,8 @@ TRUTH_COLUMNS: tuple[str, ...] = (
     *(f"chamber_b_{a}" for a in AXES),
     "supply_pressure",
     "oil_temperature",
+    "hole_depth",
+    "drill_string_mass",
 )
 N_SENSED = len(sensing.MEASURED_COLUMNS)
 N_ESTIMATES = len(METHODS) * 4 + len(EXTRA) * 4
@@ -192,8 +194,7 @@ class Simulation:
         m = self.machine
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
-        if m.drill.update(t, 1.0 / TICK_HZ):
-            self.events.append({"t": t, "kind": f"drill_{m.drill.phase}"})
+        self.events += [{"t": t, **news} for news in m.drill.update(t, 1.0 / TICK_HZ)]
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
@@ -298,7 +299,7 @@ class Simulation:
             "verdict": self.verdict,
             "foot_slip_m": m.judge.slip_m,
             "tilt_deg": math.degrees(m.judge.tilt_rad),
-            "hole_depth_m": m.drill.depth_m,
+            **m.drill.summary(),
             "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
             "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.laws import drill as d
 from testbed.parameters.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.parameters.provenance import Parameters
 from testbed.parameters.scenario import Scenario
@@ -46,7 +47,9 @@ def nominal_joints(scenario: Scenario) -> Array:
     return joints
 
 
-def find_start(scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, parameters: Parameters) -> Start:
+def find_start(
+    scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, parameters: Parameters, drill_loads: Array
+) -> Start:
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.
 
     Raises InputError where a posture or a foothold is out of a joint's range.
@@ -71,13 +74,27 @@ def find_start(scenario: Scenario, ground: Ground, model: RobotModel, engine: En
     tension = _tensions(scenario, model, gravity, directions @ rotation)
     loads = ExpectedLoads(
         model, parameters, friction=ground.friction, ground_compliance_m_n=1.0 / ground.stiffness_n_m
-    ).solve(joints, gravity, rope_forces_in_body=tension[:, None] * (directions @ rotation))
+    ).solve(
+        joints,
+        gravity,
+        rope_forces_in_body=tension[:, None] * (directions @ rotation),
+        drill_wrench_in_body=string_wrench(model, drill_loads, gravity),
+    )
     forces = loads.force_in_body_n
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
     if scenario.robot.height_offset_m == 0.0:  # press each foot in as deep as the ground gives under its load
         joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / ground.stiffness_n_m
     return Start(position, rotation, joints, hold, forces, anchors, directions, tension)
+
+
+def string_wrench(model: RobotModel, loads: Array, gravity_in_body: Array) -> Array:
+    """Weight of the drill string on the machine (6,), force and moment about the body's origin, body frame."""
+    standing = loads[d.MAST_KG] * gravity_in_body
+    hanging = np.array([0.0, 0.0, loads[d.STRING_KG] * gravity_in_body[2]])
+    middle = model.drill_mount_m + np.array([0.0, 0.0, loads[d.MAST_HEIGHT]])
+    moment = np.cross(middle, standing) + np.cross(model.drill_mount_m, hanging)
+    return np.concatenate([standing + hanging, moment])
 
 
 def _tensions(scenario: Scenario, model: RobotModel, gravity: Array, directions_in_body: Array) -> Array:
