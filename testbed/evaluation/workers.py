@@ -15,7 +15,7 @@ from testbed.errors import InputError
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
-_stopped = threading.Event()
+_stopped, _at_work = threading.Event(), threading.Event()
 
 
 def work_through(
@@ -61,11 +61,17 @@ def _in_processes(
 
 
 def _begin() -> None:
-    """In a new process: a Ctrl-C between two items only stops further ones; the parent's end is this one's too."""
-    signal.signal(signal.SIGINT, lambda *_: _stopped.set())
+    """In a new process: Ctrl-C ends its item (unless that handles it) and all further ones; it ends with its parent."""
+    signal.signal(signal.SIGINT, _stop)
     parent = parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _stop(*_: object) -> None:
+    _stopped.set()
+    if _at_work.is_set():
+        raise KeyboardInterrupt
 
 
 def _end_with(sentinel: int) -> None:
@@ -74,4 +80,12 @@ def _end_with(sentinel: int) -> None:
 
 
 def _unless_stopped(work: Callable[[Item], Answer], item: Item) -> Answer | None:
-    return None if _stopped.is_set() else work(item)
+    if _stopped.is_set():
+        return None
+    try:
+        _at_work.set()
+        return work(item)
+    except KeyboardInterrupt:
+        return None
+    finally:
+        _at_work.clear()
