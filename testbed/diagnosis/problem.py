@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.series import Series
 from testbed.effects import Active, by_name
-from testbed.effects.base import Effect, ParameterSpec, Signals
+from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals
 from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
 from testbed.estimation.leg_flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg_force import narrow_band
@@ -22,6 +22,8 @@ from testbed.parameters.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
 FRICTION_NAMES = tuple(Friction.model_fields)
+Balance = tuple[Signals, ForceTerms, Array]
+"""One recording's corrected signals, its terms, and F_ext + F_f in N."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,7 @@ class Problem:
     with_flow: bool
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
+    _balanced: tuple[object, list[Balance]] | None = None
 
     def channels(self) -> tuple[str, ...]:
         """The channels that this rig has."""
@@ -76,8 +79,19 @@ class Problem:
 
     def force(self, model: LegModel, effects: Sequence[Active]) -> Array:
         """Stacked binned force residuals (estimate - reference), N."""
-        pairs = zip(self.series, self._signals(effects), strict=True)
-        return np.concatenate([self._force_one(s, signals, model, effects) for s, signals in pairs])
+        rows = zip(self.series, self._balances(model, effects), strict=True)
+        return np.concatenate([_force_one(s, balance, model.friction) for s, balance in rows])
+
+    def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
+        """The balance without friction of every series; kept while only friction is varied."""
+        key = (id(model.known), [(a.effect.name, dict(a.values)) for a in effects])
+        if self._balanced is None or self._balanced[0] != key:
+            found = []
+            for signals in self._signals(effects):
+                terms = force_terms(model, signals, effects)
+                found.append((signals, terms, without_friction_n(signals, terms)))
+            self._balanced = (key, found)
+        return self._balanced[1]
 
     def _signals(self, effects: Sequence[Active]) -> list[Signals]:
         """Corrected signals of every series; the last correction is kept, as most parameters leave sensors alone."""
@@ -86,15 +100,6 @@ class Problem:
         if self._corrected is None or self._corrected[0] != key:
             self._corrected = (key, [corrected(s.signals, sensors) for s in self.series])
         return self._corrected[1]
-
-    def _force_one(self, s: Series, signals: Signals, model: LegModel, effects: Sequence[Active]) -> Array:
-        terms = force_terms(model, signals, effects)
-        rest = without_friction_n(signals, terms) - friction_n(model.friction, signals, terms)
-        value = external_n(rest, np.sign(signals.velocity_m_s), terms)
-        error = value - (s.reference_n if s.reference_n is not None else 0.0)
-        for frequency, amplitude, harmonics in terms.narrow_bands:
-            error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics, amplitude)
-        return s.binned(error, s.trusted & s.clear)[0]
 
     def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
         """Stacked binned flow residuals of A and B (m3/s), concatenated, and of the supply (Pa)."""
@@ -142,6 +147,16 @@ class Problem:
             if mean > 0.0:
                 relative[here] = np.sqrt(0.3 + 0.7 * flat[here] ** 2 / mean)
         return Layout((channel,), g, np.concatenate(block), counts, relative, tuple(names))
+
+
+def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
+    """Binned force residual of one series, N."""
+    signals, terms, total = balance
+    value = external_n(total - friction_n(friction, signals, terms), np.sign(signals.velocity_m_s), terms)
+    error = value - (s.reference_n if s.reference_n is not None else 0.0)
+    for frequency, amplitude, harmonics in terms.narrow_bands:
+        error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics, amplitude)
+    return s.binned(error, s.trusted & s.clear)[0]
 
 
 def effect_coordinates(

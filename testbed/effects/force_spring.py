@@ -10,7 +10,7 @@ from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Val
 def force_n(position_m: Any, stiffness: float, rest: float, cubic: float = 0.0) -> Any:
     """Force on the piston along extension, N; cubic (N/m3) is 0 in the contract's formula."""
     stretch = position_m - rest
-    return -stiffness * stretch - cubic * stretch**3
+    return -stretch * (stiffness + cubic * stretch * stretch)
 
 
 def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:

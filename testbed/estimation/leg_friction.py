@@ -12,6 +12,8 @@ from testbed.effects.base import ForceTerms, Signals
 from testbed.parameters.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
+FIELDS = tuple(Friction.model_fields)
+"""viscous, Coulomb, Stribeck, Stribeck speed of extension, then of retraction."""
 
 
 def coefficients(friction: Friction, forward: Any) -> tuple[Any, Any, Any, Any]:
@@ -29,17 +31,31 @@ def coefficients(friction: Friction, forward: Any) -> tuple[Any, Any, Any, Any]:
 def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array:
     """F_f in N, shape (n,), without the part that needs the load; positive against extension."""
     v = signals.velocity_m_s
+    if terms.presliding is None:
+        packed = np.array([getattr(friction, name) for name in FIELDS])
+        changes = (terms.coulomb_scale, terms.coulomb_add_n, terms.viscous_scale)
+        scale, add, thin = (np.broadcast_to(np.asarray(c, dtype=np.float64), v.shape) for c in changes)
+        return np.asarray(_static(v, packed, scale, add, thin))
     sigma, coulomb, stribeck, speed = coefficients(friction, v >= 0.0)
     level = coulomb * terms.coulomb_scale + terms.coulomb_add_n + stribeck * np.exp(-np.abs(v) / speed)
     viscous = sigma * terms.viscous_scale * v
-    if terms.presliding is None:
-        return np.asarray(np.sign(v) * level + viscous, dtype=np.float64)
     stiffness, damping, shape = terms.presliding
     level = np.maximum(np.broadcast_to(level, v.shape), 1.0)
     return np.asarray(
         viscous + _bristle(signals.position_m, v, level, stiffness, damping, shape, 1.0 / signals.rate_hz),
         dtype=np.float64,
     )
+
+
+@njit
+def _static(v: Array, friction: Array, scale: Array, add: Array, thin: Array) -> Array:
+    """Equation (5), N; `friction` in the order of FIELDS, `scale`, `add`, `thin`: see `ForceTerms`."""
+    out = np.empty_like(v)
+    for i in range(len(v)):
+        at = 0 if v[i] >= 0.0 else 4
+        level = friction[at + 1] * scale[i] + add[i] + friction[at + 2] * np.exp(-abs(v[i]) / friction[at + 3])
+        out[i] = friction[at] * thin[i] * v[i] + (level if v[i] > 0.0 else -level if v[i] < 0.0 else 0.0)
+    return out
 
 
 @njit
