@@ -27,19 +27,24 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
-CREEPING_M_S = 8e-4
+SLIDING_M_S = 1e-3
+"""Slower than this a piston may stop between two steps of its encoder; faster, it slides on in the direction seen."""
 PRESLIDING_M = 1.2e-4
 """Friction builds up over tens of micrometres after a reversal, less than an encoder of 0.1 mm shows."""
 MARGIN_S = 0.008
 """Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
+SLIDING_MARGIN_S = 0.01
+"""The same for a slow slide: a quick reversal is no slide."""
 FUSED_MARGIN_S = 0.002
 FUSED_WIDTH_S = 0.002
 """The same, and the smoothing of every channel, where the oil tells the quick part of the velocity."""
 OUTPUT_WIDTH_S = 0.006
 QUICK_WIDTH_S = 0.0015
+QUICK_FUSED_WIDTH_S, QUICK_OUTPUT_WIDTH_S = 0.001, 0.0005
 QUICK_TRAVEL_M = 0.0
 QUICK_SPAN_N = 500.0
-"""A force that changes by more within 30 ms is followed with QUICK_WIDTH_S instead of OUTPUT_WIDTH_S."""
+"""A force that changes by more within 30 ms is followed with the quick widths instead of OUTPUT_WIDTH_S: channels and
+output each QUICK_WIDTH_S, or the other two where the oil tells the velocity."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +75,11 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
     travel = unseen_travel_m(recording)
     value, low, high = force_of(signals, model, causal, margin_s=margin, travel_m=travel)
     if not causal:
-        quick = signals if oil else signals_of(recording, model.known, QUICK_WIDTH_S)
-        sharp, _, _ = force_of(quick, model, output_width_s=QUICK_WIDTH_S, margin_s=margin, travel_m=QUICK_TRAVEL_M)
+        width = QUICK_OUTPUT_WIDTH_S if oil else QUICK_WIDTH_S
+        quick = (
+            fused(recording, model, QUICK_FUSED_WIDTH_S) if oil else signals_of(recording, model.known, QUICK_WIDTH_S)
+        )
+        sharp, _, _ = force_of(quick, model, output_width_s=width, margin_s=margin, travel_m=QUICK_TRAVEL_M)
         shift = share_of_quick(value, signals.rate_hz) * (sharp - value)
         value, low, high = value + shift, low + shift, high + shift
     time, _ = grid(recording)
@@ -113,6 +121,7 @@ def force_of(
     friction = friction_n(model.friction, signals, terms)
     direction = np.sign(signals.velocity_m_s)
     moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m, causal)
+    sliding = moving | trusted(signals.velocity_m_s, signals.rate_hz, SLIDING_MARGIN_S, travel_m, causal, SLIDING_M_S)
     rest_low, rest_high = breakaway_n(model.friction, signals, terms)
     if terms.presliding is not None:
         # A bristle tells the friction at rest to within one encoder count of bend.
@@ -124,13 +133,12 @@ def force_of(
     # A narrow band is only known from both sides of a sample: a causal estimate keeps it.
     for frequency, amplitude, harmonics in () if causal else terms.narrow_bands:
         raw = raw - narrow_band(raw, moving, signals, frequency, harmonics, amplitude)
-    first = _fill(raw, moving, width, causal)
+    first = _fill(raw, sliding, width, causal)
     needed = np.clip(total - first, rest_low, rest_high)
-    held = np.where(moving, raw, total - needed)
+    held = np.where(sliding, raw, total - needed)
     value = smooth_causal(held, width) if causal else smooth(held, width)
-    creeping = np.abs(signals.velocity_m_s) > CREEPING_M_S
-    low = np.where(creeping & moving, value, np.minimum(total - rest_high, value))
-    high = np.where(creeping & moving, value, np.maximum(total - rest_low, value))
+    low = np.where(moving, value, np.minimum(total - rest_high, value))
+    high = np.where(moving, value, np.maximum(total - rest_low, value))
     return value, low, high
 
 
@@ -140,12 +148,13 @@ def trusted(
     margin_s: float = MARGIN_S,
     travel_m: float = PRESLIDING_M,
     causal: bool = False,
+    speed_m_s: float = MOVING_M_S,
 ) -> Mask:
     """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a reversal, and far enough
     behind it for friction to have built up on the new side."""
     from scipy.ndimage import binary_erosion
 
-    fast = np.abs(velocity_m_s) > MOVING_M_S
+    fast = np.abs(velocity_m_s) > speed_m_s
     fast &= _travel_since_reversal(velocity_m_s, 1.0 / rate_hz) > travel_m
     reach = round(margin_s * rate_hz)
     if causal:
