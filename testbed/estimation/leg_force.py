@@ -27,14 +27,13 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
-SLIDING_M_S = 1e-3
-"""Slower than this a piston may stop between two steps of its encoder; faster, it slides on in the direction seen."""
+SLIDING_M_S, SLIDING_S = 4e-4, 0.05
+"""A piston that goes on faster than this in one direction for longer slides, though slowly: friction's side is known.
+(A quick reversal is slow for a moment too, but does not slide.)"""
 PRESLIDING_M = 1.2e-4
 """Friction builds up over tens of micrometres after a reversal, less than an encoder of 0.1 mm shows."""
 MARGIN_S = 0.008
 """Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
-SLIDING_MARGIN_S = 0.01
-"""The same for a slow slide: a quick reversal is no slide."""
 FUSED_MARGIN_S = 0.002
 FUSED_WIDTH_S = 0.002
 """The same, and the smoothing of every channel, where the oil tells the quick part of the velocity."""
@@ -121,7 +120,7 @@ def force_of(
     friction = friction_n(model.friction, signals, terms)
     direction = np.sign(signals.velocity_m_s)
     moving = trusted(signals.velocity_m_s, signals.rate_hz, margin_s, travel_m, causal)
-    sliding = moving | trusted(signals.velocity_m_s, signals.rate_hz, SLIDING_MARGIN_S, travel_m, causal, SLIDING_M_S)
+    sliding = moving if causal else moving | slow_slides(signals.velocity_m_s, signals.rate_hz, travel_m)
     rest_low, rest_high = breakaway_n(model.friction, signals, terms)
     if terms.presliding is not None:
         # A bristle tells the friction at rest to within one encoder count of bend.
@@ -166,6 +165,15 @@ def trusted(
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=1), dtype=np.bool_)
 
 
+def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Mask:
+    """Samples of slow slides that last, shape (n,); a causal estimate could not know that they will."""
+    from scipy.ndimage import binary_opening
+
+    slow = trusted(velocity_m_s, rate_hz, MARGIN_S, travel_m, speed_m_s=SLIDING_M_S)
+    slow &= np.cumsum(np.abs(velocity_m_s)) / rate_hz > travel_m
+    return np.asarray(binary_opening(slow, np.ones(max(round(SLIDING_S * rate_hz), 1))), dtype=np.bool_)
+
+
 def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
     """Distance moved since the velocity last changed its sign, m, shape (n,); the start counts as far from one."""
     travel = np.cumsum(np.abs(velocity_m_s)) * period_s
@@ -176,18 +184,17 @@ def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
 
 
 def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
-    """`raw` averaged over good samples near by; over gaps it runs straight from one side to the other (or is held)."""
+    """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground feels the load that
+    it had when it stopped, and the first samples behind a gap may already belong to a foot that lifts."""
     if not good.any():
         return np.zeros_like(raw)
     run = smooth_causal if causal else smooth
     weight = run(good.astype(np.float64), width)
     known = weight > 0.05
     mean = run(np.where(good, raw, 0.0), width) / np.maximum(weight, 1e-6)
-    index = np.arange(len(raw))
-    if causal:
-        last = np.maximum.accumulate(np.where(known, index, -1))
-        return np.where(last >= 0, mean[np.maximum(last, 0)], 0.0)
-    return np.asarray(np.interp(index, index[known], mean[known]), dtype=np.float64)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(raw)), -1))
+    before = 0.0 if causal else mean[int(np.argmax(known))]
+    return np.asarray(np.where(last >= 0, mean[np.maximum(last, 0)], before), dtype=np.float64)
 
 
 BAND_LIMIT = 2.5
