@@ -200,7 +200,7 @@ def filters(
 
 @app.command()
 def distribution(
-    out: Annotated[Path, typer.Option(help="Folder for distribution.json.")],
+    out: Annotated[Path, typer.Option(help="Folder for distribution.json and the single cases.")],
     jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     controller: Annotated[
@@ -208,14 +208,17 @@ def distribution(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth."""
+    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth.
+
+    Finished cases are kept: started again, it goes on.
+    """
     from testbed.evaluation.distribution import benchmark, check, table, write
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
 
     names = check(out, controller)
     with counting_progress(cases, "cases") as progress:
-        result = benchmark(cases, jobs, names, progress)
+        result = benchmark(cases, jobs, names, progress, out / "cases")
     path = write(result, out)
     if json:
         print_json(result)

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.references import Command, Measured, Program
-from testbed.control.statics import FEET, UNKNOWNS, Balance, Statics
+from testbed.control.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
 from testbed.control.trim import rope_rate
-from testbed.parameters.names import LEGS
+from testbed.parameters.names import LEGS, VERTICAL
 
 Array = NDArray[np.float64]
+VERTICAL_AXES = list(VERTICAL)
 TOLERANCE: Array = np.tile([60.0, 140.0, 120.0], len(LEGS))
 """Joint force errors that are left alone, N m, N, N (E): a quarter of the joints' sliding friction; below, it hunts."""
 GAIN_1_S = 1.8
@@ -34,6 +35,8 @@ EDGE_GROWTH_1_S, EDGE_LIMIT = 1.5, 6.0
 SPEED_LIMIT: Array = np.tile([2.5e-2, 5.0e-3, 4.0e-3], len(LEGS))
 SMOOTH_S = 0.03
 """Time constant of the measured forces and tensions (E); 0.08 and more hunts."""
+HANGING_SHARE, SEEK_M_S = 0.25, 2.0e-3
+"""A foot that has less than this share of its load seeks the ground at this speed: in the air no force tells it (E)."""
 PULL_SLEW_N_S = 4000.0
 """Fastest change of a wanted pull (E)."""
 
@@ -91,6 +94,8 @@ class Distribution:
             self._haul(plan.forces[FEET:], smooth[FEET:], dt, out)
             if command.carrying.all():
                 self._squeeze(smooth[:FEET] - plan.forces[:FEET], now, dt, measured, out)
+                hanging = smooth[NORMALS] < HANGING_SHARE * plan.forces[NORMALS]
+                out.rate[VERTICAL_AXES] += np.where(hanging, SEEK_M_S, 0.0)
         command.reference += command.rate * dt
         return out
 

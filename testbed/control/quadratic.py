@@ -1,10 +1,15 @@
-"""Sharing by a quadratic program: least use of friction, feet that never pull, joints, supply and ropes within limits.
+"""Sharing by a quadratic program: the highest use of friction is as low as it can be, whatever the friction is.
 
-    min  sum_i (tx_i^2 + ty_i^2) / n_i^2 + even * sum_i n_i^2 + steady * |pull - last pull|^2
-    with balance, n_i >= lowest, (tx, ty) inside the friction cone, joint forces within what the supply gives,
-    0 <= pull <= rating
+    min  worst * s^2 + sum_i (tx_i^2 + ty_i^2 + even * n_i^2) / mean(n)^2 + steady * |pull - last pull|^2
+    with |t_i| + doubt <= s (n_i + taken_i)   each carrying foot
+         balance, n_i >= lowest, joint forces within what the supply gives, 0 <= pull <= rating
 
-Forces in units of the load. 1 / n_i^2 is that of the last solution, so that equal use of friction is where it rests.
+Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a foot from living on
+a few hundred newtons that nobody can be sure of. `taken` is what a surge of the thrust would take off a foot (none
+here). As s is sought and not given, no coefficient of friction has to be believed, and a plan within the cones is found
+where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it cannot be had.
+
+s * n is not linear: it is taken about the last plan; the plans of following ticks converge.
 Solved by daqp through qpsolvers.
 """
 
@@ -23,9 +28,17 @@ from testbed.parameters.provenance import roboclimber
 
 Array = NDArray[np.float64]
 CONE_SIDES = 8
-LOWEST_NORMAL_N = 300.0
-EVEN, STEADY = 0.3, 0.02
-"""Weights of even normal loads and of quiet ropes against friction use squared (E)."""
+LOWEST_NORMAL_N = 800.0
+"""Least normal load of a plan: twice what blows, estimates and the loops leave open (E)."""
+DOUBT_N = 600.0
+"""Break-away of a radial joint at rest (E)."""
+POOR_FRICTION = 0.45
+"""Coefficient of poor rock, 0.7 of the usual (E): plans that need more are made for friction alone."""
+WORST, EVEN, STEADY, STRICT = 4.0, 0.05, 0.02, 50.0
+"""Weights of the highest use, of even normal loads and of quiet ropes against friction use squared; how much more the
+highest use weighs where the doubt is given up (E)."""
+FIRST_ROUNDS, CLOSER = 6, 0.02
+"""Rounds until the first plan; most by which s may fall from round to round."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +55,22 @@ class Constraints:
     scale: float
 
 
+@dataclass
+class _Last:
+    """What the next plan is made about."""
+
+    normals: Array
+    """(4,) in units of the load."""
+    pull: Array
+    use: float
+    doubt: float = 1.0
+    """Share of the doubt that is kept to."""
+    lowest: float = 1.0
+    """Share of the lowest load that is kept to."""
+
+
 class Quadratic:
-    """See the module's docstring. `friction`: believed coefficient; None is the parameter file's."""
+    """See the module's docstring. `friction`: what `constraints` takes it to be; None is the parameter file's."""
 
     name = "qp"
 
@@ -52,54 +79,84 @@ class Quadratic:
         self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
         self.lowest_n = lowest_n
         self._rating_n = float(numbers["traction"]["rating_n"])
-        self._traction_m2 = float(numbers["traction"]["piston_area_m2"])
-        self._normals: Array | None = None
-        self._pull: Array | None = None
-        self._cones = _cones(self.friction)
+        self._last: _Last | None = None
+        self._cones, self._use_rows = _cones(self.friction), _cones(0.0)
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing. A lowest normal load that cannot be had is given up first; then nothing is asked for."""
-        z = self._solve(now, self.lowest_n)
-        if z is None and self.lowest_n > 0.0:
-            z = self._solve(now, 0.0)
+        """See Sharing. Where no plan balances the load without a pulling foot, nothing is asked for."""
+        rounds = 1
+        if self._last is None:
+            scale = float(np.linalg.norm(now.load[:3]))
+            even = np.where(now.carrying, 1 / 6, 0.0)
+            self._last, rounds = _Last(even, now.measured_pull_n / scale, 2 * POOR_FRICTION), FIRST_ROUNDS
+        z = None
+        for _ in range(rounds):
+            z = self._solve(now, self._last)
+        while z is None and self._last.lowest > 0.0:
+            z = self._solve(now, self._last)
         if z is None:
             return Plan(now.measured, feasible=False)
-        self._normals, self._pull = np.maximum(z[NORMALS], 1.0), z[ROPES].copy()
         return Plan(z)
 
     def constraints(self, now: Balance, lowest_n: float) -> Constraints:
         """What a plan must keep to, with at least `lowest_n` on every carrying foot."""
+        c = self._limits(now, lowest_n)
+        cones, free = np.zeros(len(self._cones)), np.full(len(self._cones), -np.inf)
+        return Constraints(
+            np.vstack([self._cones, c.rows]), np.concatenate([free, c.low]), np.concatenate([cones, c.high]),
+            c.balance, c.value, c.below, c.above, c.scale,
+        )  # fmt: skip
+
+    def taken(self, now: Balance) -> Array:
+        """(4,) change of the normal loads, N, that a plan must stand without warning."""
+        return np.zeros(len(now.carrying))
+
+    def _limits(self, now: Balance, lowest_n: float) -> Constraints:
         scale = float(np.linalg.norm(now.load[:3]))
         below, above = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
         below[NORMALS] = np.where(now.carrying, lowest_n / scale, 0.0)
         for leg in np.flatnonzero(~now.carrying):
             below[3 * leg : 3 * leg + 3], above[3 * leg : 3 * leg + 3] = 0.0, 0.0
         below[ROPES], above[ROPES] = 0.0, self._rating_n / scale
-        rows = np.vstack([self._cones, now.joint_map])
-        free = np.full(len(self._cones), -np.inf)
-        return Constraints(
-            rows=rows,
-            low=np.concatenate([free, (now.lowest - now.held) / scale]),
-            high=np.concatenate([np.zeros(len(self._cones)), (now.highest - now.held) / scale]),
-            balance=now.balance,
-            value=-now.load / scale,
-            below=below,
-            above=above,
-            scale=scale,
-        )
+        low, high = (now.lowest - now.held) / scale, (now.highest - now.held) / scale
+        return Constraints(now.joint_map, low, high, now.balance, -now.load / scale, below, above, scale)
 
-    def _solve(self, now: Balance, lowest_n: float) -> Array | None:
-        c = self.constraints(now, lowest_n)
-        normals = np.full(len(LEGS), c.scale / 6) if self._normals is None else self._normals
-        pull = now.measured_pull_n if self._pull is None else self._pull
-        weights, costs = np.zeros(UNKNOWNS), np.zeros(UNKNOWNS)
-        use = (c.scale / np.maximum(normals, 0.02 * c.scale)) ** 2
-        weights[1:FEET:3] = weights[2:FEET:3] = use
-        weights[NORMALS] = EVEN
-        weights[ROPES] = STEADY
-        costs[ROPES] = -STEADY * pull / c.scale
-        z = minimise(weights, costs, c)
-        return None if z is None else z * c.scale
+    def _solve(self, now: Balance, last: _Last) -> Array | None:
+        c = self._limits(now, self.lowest_n * last.lowest)
+        mean = max(float(last.normals.mean()), 0.02)
+        weights, costs = np.empty(UNKNOWNS + 1), np.zeros(UNKNOWNS + 1)
+        weights[:FEET], weights[NORMALS], weights[ROPES] = mean**-2, EVEN * mean**-2, STEADY
+        weights[UNKNOWNS] = WORST * (1.0 + STRICT * (1.0 - last.doubt))
+        costs[ROPES] = -STEADY * last.pull
+        z = minimise(weights, costs, self._with_use(now, c, last))
+        if z is None:
+            last.lowest = 0.0 if last.lowest < 0.1 else 0.7 * last.lowest
+            return None
+        last.lowest = min(last.lowest + 0.002, 1.0)
+        use = float(np.max((self._use_rows @ z[:UNKNOWNS]).reshape(4, -1).max(axis=1) / np.maximum(z[:FEET:3], 1e-3)))
+        last.normals, last.pull, last.use = z[:FEET:3].copy(), z[FEET:UNKNOWNS].copy(), max(float(z[UNKNOWNS]), 0.0)
+        last.doubt = max(0.8 * last.doubt - 0.01, 0.0) if use > POOR_FRICTION else min(last.doubt + 0.02, 1.0)
+        return z[:UNKNOWNS] * c.scale
+
+    def _with_use(self, now: Balance, c: Constraints, last: _Last) -> Constraints:
+        """The limits and, with s as the last unknown, |t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken)."""
+        carrying = np.repeat(now.carrying, CONE_SIDES)
+        taken = np.repeat(self.taken(now), CONE_SIDES) / c.scale * last.doubt
+        about = np.maximum(np.repeat(last.normals, CONE_SIDES) + taken, 0.02)
+        rows = np.hstack([self._use_rows, -about[:, None]])
+        rows[np.arange(len(rows)), 3 * np.repeat(np.arange(len(LEGS)), CONE_SIDES)] = -last.use
+        high = -DOUBT_N * last.doubt / c.scale + last.use * (taken - about)
+        free = np.full(int(carrying.sum()), -np.inf)
+        return Constraints(
+            rows=np.vstack([rows[carrying], np.hstack([c.rows, np.zeros((len(c.rows), 1))])]),
+            low=np.concatenate([free, c.low]),
+            high=np.concatenate([high[carrying], c.high]),
+            balance=np.hstack([c.balance, np.zeros((len(c.balance), 1))]),
+            value=c.value,
+            below=np.append(c.below, max(last.use - CLOSER, 0.0)),
+            above=np.append(c.above, np.inf),
+            scale=c.scale,
+        )
 
 
 def minimise(weights: Array, costs: Array, c: Constraints) -> Array | None:
@@ -116,11 +173,11 @@ def minimise(weights: Array, costs: Array, c: Constraints) -> Array | None:
 
 
 def _cones(friction: float) -> Array:
-    """Rows r with r . z <= 0: pyramids inside the friction cones."""
-    inside = friction * np.cos(np.pi / CONE_SIDES)
+    """Rows r with r . z <= 0: pyramids inside the friction cones; for friction 0, |t| as the pyramid measures it."""
     rows = np.zeros((len(LEGS) * CONE_SIDES, UNKNOWNS))
     for leg in range(len(LEGS)):
         for side in range(CONE_SIDES):
             angle = 2 * np.pi * side / CONE_SIDES
-            rows[leg * CONE_SIDES + side, 3 * leg : 3 * leg + 3] = (-inside, np.cos(angle), np.sin(angle))
+            part = np.array([np.cos(angle), np.sin(angle)]) / np.cos(np.pi / CONE_SIDES)
+            rows[leg * CONE_SIDES + side, 3 * leg : 3 * leg + 3] = (-friction, *part)
     return rows

@@ -64,14 +64,40 @@ def test_the_quadratic_program_lets_the_ropes_carry_the_pull_along_the_slope() -
     assert plan.forces[ROPES].sum() == pytest.approx(33_983.0, rel=0.05)
 
 
-def test_without_ropes_no_plan_exists_beyond_the_friction_angle() -> None:
-    """atan 0.65 = 33 degrees: 25 stands, 40 slides however the load is shared."""
-    statics = {}
+def test_without_ropes_the_least_friction_is_the_slopes_tangent() -> None:
+    """tan 25 = 0.47, tan 40 = 0.84: rock of 0.65 holds the one and not the other (a pyramid of 8 sides, 4 %)."""
     for slope in (25.0, 40.0):
-        now = _balance(slope)
+        now, sharing = _balance(slope), Quadratic()
         now.balance[:, ROPES] = 0.0
-        statics[slope] = Quadratic().plan(now).feasible
-    assert statics == {25.0: True, 40.0: False}
+        for _ in range(60):
+            z = sharing.plan(now).forces
+        feet = z[:FEET].reshape(4, 3)
+        use = (np.linalg.norm(feet[:, 1:], axis=1) / feet[:, 0]).max()
+        assert use == pytest.approx(np.tan(np.radians(slope)), rel=0.04)
+
+
+def test_a_plan_needs_no_more_friction_than_the_least_that_a_linear_program_finds() -> None:
+    """Or no more than poor rock holds. The program is told no coefficient; ropes that pull aside make it hard."""
+    from testbed.evaluation.distribution_run import breaks, possible
+
+    rng, hard = np.random.default_rng(0), 0
+    for _ in range(12):
+        slope = rng.uniform(60.0, 80.0)
+        now = _balance(slope, pull_n=WEIGHT_N * np.sin(np.radians(slope)) / 2, thrust_n=rng.uniform(0.0, 3000.0))
+        now.load[1] += rng.uniform(-7000.0, 7000.0)
+        now.load[3:] += rng.uniform(-3000.0, 3000.0, 3)
+        for friction in np.arange(0.46, 0.85, 0.03):
+            wanted = Quadratic(friction).constraints(now, 0.0)
+            if possible(wanted):
+                break
+        else:
+            continue
+        sharing = Quadratic()
+        for _ in range(60):
+            plan = sharing.plan(now)
+        assert plan.feasible and not breaks(plan.forces / wanted.scale, wanted)
+        hard += friction > 0.47
+    assert hard >= 2
 
 
 def test_no_plan_pulls_on_a_foot_or_pushes_a_rope_or_leaves_the_cone() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,17 +11,9 @@ import pytest
 
 from testbed.control.quadratic import Quadratic
 from testbed.errors import InputError
-from testbed.evaluation.distribution import (
-    Outcome,
-    benchmark,
-    breaks,
-    count_losses,
-    draw_cases,
-    possible,
-    run_case,
-    summarise,
-    write,
-)
+from testbed.evaluation.distribution import benchmark, kept, sources, summarise, write
+from testbed.evaluation.distribution_cases import Outcome, draw_cases
+from testbed.evaluation.distribution_run import breaks, count_losses, possible, run_case
 
 
 def test_cases_do_not_depend_on_how_many_there_are() -> None:
@@ -78,7 +71,9 @@ def test_wrong_counts_and_folders_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Path) -> None:
-    result = benchmark(1, names=("position_hold", "qp"))
+    cases = tmp_path / "out" / "cases"
+    result = benchmark(1, names=("position_hold", "qp"), folder=cases)
+    assert benchmark(1, names=("qp",), folder=cases)["runs"][0][0] == result["runs"][0][1]  # kept, not run again
     path = write(result, tmp_path / "out")
     read = json.loads(path.read_text())
     table = {entry["name"]: entry for entry in read["controllers"]}
@@ -86,6 +81,16 @@ def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Pa
     assert table["qp"]["friction_use_median"] < table["position_hold"]["friction_use_median"]
     assert table["qp"]["lowest_normal_force_n"] > table["position_hold"]["lowest_normal_force_n"]
     assert table["qp"]["infeasible"] == 0 and table["qp"]["plans_checked"] > 10
+
+
+def test_a_finished_case_is_taken_over_and_one_of_other_sources_is_not(tmp_path: Path) -> None:
+    outcome = Outcome("qp", 0.3, 1000.0, 0, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")
+    entry = {"mark": sources(), "outcome": asdict(outcome)}
+    (tmp_path / "0000.json").write_text(json.dumps({"qp": entry, "oracle": entry}))
+    assert kept(tmp_path, 0, "qp") == outcome
+    assert kept(tmp_path, 0, "drill") is None and kept(tmp_path, 1, "qp") is None
+    (tmp_path / "0000.json").write_text(json.dumps({"qp": entry | {"mark": "another"}}))
+    assert kept(tmp_path, 0, "qp") is None
 
 
 @pytest.mark.slow
