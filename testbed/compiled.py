@@ -135,11 +135,16 @@ def _prune(folder: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+def folder_of(function: FunctionType) -> Path:
+    """Where the versions of a kernel's machine code are."""
+    return cache_folder() / f"{function.__module__}.{function.__qualname__}".replace("<locals>", "in")
+
+
 class _Locator(_CacheLocator):  # type: ignore[misc]
     """Where numba keeps a kernel: a folder a function, the digest in the file's name."""
 
     def __init__(self, function: FunctionType, digest: str) -> None:
-        self._folder = cache_folder() / f"{function.__module__}.{function.__qualname__}".replace("<locals>", "in")
+        self._folder = folder_of(function)
         self._digest = digest
 
     def get_cache_path(self) -> str:
@@ -203,10 +208,20 @@ class _Cache(NullCache):  # type: ignore[misc]
                 os.utime(path)
 
 
+def compile_for(kernel: Any, *arguments: Any) -> None:
+    """Compile a kernel, or load it from the cache, for arguments of these types, without running it."""
+    kernel.compile(tuple(numba.typeof(value) for value in arguments))
+
+
+def is_cached(kernel: Any) -> bool:
+    """Whether the cache holds machine code of this version of a kernel, for any types."""
+    return any(folder_of(kernel.py_func).glob(f"*{digest_of(kernel)}*.nbc"))
+
+
 def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """numba.njit with the testbed's cache; use as `@njit` or `@njit(...)`."""
     if function is None:
         return lambda f: njit(f, **options)
-    kernel = numba.njit(**options)(function)
+    kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)
     kernel._cache = _Cache(kernel)
     return kernel

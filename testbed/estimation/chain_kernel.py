@@ -66,7 +66,8 @@ def step_leg(
     slides = encoder.sliding(e, c[RESOLUTION], c[REST], c[SLIDE])
 
     f = s[FACTOR:STATE_COLUMNS]
-    f[:] = leg[:FRICTION_SIZE]
+    for k in range(FRICTION_SIZE):
+        f[k] = leg[k]
     if leg[RATE] != 0.0:
         thinning = math.exp(-leg[RATE] * (c[OIL] - leg[REFERENCE]))
         f[0] *= thinning

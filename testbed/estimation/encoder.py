@@ -27,7 +27,8 @@ def observe(s: NDArray[np.float64], reading_m: float, resolution_m: float, dt_s:
         s[SINCE] += dt_s
         return
     if s[STARTED] == 0.0:
-        s[:] = 0.0
+        for k in range(s.shape[0]):
+            s[k] = 0.0
         s[X], s[LAST], s[SINCE], s[STARTED] = reading_m, reading_m, 1.0e3, 1.0
     s[X] += dt_s * (s[V] + 0.5 * dt_s * s[A])
     s[V] += dt_s * s[A]

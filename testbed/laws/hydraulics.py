@@ -51,7 +51,8 @@ def open_valves(axes: Any, params: Any, command: Any, h: float, openings: Any) -
             last = p
         valve_path(axes[i], p, command[i], h, weights, openings[i])
         if p[c.LOCKED] != 0.0:
-            openings[i, :] = 0.0
+            for k in range(openings.shape[1]):
+                openings[i, k] = 0.0
 
 
 @njit_law

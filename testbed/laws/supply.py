@@ -115,7 +115,8 @@ def traction(p_pa: float, s: Any, unit: Any) -> float:
 @njit_law
 def begin_supply(s: Any, unit: Any, w: Any) -> None:
     """Clear a call's totals; slope and enthalpy at its start."""
-    w[PUMPED:UNIT_WORK] = 0.0
+    for k in range(PUMPED, UNIT_WORK):
+        w[k] = 0.0
     w[ENTHALPY_TANK] = enthalpy(unit[c.TANK_P], unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])
     s[c.P_SUPPLY], w[STIFF] = supply_pressure(s[c.OIL_SUPPLY], s[c.P_SUPPLY], unit)
     w[ENTHALPY] = enthalpy(s[c.P_SUPPLY], unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])

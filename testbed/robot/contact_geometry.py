@@ -72,7 +72,9 @@ def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: A
 @njit
 def _moved(wrench: Array, point: Array) -> Array:
     """A wrench about the origin, told about `point`: the moment loses point x force."""
-    out = wrench.copy()
+    out = np.empty(6)
+    for k in range(6):
+        out[k] = wrench[k]
     out[3] -= point[1] * wrench[2] - point[2] * wrench[1]
     out[4] -= point[2] * wrench[0] - point[0] * wrench[2]
     out[5] -= point[0] * wrench[1] - point[1] * wrench[0]
@@ -80,13 +82,11 @@ def _moved(wrench: Array, point: Array) -> Array:
 
 
 @njit
-def _gradient_moved(gradient: Array, point: Array) -> Array:
-    """Derivative by a wrench about the origin, from that by the wrench about `point` (transpose of `_moved`)."""
-    out = gradient.copy()
-    out[0] -= gradient[4] * point[2] - gradient[5] * point[1]
-    out[1] -= gradient[5] * point[0] - gradient[3] * point[2]
-    out[2] -= gradient[3] * point[1] - gradient[4] * point[0]
-    return out
+def _move_gradient(gradient: Array, point: Array) -> None:
+    """To the derivative by a wrench about the origin, from that by the wrench about `point` (transpose of `_moved`)."""
+    gradient[0] -= gradient[4] * point[2] - gradient[5] * point[1]
+    gradient[1] -= gradient[5] * point[0] - gradient[3] * point[2]
+    gradient[2] -= gradient[3] * point[1] - gradient[4] * point[0]
 
 
 @njit
@@ -132,10 +132,13 @@ def feet_under_load(
     forces, touches, _, missing, per_height, per_load, steps = solve_contacts(
         _moved(load, centre), maps, compliances, heights, active, friction
     )
-    missing = _moved(missing, -centre)
+    back = np.empty(3)
+    for k in range(3):
+        back[k] = -centre[k]
+    missing = _moved(missing, back)
     for i in range(n):
         for k in range(3):
-            per_load[i, k] = _gradient_moved(per_load[i, k], centre)
+            _move_gradient(per_load[i, k], centre)
     in_body, vertical, by_height, by_wrench = _in_body(axes, frames, forces, per_height, per_load)
     normal, counted = np.empty(n), np.empty(1)
     tangential, use, reserve, carries = np.zeros(n), np.zeros(n), np.empty(n), np.zeros(n)

@@ -136,9 +136,11 @@ def _newton(
 def _inverse(matrix: Array) -> Array:
     """Inverse (6, 6) by elimination with pivoting."""
     n = matrix.shape[0]
-    work, out = matrix.copy(), np.zeros((n, n))
-    for k in range(n):
-        out[k, k] = 1.0
+    work, out = np.empty((n, n)), np.empty((n, n))
+    for row in range(n):
+        for k in range(n):
+            work[row, k] = matrix[row, k]
+            out[row, k] = 1.0 if row == k else 0.0
     for column in range(n):
         pivot = column
         for row in range(column + 1, n):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from testbed.compiled import njit
 from testbed.control.valve_loop import GAIN_COLUMNS, control_step
 from testbed.estimation.chain_kernel import OIL, step_chain
@@ -59,11 +61,14 @@ def between_steps(
     ropes = board[_ROPES : _ROPES + _N_ROPES].reshape(2, plant.ROPE_COLUMNS)
     command = board[_COMMAND : _COMMAND + 12]
     foot_force = board[_FOOT:_NORMAL].reshape(4, 3)
+    before, change = np.empty(6), np.empty(6)
     if flags & (MOVE | PLACE):
-        before = base[7:13].copy()
+        for i in range(6):
+            before[i] = base[7 + i]
         plant.move_base(board[_POSE:_BASE], board[_TURN : _TURN + 4], base, dt, bool(flags & PLACE))
         if flags & FEET:
-            change = (base[7:13] - before) / dt
+            for i in range(6):
+                change[i] = (base[7 + i] - before[i]) / dt
             change[2] += gravity
             plant.feet_under_motion(
                 board[_LEGS:_GROUND].reshape(4, LEG_COLUMNS), board[_Q_BEFORE:_QD_BEFORE], board[_QD_BEFORE:_FOOT],
@@ -90,7 +95,8 @@ def between_steps(
         for leg in range(4):
             row[_ESTIMATES + N_ESTIMATES + leg] = chain_out[_CONTACT_ROW, leg]
     if flags & RECORD:
-        data[count] = row
+        for i in range(row.shape[0]):
+            data[count, i] = row[i]
         plant.write_truth(
             truth[count], t, base, board[_BODY : _BODY + 3], rotation, foot_force, board[_NORMAL : _NORMAL + 4], ropes,
             board[_WRENCH : _WRENCH + 6], axes, supply, board[_DRILL : _DRILL + d.DRILL_COLUMNS],
@@ -105,8 +111,9 @@ def between_steps(
             board[_GAINS : _GAINS + 12 * GAIN_COLUMNS].reshape(12, GAIN_COLUMNS), locked, control_dt, command,
         )  # fmt: skip
     if flags & PLANT:
-        board[_Q_BEFORE:_QD_BEFORE] = board[_Q:_QD]
-        board[_QD_BEFORE:_FOOT] = board[_QD:_POSE]
+        for i in range(12):
+            board[_Q_BEFORE + i] = board[_Q + i]
+            board[_QD_BEFORE + i] = board[_QD + i]
         plant.plant_step(
             board[_Q:_QD], board[_QD:_POSE], base, command, foot_force,
             axes, board[_PARAMS : _PARAMS + _N_PARAMS].reshape(12, c.AXIS_PARAMETERS), supply,

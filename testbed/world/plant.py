@@ -54,7 +54,8 @@ def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None
     qz = w * tz + x * ty - y * tx + z * tw
     qw = w * tw - x * tx - y * ty - z * tz
     if at_rest:
-        base[7:13] = 0.0
+        for i in range(7, 13):
+            base[i] = 0.0
     else:
         px, py, pz, pw = -base[3], -base[4], -base[5], base[6]
         dx = qw * px + qx * pw + qy * pz - qz * py
@@ -77,7 +78,10 @@ def feet_under_motion(
     foot_force: Any, normal_force: Any, dt: float,
 ) -> None:  # fmt: skip
     """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
-    foot_forces(legs, q, qd, (qd_after - qd) / dt, torque, rotation, w, alpha, lift, normal, foot_force, normal_force)
+    qdd = np.empty(q.shape[0])
+    for i in range(q.shape[0]):
+        qdd[i] = (qd_after[i] - qd[i]) / dt
+    foot_forces(legs, q, qd, qdd, torque, rotation, w, alpha, lift, normal, foot_force, normal_force)
 
 
 @njit
@@ -103,20 +107,19 @@ def traction_rate(rope: Any, body: Any, supply_gauge_pa: float) -> float:
 @njit
 def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any) -> float:
     """One rope: haul and pull on the body. Adds to force and torque (about the base's COM); returns oil taken, m3/s."""
-    arm = np.empty(3)
-    velocity = np.empty(3)
+    arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
         arm[i] = 0.0
         for j in range(3):
             arm[i] += rotation[i, j] * (rope[3 + j] - body[j])
-    point = base[0:3] + arm
-    velocity[:] = base[7:10]
+        point[i] = base[i] + arm[i]
+        velocity[i] = base[7 + i]
     add_cross(base[10:13], arm, velocity)
     rope[RATE] = traction_rate(rope, body, supply[c.P_SUPPLY] - ATMOSPHERE_PA)
     rope[UNSTRAINED] += dt * rope[RATE]
     out = rope[14:17]
     if rope[WHOLE] == 0.0:
-        out[:] = 0.0
+        out[0] = out[1] = out[2] = 0.0
         rope[TENSION] = 0.0
         return 0.0
     rope[TENSION] = rope_wrench(point, rope[0:3], velocity, rope[UNSTRAINED], rope[EA], rope[DAMPING], out)
@@ -179,8 +182,9 @@ def plant_step(
             v[i] = qd[i] * arms[i]
             load[i] = along if k == 2 else 0.0
             side[i] = across if k == 2 else abs(along) if k == 1 else 0.0
-    force[:] = body[9:12]
-    torque[:] = 0.0
+    for i in range(3):
+        force[i] = body[9 + i]
+        torque[i] = 0.0
     taken = 0.0
     for k in range(ropes.shape[0]):
         taken += rope_step(ropes[k], base, rotation, body, supply, dt, force, torque)
@@ -200,15 +204,19 @@ def write_truth(
     row[0] = t
     for i in range(3):
         row[1 + i] = base[i] - (rotation[i, 0] * com[0] + rotation[i, 1] * com[1] + rotation[i, 2] * com[2])
-    row[4:8] = base[3:7]
+    for i in range(4):
+        row[4 + i] = base[3 + i]
     for leg in range(4):
         f = foot_force[leg]
-        row[8 + 3 * leg : 11 + 3 * leg] = f
+        for i in range(3):
+            row[8 + 3 * leg + i] = f[i]
         row[20 + leg] = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
         row[24 + leg] = normal[leg]
-    row[28:31] = ropes[0, 14:17]
-    row[31:34] = ropes[1, 14:17]
-    row[34:40] = drill_wrench
+    for i in range(3):
+        row[28 + i] = ropes[0, 14 + i]
+        row[31 + i] = ropes[1, 14 + i]
+    for i in range(6):
+        row[34 + i] = drill_wrench[i]
     n = axes.shape[0]
     for i in range(n):
         row[40 + i] = axes[i, c.FRICTION]

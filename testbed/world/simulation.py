@@ -21,7 +21,7 @@ from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
-from testbed.world import plant, sensing
+from testbed.world import plant, precompile, sensing
 from testbed.world.assembly import Machine, assemble
 from testbed.world.between import CONTROL, ESTIMATE, FEET, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
 from testbed.world.verdict import LOOK_TICKS
@@ -69,7 +69,9 @@ class Simulation:
 
     def __init__(self, scenario: Scenario, model: str | Path | None = None, gui: bool = False) -> None:
         self.scenario = scenario
+        compiling = precompile.beside()
         self.machine: Machine = assemble(scenario, model, gui)
+        precompile.finish(compiling, self.machine.chain.arrays)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False

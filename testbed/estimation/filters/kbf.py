@@ -28,7 +28,8 @@ def predict_and_update(state: NDArray[np.float64], z: float, q: float, r: float)
 @njit
 def start(state: NDArray[np.float64], z: float, r: float) -> float:
     """The first sample is the first estimate, known as well as one measurement: P = R."""
-    state[:] = 0.0
+    for k in range(state.shape[0]):
+        state[k] = 0.0
     state[0], state[1], state[2] = z, r, 1.0
     return z
 
