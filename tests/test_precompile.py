@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from testbed import compiled
@@ -42,6 +44,12 @@ def test_two_processes_compile_each_kernel_once(tmp_path: Path) -> None:
     assert found["compiled"]["plant_step"] == found["compiled"]["feet_under_motion"] == 0
     assert found["compiled"]["step_chain"] == 1
     assert 1.0 / 3.0 < found["beside_s"] / found["cpu_s"] < 3.0  # the work is shared out evenly
+
+
+def test_the_shares_fit_the_kernels_signatures() -> None:
+    chain = tuple(np.zeros((2, 2)) for _ in range(4))
+    for kernel, arguments in precompile.plant_calls() + precompile.other_calls(chain):
+        inspect.signature(kernel.py_func).bind(*arguments)
 
 
 def test_a_warm_cache_starts_no_second_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
