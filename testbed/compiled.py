@@ -87,7 +87,7 @@ def _described_function(function: FunctionType, seen: dict[int, str]) -> Iterato
     known = id(function)
     if known not in seen:
         seen[known] = "itself"
-        digest = hashlib.sha256(f"{function.__qualname__} {function.__defaults__}".encode())
+        digest = hashlib.sha256(f"{function.__module__} {function.__qualname__} {function.__defaults__}".encode())
         for text in _referred(function, seen):
             digest.update(text.encode() + b"\0")
         seen[known] = digest.hexdigest()
@@ -188,7 +188,7 @@ class _Cache(NullCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             found = self._files.load_overload(sig, target_context)
-        except (OSError, EOFError, UnpicklingError):  # not readable: compiled again
+        except (OSError, EOFError, UnpicklingError, ImportError, AttributeError):  # not readable: compiled again
             return None
         if found is not None:
             self._mark_used()

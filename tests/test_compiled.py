@@ -73,6 +73,15 @@ def test_comments_docstrings_and_places_do_not_change_a_kernel(tmp_path: Path) -
     assert _digests(tmp_path / "elsewhere", moved) == _digests(tmp_path, SOURCE)
 
 
+def test_a_kernel_in_another_module_is_another(tmp_path: Path) -> None:
+    here, there = (_module(tmp_path, SOURCE, name) for name in ("kernels_here", "kernels_there"))
+    assert compiled.digest_of(here.outer) != compiled.digest_of(there.outer)
+    there.inner = here.inner  # a callee that has moved
+    moved = compiled.digest_of(there.outer)
+    there.inner = _module(tmp_path, SOURCE, "kernels_there").inner
+    assert compiled.digest_of(there.outer) != moved
+
+
 def test_what_cannot_be_told_apart_is_refused(tmp_path: Path) -> None:
     module = _module(tmp_path, SOURCE.replace("FACTOR = 2.0", "FACTOR = object()"))
     with pytest.raises(TypeError, match="object"):
