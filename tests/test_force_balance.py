@@ -13,13 +13,35 @@ BOUND = 0.001
 """Share of the weight."""
 
 
+GROUNDS = {
+    "plane": ["terrain.kind=plane"],
+    "box": ["terrain.kind=box"],
+    "heightfield": ["terrain.kind=heightfield", "terrain.roughness_m=0.05"],
+    "step": ["terrain.kind=profile", "terrain.profile_m=[[0.1, 0], [0.1, 0.12]]"],
+    "bench": ["terrain.kind=profile", "terrain.profile_m=[[-1.5, 0], [-0.7, -0.1], [-0.5, 0], [0.6, 0], [1.5, 0.1]]"],
+    "patches": ["terrain.patches=[{foot: fl, stiffness_n_m: 2.0e6}, {foot: rr, friction: 0.1, stiffness_n_m: 1.0e7}]"],
+    "loose": ["terrain.plastic_n_m=1.0e6", "terrain.stiffness_n_m=2.0e7"],
+    "loose_rock": ["terrain.kind=heightfield", "terrain.roughness_m=0.03", "terrain.plastic_n_m=1.0e6",
+                   "terrain.stiffness_n_m=2.0e7"],
+    "elevation": ["terrain.kind=elevation", "terrain.elevation={file: ELEVATION, frame: slope}"],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def elevation(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A ramp of waves, 8 m wide, to stand on."""
+    path = tmp_path_factory.mktemp("ground") / "waves.npy"
+    x = np.arange(-4.0, 4.05, 0.1)
+    np.save(path, 0.04 * np.sin(1.7 * x)[:, None] + 0.03 * np.cos(2.3 * x)[None, :])
+    GROUNDS["elevation"] = [o.replace("ELEVATION", str(path)) for o in GROUNDS["elevation"]]
+
+
 def residuals(kind: str, order: str, slope: float, steps: int = 40) -> tuple[np.ndarray, np.ndarray]:
     """Largest residual of force (share of the weight) and of moment (weight x 1 m) over single steps while drilling."""
     import pybullet as p
 
-    overrides = [f"terrain.kind={kind}", f"terrain.loading_order={order}", f"terrain.slope_deg={slope}"]
+    overrides = [*GROUNDS[kind], f"terrain.loading_order={order}", f"terrain.slope_deg={slope}"]
     overrides += ["task.start_s=0.05", "rates.record_hz=1000"]
-    overrides += ["terrain.roughness_m=0.05"] if kind == "heightfield" else []
     world = Simulation(load_scenario("drill_slope_45", overrides, duration=1.0))
     engine, board = world.machine.engine, world.machine.board
     masses = engine.masses()
@@ -47,9 +69,16 @@ def residuals(kind: str, order: str, slope: float, steps: int = 40) -> tuple[np.
 
 
 @pytest.mark.parametrize("order", ["robot_first", "ground_first"])
-@pytest.mark.parametrize("kind", ["plane", "box", "heightfield"])
+@pytest.mark.parametrize("kind", ["plane", "box", "heightfield", "step"])
 def test_forces_and_moments_change_the_momentum_on_30_degrees(kind: str, order: str) -> None:
     force, moment = residuals(kind, order, 30.0)
+    assert force.max() < BOUND, f"force residual {force} of the weight"
+    assert moment.max() < BOUND, f"moment residual {moment} of the weight at 1 m"
+
+
+@pytest.mark.parametrize("kind", ["bench", "patches", "loose", "loose_rock", "elevation"])
+def test_forces_and_moments_change_the_momentum_on_uneven_soft_and_loose_ground(kind: str) -> None:
+    force, moment = residuals(kind, "robot_first", 45.0)
     assert force.max() < BOUND, f"force residual {force} of the weight"
     assert moment.max() < BOUND, f"moment residual {moment} of the weight at 1 m"
 
@@ -57,7 +86,7 @@ def test_forces_and_moments_change_the_momentum_on_30_degrees(kind: str, order: 
 @pytest.mark.slow
 @pytest.mark.parametrize("slope", [0.0, 60.0, 80.0])
 @pytest.mark.parametrize("order", ["robot_first", "ground_first"])
-@pytest.mark.parametrize("kind", ["plane", "box", "heightfield"])
+@pytest.mark.parametrize("kind", list(GROUNDS))
 def test_forces_and_moments_change_the_momentum(kind: str, order: str, slope: float) -> None:
     force, moment = residuals(kind, order, slope)
     assert force.max() < BOUND, f"force residual {force} of the weight"
@@ -81,6 +110,7 @@ def test_recorded_forces_carry_the_weight_while_standing() -> None:
 
 @pytest.mark.parametrize(("name", "overrides"), [
     ("drill_slope_45", ["task.start_s=0.05"]),
+    ("drill_slope_45", ["task.start_s=0.05", "terrain.kind=heightfield", "terrain.roughness_m=0.05"]),
     ("crawl_slope_30", ["task.start_s=0.1", "task.period_s=2"]),
 ])  # fmt: skip
 def test_forces_from_the_legs_motion_are_the_engines_contact_forces(name: str, overrides: list[str]) -> None:
@@ -93,7 +123,7 @@ def test_forces_from_the_legs_motion_are_the_engines_contact_forces(name: str, o
             world.run_block(10)
             world.machine.engine.contacts(force, normal)
             worst = max(worst, float(np.abs(force - board.foot_force).max()))
-            assert np.allclose(normal, board.normal_force, atol=1.0)
+            assert np.allclose(normal, board.normal_force, atol=5.0)
             lifted += int((normal == 0.0).any())
     finally:
         world.close()

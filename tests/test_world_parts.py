@@ -15,6 +15,7 @@ from testbed.laws import drill as d
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import load_scenario
 from testbed.parameters.scenario_tasks import Drill, Hammer, PullOut, RodChange
+from testbed.parameters.scenario_terrain import Terrain
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import roboclimber_model
 from testbed.robot.urdf_merge import merged
@@ -90,7 +91,7 @@ def test_traction_stalls_at_its_rating() -> None:
 
 
 def test_slope_frame_rises_towards_x() -> None:
-    ground = make_ground("plane", 30.0, 0.7, 1e8, 2e5)
+    ground = make_ground(Terrain(slope_deg=30.0))
     assert ground.rotation_slope_to_world[:, 0] == pytest.approx([math.sqrt(3) / 2, 0.0, 0.5])
     assert ground.normal_in_world == pytest.approx([-0.5, 0.0, math.sqrt(3) / 2])
 

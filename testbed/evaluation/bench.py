@@ -91,9 +91,7 @@ def bare_engine(overrides: tuple[str, ...]) -> Any:
     from testbed.world.terrain import make_ground
 
     scenario = load_scenario("stand_flat", list(overrides))
-    t = scenario.terrain
-    ground = make_ground("plane", 0.0, t.friction, t.stiffness_n_m, t.damping_n_s_m)
-    engine = Engine(resources.urdf(), ground, step_s=1e-3)
+    engine = Engine(resources.urdf(), make_ground(scenario.terrain), step_s=1e-3)
     joints = nominal_joints(scenario)
     engine.reset(np.array([0.0, 0.0, 0.16 + float(joints[2])]), np.eye(3), joints)
     engine.hold_with_motors(joints)

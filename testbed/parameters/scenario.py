@@ -93,21 +93,35 @@ def load_scenario(
         data["seed"] = seed
     if duration is not None:
         data["duration_s"] = duration
-    _find_urdf(data, path)
-    scenario = checked(Scenario, data, path)
+    _find_file(data, path, "robot", "urdf")
+    _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
+    scenario = _on_its_slope(checked(Scenario, data, path))
     check_parameters(scenario.hydraulics.parameters, path, "hydraulics.parameters")
     check_parameters(scenario.model.parameters, path, "model.parameters")
     return scenario
 
 
-def _find_urdf(data: dict[str, Any], path: Path) -> None:
-    """Make a relative `robot.urdf` absolute: it counts from the scenario file's folder."""
-    robot = data.get("robot")
-    if isinstance(robot, dict) and isinstance(robot.get("urdf"), str):
-        urdf = (path.parent / robot["urdf"]).resolve()
-        if not urdf.is_file():
-            raise InputError("no such file", file=path, field="robot.urdf", value=robot["urdf"], allowed="a URDF")
-        robot["urdf"] = str(urdf)
+def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") -> None:
+    """Make a relative file name in the raw tree absolute: it counts from the scenario file's folder."""
+    part = data.get(section) if isinstance(data, dict) else None
+    if isinstance(part, dict) and isinstance(part.get(key), str):
+        file = (path.parent / part[key]).resolve()
+        if not file.is_file():
+            raise InputError(
+                "no such file", file=path, field=f"{prefix}{section}.{key}", value=part[key], allowed="a file"
+            )
+        part[key] = str(file)
+
+
+def _on_its_slope(scenario: Scenario) -> Scenario:
+    """Where the ground comes from an elevation file in the world's frame, its slope is the file's."""
+    terrain = scenario.terrain
+    if terrain.elevation is None:
+        return scenario
+    from testbed.parameters.elevation_slope import slope_of
+
+    changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
+    return scenario.model_copy(update={"terrain": changed})
 
 
 def check_parameters(changes: Numbers, file: Path, section: str) -> None:

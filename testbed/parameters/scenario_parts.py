@@ -10,6 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from testbed.parameters.checked import Checked, Four, Names, Numbers, Pair, Sequence, impossible
 from testbed.parameters.hydraulic_parts import HydraulicPart
 from testbed.parameters.names import AXES, LEGS
+from testbed.parameters.scenario_terrain import Terrain
 
 SensorPart = Literal["encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"]
 PLACES: tuple[str, ...] = (*AXES, *LEGS, "rope_left", "rope_right", "body", "supply")
@@ -40,43 +41,6 @@ class Rates(Checked):
                     f"{name} = {value} does not divide physics_hz = {self.physics_hz}",
                     "a whole fraction of physics_hz",
                 )
-        return self
-
-
-class Terrain(Checked):
-    """The ground; its surface passes through the world's origin and rises towards +x."""
-
-    kind: Literal["plane", "box", "heightfield"] = Field(
-        default="plane", description="how the ground is made in the engine"
-    )
-    slope_deg: float = Field(default=0.0, ge=0, le=85, description="angle of the slope [deg]")
-    friction: float = Field(
-        default=0.7, ge=0, le=2, description="friction coefficient between foot and ground"
-    )
-    stiffness_n_m: float = Field(
-        default=1.0e8, ge=1e5, le=1e10, description="stiffness of the ground under one foot [N/m]"
-    )
-    damping_n_s_m: float = Field(
-        default=2.0e5, ge=0, le=1e8, description="damping of the ground under one foot [N s/m]"
-    )
-    loading_order: Literal["ground_first", "robot_first"] = Field(
-        default="robot_first", description="what the engine loads first"
-    )
-    roughness_m: float = Field(
-        default=0.0, ge=0, le=0.5, description="standard deviation of the height (heightfield) [m]"
-    )
-    roughness_seed: int = Field(default=0, ge=0, description="seed of the rough surface")
-    cell_m: float = Field(
-        default=0.1, gt=0.01, le=1, description="distance of the grid's points (heightfield) [m]"
-    )
-
-    @model_validator(mode="after")
-    def _rough_needs_heightfield(self) -> Terrain:
-        if self.roughness_m > 0 and self.kind != "heightfield":
-            raise impossible(
-                f"roughness_m = {self.roughness_m} needs kind heightfield, not {self.kind}",
-                "roughness_m: 0 or kind: heightfield",
-            )
         return self
 
 

@@ -8,6 +8,8 @@ without fetching contacts. In the body frame, e_r along the radial joint, e_z up
     along the vertical joint (-e_z):   -e_z . f_3                 = tau_3 - e_z . F
     along the radial joint (e_r):       e_r . (f_2 + f_3)         = tau_2 + e_r . F
     about the rotation axis (e_z):      e_z . sum(rho_i x f_i + d/dt I_i w) = tau_1 + e_z . (rho_F x F)
+
+rho_F is where the ground touches the foot. The normal force is taken along the ground's normal there.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ YAW = 27
 """Direction of the links' x axis at rotation 0, rad."""
 FOOT = 28
 """Centre of the foot's sphere from the hip with all joints at 0, x and y (2)."""
-LEG_COLUMNS = 30
+RADIUS = 30
+"""Radius of the foot's sphere: the ground touches it at its lowest point along the ground's normal."""
+LEG_COLUMNS = 31
 NOTHING_N = 1e-2
 """Rounding: a force below this is no contact."""
 
@@ -83,9 +87,9 @@ def link_force(
 @njit
 def foot_forces(
     legs: Any, q: Any, qd: Any, qdd: Any, torque: Any, rotation: Any, w_world: Any, alpha_world: Any, lift_world: Any,
-    normal: Any, out: Any, out_normal: Any,
+    normals: Any, out: Any, out_normal: Any,
 ) -> None:  # fmt: skip
-    """Force of the ground on each foot (4, 3), world frame, N, and its part along `normal` (4).
+    """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's normal (4).
 
     q, qd (12) and rotation (3, 3) before the step; qdd (12), alpha and lift (3, world) its changes of velocity over
     its length, lift less gravity; torque (12) what drove the joints.
@@ -111,7 +115,10 @@ def foot_forces(
                 along += rx * force[0] + ry * force[1]
             if i == 2:
                 up += force[2]
+        nx = rotation[0, 0] * normals[leg, 0] + rotation[1, 0] * normals[leg, 1] + rotation[2, 0] * normals[leg, 2]
+        ny = rotation[0, 1] * normals[leg, 0] + rotation[1, 1] * normals[leg, 1] + rotation[2, 1] * normals[leg, 2]
         fx, fy = turn_z(q[3 * leg], p[FOOT] + p[RADIAL] * q[3 * leg + 1], p[FOOT + 1] + p[RADIAL + 1] * q[3 * leg + 1])
+        fx, fy = fx - p[RADIUS] * nx, fy - p[RADIUS] * ny
         reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
         across = (moment + aside * along) / reach
         bx, by = along * rx - across * ry, along * ry + across * rx
@@ -121,4 +128,4 @@ def foot_forces(
         out_normal[leg] = 0.0
         for k in range(3):
             out[leg, k] = rotation[k, 0] * bx + rotation[k, 1] * by + rotation[k, 2] * up
-            out_normal[leg] += out[leg, k] * normal[k]
+            out_normal[leg] += out[leg, k] * normals[leg, k]

@@ -149,6 +149,7 @@ class RobotModel:
                 row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = placed.act(link.lever) - first.translation
                 row[ff.MASSES + i] = link.mass
                 row[ff.INERTIAS + 3 * i : ff.INERTIAS + 3 * i + 3] = np.diag(link.inertia)
+            row[ff.RADIUS] = self.foot_radius_m
             row[ff.FOOT : ff.FOOT + 2] = (data.oMf[self._feet[leg]].translation - first.translation)[:2]
         return out
 

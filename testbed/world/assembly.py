@@ -23,6 +23,7 @@ from testbed.laws.rope import unstrained_length
 from testbed.parameters.names import AXES, GRAVITY_M_S2
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.parameters.scenario import Scenario
+from testbed.robot import foot_forces as ff
 from testbed.robot.foot_loads import ExpectedLoads
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.model import Payload, RobotModel
@@ -30,6 +31,7 @@ from testbed.world import plant, sensing
 from testbed.world.board import Board
 from testbed.world.drilling import Drilling, drilling_of
 from testbed.world.engine import Engine
+from testbed.world.footing import Footing
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
@@ -48,6 +50,7 @@ class Machine:
     # truth
     engine: Engine
     ground: Ground
+    footing: Footing | None
     drill: Drilling
     noise_rng: np.random.Generator
     judge: Judge
@@ -98,10 +101,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     believed = machine.replaced(scenario.model.parameters)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     t, r = scenario.terrain, scenario.rates
-    ground = make_ground(
-        t.kind, t.slope_deg, t.friction, t.stiffness_n_m, t.damping_n_s_m,
-        roughness_m=t.roughness_m, roughness_seed=t.roughness_seed, cell_m=t.cell_m,
-    )  # fmt: skip
+    ground = make_ground(t)
     linkage = RotationLinkage.from_parameters(true)
     params = axis_parameters(true, linkage.stroke_m, locked=scenario.hydraulics.valves_locked)
     unit = unit_parameters(true, pump_on=scenario.hydraulics.pump)
@@ -115,7 +115,9 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     payload = Payload(stored_kg, rod_store["position_m"]) if stored_kg > 0 else None
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
     kinematics = RobotModel(urdf, payload)
-    engine = Engine(urdf, ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui)
+    engine = Engine(
+        urdf, ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui, sinking=t.loose
+    )
     try:
         if payload is not None:
             engine.add_store_mass(payload.mass_kg)
@@ -123,7 +125,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
             engine.add_leg_mass(leg, mass)
         start = find_start(scenario, ground, kinematics, engine, true, drill.loads)
         return _build(scenario, model, true, believed, ground, engine, kinematics, start, drill, linkage,
-                      params, unit, transducers, sensors, seeds)  # fmt: skip
+                      params, unit, transducers, sensors, seeds, places.leg_mass_kg)  # fmt: skip
     except BaseException:
         engine.close()
         raise
@@ -133,6 +135,7 @@ def _build(
     scenario: Scenario, model: str | Path | None, true: Parameters, believed: Parameters, ground: Ground,
     engine: Engine, kinematics: RobotModel, start: Start, drill: Drilling, linkage: RotationLinkage,
     params: Array, unit: Array, transducers: Array, sensors: Array, seeds: list[np.random.Generator],
+    leg_mass_kg: dict[int, float],
 ) -> Machine:  # fmt: skip
     engine.reset(start.position_m, start.rotation, start.joints)
     extension, arms = start.joints.copy(), np.ones(len(AXES))
@@ -145,8 +148,11 @@ def _build(
     b.supply[:] = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
-    b.legs[:] = engine.leg_numbers()
-    b.ground_normal[:] = ground.normal_in_world
+    b.legs[:] = kinematics.leg_numbers()
+    b.legs[:, ff.HIP : ff.HIP + 3] -= engine.base_inertial_m
+    for leg, mass_kg in leg_mass_kg.items():
+        b.legs[leg, ff.MASSES + 2] += mass_kg
+    b.ground_normals[:] = ground.normal_in_world
     b.ropes[:] = _ropes(scenario, start, kinematics)
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
@@ -159,7 +165,7 @@ def _build(
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
     return Machine(
-        board=b, engine=engine, ground=ground, drill=drill, noise_rng=seeds[1],
+        board=b, engine=engine, ground=ground, footing=start.footing, drill=drill, noise_rng=seeds[1],
         judge=Judge(start.rotation, weight, raised), kinematics=kinematics, start_joints=start.joints,
         start_base=start.position_m.copy(), start_events=[], locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed),

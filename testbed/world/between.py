@@ -25,7 +25,7 @@ PLACE does so for a body at rest."""
 
 _Q, _QD, _POSE, _BASE, _TURN = (OFFSETS[n] for n in ("q", "qd", "pose", "base", "base_turn"))
 _Q_BEFORE, _QD_BEFORE = (OFFSETS[n] for n in ("q_before", "qd_before"))
-_FOOT, _NORMAL, _LEGS, _GROUND = (OFFSETS[n] for n in ("foot_force", "normal_force", "legs", "ground_normal"))
+_FOOT, _NORMAL, _LEGS, _GROUND = (OFFSETS[n] for n in ("foot_force", "normal_force", "legs", "ground_normals"))
 _TAU, _FORCE, _TORQUE = (OFFSETS[n] for n in ("joint_torque", "force", "torque"))
 _AXES, _PARAMS, _SUPPLY, _UNIT = (OFFSETS[n] for n in ("axes", "params", "supply", "unit"))
 _GEOMETRY, _ROPES, _BODY, _DRILL = (OFFSETS[n] for n in ("geometry", "ropes", "body", "drill_loads"))
@@ -73,7 +73,7 @@ def between_steps(
             plant.feet_under_motion(
                 board[_LEGS:_GROUND].reshape(4, LEG_COLUMNS), board[_Q_BEFORE:_QD_BEFORE], board[_QD_BEFORE:_FOOT],
                 board[_QD:_POSE], board[_TAU : _TAU + 12], rotation, before[3:6], change[3:6], change[0:3],
-                board[_GROUND : _GROUND + 3], foot_force, board[_NORMAL : _NORMAL + 4], dt,
+                board[_GROUND : _GROUND + 12].reshape(4, 3), foot_force, board[_NORMAL : _NORMAL + 4], dt,
             )  # fmt: skip
         plant.rotation_matrix(base[3:7], rotation)
     if flags & SENSE:

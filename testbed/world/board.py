@@ -31,7 +31,7 @@ LAYOUT: dict[str, tuple[int, ...]] = {
     "foot_force": (4, 3),
     "normal_force": (4,),
     "legs": (4, LEG_COLUMNS),
-    "ground_normal": (3,),
+    "ground_normals": (4, 3),
     # given to the engine
     "joint_torque": (12,),
     "force": (3,),
@@ -86,7 +86,7 @@ class Board:
     foot_force: Array
     normal_force: Array
     legs: Array
-    ground_normal: Array
+    ground_normals: Array
     joint_torque: Array
     force: Array
     torque: Array

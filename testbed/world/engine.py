@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import math
-import os
-import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,41 +14,15 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
-from testbed.robot import foot_forces as ff
 from testbed.robot.urdf_check import read_urdf
 from testbed.robot.urdf_merge import merged
-from testbed.world.rock import rock_texture
-from testbed.world.rotations import quaternion
+from testbed.world.quiet import quiet
+from testbed.world.rock import rock_texture, under_sky
+from testbed.world.rotations import quaternion, turning_z_to
 from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
-_MASTER = os.environ.get("TESTBED_ENGINE_MESSAGES")
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep the engine's messages off the console while it loads a file (it prints from C)."""
-    if _MASTER:
-        yield
-        return
-    flush = ctypes.CDLL(None).fflush
-    sys.stdout.flush()
-    sys.stderr.flush()
-    flush(None)
-    saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
-    try:
-        for stream in (1, 2):
-            os.dup2(null, stream)
-        yield
-    finally:
-        flush(None)
-        for stream, old in zip((1, 2), saved, strict=True):
-            os.dup2(old, stream)
-            os.close(old)
-        os.close(null)
-
-
-with _quiet():
+with quiet():
     import pybullet as p
 
 
@@ -72,11 +43,13 @@ class Engine:
         robot_first: bool = True,
         gui: bool = False,
         iterations: int = 50,
+        sinking: bool = False,
     ) -> None:
         self.client = p.connect(p.GUI if gui else p.DIRECT)
         if self.client < 0:
             raise SimulationFault("the physics engine gave no client")
         self._dressed = False
+        self._foot_grounds: list[int] = []
         self._centre: Sequence[float] = (0.0, 0.0, 0.0)
         c = self.client
         p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
@@ -89,13 +62,15 @@ class Engine:
         else:
             self._load_ground(ground)
             self._load_robot(urdf)
+        if sinking:
+            self._part_grounds()
         self._set_dynamics(ground)
 
     # ---- loading -------------------------------------------------------------------------------------------
 
     def _load_robot(self, urdf: Path) -> None:
         try:
-            with _quiet(), tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
+            with quiet(), tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
                 # The engine's own welding of fixed links would lose products of inertia.
                 file.write(merged(read_urdf(urdf), keep=("rod_store",)))
                 file.flush()
@@ -128,6 +103,8 @@ class Engine:
             shape = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=c)
         elif g.kind == "box":
             shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[100, 100, 1], physicsClientId=c)
+        elif g.kind == "profile":
+            shape = self._boxes(g)
         else:
             assert g.heights_m is not None
             rows, columns = g.heights_m.shape
@@ -139,9 +116,29 @@ class Engine:
                 numHeightfieldColumns=columns,
                 physicsClientId=c,
             )
-        offset, rotation = g.engine_pose()
+        self._shape, self._ground_pose = shape, g.engine_pose
         self.ground = p.createMultiBody(0, shape, physicsClientId=c)
-        p.resetBasePositionAndOrientation(self.ground, offset, rotation, physicsClientId=c)
+        p.resetBasePositionAndOrientation(self.ground, *g.engine_pose(), physicsClientId=c)
+
+    def _boxes(self, g: Ground) -> int:
+        """A box under each straight piece of a profile, risers included."""
+        sizes, places, turns = g.boxes()
+        return int(p.createCollisionShapeArray(
+            shapeTypes=[p.GEOM_BOX] * len(sizes), halfExtents=sizes, collisionFramePositions=places,
+            collisionFrameOrientations=turns, physicsClientId=self.client,
+        ))  # fmt: skip
+
+    def _part_grounds(self) -> None:
+        """A ground of its own for each foot, the same shape in the same place: it can sink under this foot alone."""
+        c = self.client
+        others = set(range(-1, p.getNumJoints(self.robot, physicsClientId=c)))
+        for foot in self.foot_links:
+            body = p.createMultiBody(0, self._shape, physicsClientId=c)
+            p.resetBasePositionAndOrientation(body, *self._ground_pose(), physicsClientId=c)
+            self._foot_grounds.append(body)
+            for link in others - {foot}:
+                p.setCollisionFilterPair(self.robot, body, link, -1, 0, physicsClientId=c)
+            p.setCollisionFilterPair(self.robot, self.ground, foot, -1, 0, physicsClientId=c)
 
     def _set_dynamics(self, g: Ground) -> None:
         c, links = self.client, [-1, *range(p.getNumJoints(self.robot, physicsClientId=self.client))]
@@ -149,24 +146,32 @@ class Engine:
         p.changeDynamics(self.robot, -1, angularDamping=0.0, physicsClientId=c)
         for link in links:
             p.changeDynamics(self.robot, link, jointDamping=0.0, physicsClientId=c)
-            p.changeDynamics(self.robot, link, lateralFriction=1.0, physicsClientId=c)
+            p.changeDynamics(self.robot, link, lateralFriction=g.friction, physicsClientId=c)
             p.changeDynamics(self.robot, link, restitution=0.0, physicsClientId=c)
             p.changeDynamics(self.robot, link, maxJointVelocity=1e4, physicsClientId=c)
             if link >= 0:  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
                 p.changeDynamics(self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0, physicsClientId=c)
-        for link in self.foot_links:
-            p.changeDynamics(
-                self.robot,
-                link,
-                contactStiffness=g.stiffness_n_m,
-                contactDamping=g.damping_n_s_m,
-                physicsClientId=c,
-            )
-        p.changeDynamics(self.ground, -1, lateralFriction=g.friction, physicsClientId=c)
-        p.changeDynamics(self.ground, -1, restitution=0.0, physicsClientId=c)
+        for leg in range(len(LEGS)):
+            self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
+        for ground in (self.ground, *self._foot_grounds):  # the product of both bodies' friction counts
+            p.changeDynamics(ground, -1, lateralFriction=1.0, physicsClientId=c)
+            p.changeDynamics(ground, -1, restitution=0.0, physicsClientId=c)
         p.setJointMotorControlArray(
             self.robot, self.joints, p.VELOCITY_CONTROL, forces=[0.0] * len(self.joints), physicsClientId=c
         )
+
+    def set_footing(self, leg: int, friction: float, stiffness_n_m: float, damping_n_s_m: float) -> None:
+        """What the ground is under one foot: its friction coefficient, stiffness and damping."""
+        c, link = self.client, list(self.foot_links)[leg]
+        p.changeDynamics(self.robot, link, lateralFriction=friction, physicsClientId=c)
+        p.changeDynamics(
+            self.robot, link, contactStiffness=stiffness_n_m, contactDamping=damping_n_s_m, physicsClientId=c
+        )
+
+    def sink_ground(self, leg: int, depth_m: float) -> None:
+        """Put the ground under one foot `depth_m` below the surface (an engine with `sinking`)."""
+        pose = self._ground_pose(depth_m)
+        p.resetBasePositionAndOrientation(self._foot_grounds[leg], *pose, physicsClientId=self.client)
 
     # ---- state ---------------------------------------------------------------------------------------------
 
@@ -188,34 +193,6 @@ class Engine:
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         self._centre = position
         state[:] = angles + rates + position + orientation
-
-    def leg_numbers(self) -> Array:
-        """What foot_forces.py needs of each leg (4, LEG_COLUMNS), read off the engine's own bodies with joints at 0."""
-        c = self.client
-        joints = [s[0] for s in p.getJointStates(self.robot, self.joints, c)]
-        for joint in self.joints:
-            p.resetJointState(self.robot, joint, 0.0, 0.0, physicsClientId=c)
-        position, orientation = p.getBasePositionAndOrientation(self.robot, c)
-        turn = matrix(orientation) @ matrix(self.base_turn).T
-        out = np.zeros((4, ff.LEG_COLUMNS))
-        for leg in range(4):
-            links = self.joints[3 * leg : 3 * leg + 3]
-            states = p.getLinkStates(self.robot, links, computeForwardKinematics=True, physicsClientId=c)
-            hip = turn.T @ (np.array(states[0][4]) - position)
-            frame = turn.T @ matrix(states[0][5])
-            row = out[leg]
-            row[ff.HIP : ff.HIP + 3] = hip
-            row[ff.YAW] = math.atan2(frame[1, 0], frame[0, 0])
-            row[ff.RADIAL : ff.RADIAL + 3] = frame @ np.array(p.getJointInfo(self.robot, links[1], c)[13])
-            for i, (link, state) in enumerate(zip(links, states, strict=True)):
-                dyn = p.getDynamicsInfo(self.robot, link, physicsClientId=c)
-                row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = turn.T @ (np.array(state[0]) - position) - hip
-                row[ff.MASSES + i] = dyn[0]
-                row[ff.INERTIAS + 3 * i : ff.INERTIAS + 3 * i + 3] = dyn[2]
-            row[ff.FOOT : ff.FOOT + 2] = (turn.T @ (np.array(states[2][4]) - position) - hip)[:2]
-        for joint, value in zip(self.joints, joints, strict=True):
-            p.resetJointState(self.robot, joint, value, 0.0, physicsClientId=c)
-        return out
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
@@ -269,13 +246,26 @@ class Engine:
             normal_force[foot] += abs(n)
         return elsewhere
 
-    def ground_distance(self, start: Array, direction: Array, reach_m: float = 5.0) -> float:
-        """Distance from `start` (3) along the unit vector `direction` (3) to the ground, m; nan if there is none."""
-        end = start + reach_m * direction
-        for hit in p.rayTest(start.tolist(), end.tolist(), physicsClientId=self.client):
-            if hit[0] == self.ground:
-                return float(hit[2] * reach_m)
-        return math.nan
+    def contact_normals(self, normals: Array) -> None:
+        """Overwrite rows of (4, 3) by the ground's direction under the feet that touch it: the mean over the force."""
+        total = np.zeros((4, 3))
+        for row in p.getContactPoints(physicsClientId=self.client):
+            first = row[1] == self.robot
+            foot = self.foot_links.get(row[3] if first else row[4])
+            if foot is not None and row[9] > 0.0:
+                total[foot] += (row[9] if first else -row[9]) * np.array(row[7])
+        size = np.linalg.norm(total, axis=1)
+        normals[size > 0.0] = total[size > 0.0] / size[size > 0.0, None]
+
+    def foot_gap(self, leg: int, reach_m: float = 1.0) -> tuple[float, Array]:
+        """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's normal there (3)."""
+        ground = self._foot_grounds[leg] if self._foot_grounds else self.ground
+        link = list(self.foot_links)[leg]
+        points = p.getClosestPoints(self.robot, ground, reach_m, linkIndexA=link, physicsClientId=self.client)
+        if not points:
+            return math.inf, np.zeros(3)
+        nearest = min(points, key=lambda row: row[8])
+        return float(nearest[8]), np.array(nearest[7])
 
     def add_store_mass(self, mass_kg: float) -> None:
         """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError below zero."""
@@ -342,9 +332,7 @@ class Engine:
             physicsClientId=self.client,
         )
         colours = np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
-        nothing = np.asarray(image[4]).reshape(height, width) < 0
-        sky = np.linspace([176.0, 203.0, 230.0], [232.0, 238.0, 243.0], height).astype(np.uint8)
-        colours[nothing] = np.broadcast_to(sky[:, None, :], colours.shape)[nothing]
+        under_sky(colours, np.asarray(image[4]).reshape(height, width) < 0)
         return colours
 
     def _dress_ground(self) -> None:
@@ -354,7 +342,7 @@ class Engine:
         self._dressed = True
         from PIL import Image
 
-        with tempfile.NamedTemporaryFile(suffix=".png") as file, _quiet():
+        with tempfile.NamedTemporaryFile(suffix=".png") as file, quiet():
             Image.fromarray(rock_texture()).save(file.name)
             texture = p.loadTexture(file.name, physicsClientId=self.client)
         p.changeVisualShape(self.ground, -1, textureUniqueId=texture, physicsClientId=self.client)
@@ -367,10 +355,7 @@ class Engine:
         shape = p.createVisualShape(
             p.GEOM_CYLINDER, radius=radius_m, length=length, rgbaColor=colour, physicsClientId=self.client
         )
-        z = axis / length
-        x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
-        x /= np.linalg.norm(x)
-        rotation = np.column_stack([x, np.cross(z, x), z])
+        rotation = turning_z_to(axis / length)
         return int(
             p.createMultiBody(
                 0,

@@ -74,14 +74,14 @@ def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None
 
 @njit
 def feet_under_motion(
-    legs: Any, q: Any, qd: Any, qd_after: Any, torque: Any, rotation: Any, w: Any, alpha: Any, lift: Any, normal: Any,
+    legs: Any, q: Any, qd: Any, qd_after: Any, torque: Any, rotation: Any, w: Any, alpha: Any, lift: Any, normals: Any,
     foot_force: Any, normal_force: Any, dt: float,
 ) -> None:  # fmt: skip
     """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
     qdd = np.empty(q.shape[0])
     for i in range(q.shape[0]):
         qdd[i] = (qd_after[i] - qd[i]) / dt
-    foot_forces(legs, q, qd, qdd, torque, rotation, w, alpha, lift, normal, foot_force, normal_force)
+    foot_forces(legs, q, qd, qdd, torque, rotation, w, alpha, lift, normals, foot_force, normal_force)
 
 
 @njit

@@ -23,3 +23,10 @@ def quaternion(rotation: Array) -> Array:
         ]
     )
     return np.asarray(products[k] / np.linalg.norm(products[k]))
+
+
+def turning_z_to(axis: Array) -> Array:
+    """A rotation matrix (3, 3) whose third column is the unit vector `axis` (3)."""
+    x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.9 else [1.0, 0.0, 0.0], axis)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(axis, x), axis])

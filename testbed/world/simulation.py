@@ -96,7 +96,6 @@ class Simulation:
         self._rope_was_whole = [bool(whole) for whole in b.ropes[:, plant.WHOLE]]
         self._row[REFERENCE] = m.start_joints
         self._row[CARRYING] = 1.0
-        self._belly_n = 0.0
         self._ticks = -1
         self._seen: Measured | None = None
         self._empty = np.zeros((1, len(DATA_COLUMNS))), np.zeros((1, len(TRUTH_COLUMNS)))
@@ -116,7 +115,7 @@ class Simulation:
         every = {
             SENSE: hz // r.sensor_hz, ESTIMATE: hz // r.estimator_hz, RECORD: hz // r.record_hz,
             CONTROL: hz // r.control_hz, PLANT: 1, MOVE: 1,
-            **({FEET: 1} if self.machine.ground.flat else {}),
+            FEET: 1,
         }  # fmt: skip
         slow = (self._every_tick, hz // r.expected_loads_hz)
         length = math.lcm(*every.values(), *slow)
@@ -132,16 +131,13 @@ class Simulation:
         engine, board = self.machine.engine, self.machine.board
         data, truth = np.zeros((rows, len(DATA_COLUMNS))), np.zeros((rows, len(TRUTH_COLUMNS)))
         self._block = data, truth
-        apply, advance, read, contacts, do = engine.apply, engine.step, engine.read, engine.contacts, self._do
-        given, state, foot_force, normal_force = board.given, board.engine_state, board.foot_force, board.normal_force
-        rough = not self.machine.ground.flat
+        apply, advance, read, do = engine.apply, engine.step, engine.read, self._do
+        given, state = board.given, board.engine_state
         flags, period, count, k = self._flags, len(self._flags), 0, self._step
         while count < rows and not self.finished:
             apply(given)
             advance()
             read(state)
-            if rough:
-                self._belly_n = contacts(foot_force, normal_force)
             k += 1
             self._step = k
             due = flags[k % period]
@@ -207,6 +203,9 @@ class Simulation:
         if not self._command.still:
             self._take(self._command)
         self._watch(t)
+        if m.footing is not None:
+            b = m.board
+            m.footing.update(m.feet_in_world(), b.normal_force, b.ground_normals, self._every_tick * self.dt)
 
     def _take(self, command: Command) -> None:
         """Hand a new command to the loops, the ropes and the rows."""
@@ -249,12 +248,9 @@ class Simulation:
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
             return
-        if m.ground.flat:
-            self._belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
+        belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
-        end = m.judge.look(
-            t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, self._belly_n
-        )
+        end = m.judge.look(t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, belly_n)
         if end is not None:
             self.events.append(end)
             self.finished = True
@@ -302,6 +298,7 @@ class Simulation:
             "foot_slip_m": m.judge.slip_m,
             "tilt_deg": math.degrees(m.judge.tilt_rad),
             **m.drill.summary(),
+            **({"settlement_m": dict(zip(LEGS, m.footing.settlement_m.tolist(), strict=True))} if m.footing else {}),
             "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
             "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),

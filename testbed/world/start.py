@@ -16,11 +16,14 @@ from testbed.parameters.scenario import Scenario
 from testbed.robot.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.world.engine import Engine
+from testbed.world.footing import Footing, footing_of
 from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
 ANCHOR_HEIGHT_M = 0.5
 """Anchors stand this far off the mean slope (E)."""
+TRIES, TOUCH_M = 40, 1.0e-6
+"""A foot is brought down onto uneven ground to within this distance."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,7 @@ class Start:
     anchors_m: Array
     rope_directions: Array
     rope_tension_n: Array
+    footing: Footing | None
 
 
 def nominal_joints(scenario: Scenario) -> Array:
@@ -61,11 +65,15 @@ def find_start(
     height = -float(feet[:, 2].mean()) + scenario.robot.height_offset_m
     position = rotation @ np.array([0.0, 0.0, height])
     if scenario.robot.height_offset_m == 0.0:
-        gaps = _gaps(ground, engine, position, rotation, feet, model.foot_radius_m)
+        reached = joints.copy()
+        _reach_down(ground, engine, position, rotation, reached)
+        gaps = (reached - joints)[list(VERTICAL)]
         shift = float(gaps.max() + gaps.min()) / 2.0
         position = position - rotation @ np.array([0.0, 0.0, shift])
         joints[list(VERTICAL)] += gaps - shift
         _check_range(joints, model, "terrain")
+    undersides = position + model.foot_positions_m(joints) @ rotation.T
+    footing = footing_of(scenario.terrain, ground, engine, undersides)
     anchors = _anchors(scenario, rotation)
     points = position + model.rope_attachments_m @ rotation.T
     directions = anchors - points
@@ -84,8 +92,10 @@ def find_start(
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
     if scenario.robot.height_offset_m == 0.0:  # press each foot in as deep as the ground gives under its load
-        joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / ground.stiffness_n_m
-    return Start(position, rotation, joints, hold, forces, anchors, directions, tension)
+        joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / (
+            ground.stiffness_n_m if footing is None else footing.stiffness_n_m
+        )
+    return Start(position, rotation, joints, hold, forces, anchors, directions, tension, footing)
 
 
 def string_wrench(model: RobotModel, loads: Array, gravity_in_body: Array) -> Array:
@@ -116,32 +126,26 @@ def _anchors(scenario: Scenario, rotation: Array) -> Array:
     return np.asarray(local @ rotation.T)
 
 
-def _gaps(ground: Ground, engine: Engine, position: Array, rotation: Array, feet: Array, radius: float) -> Array:
-    """How much further each foot (its sphere) must reach along -z of the body to touch, m (4)."""
-    if ground.kind != "heightfield":
-        return np.zeros(len(LEGS))
+def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array, q: Array) -> None:
+    """Lengthen the vertical joints `q` (12), in place, until each foot just touches its ground (which may be uneven).
+
+    A foot goes down by its distance from the ground over the cosine of the ground's tilt, again and again.
+    Raises InputError where there is no ground.
+    """
+    if ground.flat:
+        return
     down = -rotation[:, 2]
-    gaps = np.zeros(len(LEGS))
-    for leg, foot in enumerate(feet):
-        touch = []
-        for dx, dy in _rings(radius):
-            start = position + rotation @ (foot + np.array([dx, dy, 2.0]))
-            bulge = radius - math.sqrt(max(radius**2 - dx * dx - dy * dy, 0.0))
-            touch.append(engine.ground_distance(start, down) - 2.0 - bulge)
-        gaps[leg] = np.nanmin(touch)
-        if not math.isfinite(gaps[leg]):
-            raise InputError("the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}")
-    return gaps
-
-
-def _rings(radius: float) -> list[tuple[float, float]]:
-    """Points under a sphere: its centre and two rings of eight."""
-    points = [(0.0, 0.0)]
-    for share in (0.35, 0.7):
-        for k in range(8):
-            angle = k * math.pi / 4
-            points.append((share * radius * math.cos(angle), share * radius * math.sin(angle)))
-    return points
+    for _ in range(TRIES):
+        engine.reset(position, rotation, q)
+        worst = 0.0
+        for leg in range(len(LEGS)):
+            gap, towards_foot = engine.foot_gap(leg)
+            if not math.isfinite(gap):
+                raise InputError("the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}")
+            q[VERTICAL[leg]] += gap / max(-float(towards_foot @ down), 0.3)
+            worst = max(worst, abs(gap))
+        if worst < TOUCH_M:
+            return
 
 
 def _check_range(joints: Array, model: RobotModel, section: str) -> None:

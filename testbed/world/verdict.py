@@ -43,7 +43,10 @@ class Judge:
         loaded: NDArray[np.bool_],
         belly_n: float,
     ) -> dict[str, Any] | None:
-        """Feet (4, 3) in the world; returns the event that ends the run, or None."""
+        """Feet (4, 3) in the world; returns the event that ends the run, or None.
+
+        What counts as sliding is the way along the slope: ground may settle under a foot.
+        """
         tilt = math.acos(min(1.0, max(-1.0, (float(np.trace(self._start.T @ rotation)) - 1.0) / 2.0)))
         self.tilt_rad = max(self.tilt_rad, tilt)
         for leg in range(4):
@@ -51,7 +54,7 @@ class Judge:
                 self._anchor[leg] = np.nan
             elif np.isnan(self._anchor[leg, 0]):
                 self._anchor[leg] = feet[leg]
-        moved = np.linalg.norm(feet - self._anchor, axis=1)
+        moved = np.linalg.norm((feet - self._anchor) @ self._start[:, :2], axis=1)
         slip = float(np.nanmax(moved)) if not np.all(np.isnan(moved)) else 0.0
         self.slip_m = max(self.slip_m, slip)
         if tilt > TILT_FALL_RAD or (self._raised and belly_n > BELLY_SHARE * self._weight):

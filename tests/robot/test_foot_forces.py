@@ -31,7 +31,7 @@ def test_foot_forces_balance_pinocchios_inverse_dynamics_in_any_motion() -> None
         torque = needed[6:] - np.einsum("ki,kij->j", force, jacobians)
         lift = change + np.cross(w, velocity) - gravity
         found, normal = np.zeros((4, 3)), np.zeros(4)
-        ff.foot_forces(legs, q, qd, qdd, torque, identity, w, alpha, lift, identity[2], found, normal)
+        ff.foot_forces(legs, q, qd, qdd, torque, identity, w, alpha, lift, np.tile(identity[2], (4, 1)), found, normal)
         np.testing.assert_allclose(found, force, atol=1e-6)
         np.testing.assert_allclose(normal, force[:, 2], atol=1e-6)
     assert len(LEGS) == 4
