@@ -56,7 +56,7 @@ def test_two_boxes_welded_by_hand() -> None:
 def test_board_views_share_one_array() -> None:
     board = Board()
     board.q[3] = 7.0
-    board.gains[11, GAIN_COLUMNS - 1] = 5.0
+    board.change[5] = 5.0
     assert board.array[3] == 7.0
     assert board.array[-1] == 5.0
     assert board.array.size == SIZE

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,12 +65,7 @@ class Leg:
 
     def packed(self) -> NDArray[np.float64]:
         """friction[8] of (5), then SCALARS in their order."""
-        f = self.friction
-        eight = [
-            f.viscous_plus_n_s_m, f.coulomb_plus_n, f.stribeck_plus_n, f.stribeck_speed_plus_m_s,
-            f.viscous_minus_n_s_m, f.coulomb_minus_n, f.stribeck_minus_n, f.stribeck_speed_minus_m_s,
-        ]  # fmt: skip
-        return np.array(eight + [getattr(self, name) for name in SCALARS], dtype=np.float64)
+        return np.array(self.friction.packed() + [getattr(self, name) for name in SCALARS], dtype=np.float64)
 
     def with_effect(self, effect: EffectEntry) -> Leg:
         """This leg with a named effect of a model file added; an effect that has no live term changes nothing."""
@@ -128,6 +124,8 @@ class Believed:
     encoder_resolution_m: float = 1.0e-4
     gravity_m_s2: float = GRAVITY_M_S2
     tuning: Tuning = field(default_factory=Tuning)
+    body: NDArray[np.float64] = field(default_factory=partial(np.zeros, 0))
+    """The whole machine as body_belief.packed gives it; empty: each vertical cylinder is estimated by itself."""
 
     def __post_init__(self) -> None:
         """Refuse numbers that no chain can run on."""
@@ -150,7 +148,7 @@ class Believed:
         base = Leg(
             area_a_m2=area_a,
             area_b_m2=area_a - 0.25 * math.pi * c["rod_m"] ** 2,
-            friction=_friction(c),
+            friction=friction_of(c),
             mass_kg=machine["legs"]["vertical_mass_kg"] + machine["legs"]["foot_mass_kg"],
             stroke_m=c["stroke_m"],
             viscosity_reference_degc=seal["viscosity_reference_degc"],
@@ -188,7 +186,8 @@ class Believed:
         return cls((legs[0], legs[1], legs[2], legs[3]), dt_s, resolution_m)
 
 
-def _friction(c: Parameters) -> Friction:
+def friction_of(c: Parameters) -> Friction:
+    """(5) as a cylinder's group of the parameter file gives it."""
     return Friction(
         viscous_plus_n_s_m=c["viscous_out_n_s_m"],
         coulomb_plus_n=c["coulomb_out_n"],

@@ -5,7 +5,8 @@
     friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with (5)
     kbf, modified_kbf = the paper's filters on `friction`                                   (6)
     own          = the same balance with friction as a set at rest (friction_at_rest.py names the likeliest value in
-                   it), through a gate that cannot lock out
+                   it), through a gate that cannot lock out; where the whole machine is believed (body_belief.py), from
+                   all twelve cylinders and the body's balance (own_kernel.py), with the foot's force in three axes
 
 All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled call a step.
 """
@@ -27,13 +28,16 @@ from testbed.estimation.chain_kernel import (
     replay_chain,
     step_chain,
 )
-from testbed.parameters.names import AXES, LEGS
+from testbed.estimation.own_kernel import STATE_SIZE
+from testbed.parameters.names import AXES, LEGS, SIDES
 
 Array = NDArray[np.float64]
 COLUMNS: tuple[str, ...] = tuple(
     f"{'estimate_' if name in METHODS else ''}{name}_{leg}" for name in OUTPUTS for leg in LEGS
 )
 """Names of a flattened output row: `estimate_one_chamber_fl`, .., `own_low_fl`, .., `velocity_rr`, .., `contact_rr`."""
+
+_NOUGHT, _ALL = np.zeros(6), np.ones(len(LEGS))
 
 
 def gravity_in_body(roll_rad: float, pitch_rad: float, yaw_rad: float = 0.0, g_m_s2: float = 9.81) -> Array:
@@ -65,17 +69,23 @@ class EstimatorChain:
             ]
         )  # fmt: skip
         self._state = np.zeros((len(LEGS), STATE_COLUMNS))
+        self._body, self._own = believed.body, np.zeros(STATE_SIZE)
         self.output = np.zeros((len(OUTPUTS), len(LEGS)))
         self.row = self.output.reshape(-1)
 
     @property
-    def arrays(self) -> tuple[Array, Array, Array, Array]:
-        """Packed legs, common numbers, state and output, for a compiled caller of `step_chain`."""
-        return self._legs, self._common, self._state, self.output
+    def arrays(self) -> tuple[Array, ...]:
+        """Packed legs, common numbers, state, body, its state and output, for a compiled caller of `step_chain`."""
+        return self._legs, self._common, self._state, self._body, self._own, self.output
+
+    def forget(self) -> None:
+        """Forget everything seen so far, but for the last output."""
+        self._state[:] = 0.0
+        self._own[:] = 0.0
 
     def reset(self) -> None:
         """Forget everything seen so far."""
-        self._state[:] = 0.0
+        self.forget()
         self.output[:] = 0.0
 
     def step(
@@ -86,15 +96,24 @@ class EstimatorChain:
         gravity_in_body_m_s2: Array,
         valve_command: Array,
         oil_temperature_degc: float = 20.0,
+        rope_tension_n: Array = _NOUGHT[:2],
+        attitude_rad: Array = _NOUGHT[:3],
+        inertial: Array = _NOUGHT,
+        carrying: Array = _ALL,
+        drill_ordered: Array = _NOUGHT[:2],
     ) -> Array:
         """One period. Pressures (Pa, gauge), encoder readings (m, rad) and commands (1) are [12] by axis.
 
-        Gravity is [3] in the body frame, m/s2. Returns `output` [len(OUTPUTS), 4], the chain's own array.
+        Gravity is [3] in the body frame, m/s2; rope tensions [2] N, roll, pitch, yaw [3], the body's angular rate and
+        specific force [6] rad/s, m/s2, which feet are meant to carry [4] and the drill's ordered thrust N and torque
+        N m [2] serve the body's balance, where one is believed. Returns `output`
+        [len(OUTPUTS), 4], the chain's own array.
         """
         self._common[9] = oil_temperature_degc
         step_chain(
             pressure_a_pa, pressure_b_pa, position, gravity_in_body_m_s2, valve_command,
-            self._legs, self._common, self._state, self.output,
+            rope_tension_n, attitude_rad, inertial, carrying, drill_ordered,
+            self._legs, self._common, self._state, self._body, self._own, self.output,
         )  # fmt: skip
         return self.output
 
@@ -110,7 +129,8 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     """The chain over the whole-robot recording's columns (n rows each): every name of COLUMNS -> array [n].
 
     Needs `position_*`, `pressure_a_*`, `pressure_b_*` of the vertical joints and `attitude_roll`, `attitude_pitch`;
-    takes `valve_*` and `oil_temperature` where they are there.
+    takes `valve_*`, `oil_temperature`, `rope_tension_*`, `attitude_yaw`, `carrying_*` and `ordered_*` where they are
+    there.
     Raises InputError naming the column that is missing.
     """
     pa, pb, q = (_by_axis(columns, stem) for stem in ("pressure_a", "pressure_b", "position"))
@@ -121,7 +141,18 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     temperature = np.ascontiguousarray(columns.get("oil_temperature", np.full(len(roll), 20.0)))
     chain = EstimatorChain(believed)
     out = np.empty((len(roll), len(OUTPUTS), len(LEGS)))
-    replay_chain(pa, pb, q, gravity, u, temperature, chain._legs, chain._common, chain._state, out)
+    n = len(roll)
+    zeros, ones = np.zeros(n), np.ones(n)
+    rope = _stacked(columns, [f"rope_tension_{side}" for side in SIDES], zeros)
+    attitude = np.column_stack([roll, pitch, columns.get("attitude_yaw", zeros)])
+    carrying = _stacked(columns, [f"carrying_{leg}" for leg in LEGS], ones)
+    ordered = _stacked(columns, ["ordered_thrust", "ordered_torque"], zeros)
+    inertial = np.hstack([_stacked(columns, [f"angular_rate_{k}" for k in "xyz"], zeros), -gravity])
+    if "specific_force_x" in columns:
+        inertial[:, 3:] = _stacked(columns, [f"specific_force_{k}" for k in "xyz"], zeros)
+    replay_chain(
+        pa, pb, q, gravity, u, temperature, rope, attitude, inertial, carrying, ordered, *chain.arrays[:-1], out
+    )
     flat = out.reshape(len(roll), -1)
     return {name: np.ascontiguousarray(flat[:, i]) for i, name in enumerate(COLUMNS)}
 
@@ -141,6 +172,11 @@ def _column(columns: Mapping[str, Array], name: str) -> Array:
     if name not in columns:
         raise InputError("the recording has no such column", field=name)
     return columns[name]
+
+
+def _stacked(columns: Mapping[str, Array], names: list[str], default: Array) -> Array:
+    """[n, len(names)]; a column that is missing is `default`."""
+    return np.column_stack([columns.get(name, default) for name in names])
 
 
 def _by_axis(columns: Mapping[str, Array], stem: str) -> Array:

@@ -11,12 +11,15 @@ from testbed.compiled import njit
 from testbed.estimation import contact, encoder, friction_at_rest
 from testbed.estimation.filters import kbf, modified_kbf, persistent
 from testbed.estimation.friction_set import FRICTION_SIZE, friction_set, published
+from testbed.estimation.own_kernel import OUT_ROWS, step_own
 
 Array = NDArray[np.float64]
 
 METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
-OUTPUTS = (*METHODS, "own_low", "own_high", "own_sd", "velocity", "acceleration", "contact")
-"""Rows of the output [len(OUTPUTS), 4]: N; N; N; m/s; m/s2; 0 or 1."""
+FOOT = ("own_x", "own_y", "own_z", "own_x_sd", "own_y_sd", "own_z_sd")
+"""The force of the ground on the foot in the body frame, N, and its standard deviations, N."""
+OUTPUTS = (*METHODS, "own_low", "own_high", "own_sd", "velocity", "acceleration", "contact", *FOOT)
+"""Rows of the output [len(OUTPUTS), 4]: N; N; N; m/s; m/s2; 0 or 1; N."""
 
 # a leg's packed numbers: friction[8], then believed.SCALARS
 AREA_A, AREA_B, MASS, EXTRA_MASS, STROKE, GAIN_A, GAIN_B, ZERO_A, ZERO_B, DRIFT_A = range(8, 18)
@@ -101,7 +104,8 @@ def step_leg(
     o[6], o[7] = low, high
     o[8] = _standard_deviation(low, high, v, s[OWN + 1], f, leg, c)
     o[9], o[10] = v, a
-    o[11] = contact.step(s[WORD:AT_REST], o[5], dt, c[CONTACT:])
+    o[12] = o[13] = o[15] = o[16] = 0.0
+    o[14], o[17] = o[5], o[8]
 
 
 @njit
@@ -119,31 +123,40 @@ def _standard_deviation(low: float, high: float, v: float, variance: float, f: A
 
 @njit
 def step_chain(
-    pa: Array, pb: Array, q: Array, gravity: Array, u: Array, legs: Array, c: Array, state: Array, out: Array
-) -> None:
+    pa: Array, pb: Array, q: Array, gravity: Array, u: Array,
+    rope: Array, attitude: Array, inertial: Array, carrying: Array, ordered: Array,
+    legs: Array, c: Array, state: Array, body: Array, own: Array, out: Array,
+) -> None:  # fmt: skip
     """All four legs, one step: pa, pb, q, u [12] by axis, gravity [3] in the body frame, out [len(OUTPUTS), 4].
 
-    The vertical joint extends along -z of the body, so that gravity along extension is -gravity[2].
+    rope [2] N, attitude [3] rad, inertial [6] rad/s and m/s2, carrying [4] 0 or 1 and ordered [2] (drill: thrust N,
+    torque N m) serve the whole body's balance (own_kernel.py), where `body` believes in one. The vertical joint
+    extends along -z of the body, so that gravity along extension is -gravity[2].
     """
     for leg in range(4):
         i = 3 * leg + 2
         step_leg(pa[i], pb[i], q[i], -gravity[2], u[i], legs[leg], c, state[leg], out[:, leg])
+    if body.size > 0:
+        found = np.empty((OUT_ROWS, 4))
+        step_own(
+            pa, pb, q, gravity, u, c[OIL], rope, attitude, inertial, carrying, ordered, body, own, found
+        )
+        out[5:9] = found[0:4]
+        out[12:18] = found[4:10]
+    for leg in range(4):
+        out[11, leg] = contact.step(state[leg, WORD:AT_REST], out[5, leg], c[DT], c[CONTACT:])
 
 
 @njit
 def replay_chain(
-    pa: Array,
-    pb: Array,
-    q: Array,
-    gravity: Array,
-    u: Array,
-    oil: Array,
-    legs: Array,
-    c: Array,
-    state: Array,
-    out: Array,
-) -> None:
-    """`step_chain` over n rows: pa, pb, q, u [n, 12], gravity [n, 3], oil [n] in degC, out [n, len(OUTPUTS), 4]."""
+    pa: Array, pb: Array, q: Array, gravity: Array, u: Array, oil: Array,
+    rope: Array, attitude: Array, inertial: Array, carrying: Array, ordered: Array,
+    legs: Array, c: Array, state: Array, body: Array, own: Array, out: Array,
+) -> None:  # fmt: skip
+    """`step_chain` over n rows: every measured argument with a first dimension n, oil [n] in degC, out [n, .., 4]."""
     for k in range(pa.shape[0]):
         c[OIL] = oil[k]
-        step_chain(pa[k], pb[k], q[k], gravity[k], u[k], legs, c, state, out[k])
+        step_chain(
+            pa[k], pb[k], q[k], gravity[k], u[k], rope[k], attitude[k], inertial[k], carrying[k], ordered[k],
+            legs, c, state, body, own, out[k],
+        )  # fmt: skip

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 
-STATE_SIZE = 8
-X, V, A, LAST, SINCE, DIRECTION, RUN, STARTED = range(STATE_SIZE)
-"""m, m/s, m/s2, last reading m, time since it changed s, sign of that change, changes in that sense, 0/1."""
+STATE_SIZE = 9
+X, V, A, LAST, SINCE, DIRECTION, RUN, STARTED, GAP = range(STATE_SIZE)
+"""m, m/s, m/s2, last reading m, time since it changed s, sign of that change, changes in that sense, 0/1; the time
+between the last two changes, for each count of the later one, s."""
 
 
 @njit
@@ -48,7 +49,7 @@ def count_changes(s: NDArray[np.float64], reading_m: float, resolution_m: float,
         return
     sense = 1.0 if counts > 0.0 else -1.0
     s[RUN] = (s[RUN] if sense == s[DIRECTION] else 0.0) + abs(counts)
-    s[DIRECTION], s[LAST], s[SINCE] = sense, reading_m, 0.0
+    s[DIRECTION], s[LAST], s[GAP], s[SINCE] = sense, reading_m, s[SINCE] / abs(counts), 0.0
 
 
 @njit
@@ -65,10 +66,10 @@ def bounded_speed(s: NDArray[np.float64], resolution_m: float, rest_m_s: float) 
 def sliding(s: NDArray[np.float64], resolution_m: float, slow_m_s: float, fast_m_s: float) -> float:
     """How surely the piston slides in `s[DIRECTION]`: 0 (may be at rest) .. 1 (slides).
 
-    One count to and fro is no motion: two counts running in one sense are asked for. Then the time since the last
-    count bounds the speed, 0 below `slow`, 1 above `fast`.
+    One count to and fro is no motion: two counts running in one sense are asked for. Then the time between them, or
+    since the last one if that is longer, bounds the speed, 0 below `slow`, 1 above `fast`.
     """
     if s[RUN] < 1.5:
         return 0.0
-    bound = resolution_m / max(s[SINCE], 1.0e-6)
+    bound = resolution_m / max(s[SINCE], s[GAP], 1.0e-6)
     return float(min(1.0, max(0.0, (bound - slow_m_s) / (fast_m_s - slow_m_s))))

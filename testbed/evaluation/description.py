@@ -19,7 +19,10 @@ _UNITS: tuple[tuple[str, str, str], ...] = (
     ("rope_tension_", "N", "tension at the traction device"),
     ("attitude_", "rad", "inertial unit: roll, pitch, yaw of the body"),
     ("angular_rate_", "rad/s", "inertial unit: rate in the body frame"),
+    ("specific_force_", "m/s2", "inertial unit at the body's origin: acceleration less gravity, body frame"),
     ("estimate_", "N", "foot load along the vertical joint's axis, by this method"),
+    ("own_", "N", "force of the ground on the foot, body frame, by the own estimate; _sd: its standard deviation"),
+    ("ordered_", "", "drill as control ordered it: thrust away from the ground, N; torque about body z, N m"),
     ("expected_", "N", "foot load along the vertical joint's axis that the model expects"),
     ("contact_", "1", "the detector's word: 1 the foot carries, 0 it has lost contact"),
     ("carrying_", "1", "the control's wish: 1 the foot is meant to carry, 0 it swings"),
@@ -27,8 +30,8 @@ _UNITS: tuple[tuple[str, str, str], ...] = (
 )
 
 
-def recording_meta(scenario: Scenario, data_columns: list[str]) -> dict[str, Any]:
-    """The contents of `recording.yaml`.
+def recording_meta(scenario: Scenario, data_columns: list[str], surveyed: Mapping[str, Any]) -> dict[str, Any]:
+    """The contents of `recording.yaml`; `surveyed`: what was measured before the run, such as where the ropes lead.
 
     Holds what the robot knows: no truth, no undeclared effect, no changed number of the world.
     """
@@ -42,6 +45,7 @@ def recording_meta(scenario: Scenario, data_columns: list[str]) -> dict[str, Any
         "seed": scenario.seed,
         "task": scenario.task.kind,
         "channels": {c: _channel(c) for c in data_columns},
+        "surveyed": dict(surveyed),
         "known": believed(scenario.model.parameters),
     }
 

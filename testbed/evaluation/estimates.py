@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.evaluation.runs import read_run
+from testbed.parameters.names import SIDES
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.parameters.yaml_files import read_yaml
+
+if TYPE_CHECKING:
+    from testbed.estimation.believed import Believed
 
 Array = npt.NDArray[np.float64]
 
@@ -63,12 +68,40 @@ def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
     from testbed.estimation.chain import forces
     from testbed.parameters.leg_model import read_model
 
-    machine = believed_machine(read_yaml(folder / "recording.yaml"), folder / "recording.yaml")
+    file = folder / "recording.yaml"
+    meta = read_yaml(file)
+    machine = believed_machine(meta, file)
     run = read_run(folder, truth=False)
     dt_s = float(np.median(np.diff(run.time_s)))
     if model is None:
-        return forces(run.data, Believed.from_machine(machine, dt_s))
-    return forces(run.data, Believed.from_model(read_model(model), dt_s, machine["sensor"]["encoder_linear_m"]))
+        belief = Believed.from_machine(machine, dt_s)
+    else:
+        belief = Believed.from_model(read_model(model), dt_s, machine["sensor"]["encoder_linear_m"])
+    return forces(run.data, with_body(belief, machine, meta.get("surveyed"), file))
+
+
+def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Path) -> Believed:
+    """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays by itself.
+
+    Raises InputError where the survey cannot be understood.
+    """
+    from testbed import resources
+    from testbed.estimation.body_belief import packed
+    from testbed.robot.model import Payload, RobotModel
+
+    if surveyed is None:
+        return belief
+    try:
+        survey: Any = surveyed
+        ropes = np.array([survey["rope_directions_in_world"][side] for side in SIDES], dtype=float).reshape(2, 3)
+        mass_kg, urdf = float(survey["payload_kg"]), survey["urdf"] or resources.urdf()
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            "cannot be understood", file=file, field="surveyed",
+            allowed="rope_directions_in_world {left, right}, payload_kg, urdf",
+        ) from error  # fmt: skip
+    payload = Payload(mass_kg, machine["rod_store_body"]["position_m"]) if mass_kg > 0.0 else None
+    return replace(belief, body=packed(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes))
 
 
 def believed_machine(meta: Mapping[str, Any], file: Path) -> Parameters:

@@ -63,7 +63,7 @@ def run_scenario(
 def _record(scenario: Scenario, simulation: Any, folder: Path, progress: Progress | None, started: float) -> RunResult:
     write_whole(folder / "scenario.yaml", yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False))
     columns = list(simulation.data_columns), list(simulation.truth_columns)
-    recorder = RunRecorder(folder, *columns, recording_meta(scenario, columns[0]))
+    recorder = RunRecorder(folder, *columns, recording_meta(scenario, columns[0], simulation.surveyed()))
     result = RunResult(folder, {}, False)
     fault: BaseException | None = None
     try:

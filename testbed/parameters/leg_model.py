@@ -42,6 +42,13 @@ class Friction(Checked):
         """(plus, minus) break-away force F_c0 + F_s0, both >= 0: at rest friction lies in [-minus, plus]."""
         return self.coulomb_plus_n + self.stribeck_plus_n, self.coulomb_minus_n + self.stribeck_minus_n
 
+    def packed(self) -> list[float]:
+        """sigma, F_c0, F_s0, c_s for extension, then for retraction (8)."""
+        return [
+            self.viscous_plus_n_s_m, self.coulomb_plus_n, self.stribeck_plus_n, self.stribeck_speed_plus_m_s,
+            self.viscous_minus_n_s_m, self.coulomb_minus_n, self.stribeck_minus_n, self.stribeck_speed_minus_m_s,
+        ]  # fmt: skip
+
 
 class Parameter(Checked):
     """An effect's parameter: value, unit, and the interval that holds the truth in 90 of 100 cases."""

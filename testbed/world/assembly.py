@@ -15,6 +15,7 @@ from testbed.control.programs import program_of
 from testbed.control.references import Program
 from testbed.control.valve_loop import gains
 from testbed.estimation.believed import Believed
+from testbed.estimation.body_belief import packed
 from testbed.estimation.chain import EstimatorChain
 from testbed.estimation.expected import Expectation
 from testbed.laws import drill as d
@@ -53,6 +54,7 @@ class Machine:
     footing: Footing | None
     drill: Drilling
     noise_rng: np.random.Generator
+    added_noise_rng: np.random.Generator
     judge: Judge
     kinematics: RobotModel
     start_joints: Array
@@ -166,9 +168,10 @@ def _build(
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
     return Machine(
         board=b, engine=engine, ground=ground, footing=start.footing, drill=drill, noise_rng=seeds[1],
+        added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(start.rotation, weight, raised), kinematics=kinematics, start_joints=start.joints,
         start_base=start.position_m.copy(), start_events=[], locked=scenario.hydraulics.valves_locked,
-        chain=_chain(scenario, model, believed),
+        chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
         expectation=Expectation(ExpectedLoads(kinematics), start.rope_directions),
         program=program_of(
             scenario, start.joints, start.rope_tension_n, start.rope_directions @ start.rotation,
@@ -177,7 +180,9 @@ def _build(
     )  # fmt: skip
 
 
-def _chain(scenario: Scenario, model: str | Path | None, believed: Parameters) -> EstimatorChain:
+def _chain(
+    scenario: Scenario, model: str | Path | None, believed: Parameters, kinematics: RobotModel, rope_directions: Array
+) -> EstimatorChain:
     from dataclasses import replace
 
     dt = 1.0 / scenario.rates.estimator_hz
@@ -194,7 +199,8 @@ def _chain(scenario: Scenario, model: str | Path | None, believed: Parameters) -
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
     changes = {name: value for name, value in wanted.items() if value is not None}
-    return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes)))
+    body = packed(believed, kinematics, belief.legs, dt, rope_directions)
+    return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
 def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel) -> Array:

@@ -32,21 +32,23 @@ _GEOMETRY, _ROPES, _BODY, _DRILL = (OFFSETS[n] for n in ("geometry", "ropes", "b
 _WRENCH, _SCRATCH, _ROTATION = (OFFSETS[n] for n in ("drill_wrench", "scratch", "rotation"))
 _TRANSDUCERS, _SENSORS, _LATE, _GRAVITY = (OFFSETS[n] for n in ("transducers", "sensors", "late", "gravity_in_body"))
 _COMMAND, _REFERENCE, _RATE = (OFFSETS[n] for n in ("command", "reference", "reference_rate"))
-_INTEGRAL, _GAINS = (OFFSETS[n] for n in ("integral", "gains"))
+_INTEGRAL, _GAINS, _CHANGE = (OFFSETS[n] for n in ("integral", "gains", "change"))
 _N_AXES, _N_PARAMS = 12 * c.AXIS_STATES, 12 * c.AXIS_PARAMETERS
 _N_ROPES, _N_TRANSDUCERS, _N_LATE = 2 * plant.ROPE_COLUMNS, 24 * sensing.PRESSURE_COLUMNS, 24 * sensing.DELAY_LENGTH
 
 _ESTIMATES = len(sensing.MEASURED_COLUMNS)
-N_ESTIMATES, N_CONTACT = 36, 4
-_CONTACT_ROW = 11
-"""Row of the chain's output that holds the contact word."""
+N_ESTIMATES, N_CONTACT = 60, 4
+_CONTACT_ROW, _FOOT_ROW = 11, 12
+"""Rows of the chain's output: the contact word, the foot's force and its standard deviations (6)."""
+_CARRYING = _ESTIMATES + N_ESTIMATES + 2 * N_CONTACT + 12
 
 
 @njit
 def between_steps(
     flags: int, step: int, sensor_step: int, sample: int, count: int,
     dt: float, control_dt: float, substeps: int, locked: bool, gravity: float, board: Any, row: Any,
-    chain_legs: Any, chain_common: Any, chain_state: Any, chain_out: Any, noises: Any, data: Any, truth: Any,
+    chain_legs: Any, chain_common: Any, chain_state: Any, chain_body: Any, chain_own: Any, chain_out: Any,
+    noises: Any, data: Any, truth: Any,
 ) -> None:  # fmt: skip
     """Do the parts named by `flags` after `step` engine steps of `dt` s.
 
@@ -61,15 +63,15 @@ def between_steps(
     ropes = board[_ROPES : _ROPES + _N_ROPES].reshape(2, plant.ROPE_COLUMNS)
     command = board[_COMMAND : _COMMAND + 12]
     foot_force = board[_FOOT:_NORMAL].reshape(4, 3)
-    before, change = np.empty(6), np.empty(6)
+    before, change = np.empty(6), board[_CHANGE : _CHANGE + 6]
     if flags & (MOVE | PLACE):
         for i in range(6):
             before[i] = base[7 + i]
         plant.move_base(board[_POSE:_BASE], board[_TURN : _TURN + 4], base, dt, bool(flags & PLACE))
+        for i in range(6):
+            change[i] = 0.0 if flags & PLACE else (base[7 + i] - before[i]) / dt
+        change[2] += gravity
         if flags & FEET:
-            for i in range(6):
-                change[i] = (base[7 + i] - before[i]) / dt
-            change[2] += gravity
             plant.feet_under_motion(
                 board[_LEGS:_GROUND].reshape(4, LEG_COLUMNS), board[_Q_BEFORE:_QD_BEFORE], board[_QD_BEFORE:_FOOT],
                 board[_QD:_POSE], board[_TAU : _TAU + 12], rotation, before[3:6], change[3:6], change[0:3],
@@ -81,17 +83,22 @@ def between_steps(
             row, t, board[_Q:_QD], base, rotation, axes, supply, ropes, command,
             board[_TRANSDUCERS : _TRANSDUCERS + _N_TRANSDUCERS].reshape(24, sensing.PRESSURE_COLUMNS),
             board[_SENSORS:_LATE], noises[sample], board[_LATE : _LATE + _N_LATE].reshape(24, sensing.DELAY_LENGTH),
-            sensor_step, gravity, board[_GRAVITY : _GRAVITY + 3],
+            sensor_step, gravity, board[_GRAVITY : _GRAVITY + 3], board[_CHANGE : _CHANGE + 6],
+            board[_BODY : _BODY + 3],
         )  # fmt: skip
     if flags & ESTIMATE:
         chain_common[OIL] = row[sensing.TEMPERATURE]
         step_chain(
             row[13:25], row[25:37], row[1:13], board[_GRAVITY : _GRAVITY + 3], row[37:49],
-            chain_legs, chain_common, chain_state, chain_out,
+            row[51:53], row[53:56], row[56:62], row[_CARRYING : _CARRYING + 4], row[_CARRYING + 4 : _CARRYING + 6],
+            chain_legs, chain_common, chain_state, chain_body, chain_own, chain_out,
         )  # fmt: skip
         for k in range(9):
             for leg in range(4):
                 row[_ESTIMATES + 4 * k + leg] = chain_out[k, leg]
+        for k in range(6):
+            for leg in range(4):
+                row[_ESTIMATES + 36 + 4 * k + leg] = chain_out[_FOOT_ROW + k, leg]
         for leg in range(4):
             row[_ESTIMATES + N_ESTIMATES + leg] = chain_out[_CONTACT_ROW, leg]
     if flags & RECORD:

@@ -59,6 +59,8 @@ LAYOUT: dict[str, tuple[int, ...]] = {
     "reference_rate": (12,),
     "integral": (12,),
     "gains": (12, GAIN_COLUMNS),
+    # the base's centre of mass: acceleration less gravity, and angular acceleration, both in the world frame
+    "change": (6,),
 }
 
 
@@ -110,6 +112,7 @@ class Board:
     reference_rate: Array
     integral: Array
     gains: Array
+    change: Array
 
     def __init__(self) -> None:
         self.array: Array = np.zeros(SIZE)

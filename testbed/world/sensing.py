@@ -21,13 +21,13 @@ Array = NDArray[np.float64]
 (GAIN, ZERO, DRIFT, THERMAL, NOISE, RESOLUTION, RANGE, DELAY_STEPS, PRESSURE_COLUMNS) = range(9)
 # --- common (COMMON_COLUMNS) ------------------------------------------------------------------------------------
 (COUNT_M, COUNT_RAD, ROPE_NOISE, ATTITUDE_NOISE, RATE_NOISE, SUPPLY_NOISE, TEMPERATURE_STEP, CALIBRATED_AT,
- COMMON_COLUMNS) = range(9)  # fmt: skip
+ FORCE_NOISE, COMMON_COLUMNS) = range(10)  # fmt: skip
 
 # --- one measurement row ------------------------------------------------------------------------------------------
 POSITION, PRESSURE_A, PRESSURE_B = slice(1, 13), slice(13, 25), slice(25, 37)
 VALVE = slice(37, 49)
 SUPPLY, TEMPERATURE = 49, 50
-ROPE, ATTITUDE, ANGULAR_RATE = slice(51, 53), slice(53, 56), slice(56, 59)
+ROPE, ATTITUDE, ANGULAR_RATE, SPECIFIC_FORCE = slice(51, 53), slice(53, 56), slice(56, 59), slice(59, 62)
 MEASURED_COLUMNS: tuple[str, ...] = (
     "t",
     *(f"position_{a}" for a in AXES),
@@ -39,9 +39,10 @@ MEASURED_COLUMNS: tuple[str, ...] = (
     *(f"rope_tension_{s}" for s in SIDES),
     *(f"attitude_{a}" for a in ("roll", "pitch", "yaw")),
     *(f"angular_rate_{a}" for a in "xyz"),
+    *(f"specific_force_{a}" for a in "xyz"),
 )
-NOISES = 24 + 2 + 3 + 3 + 1
-"""Normal numbers that one sample takes."""
+NOISES, ADDED_NOISES = 24 + 2 + 3 + 3 + 1, 3
+"""Normal numbers that one sample takes; those of the accelerometers come from a stream of their own."""
 DELAY_LENGTH = 256
 
 
@@ -64,6 +65,7 @@ def sensor_arrays(p: Parameters, chosen: Sensors, rng: np.random.Generator) -> t
     common[ROPE_NOISE] = noise * s["rope_tension_noise_n"] * ("rope_tension" not in chosen.without)
     common[ATTITUDE_NOISE] = noise * s["attitude_noise_rad"] * ("inertial" not in chosen.without)
     common[RATE_NOISE] = noise * s["rate_noise_rad_s"] * ("inertial" not in chosen.without)
+    common[FORCE_NOISE] = noise * s["specific_force_noise_m_s2"] * ("inertial" not in chosen.without)
     common[SUPPLY_NOISE] = noise * s["supply_noise_pa"] * ("supply_pressure" not in chosen.without)
     if chosen.quantisation and "oil_temperature" not in chosen.without:
         common[TEMPERATURE_STEP] = s["temperature_resolution_k"]
@@ -89,10 +91,13 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> 
 def sense(
     row: Any, t: float, q: Any, base: Any, rotation: Any, axes: Any, supply: Any, ropes: Any, command: Any,
     transducers: Any, common: Any, noise: Any, late: Any, step: int, gravity: float, gravity_in_body: Any,
+    change: Any, com: Any,
 ) -> None:  # fmt: skip
     """Fill one measurement row (MEASURED_COLUMNS) and gravity in the body frame as the inertial unit believes it.
 
-    `late` (24, DELAY_LENGTH) remembers true pressures for transducers with a delay; `noise` (NOISES) is this sample's.
+    `late` (24, DELAY_LENGTH) remembers true pressures for transducers with a delay; `noise` (NOISES + ADDED_NOISES) is
+    this sample's; `change` (6): acceleration less gravity of the base's centre of mass `com` (3, body frame), angular
+    acceleration, world frame. The inertial unit sits at the body's origin.
     """
     row[0] = t
     n = axes.shape[0]
@@ -121,6 +126,14 @@ def sense(
         for j in range(3):
             turn += rotation[j, k] * base[10 + j]
         row[56 + k] = turn + common[RATE_NOISE] * noise[29 + k]
+    force, twist = np.zeros(3), np.zeros(3)
+    for k in range(3):
+        for j in range(3):
+            force[k] += rotation[j, k] * change[j]
+            twist[k] += rotation[j, k] * change[3 + j]
+    row[59] = force[0] - (twist[1] * com[2] - twist[2] * com[1]) + common[FORCE_NOISE] * noise[33]
+    row[60] = force[1] - (twist[2] * com[0] - twist[0] * com[2]) + common[FORCE_NOISE] * noise[34]
+    row[61] = force[2] - (twist[0] * com[1] - twist[1] * com[0]) + common[FORCE_NOISE] * noise[35]
     gravity_in_body[0] = gravity * math.sin(pitch)
     gravity_in_body[1] = -gravity * math.cos(pitch) * math.sin(roll)
     gravity_in_body[2] = -gravity * math.cos(pitch) * math.cos(roll)

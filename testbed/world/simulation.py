@@ -30,14 +30,18 @@ Array = NDArray[np.float64]
 TICK_HZ = 100
 METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
 EXTRA = ("own_low", "own_high", "own_sd")
+FOOT = ("own_x", "own_y", "own_z", "own_x_sd", "own_y_sd", "own_z_sd")
 
 DATA_COLUMNS: tuple[str, ...] = (
     *sensing.MEASURED_COLUMNS,
     *(f"estimate_{m}_{leg}" for m in (*METHODS, *EXTRA) for leg in LEGS),
+    *(f"{m}_{leg}" for m in FOOT for leg in LEGS),
     *(f"contact_{leg}" for leg in LEGS),
     *(f"expected_{leg}" for leg in LEGS),
     *(f"reference_{a}" for a in AXES),
     *(f"carrying_{leg}" for leg in LEGS),
+    "ordered_thrust",
+    "ordered_torque",
 )
 TRUTH_COLUMNS: tuple[str, ...] = (
     "t",
@@ -56,12 +60,13 @@ TRUTH_COLUMNS: tuple[str, ...] = (
     "drill_string_mass",
 )
 N_SENSED = len(sensing.MEASURED_COLUMNS)
-N_ESTIMATES = len(METHODS) * 4 + len(EXTRA) * 4
+N_ESTIMATES = 4 * (len(METHODS) + len(EXTRA) + len(FOOT))
 ESTIMATES = slice(N_SENSED, N_SENSED + N_ESTIMATES)
 CONTACT = slice(ESTIMATES.stop, ESTIMATES.stop + 4)
 EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
 REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
 CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
+ORDERED = slice(CARRYING.stop, CARRYING.stop + 2)
 
 
 class Simulation:
@@ -89,7 +94,7 @@ class Simulation:
         self._pending = sorted(scenario.events, key=lambda e: e.at_s)
         self._shoves: list[Shove] = []
         self._row = np.zeros(len(DATA_COLUMNS))
-        self._noise = np.zeros((0, sensing.NOISES))
+        self._noise = np.zeros((0, sensing.NOISES + sensing.ADDED_NOISES))
         self._samples = 0
         self._command: Command = Command()
         m, b = self.machine, self.machine.board
@@ -107,6 +112,7 @@ class Simulation:
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
         self._tick(0.0)
+        m.chain.forget()  # the first sample is not recorded: what is recorded is all that the estimates come from
         self._do(CONTROL | PLANT)
 
     def _schedule(self) -> list[int]:
@@ -167,7 +173,9 @@ class Simulation:
         if flags & SENSE:
             self._samples += 1
             if self._samples >= len(self._noise):
-                self._noise = self.machine.noise_rng.standard_normal((1000, sensing.NOISES))
+                first = self.machine.noise_rng.standard_normal((1000, sensing.NOISES))
+                added = self.machine.added_noise_rng.standard_normal((1000, sensing.ADDED_NOISES))
+                self._noise = np.hstack([first, added])
                 self._samples = 0
         k = self._step
         between_steps(
@@ -193,6 +201,7 @@ class Simulation:
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         self.events += [{"t": t, **news} for news in m.drill.update(t, 1.0 / TICK_HZ)]
+        self._row[ORDERED] = m.drill_belief()
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
@@ -303,6 +312,16 @@ class Simulation:
             "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),
             "body_travel_m": float(np.linalg.norm(m.origin_in_world() - m.start_base)),
+        }
+
+    def surveyed(self) -> dict[str, Any]:
+        """What people measured of the place and the load before the run: rope directions, rods carried, the URDF."""
+        directions = self.machine.expectation.rope_directions_in_world
+        robot = self.scenario.robot
+        return {
+            "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
+            "payload_kg": robot.payload_kg,
+            "urdf": robot.urdf,
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -1,0 +1,132 @@
+"""The runs on which estimators are compared: standing, swaying, raising, walking, drilling; warm and cold; slopes.
+
+In every run the true friction of the three kinds of cylinder, and what it depends on, is off from the believed numbers
+by a drawn error (5 % in one standard deviation), as an identification would leave it; thermal zeros are drawn by seed.
+`choose` runs may be used to choose constants on, `judge` runs are for results alone: other motions, slopes,
+temperatures and seeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.parameters.names import AXES, LEGS, SIDES
+from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario import Scenario, load_scenario
+
+Array = NDArray[np.float64]
+FRICTION_ERROR = 0.05
+"""One standard deviation of what the believed friction numbers are off by: what an identification leaves."""
+DEPENDENCE_ERROR = 0.2
+"""The same of what friction depends on: place, pressure, side load, warmth, rest."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: shipped scenario, changes, oil temperature degC, seed."""
+
+    name: str
+    kind: str
+    scenario: str
+    changes: tuple[str, ...]
+    oil_degc: float
+    seed: int
+
+    def load(self) -> Scenario:
+        """The scenario with the drawn errors of its friction."""
+        draws = np.random.default_rng([self.seed, 77])
+        machine = roboclimber()
+        changes = [f"hydraulics.oil_temperature_degc={self.oil_degc}"]
+        for part in ("vertical_cylinder", "radial_cylinder", "rotation_cylinder"):
+            for name in ("coulomb_out_n", "static_out_n", "viscous_out_n_s_m",
+                         "coulomb_in_n", "static_in_n", "viscous_in_n_s_m"):  # fmt: skip
+                value = machine[part][name] * (1.0 + FRICTION_ERROR * draws.standard_normal())
+                changes.append(f"hydraulics.parameters.{part}.{name}={value:.9g}")
+        for name in ("position_slope", "pressure_coefficient_m2", "side_load_coefficient", "viscosity_rate_1_k",
+                     "dwell_gain"):  # fmt: skip
+            value = machine["seal"][name] * (1.0 + DEPENDENCE_ERROR * draws.standard_normal())
+            changes.append(f"hydraulics.parameters.seal.{name}={value:.9g}")
+        return load_scenario(self.scenario, [*changes, *self.changes], seed=self.seed)
+
+
+SWAY = "task={kind: sway}"
+RAISE = "task={kind: raise, start_s: 2, to_m: 0.35, step_m: 0.03, every_s: 4, speed_m_s: 0.02}"
+
+
+def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tuple[Trial, ...]:
+    out = []
+    for k, degc in enumerate(warm):
+        a, b, c = (slopes[(k + i) % len(slopes)] for i in range(3))
+        n = seed + 10 * k
+        stand, drill, crawl = "stand_slope_45", "drill_slope_45", "crawl_slope_30"
+        out += [
+            Trial(f"stand-{degc:.0f}", "stand", stand, (f"terrain.slope_deg={a}", "duration_s=20", RAISE.replace(
+                "to_m: 0.35, step_m: 0.03", "to_m: 0.26, step_m: 0.01")), degc, n),
+            Trial(f"sway-{degc:.0f}", "move", stand, (f"terrain.slope_deg={b}", "duration_s=24", SWAY), degc, n + 1),
+            Trial(f"raise-{degc:.0f}", "move", stand, (f"terrain.slope_deg={c}", "duration_s=18", RAISE), degc, n + 2),
+            Trial(f"crawl-{degc:.0f}", "walk", crawl, (f"terrain.slope_deg={min(a, 45)}",), degc, n + 3),
+            Trial(f"drill-{degc:.0f}", "drill", drill, (f"terrain.slope_deg={b}", "duration_s=30"), degc, n + 4),
+        ]  # fmt: skip
+    return tuple(out)
+
+
+CHOOSE = _trials(1000, (30, 45, 60), (40.0, 15.0))
+JUDGE = _trials(2000, (40, 55, 35), (40.0, 10.0, 25.0, 50.0))
+
+MEASURED: tuple[str, ...] = (
+    "t",
+    *(f"{stem}_{axis}" for stem in ("position", "pressure_a", "pressure_b", "valve") for axis in AXES),
+    "oil_temperature",
+    *(f"rope_tension_{side}" for side in SIDES),
+    *(f"attitude_{a}" for a in ("roll", "pitch", "yaw")),
+    *(f"angular_rate_{a}" for a in "xyz"),
+    *(f"specific_force_{a}" for a in "xyz"),
+    *(f"carrying_{leg}" for leg in LEGS),
+    *(f"expected_{leg}" for leg in LEGS),
+    "ordered_thrust",
+    "ordered_torque",
+)
+TRUE: tuple[str, ...] = (
+    *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),
+    *(f"foot_load_{leg}" for leg in LEGS),
+    *(f"body_pose_in_world_q{k}" for k in "xyzw"),
+    *(f"chamber_{c}_{axis}" for c in "ab" for axis in AXES),
+    *(f"friction_{axis}" for axis in AXES),
+)
+
+
+@dataclass(frozen=True)
+class Series:
+    """What a run leaves for the comparison: measured and true columns (n,), and the surveyed ropes (2, 3)."""
+
+    data: dict[str, Array]
+    truth: dict[str, Array]
+    rope_directions: Array
+
+
+def simulate(scenario: Scenario, tell: Callable[[float], None] | None = None) -> Series:
+    """Run a scenario and keep what the comparison needs."""
+    from testbed.world.simulation import Simulation
+
+    world = Simulation(scenario)
+    try:
+        at = [world.data_columns.index(c) for c in MEASURED], [world.truth_columns.index(c) for c in TRUE]
+        blocks: list[tuple[Array, Array]] = []
+        while not world.finished:
+            data, truth = world.run_block(1000)
+            blocks.append((data[:, at[0]], truth[:, at[1]]))
+            if tell is not None:
+                tell(float(data[-1, 0]))
+        data, truth = (np.concatenate([b[i] for b in blocks]) for i in (0, 1))
+        ropes = world.machine.expectation.rope_directions_in_world.copy()
+    finally:
+        world.close()
+    return Series(
+        {c: np.ascontiguousarray(data[:, i]) for i, c in enumerate(MEASURED)},
+        {c: np.ascontiguousarray(truth[:, i]) for i, c in enumerate(TRUE)},
+        ropes,
+    )
