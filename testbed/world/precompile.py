@@ -35,7 +35,7 @@ def plant_calls() -> list[Call]:
             dt, 1, GRAVITY_M_S2,
         )),
         (plant.feet_under_motion, (
-            b.legs, b.q, b.qd, b.qd, b.joint_torque, b.rotation, b.force, b.force, b.force, b.ground_normal,
+            b.legs, b.q, b.qd, b.qd, b.joint_torque, b.rotation, b.force, b.force, b.force, b.ground_normals,
             b.foot_force, b.normal_force, dt,
         )),
     ]  # fmt: skip
