@@ -288,7 +288,8 @@ def step_own(
         qd[i], qdd[i] = a[ax.SPEED] / arms[i], a[ax.ACCELERATION] / arms[i]
         torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]
     force, up, rotation, nothing, lift = np.zeros((4, 3)), np.zeros(4), np.eye(3), np.zeros(3), -gravity
-    ff.foot_forces(legs, q, qd, qdd, torque, rotation, nothing, nothing, lift, rotation[2], force, up)
+    normals = np.zeros((4, 3))
+    ff.foot_forces(legs, q, qd, qdd, torque, rotation, nothing, nothing, lift, normals, force, up)
     whole = rope[0] + rope[1]
     for k in range(12):
         whole += force[k // 3, k % 3]
