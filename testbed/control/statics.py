@@ -52,6 +52,8 @@ class Balance:
     """(6,) wrench of a unit thrust of the drill, away from the slope."""
     rigid: Array
     """(12, 6) orthonormal foot displacements (z, x, y of each foot) that move the body as a whole."""
+    inner: Array
+    """(12, 6) orthonormal foot displacements, or forces, that leave the body alone: the complement of `rigid`."""
     compliance: Array
     """(12,) of the locked joints: rad/(N m), m/N."""
 
@@ -96,6 +98,7 @@ class Statics:
         joint_to_cylinder(np.ascontiguousarray(position), self._linkage, self._extension, self._arms)
         reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(self._arms)
         held = self.model.gravity_forces(position, gravity)
+        turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
         return Balance(
             balance=balance,
             load=drill - held[:6],
@@ -106,7 +109,8 @@ class Statics:
             measured=self._unknowns(measured, joint_map, held[6:]),
             carrying=carrying.copy(),
             thrust_map=self._thrust,
-            rigid=np.linalg.qr(balance[:, :FEET].T)[0],
+            rigid=turned[:, :6],
+            inner=turned[:, 6:],
             compliance=self._oil.joint_compliance(position),
         )
 

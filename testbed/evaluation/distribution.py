@@ -7,8 +7,9 @@ another controller runs that one only. Runs of other source code are not taken o
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -18,36 +19,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.controllers import CONTROLLERS, controller
+from testbed.control.quadratic import Quadratic
 from testbed.errors import InputError
 from testbed.evaluation.distribution_cases import Case, Outcome, draw_cases
 from testbed.evaluation.distribution_run import ORACLE, run_case
 
 Array = NDArray[np.float64]
-ROOMS = ("parameters", "laws", "effects", "robot", "estimation", "control", "world", "envs")
-"""Rooms whose sources decide what a run gives, besides the two files of this benchmark."""
+ROOMS = ("parameters", "laws", "effects", "robot", "estimation", "world")
+"""Rooms whose sources decide what any run gives; of control, what no single controller owns."""
+PACKAGE = Path(__file__).resolve().parents[1]
 
 
 @lru_cache(maxsize=1)
 def sources() -> str:
-    """Digest of every source that decides what a run gives."""
-    package, digest = Path(__file__).resolve().parents[1], hashlib.sha256()
-    files = [p for room in ROOMS for p in (package / room).rglob("*") if p.suffix in (".py", ".yaml", ".npz")]
-    for path in sorted([*files, *Path(__file__).parent.glob("distribution_*.py")]):
-        digest.update(path.relative_to(package).as_posix().encode() + b"\0" + path.read_bytes())
+    """Digest of every source that decides what a run gives, whichever the controller."""
+    owned = {Path(inspect.getfile(made)) for made in CONTROLLERS.values() if inspect.isclass(made)}
+    owned |= {PACKAGE / "control" / "controllers.py"}
+    files = [p for room in (*ROOMS, "control") for p in (PACKAGE / room).rglob("*") if p.suffix in (".py", ".yaml")]
+    files += [*Path(__file__).parent.glob("distribution_*.py"), *(PACKAGE / "envs").glob("randomisation.*")]
+    return _digest(path for path in files if path not in owned)
+
+
+def _digest(files: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(files):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _mark(name: str) -> str:
-    """What a controller's run depends on: the sources, and its own file where it is one of yours."""
-    file = Path(name.rpartition(":")[0])
-    own = hashlib.sha256(file.read_bytes()).hexdigest()[:16] if file.suffix == ".py" and file.is_file() else ""
-    return f"{sources()}{own}"
+@lru_cache
+def mark(name: str) -> str:
+    """What a controller's runs depend on: the common sources, its own file and weights, those it is made from."""
+    made = Quadratic if name == ORACLE else type(controller(name))
+    own = [Path(inspect.getfile(kind)) for kind in made.__mro__ if kind.__module__.startswith("testbed.")]
+    own += [Path(name.rpartition(":")[0])] if name not in CONTROLLERS and name != ORACLE else []
+    weights = [path.with_suffix(".npz") for path in own if path.with_suffix(".npz").is_file()]
+    return f"{sources()}-{_digest([*own, *weights])}"
 
 
 def kept(folder: Path, k: int, name: str) -> Outcome | None:
     """The outcome of case k under a controller if the folder has it from these sources."""
     entry = _file(folder, k).get(name, {})
-    return Outcome(**entry["outcome"]) if entry.get("mark") == _mark(name) else None
+    return Outcome(**entry["outcome"]) if entry.get("mark") == mark(name) else None
 
 
 def _file(folder: Path, k: int) -> dict[str, Any]:
@@ -58,7 +71,7 @@ def _file(folder: Path, k: int) -> dict[str, Any]:
 
 def _keep(folder: Path, k: int, name: str, outcome: Outcome) -> None:
     partial = folder / f"{k:04d}.part"
-    partial.write_text(json.dumps(_file(folder, k) | {name: {"mark": _mark(name), "outcome": asdict(outcome)}}))
+    partial.write_text(json.dumps(_file(folder, k) | {name: {"mark": mark(name), "outcome": asdict(outcome)}}))
     partial.replace(folder / f"{k:04d}.json")
 
 

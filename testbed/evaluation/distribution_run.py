@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.controllers import controller, distributed
+from testbed.control.controllers import believed_statics, controller
 from testbed.control.distribution import Distribution, Sharing
 from testbed.control.quadratic import Constraints, Quadratic
-from testbed.control.references import Command, Measured
-from testbed.control.statics import NORMALS
+from testbed.control.references import Measured
+from testbed.control.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
 from testbed.control.trim import Trim
 from testbed.evaluation.distribution_cases import Case, Outcome
 from testbed.parameters.names import LEGS
@@ -28,33 +28,39 @@ ON_S, MEASURE_S = 1.0, 2.0
 LOST_N, LOST_ROWS, FLOOR_N = 100.0, 20, 100.0
 """A foot is lost when its normal load stays below LOST_N for LOST_ROWS ms; friction use counts no less than FLOOR_N."""
 ORACLE = "oracle"
+PUT_RIGHT_S = 0.2
 
 
-class Oracle:
-    """A distribution whose measurements are replaced by the truth before each tick."""
+class Informed(Statics):
+    """The oracle's balance: what is measured, put right by the truth.
 
-    def __init__(self, inner: Distribution) -> None:
-        self.inner = inner
-        self.force_n = np.zeros((len(LEGS), 3))
-        self.tension_n = np.zeros(2)
+    The truth comes in over PUT_RIGHT_S: the friction in fast pressures damps the loops, and a loop that hears the bare
+    truth hunts.
+    """
+
+    def __init__(self, known: Statics) -> None:
+        self.__dict__.update(known.__dict__)
+        self.truth = np.zeros(UNKNOWNS)
+        """(14,) true foot forces and rope pulls."""
         self.attitude_rad = np.zeros(3)
+        self._error: Array | None = None
 
-    def update(self, t: float, dt: float, measured: Measured) -> Command:
-        """See Program."""
-        known = replace(
-            measured, foot_force_in_body_n=self.force_n, rope_tension_n=self.tension_n, attitude_rad=self.attitude_rad
-        )
-        return self.inner.update(t, dt, known)
+    def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
+        """The balance now."""
+        now = super().look(replace(measured, attitude_rad=self.attitude_rad), carrying)
+        error = now.measured - self.truth
+        self._error = error if self._error is None else self._error + 0.01 / PUT_RIGHT_S * (error - self._error)
+        return replace(now, measured=now.measured - self._error)
 
     def tell(self, truth: dict[str, float]) -> None:
         """The truth of the last tick: means, so that blows between two ticks are no alias."""
         from scipy.spatial.transform import Rotation
 
         for k, side in enumerate(("left", "right")):
-            self.tension_n[k] = np.linalg.norm([truth[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"])
+            self.truth[FEET + k] = np.linalg.norm([truth[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"])
         turned = Rotation.from_quat([truth[f"body_pose_in_world_{k}"] for k in ("qx", "qy", "qz", "qw")])
         force = np.array([[truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS])
-        self.force_n = force @ turned.as_matrix()
+        self.truth[:FEET] = (force @ turned.as_matrix())[:, [2, 0, 1]].ravel()
         yaw, pitch, roll = turned.as_euler("ZYX")
         self.attitude_rad = np.array([roll, pitch, yaw])
 
@@ -81,9 +87,9 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Sharing | Non
     if sharing is None:
         sharing = Quadratic(spec.terrain.friction) if name == ORACLE else controller(name)
     ropes = machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
-    program = distributed(spec, trim, ropes, sharing)
-    oracle = Oracle(program) if name == ORACLE else None
-    machine.program = oracle if oracle is not None else program
+    statics = believed_statics(spec, ropes)
+    oracle = Informed(statics) if name == ORACLE else None
+    machine.program = program = Distribution(trim, oracle or statics, sharing)
     judge, checked, infeasible = Quadratic(spec.terrain.friction), 0, 0
     while not sim.finished:
         if oracle is not None:

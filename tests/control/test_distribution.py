@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from testbed.control.controllers import CONTROLLERS, believed_statics, controller
+from testbed.control.distribution import self_balanced
 from testbed.control.drill_sharing import DrillSharing, taken_by_thrust
 from testbed.control.pseudo_inverse import PseudoInverse
 from testbed.control.quadratic import Quadratic
@@ -172,6 +173,18 @@ def test_what_moves_the_body_and_what_squeezes_it_are_apart() -> None:
     assert now.rigid.shape == (12, 6)
     assert now.rigid @ (now.rigid.T @ height) == pytest.approx(height)
     assert np.linalg.norm(now.rigid.T @ twist) < 0.05 * np.linalg.norm(twist)
+
+
+def test_of_the_errors_only_what_is_self_balanced_is_acted_upon() -> None:
+    """A squeeze passes unchanged; what moves the body, and what ropes put on the feet, is taken off."""
+    now = _balance(45.0)
+    jacobian = -now.joint_map[:, :FEET].T
+    squeeze = now.inner @ np.array([100.0, -50.0, 80.0, 20.0, -30.0, 60.0])
+    assert self_balanced(np.append(squeeze, [0.0, 0.0]), now, jacobian) == pytest.approx(squeeze)
+    assert np.abs(now.balance[:, :FEET] @ self_balanced(np.arange(14.0), now, jacobian)).max() < 1e-9
+    feet, pull = now.balance[:, :FEET], np.array([500.0, -200.0])
+    borne = -np.linalg.pinv(feet) @ (now.balance[:, ROPES] @ pull)
+    assert self_balanced(np.concatenate([borne, pull]), now, jacobian) == pytest.approx(np.zeros(FEET), abs=1e-8)
 
 
 def test_rope_is_hauled_in_where_tension_lacks_and_rests_at_what_is_wanted() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from testbed.control.quadratic import Quadratic
 from testbed.errors import InputError
-from testbed.evaluation.distribution import benchmark, kept, sources, summarise, write
+from testbed.evaluation.distribution import benchmark, kept, mark, summarise, write
 from testbed.evaluation.distribution_cases import Outcome, draw_cases
 from testbed.evaluation.distribution_run import breaks, count_losses, possible, run_case
 
@@ -85,12 +85,22 @@ def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Pa
 
 def test_a_finished_case_is_taken_over_and_one_of_other_sources_is_not(tmp_path: Path) -> None:
     outcome = Outcome("qp", 0.3, 1000.0, 0, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")
-    entry = {"mark": sources(), "outcome": asdict(outcome)}
+    entry = {"mark": mark("qp"), "outcome": asdict(outcome)}
     (tmp_path / "0000.json").write_text(json.dumps({"qp": entry, "oracle": entry}))
     assert kept(tmp_path, 0, "qp") == outcome
     assert kept(tmp_path, 0, "drill") is None and kept(tmp_path, 1, "qp") is None
     (tmp_path / "0000.json").write_text(json.dumps({"qp": entry | {"mark": "another"}}))
     assert kept(tmp_path, 0, "qp") is None
+
+
+def test_a_controllers_own_file_marks_its_runs(tmp_path: Path) -> None:
+    marks, name = [], f"{tmp_path / 'mine.py'}:Mine"
+    for weight in (1.0, 2.0):
+        text = f"from testbed.control.quadratic import Quadratic\nclass Mine(Quadratic):\n    weight = {weight}\n"
+        (tmp_path / "mine.py").write_text(text)
+        mark.cache_clear()
+        marks.append(mark(name))
+    assert marks[0] != marks[1] and marks[0] != mark("qp")
 
 
 @pytest.mark.slow
