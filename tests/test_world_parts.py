@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from testbed import resources
-from testbed.control.crawl import inside, smooth
 from testbed.control.valve_loop import GAIN_COLUMNS, KP, LIMIT, TOLERANCE, control_step
 from testbed.errors import InputError
 from testbed.laws import drill as d
@@ -112,14 +111,6 @@ def test_legs_forwards_and_backwards_agree_with_pinocchio() -> None:
         feet = legs.feet(joints)
         assert np.allclose(feet, model.foot_positions_m(joints), atol=1e-12)
         assert np.allclose(legs.joints(feet), joints, atol=1e-12)
-
-
-def test_point_is_moved_inside_the_triangle_by_the_shortest_way() -> None:
-    """Right triangle with legs on the axes: the origin, kept 0.1 m from both legs, goes to (0.1, 0.1)."""
-    corners = [np.array(c) for c in ((0.0, 0.0), (2.0, 0.0), (0.0, 2.0))]
-    assert inside(np.array([0.0, 0.0]), corners, 0.1) == pytest.approx([0.1, 0.1])
-    assert inside(np.array([0.5, 0.5]), corners, 0.1) == pytest.approx([0.5, 0.5])
-    assert [smooth(s) for s in (0.0, 0.5, 1.0)] == pytest.approx([0.0, 0.5, 1.0])
 
 
 def test_valve_loop_closes_within_its_tolerance_and_saturates() -> None:

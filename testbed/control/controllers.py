@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed import resources
+from testbed.control.believed_model import believed_model
 from testbed.control.distribution import Distribution, Sharing
 from testbed.control.drill_sharing import DrillSharing
 from testbed.control.position_hold import PositionHold
@@ -19,7 +19,6 @@ from testbed.control.statics import Statics
 from testbed.errors import InputError
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario
-from testbed.robot.model import Payload, RobotModel
 
 Array = NDArray[np.float64]
 CONTROLLERS: dict[str, Callable[[], Sharing]] = {
@@ -61,10 +60,7 @@ def _own(file: Path, made: str) -> Sharing:
 def believed_statics(scenario: Scenario, rope_directions_in_body: Array) -> Statics:
     """The balance of the machine as control believes it: the scenario's posture, declared payload and model."""
     parameters = roboclimber().replaced(scenario.model.parameters)
-    mass = scenario.robot.payload_kg
-    payload = Payload(mass, parameters["rod_store_body"]["position_m"]) if mass > 0 else None
-    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
-    return Statics(RobotModel(urdf, payload), parameters, rope_directions_in_body)
+    return Statics(believed_model(scenario), parameters, rope_directions_in_body)
 
 
 def distributed(scenario: Scenario, inner: Program, rope_directions_in_body: Array, sharing: Sharing) -> Distribution:

@@ -1,163 +1,328 @@
-"""Discontinuous crawl up the slope: sway, swing one leg, seek the ground by the force estimate, move on.
+"""Walking: shift the body, swing a leg, seek the ground by the force estimate, let the foot carry, and again.
 
-Feet and body are reckoned in a path frame: parallel to the slope, where the body frame stood at the start. A swing has
-three parts of its period: the body sways until the centre of pressure lies inside the triangle of the three standing
-feet (and has moved a quarter of a step forward), the leg swings, the foot is lowered until its estimated load says
-that it stands. The ropes are hauled with the body and keep their tension.
+Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at the start. Where they
+go is planned in footholds.py, how fast in pace.py, what the ropes do in rope_hold.py; this file is the order of events
+and the small corrections that every tick makes: level the body, even out the diagonals, keep the tensions.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import Enum
+
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.footholds import Footholds
+from testbed.control.pace import Pace, progress
 from testbed.control.references import Command, Measured
+from testbed.control.rope_hold import RopeHold
 from testbed.parameters.names import LEGS
-from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario_tasks import Crawl
+from testbed.robot.attitude import turned
 from testbed.robot.kinematics import LegKinematics
+from testbed.robot.model import attitude_gravity
 
 Array = NDArray[np.float64]
-
-SWAY_END, SWING_END = 0.45, 0.8
-"""Shares of a period at which sway and swing end; the rest lowers the foot."""
-MARGIN_M = 0.16
-"""Distance that the centre of pressure keeps from the sides of the triangle of standing feet (E)."""
 LEVEL_GAIN_1_S = 0.3
-"""Rate at which standing legs take out a tilt of the body."""
-TENSION_GAIN_M_S_N = 2.0e-6
-"""Rope pay-out speed per newton above the tension to be kept."""
-TOUCH_N = 1500.0
-"""Estimated load at which a lowered foot is said to have met the ground."""
-SEAT_N = 4000.0
-"""Estimated load up to which a foot is pressed on after it has met the ground."""
-LOWER_M_S, PRESS_M_S = 0.04, 0.004
-DEEPEST_M = 0.12
-TWIST = np.array([1.0, -1.0, -1.0, 1.0])
-"""Heights of fl, fr, rl, rr that move load between the two diagonals and nothing else."""
-TWIST_GAIN_M_S_N = 2.0e-8
-"""Rate of that height per newton of difference between the diagonals."""
+"""Rate at which standing legs take out a tilt or a turn of the body."""
+TWIST_GAIN_M_S_N, SEAT_GAIN_M_S_N = 2.0e-8, 1.2e-7
+"""Height rate per newton of difference between the diagonals: while standing, and while a foot is seated."""
+SEAT_S, SEAT_SPEED_M_S = 0.8, 0.004
+"""How long a foot is seated after it has met the ground, and the fastest change of heights in that time."""
+SEATED_SHARE, SEAT_MOST = 0.8, 4.0
+"""A seated foot carries this share of the load that told its touch; it gets so many times SEAT_S for it at most."""
+TOUCH_SHARE, LEAST_TOUCH_N, MOST_TOUCH_N = 0.12, 400.0, 1500.0
+"""A foot has met the ground when its estimated load rises by this share of the robot's load on the slope."""
+SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.035, 0.010
+"""Speed at which the ground is sought on level ground; slower the less the feet carry (root of the cosine)."""
+SEARCH_ABOVE_M, SEARCH_BELOW_M = 0.010, 0.06
+"""The search begins and ends this far above and below the old foothold, besides the task's ground_steps_m."""
+BASE_TIME_S = 0.15
+"""Time constant with which the load of a foot in the air is learnt."""
+STEADY_S = 0.2
+"""Until a search has lasted so long, friction is still turning over in the leg and only a large rise counts."""
+WAY_SAMPLES = 20
+REHEARSED = 8
+"""Swings that are planned before the first one is made."""
+SUPPLY_LOW_PA, SUPPLY_FULL_PA = 5.5e6, 7.0e6
+"""The body stands still below the first supply pressure and moves at full speed above the second (E)."""
+
+
+class Doing(Enum):
+    """What the robot is at."""
+
+    SHIFT = "shift"
+    SWING = "swing"
+    SEARCH = "search"
+    SEAT = "seat"
+
+
+@dataclass
+class Phase:
+    """One piece of the walk. Places are (3,) in the path frame, m."""
+
+    doing: Doing
+    duration_s: float
+    body_from: Array
+    body_to: Array
+    leg: int = -1
+    foot_from: Array | None = None
+    foot_to: Array | None = None
 
 
 class CrawlProgram:
-    """Set points of a crawl. `pressure_offset_m` (2): centre of pressure in the body frame at the start, m."""
+    """Set points of a walk. See Program."""
 
     def __init__(
-        self, task: Crawl, start: Array, rope_tension_n: Array, rope_directions_in_path: Array, pressure_offset_m: Array
+        self, task: Crawl, start: Array, legs: LegKinematics, footholds: Footholds, pace: Pace, ropes: RopeHold,
+        loads_n: Array,
     ) -> None:
-        self.task = task
-        self._legs = LegKinematics.from_parameters(roboclimber())
-        self._feet = self._legs.feet(start)
+        """start (12): joints at the start; loads_n (4): the feet's loads then."""
+        self.task, self._legs, self._footholds, self._pace, self._ropes = task, legs, footholds, pace, ropes
+        self._feet = footholds.home.copy()
         self._body = np.zeros(3)
-        self._tension = rope_tension_n.copy()
-        self._ropes = rope_directions_in_path
-        self._offset = pressure_offset_m
-        self._middle = self._feet[:, :2].mean(axis=0)
+        total = float(loads_n.sum())
+        offset = loads_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
+        self._offset = np.array([*offset, 0.0])
+        self._touch_n = min(max(TOUCH_SHARE * total, LEAST_TOUCH_N), MOST_TOUCH_N)
+        # The less the feet carry, the gentler they must meet the ground, and the less a difference of loads says.
+        self._lightness = min(total / footholds.weight_n, 1.0)
+        self._search_m_s = max(SEARCH_M_S * float(np.sqrt(self._lightness)), SLOWEST_SEARCH_M_S)
+        heading = np.radians(task.heading_deg)
+        self._ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
+        self._groups = 2 if task.gait == "two_phase" else 1
+        self._queue: list[Phase] = []
+        self._phase: Phase | None = None
+        self._clock = 0.0
+        self._base_n = 0.0
         self._attitude: Array | None = None
-        self._step = -1
-        self._sway_from = self._body.copy()
-        self._swing_from = self._feet[0].copy()
-        self._down = False
         self._now = Command(reference=start.copy())
         self.steps_done = 0
+        self.done = False
+        self.margins_n: list[float] = []
+        """Planned wrench margin of every group of swings, N."""
+        self._rehearse()
+
+    @property
+    def way_m(self) -> float:
+        """How far the body has gone in the direction of travel, by its set points."""
+        return float(self._ahead @ self._body)
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
-        task, command = self.task, self._now
         if self._attitude is None:
             self._attitude = measured.attitude_rad.copy()
-        since = t - task.start_s
-        before = self._body.copy()
+            self._footholds.stand_under(attitude_gravity(float(self._attitude[0]), float(self._attitude[1])))
+        command, before = self._now, self._body.copy()
         command.carrying[:] = True
-        if since >= 0.0:
-            step = int(since // task.period_s)
-            if step < task.steps:
-                self._walk(step, (since % task.period_s) / task.period_s, dt, measured, command)
-            else:
-                self._finish(since - task.steps * task.period_s)
+        if t >= self.task.start_s and not self.done:
+            self._go(dt, measured, command)
         self._level(dt, measured, command)
-        wanted = self._legs.joints(self._feet - self._body)
+        self._untwist(dt, measured, command)
+        wanted = self._footholds.joints(self._feet, self._body)
         command.rate[:] = (wanted - command.reference) / dt
         command.rate[np.abs(command.rate) < 1e-7] = 0.0
         speed = (self._body - before) / dt
-        slack = np.minimum(TENSION_GAIN_M_S_N * (measured.rope_tension_n - self._tension), 0.02)
-        command.rope_rate_m_s[:] = -self._ropes @ speed + np.maximum(slack, -0.02)
+        command.rope_rate_m_s[:] = self._ropes.rates_m_s(self._body, speed, measured.rope_tension_n)
         return command
 
-    def _walk(self, step: int, part: float, dt: float, measured: Measured, command: Command) -> None:
-        leg = LEGS.index(self.task.order[step % 4])
-        if step != self._step:
-            self._middle = self._feet[:, :2].mean(axis=0)
-            self._step = step
-            self._sway_from = self._body.copy()
-            self._swing_from = self._feet[leg].copy()
-            self._down = False
-        if part < SWAY_END:
-            share = smooth(part / SWAY_END)
-            self._body = (1 - share) * self._sway_from + share * self._sway_goal(leg)
-        elif part < SWING_END:
-            share = (part - SWAY_END) / (SWING_END - SWAY_END)
-            foot = self._swing_from.copy()
-            foot[0] += self.task.step_length_m * smooth(min(1.0, max(0.0, (share - 0.2) / 0.6)))
-            foot[2] += self.task.swing_height_m * np.sin(np.pi * min(max(share, 0.0), 1.0)) ** 2 + 0.01
-            self._feet[leg] = foot
-            command.carrying[leg] = False
+    # ---- the order of events -------------------------------------------------------------------------------
+
+    def _go(self, dt: float, measured: Measured, command: Command) -> None:
+        if self._phase is None:
+            if not self._queue:
+                self._plan()
+            self._phase, self._clock = self._queue.pop(0), 0.0
+        phase = self._phase
+        self._clock += dt * (self._readiness(measured) if phase.doing is Doing.SHIFT else 1.0)
+        share = self._clock / phase.duration_s
+        self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
+        over = share >= 1.0
+        if phase.doing is Doing.SWING:
+            over = self._swing(phase, share, dt, measured, command)
+        elif phase.doing is Doing.SEARCH:
+            over = self._search(phase, dt, measured, command)
+        elif phase.doing is Doing.SEAT:
+            carries = bool(measured.load_n[phase.leg] > SEATED_SHARE * self._touch_n)
+            over = over and (carries or share > SEAT_MOST)
+        if over:
+            self._phase = None
+            self.done = self.steps_done >= self.task.steps and not self._queue
+
+    def _readiness(self, measured: Measured) -> float:
+        supply = (measured.supply_pressure_pa - SUPPLY_LOW_PA) / (SUPPLY_FULL_PA - SUPPLY_LOW_PA)
+        return min(self._ropes.readiness(self._body, measured.rope_tension_n), max(supply, 0.0))
+
+    def _swing(self, phase: Phase, share: float, dt: float, measured: Measured, command: Command) -> bool:
+        """Carry the foot over; true at its end, or where ground comes before it is sought."""
+        leg, load = phase.leg, float(measured.load_n[phase.leg])
+        command.carrying[leg] = False
+        self._feet[leg] = self._swing_way(phase, share, self._body)
+        if share > 0.6:
+            if load - self._base_n > MOST_TOUCH_N:
+                return self._touch(leg, measured)
+            self._base_n += (load - self._base_n) * dt / BASE_TIME_S
         else:
-            self._lower(leg, dt, measured, command)
+            self._base_n = load
+        return share >= 1.0
 
-    def _lower(self, leg: int, dt: float, measured: Measured, command: Command) -> None:
-        """Lower the foot until it meets the ground, then press it on until it carries."""
-        load, floor = measured.load_n[leg], self._swing_from[2] - DEEPEST_M
-        if not self._down:
-            command.carrying[leg] = False
-            self._feet[leg, 2] = max(self._feet[leg, 2] - LOWER_M_S * dt, floor)
-            self._down = bool(load > TOUCH_N) or bool(self._feet[leg, 2] == floor)
-            self.steps_done += self._down
-        elif load < SEAT_N:
-            self._feet[leg, 2] -= PRESS_M_S * dt
+    def _search(self, phase: Phase, dt: float, measured: Measured, command: Command) -> bool:
+        """Lower the foot until its load rises, or as far as the search goes."""
+        leg, load = phase.leg, float(measured.load_n[phase.leg])
+        assert phase.foot_to is not None
+        command.carrying[leg] = False
+        self._feet[leg, 2] -= self._search_m_s * dt
+        rise = MOST_TOUCH_N if self._clock < STEADY_S else self._touch_n
+        if load - self._base_n > rise or self._feet[leg, 2] <= phase.foot_to[2]:
+            return self._touch(leg, measured)
+        self._base_n += (load - self._base_n) * dt / BASE_TIME_S
+        return False
 
-    def _sway_goal(self, leg: int) -> Array:
-        """Body position over the point nearest to the feet's middle that keeps MARGIN_M inside the three others."""
-        corners = [self._feet[k, :2] for k in range(4) if k != leg]
-        point = inside(self._middle, corners, MARGIN_M)
-        return np.array([*(point - self._offset), self._body[2]])
+    def _touch(self, leg: int, measured: Measured) -> bool:
+        """The foot stays where the encoders see it; what is left of this leg's swing is not needed any more."""
+        if self._queue and self._queue[0].leg == leg and self._queue[0].doing is Doing.SEARCH:
+            self._queue.pop(0)
+        position = measured.position.copy() - self._footholds.nought
+        self._feet[leg, 2] = self._body[2] + self._legs.feet(position)[leg, 2]
+        self._feet[leg, :2] = self._body[:2] + self._legs.feet(position)[leg, :2]
+        self.steps_done += 1
+        return True
 
-    def _finish(self, since: float) -> None:
-        """After the last swing: back over the middle of the feet."""
-        if self._step != self.task.steps:
-            self._step = self.task.steps
-            self._sway_from = self._body.copy()
-            self._middle = self._feet[:, :2].mean(axis=0)
-        share = smooth(min(1.0, since / (SWAY_END * self.task.period_s)))
-        goal = np.array([*(self._middle - self._offset), self._body[2]])
-        self._body = (1 - share) * self._sway_from + share * goal
+    # ---- planning ------------------------------------------------------------------------------------------
+
+    def _rehearse(self) -> None:
+        """Plan the first swings without making them, so that a stride out of reach is refused before anything moves."""
+        feet = self._feet.copy()
+        while self.steps_done < min(self.task.steps, REHEARSED):
+            self._plan()
+            for phase in self._queue:
+                if phase.doing is Doing.SWING and phase.foot_to is not None:
+                    self._feet[phase.leg, :2] = phase.foot_to[:2]
+                    self.steps_done += 1
+            self._body = self._queue[-1].body_to
+            self._queue.clear()
+        self._feet, self._body, self.steps_done = feet, np.zeros(3), 0
+        self.margins_n.clear()
+
+    def _plan(self) -> None:
+        """The next shift and the swings after it; at the end the way back over the middle of the feet."""
+        task, left = self.task, self.task.steps - self.steps_done
+        middle = self._middle()
+        if left <= 0:
+            self._queue.append(self._shift(middle))
+            return
+        group = [LEGS.index(task.order[(self.steps_done + k) % 4]) for k in range(min(self._groups, left))]
+        stride = task.step_length_m * self._ahead
+        part = stride * self._groups / 4
+        # Feet are put down half a stride ahead of their homes, counted from where the body stands.
+        centre = self._travelled(middle)
+        places = [(leg, self._foothold(leg, centre + 0.5 * stride)) for leg in group]
+        away = -self._footholds.home[group].mean(axis=0) * np.array([1.0, 1.0, 0.0])
+        side = away / np.linalg.norm(away)
+        tensions, ropes = self._ropes.wanted_n(self._body), self._ropes.directions(self._body)
+        goal, margin = self._footholds.body_goal(
+            middle - self._offset, side, self._feet, places, part, tensions, ropes
+        )
+        self.margins_n.append(margin)
+        self._queue.append(self._shift(goal))
+        creep = np.zeros(3) if task.gait == "two_phase" else 0.5 * part
+        feet = self._feet.copy()
+        for leg, place in places:
+            self._queue += self._swing_phases(leg, feet[leg].copy(), place, goal, goal + creep, feet)
+            feet[leg] = place
+
+    def _travelled(self, middle: Array) -> Array:
+        return np.asarray(self._ahead * float(self._ahead @ middle))
+
+    def _middle(self) -> Array:
+        """Where the body belongs over its feet: level with them, and along the way where the plan has it by now."""
+        feet, home = self._feet.mean(axis=0), self._footholds.home.mean(axis=0)
+        middle = feet - home
+        if self.steps_done < self.task.steps:
+            way = self.task.step_length_m * (self.steps_done // self._groups) * self._groups / 4
+            middle[:2] = (way * self._ahead)[:2]
+        return np.asarray(middle)
+
+    def _foothold(self, leg: int, shift: Array) -> Array:
+        place = self._footholds.home[leg] + shift
+        place[2] = self._feet[leg, 2]
+        return np.asarray(place)
+
+    def _shift(self, goal: Array) -> Phase:
+        start = self._body.copy()
+        shares = np.linspace(0.0, 1.0, WAY_SAMPLES)
+        bodies = start + shares[:, None] * (goal - start)
+        joints = np.array([self._footholds.joints(self._feet, body) for body in bodies])
+        ropes = np.array([self._ropes.lengths_m(body) for body in bodies])
+        if not self._ropes.tension_n.any():
+            ropes[:] = 0.0
+        rest = 0.0 if self.task.period_s is None else 0.5 * self._groups * self.task.period_s
+        return Phase(Doing.SHIFT, max(self._pace.shift_s(joints, ropes), rest, 0.3), start, goal)
+
+    def _swing_phases(
+        self, leg: int, start: Array, place: Array, body: Array, body_to: Array, feet: Array
+    ) -> list[Phase]:
+        """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
+        above = place + np.array([0.0, 0.0, SEARCH_ABOVE_M + self.task.ground_steps_m])
+        below = place - np.array([0.0, 0.0, SEARCH_BELOW_M + self.task.ground_steps_m])
+        swing = Phase(Doing.SWING, 1.0, body, body_to, leg, start, above)
+        joints = []
+        for share in np.linspace(0.0, 1.0, 2 * WAY_SAMPLES):
+            moved = body + progress(float(share)) * (body_to - body)
+            way = feet.copy()
+            way[leg] = self._swing_way(swing, float(share), moved)
+            joints.append(self._footholds.joints(way, moved))
+        rest = 0.0 if self.task.period_s is None else 0.5 * self.task.period_s - SEAT_S
+        swing.duration_s = max(self._pace.swing_s(np.array(joints)), rest, 0.5)
+        return [
+            swing,
+            Phase(Doing.SEARCH, np.inf, body_to, body_to, leg, above, below),
+            Phase(Doing.SEAT, SEAT_S, body_to, body_to, leg),
+        ]
+
+    def _swing_way(self, phase: Phase, share: float, body: Array) -> Array:
+        """The foot at a share of its time, the body at `body`: up, over, down to where the search begins.
+
+        Rotation and radial joint go their ways evenly, which is faster than a straight line.
+        """
+        assert phase.foot_from is not None and phase.foot_to is not None
+        start, end = phase.foot_from, phase.foot_to
+        leg, over = phase.leg, progress((share - 0.1) / 0.8)
+        feet = np.tile(start - phase.body_from, (4, 1))
+        joints = self._legs.joints(feet)
+        joints += over * (self._legs.joints(np.tile(end - phase.body_to, (4, 1))) - joints)
+        foot = body + self._legs.feet(joints)[leg]
+        high = max(start[2], end[2]) + self.task.swing_height_m
+        up, down = progress(share / 0.35), progress((share - 0.65) / 0.35)
+        foot[2] = start[2] + (high - start[2]) * up + (end[2] - high) * down
+        return np.asarray(foot)
+
+    # ---- corrections of every tick -------------------------------------------------------------------------
 
     def _level(self, dt: float, measured: Measured, command: Command) -> None:
         """Standing legs turn the body back to its start attitude, slowly."""
         assert self._attitude is not None
-        roll, pitch, _ = measured.attitude_rad - self._attitude
-        arm = self._feet[:, :2] - self._body[:2]
-        push = LEVEL_GAIN_1_S * dt * (roll * arm[:, 1] - pitch * arm[:, 0])
-        if command.carrying.all():
-            push = push + TWIST * (TWIST_GAIN_M_S_N * dt * float(TWIST @ measured.load_n))
-        self._feet[command.carrying, 2] += push[command.carrying]
+        roll, pitch, yaw = turned(self._attitude, measured.attitude_rad)
+        arm = self._feet - self._body
+        push = LEVEL_GAIN_1_S * dt * np.column_stack(
+            [-yaw * arm[:, 1], yaw * arm[:, 0], roll * arm[:, 1] - pitch * arm[:, 0]]
+        )
+        self._feet[command.carrying] += push[command.carrying]
+
+    def _untwist(self, dt: float, measured: Measured, command: Command) -> None:
+        """With four feet down: heights that move load between the diagonals and change nothing else."""
+        if not command.carrying.all():
+            return
+        twist = diagonal(self._feet[:, :2])
+        seating = self._phase is not None and self._phase.doing is Doing.SEAT
+        gain = (SEAT_GAIN_M_S_N if seating else TWIST_GAIN_M_S_N) / np.sqrt(self._lightness)
+        speed = float(np.clip(gain * (twist @ measured.load_n), -SEAT_SPEED_M_S, SEAT_SPEED_M_S))
+        self._feet[:, 2] += twist * speed * dt
 
 
-def smooth(share: float) -> float:
-    """0 to 1 with rest at both ends (cosine)."""
-    return float(0.5 - 0.5 * np.cos(np.pi * share))
-
-
-def inside(point: Array, corners: list[Array], margin_m: float) -> Array:
-    """The point nearest to `point` (2) that lies `margin_m` inside the triangle of `corners`, by projections."""
-    middle = np.mean(corners, axis=0)
-    out = point.copy()
-    for _ in range(8):
-        for k in range(3):
-            start, side = corners[k], corners[(k + 1) % 3] - corners[k]
-            normal = np.array([-side[1], side[0]]) / np.hypot(*side)
-            normal *= np.sign(normal @ (middle - start))
-            lack = margin_m - float(normal @ (out - start))
-            if lack > 0.0:
-                out = out + lack * normal
-    return out
+def diagonal(feet: Array) -> Array:
+    """(4,) loads on feet (4, 2) that have no resultant, size 2: + on fl and rr, - on fr and rl in a rectangle."""
+    rows = np.vstack([np.ones(4), feet.T])
+    null = np.linalg.svd(rows)[2][3]
+    return np.asarray(2.0 * null * np.sign(null[0]))

@@ -5,13 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.believed_model import believed_model
 from testbed.control.crawl import CrawlProgram
+from testbed.control.footholds import Footholds
 from testbed.control.mast import KeepMast
+from testbed.control.pace import Pace
 from testbed.control.references import Hold, Program
+from testbed.control.rope_hold import RopeHold
 from testbed.control.sway import SwayProgram
+from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_tasks import Crawl, Sway
+from testbed.robot.kinematics import LegKinematics
+from testbed.robot.linkage import RotationLinkage
 
 Array = NDArray[np.float64]
 
@@ -21,22 +28,36 @@ def program_of(
     start: Array,
     rope_tension_n: Array,
     rope_directions_in_body: Array,
-    feet_in_body: Array,
+    anchors_in_body: Array,
     loads_n: Array,
 ) -> Program:
-    """The program of a scenario's task, from the start posture (12), ropes (2; 2, 3), feet (4, 3) and loads (4)."""
+    """The program of a scenario's task, from the start posture (12), ropes (2; 2, 3; 2, 3) and feet's loads (4)."""
     program: Program
     if isinstance(scenario.task, Crawl):
-        pressure = loads_n @ feet_in_body[:, :2] / loads_n.sum()
-        program = CrawlProgram(scenario.task, start, rope_tension_n, rope_directions_in_body, pressure)
+        program = _crawl(scenario, scenario.task, start, rope_tension_n, anchors_in_body, loads_n)
     elif isinstance(scenario.task, Sway):
         program = SwayProgram(scenario.task, start, rope_directions_in_body)
     else:
         program = Hold(start, scenario.task, scenario.events)
     if isinstance(scenario.task, DrillHole) and scenario.task.keep_mast:
-        program = KeepMast(program, feet_in_body)
+        program = KeepMast(program, LegKinematics.from_parameters(roboclimber()).feet(start))
     if scenario.control.distribution == "position_hold":
         return program
     from testbed.control.controllers import controller, distributed
 
     return distributed(scenario, program, rope_directions_in_body, controller(scenario.control.distribution))
+
+
+def _crawl(
+    scenario: Scenario, task: Crawl, start: Array, rope_tension_n: Array, anchors_in_body: Array, loads_n: Array
+) -> CrawlProgram:
+    parameters = roboclimber().replaced(scenario.model.parameters)
+    model, legs = believed_model(scenario), LegKinematics.from_parameters(parameters)
+    arm = float(RotationLinkage.from_parameters(parameters).moment_arm_m(start[0]))
+    return CrawlProgram(
+        task, start, legs,
+        Footholds(model, legs, start, parameters["ground"]["friction"]),
+        Pace(parameters, arm),
+        RopeHold(anchors_in_body, model.rope_attachments_m, rope_tension_n),
+        loads_n,
+    )  # fmt: skip

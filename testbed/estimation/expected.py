@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.foot_loads import ExpectedLoads, drill_wrench
 
 Array = NDArray[np.float64]
@@ -46,15 +47,3 @@ class Expectation:
             in_contact=standing > 0.5,
         )
         return np.asarray(found.vertical_load_n)
-
-
-def rotation_from_attitude(rpy: Array) -> Array:
-    """Rotation body to world (3, 3) of roll, pitch, yaw: Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )

@@ -104,6 +104,12 @@ class Ropes(Checked):
         le=1.5,
         description="share of the weight along the slope that the ropes carry at the start",
     )
+    attachment_height_m: float | None = Field(
+        default=None, ge=-0.2, le=1.5,
+        description="height of the traction devices' sheaves in the body frame; null: the URDF's, 0.33 m. On 85 "
+        "degrees each centimetre off the balance shifts the feet's loads by 11 cm of the 2.5 m that they stand "
+        "apart: testbed.robot.equilibrium.balanced_attachment_height_m gives the balance for a share [m]",
+    )
     tension_n: Pair | None = Field(
         default=None, description="tension at the start, left and right, instead of share [N]"
     )

@@ -144,15 +144,32 @@ class Drill(Checked):
 
 
 class Crawl(Checked):
-    """Discontinuous crawl up the slope: one leg swings at a time, then the body moves on four feet."""
+    """Walk over the slope on the ropes, one leg swinging at a time."""
 
     kind: Literal["crawl"]
-    start_s: float = Field(default=4.0, ge=0, description="time of the first lift-off [s]")
+    gait: Literal["two_phase", "wave"] = Field(
+        default="two_phase",
+        description="two_phase: the body moves on four feet only, twice a cycle, and both legs of a side swing in "
+        "between; wave: the body goes on while the legs swing one after the other",
+    )
+    start_s: float = Field(default=4.0, ge=0, description="time of the first motion [s]")
     steps: int = Field(default=4, ge=1, le=1000, description="number of leg swings")
-    step_length_m: float = Field(default=0.1, gt=0, le=0.5, description="how far one foot moves forward [m]")
+    step_length_m: float = Field(
+        default=0.1, gt=0, le=0.6, description="way of the body in a cycle of four swings: how far a foot moves [m]"
+    )
+    heading_deg: float = Field(
+        default=0.0, ge=-180, le=180, description="direction of travel, from straight up the slope to the left [deg]"
+    )
     swing_height_m: float = Field(default=0.08, gt=0, le=0.4, description="how high a foot is lifted [m]")
-    period_s: float = Field(
-        default=8.0, gt=0, description="time for one swing, shift of the body included [s]"
+    ground_steps_m: float = Field(
+        default=0.0, ge=0, le=0.3,
+        description="largest step of the ground between footholds to be reckoned with: feet are lifted that much "
+        "higher and the search for the ground begins and ends that much sooner and deeper [m]",
+    )
+    period_s: float | None = Field(
+        default=None, gt=0,
+        description="least time for one swing, shift of the body included; null: as fast as the joints' speeds and "
+        "the pump's flow allow [s]",
     )
     order: Annotated[tuple[Leg, ...], Sequence] = Field(
         default=("rr", "fr", "rl", "fl"), description="order of the swinging legs"

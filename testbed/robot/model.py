@@ -52,9 +52,12 @@ def attitude_gravity(roll_rad: float, pitch_rad: float) -> Array:
 class RobotModel:
     """Masses, gravity, inertia and foot kinematics of one URDF. Not for use by two threads at once (one workspace)."""
 
-    def __init__(self, path: str | Path, payload: Payload | None = None) -> None:
-        """Read a URDF, with a payload fixed to the platform if given. Raises InputError if the URDF is broken."""
-        self.path, self.payload = Path(path), payload
+    def __init__(self, path: str | Path, payload: Payload | None = None, rope_height_m: float | None = None) -> None:
+        """Read a URDF, with a payload fixed to the platform if given. Raises InputError if the URDF is broken.
+
+        `rope_height_m`: height of the ropes' attachments in the body frame instead of the URDF's.
+        """
+        self.path, self.payload, self._rope_height_m = Path(path), payload, rope_height_m
         text = read_urdf(path)
         try:
             self._model: Any = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
@@ -79,12 +82,14 @@ class RobotModel:
         pin.framesForwardKinematics(self._model, self._data, self._q)
         self.rope_attachments_m: Array = np.array([self._origin(f"traction_{side}") for side in SIDES])
         """Where the ropes pull, body frame, (2, 3), left then right."""
+        if rope_height_m is not None:
+            self.rope_attachments_m[:, 2] = rope_height_m
         self.drill_mount_m: Array = self._origin("drill_mast")
         """Lower end of the mast on the drill axis (along body -z), body frame, (3,)."""
 
     def with_payload(self, payload: Payload | None) -> RobotModel:
         """The same machine carrying another payload (or none)."""
-        return RobotModel(self.path, payload)
+        return RobotModel(self.path, payload, self._rope_height_m)
 
     def centre_of_mass_m(self, positions: ArrayLike) -> Array:
         """Centre of mass in the body frame, (3,), m."""

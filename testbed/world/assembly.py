@@ -116,7 +116,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     stored_kg = scenario.robot.payload_kg + drill.store_kg
     payload = Payload(stored_kg, rod_store["position_m"]) if stored_kg > 0 else None
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
-    kinematics = RobotModel(urdf, payload)
+    kinematics = RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
     engine = Engine(
         urdf, ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui, sinking=t.loose
     )
@@ -175,7 +175,7 @@ def _build(
         expectation=Expectation(ExpectedLoads(kinematics), start.rope_directions),
         program=program_of(
             scenario, start.joints, start.rope_tension_n, start.rope_directions @ start.rotation,
-            kinematics.foot_positions_m(start.joints), start.foot_forces_in_body[:, 2],
+            (start.anchors_m - start.position_m) @ start.rotation, start.foot_forces_in_body[:, 2],
         ),
     )  # fmt: skip
 

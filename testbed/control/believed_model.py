@@ -1,0 +1,19 @@
+"""The machine's masses and geometry as control believes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from testbed import resources
+from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario import Scenario
+from testbed.robot.model import Payload, RobotModel
+
+
+def believed_model(scenario: Scenario) -> RobotModel:
+    """The scenario's URDF with its declared payload at the believed place of the rod store."""
+    parameters = roboclimber().replaced(scenario.model.parameters)
+    mass = scenario.robot.payload_kg
+    payload = Payload(mass, parameters["rod_store_body"]["position_m"]) if mass > 0 else None
+    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
+    return RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
