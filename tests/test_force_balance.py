@@ -111,7 +111,7 @@ def test_recorded_forces_carry_the_weight_while_standing() -> None:
 @pytest.mark.parametrize(("name", "overrides"), [
     ("drill_slope_45", ["task.start_s=0.05"]),
     ("drill_slope_45", ["task.start_s=0.05", "terrain.kind=heightfield", "terrain.roughness_m=0.05"]),
-    ("crawl_slope_30", ["task.start_s=0.1", "task.period_s=2"]),
+    ("crawl_slope_30", ["task.start_s=0.1"]),
 ])  # fmt: skip
 def test_forces_from_the_legs_motion_are_the_engines_contact_forces(name: str, overrides: list[str]) -> None:
     """Each foot's force by its leg's equations of motion against the engine's contact points, within 5 N of 15 kN."""
@@ -119,7 +119,7 @@ def test_forces_from_the_legs_motion_are_the_engines_contact_forces(name: str, o
     board, force, normal = world.machine.board, np.zeros((4, 3)), np.zeros(4)
     worst, lifted = 0.0, 0
     try:
-        for _ in range(180):
+        for _ in range(300):
             world.run_block(10)
             world.machine.engine.contacts(force, normal)
             worst = max(worst, float(np.abs(force - board.foot_force).max()))

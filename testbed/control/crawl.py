@@ -19,7 +19,7 @@ from testbed.control.references import Command, Measured
 from testbed.control.rope_hold import RopeHold
 from testbed.parameters.names import LEGS
 from testbed.parameters.scenario_tasks import Crawl
-from testbed.robot.attitude import turned
+from testbed.robot.attitude import rotation_from_attitude, turned
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import attitude_gravity
 
@@ -30,6 +30,9 @@ TWIST_GAIN_M_S_N, SEAT_GAIN_M_S_N = 2.0e-8, 1.2e-7
 """Height rate per newton of difference between the diagonals: while standing, and while a foot is seated."""
 SEAT_S, SEAT_SPEED_M_S = 0.8, 0.004
 """How long a foot is seated after it has met the ground, and the fastest change of heights in that time."""
+UNLOAD_S, UNLOAD_M_S, UNLOADED_SHARE = 1.0, 0.005, 0.3
+"""Before it swings, a foot is raised at this speed until it carries less than this share of the load that would tell
+its touch, or for so long: a foot that is torn off makes the one across from it jump."""
 SEATED_SHARE, SEAT_MOST = 0.8, 4.0
 """A seated foot carries this share of the load that told its touch; it gets so many times SEAT_S for it at most."""
 TOUCH_SHARE, LEAST_TOUCH_N, MOST_TOUCH_N = 0.12, 400.0, 1500.0
@@ -53,6 +56,7 @@ class Doing(Enum):
     """What the robot is at."""
 
     SHIFT = "shift"
+    UNLOAD = "unload"
     SWING = "swing"
     SEARCH = "search"
     SEAT = "seat"
@@ -96,10 +100,11 @@ class CrawlProgram:
         self._phase: Phase | None = None
         self._clock = 0.0
         self._base_n = 0.0
+        self._twist = diagonal(self._feet[:, :2])
         self._attitude: Array | None = None
         self._now = Command(reference=start.copy())
         self.steps_done = 0
-        self.done = False
+        self.done = self._returning = False
         self.margins_n: list[float] = []
         """Planned wrench margin of every group of swings, N."""
         self._rehearse()
@@ -112,8 +117,9 @@ class CrawlProgram:
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         if self._attitude is None:
-            self._attitude = measured.attitude_rad.copy()
-            self._footholds.stand_under(attitude_gravity(float(self._attitude[0]), float(self._attitude[1])))
+            roll, pitch, _ = measured.attitude_rad
+            self._attitude = rotation_from_attitude(measured.attitude_rad)
+            self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
         command, before = self._now, self._body.copy()
         command.carrying[:] = True
         if t >= self.task.start_s and not self.done:
@@ -134,12 +140,19 @@ class CrawlProgram:
             if not self._queue:
                 self._plan()
             self._phase, self._clock = self._queue.pop(0), 0.0
+            if self._phase.doing is Doing.SWING:
+                self._phase.foot_from = self._feet[self._phase.leg].copy()
+            self._twist = diagonal(self._feet[:, :2])
         phase = self._phase
         self._clock += dt * (self._readiness(measured) if phase.doing is Doing.SHIFT else 1.0)
         share = self._clock / phase.duration_s
         self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
         over = share >= 1.0
-        if phase.doing is Doing.SWING:
+        if phase.doing is Doing.UNLOAD:
+            command.carrying[phase.leg] = False
+            self._feet[phase.leg, 2] += UNLOAD_M_S * dt
+            over = over or bool(measured.load_n[phase.leg] < UNLOADED_SHARE * self._touch_n)
+        elif phase.doing is Doing.SWING:
             over = self._swing(phase, share, dt, measured, command)
         elif phase.doing is Doing.SEARCH:
             over = self._search(phase, dt, measured, command)
@@ -148,7 +161,7 @@ class CrawlProgram:
             over = over and (carries or share > SEAT_MOST)
         if over:
             self._phase = None
-            self.done = self.steps_done >= self.task.steps and not self._queue
+            self.done = self._returning and not self._queue
 
     def _readiness(self, measured: Measured) -> float:
         supply = (measured.supply_pressure_pa - SUPPLY_LOW_PA) / (SUPPLY_FULL_PA - SUPPLY_LOW_PA)
@@ -210,6 +223,7 @@ class CrawlProgram:
         task, left = self.task, self.task.steps - self.steps_done
         middle = self._middle()
         if left <= 0:
+            self._returning = True
             self._queue.append(self._shift(middle))
             return
         group = [LEGS.index(task.order[(self.steps_done + k) % 4]) for k in range(min(self._groups, left))]
@@ -276,6 +290,7 @@ class CrawlProgram:
         rest = 0.0 if self.task.period_s is None else 0.5 * self.task.period_s - SEAT_S
         swing.duration_s = max(self._pace.swing_s(np.array(joints)), rest, 0.5)
         return [
+            Phase(Doing.UNLOAD, UNLOAD_S, body, body, leg),
             swing,
             Phase(Doing.SEARCH, np.inf, body_to, body_to, leg, above, below),
             Phase(Doing.SEAT, SEAT_S, body_to, body_to, leg),
@@ -303,7 +318,7 @@ class CrawlProgram:
     def _level(self, dt: float, measured: Measured, command: Command) -> None:
         """Standing legs turn the body back to its start attitude, slowly."""
         assert self._attitude is not None
-        roll, pitch, yaw = turned(self._attitude, measured.attitude_rad)
+        roll, pitch, yaw = turned(self._attitude, rotation_from_attitude(measured.attitude_rad))
         arm = self._feet - self._body
         push = LEVEL_GAIN_1_S * dt * np.column_stack(
             [-yaw * arm[:, 1], yaw * arm[:, 0], roll * arm[:, 1] - pitch * arm[:, 0]]
@@ -314,7 +329,7 @@ class CrawlProgram:
         """With four feet down: heights that move load between the diagonals and change nothing else."""
         if not command.carrying.all():
             return
-        twist = diagonal(self._feet[:, :2])
+        twist = self._twist
         seating = self._phase is not None and self._phase.doing is Doing.SEAT
         gain = (SEAT_GAIN_M_S_N if seating else TWIST_GAIN_M_S_N) / np.sqrt(self._lightness)
         speed = float(np.clip(gain * (twist @ measured.load_n), -SEAT_SPEED_M_S, SEAT_SPEED_M_S))

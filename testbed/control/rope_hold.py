@@ -17,6 +17,8 @@ TENSION_GAIN_M_S_N = 6.0e-6
 """Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
 CORRECTION_M_S = 0.03
 """Fastest hauling or paying out for the tension's sake (E)."""
+MEETING = 0.01
+"""Ropes that meet at less than this angle, rad, have no say in the pull across the slope."""
 SLACK_SHARE, TAUT_SHARE = 0.70, 0.85
 """Of its wanted tension a rope must have this much before the body moves at all, and at full speed (E)."""
 
@@ -41,18 +43,22 @@ class RopeHold:
     def directions(self, body: Array) -> Array:
         """(2, 3) unit vectors towards the anchors, path frame."""
         way = self.anchors_m - self.attachments_m - body
-        return np.asarray(way / np.linalg.norm(way, axis=1)[:, None])
+        return np.asarray(way / np.sqrt((way * way).sum(axis=1))[:, None])
 
     def wanted_n(self, body: Array) -> Array:
         """(2,) tensions that keep the pull along the slope."""
         if not self.tension_n.any():
             return np.zeros(2)
-        across = self.directions(body)[:, :2].T
-        tension = np.linalg.solve(across, self._pull_n)
+        (lx, ly, _), (rx, ry, _) = self.directions(body).tolist()
+        px, py = self._pull_n.tolist()
+        det = lx * ry - rx * ly
+        if abs(det) < MEETING:  # the ropes run side by side: they share the pull
+            return np.full(2, max(px / (lx + rx), 0.0))
+        tension = np.array([(px * ry - rx * py) / det, (lx * py - px * ly) / det])
         if tension.min() < 0.0:  # one rope cannot do it: the other keeps the pull up the slope as far as it can
             taut = int(np.argmax(tension))
             tension = np.zeros(2)
-            tension[taut] = max(float(across[:, taut] @ self._pull_n), 0.0)
+            tension[taut] = max((lx * px + ly * py, rx * px + ry * py)[taut], 0.0)
         return np.asarray(tension)
 
     def rates_m_s(self, body: Array, velocity: Array, measured_n: Array) -> Array:

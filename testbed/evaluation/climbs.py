@@ -25,7 +25,8 @@ import numpy as np
 from testbed.errors import InputError, SimulationFault
 from testbed.parameters.scenario import Scenario, load_scenario
 
-SCENARIO = "climb_slope_45"
+SCENARIO = "crawl_slope_45"
+LONG = "task.steps=104", "duration_s=1500", "rates.record_hz=10"
 WAY_M, SLOWEST_M_S = 10.0, 0.005
 SLIP_LIMIT_M, TILT_LIMIT_DEG = 0.05, 3.0
 FRICTION = 0.6, 0.8
@@ -91,7 +92,7 @@ def climbs(cases: Sequence[str], seeds: int) -> list[Climb]:
             drawn = [f"terrain.friction={friction:.4f}"]
             if case.startswith(ROUGH):
                 drawn.append(f"terrain.roughness_seed={seed}")
-            out.append(Climb(case, seed, (*CASES[case], *drawn)))
+            out.append(Climb(case, seed, (*LONG, *CASES[case], *drawn)))
     return out
 
 

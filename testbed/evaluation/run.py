@@ -20,6 +20,7 @@ from testbed.evaluation.outputs import check_out, claim_out
 from testbed.evaluation.pictures import Album
 from testbed.evaluation.recorder import RunRecorder, plain, write_summary, write_whole
 from testbed.evaluation.runs import read_series
+from testbed.evaluation.stability import stability_summary
 from testbed.parameters.scenario import Scenario
 
 SUMMARY_FORMAT = "roboclimber-summary/1"
@@ -159,6 +160,7 @@ def _summary(
     }
     if len(truth["t"]) > 1:
         summary |= run_metrics(data, truth, scenario.terrain.slope_deg)
+        summary |= stability_summary(scenario, data, truth)
     summary |= {k: v for k, v in simulation.summary().items() if k not in summary}
     summary["events"] = list(simulation.events)
     if not interrupted and fault is None:

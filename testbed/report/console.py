@@ -111,6 +111,9 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             rows.append(("contact word's delay", f"{1000 * delay:.0f} ms"))
     if "lowest_stability_margin" in summary:
         rows.append(("lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"))
+        if "lowest_wrench_margin_n" in summary:
+            rows.append(("smallest push that is too much", _newton(summary["lowest_wrench_margin_n"])))
+            rows.append(("least work that tips it", f"{summary['lowest_energy_margin_j']:.0f} J"))
         rows.append(("largest tilt", f"{summary['tilt_max_deg']:.2f} deg"))
         rows.append(("way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"))
         ropes = summary["rope_tension_max_n"]

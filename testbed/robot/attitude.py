@@ -10,7 +10,7 @@ Array = NDArray[np.float64]
 
 def rotation_from_attitude(rpy: Array) -> Array:
     """Rotation body to world (3, 3) of roll, pitch, yaw, rad: Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy).tolist(), np.sin(rpy).tolist()
     return np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -20,12 +20,12 @@ def rotation_from_attitude(rpy: Array) -> Array:
     )
 
 
-def turned(start_rpy: Array, now_rpy: Array) -> Array:
-    """Rotation (3,), rad, small, about the start's body axes x, y, z that leads from one attitude to the other.
+def turned(start: Array, now: Array) -> Array:
+    """Rotation (3,), rad, small, about the start's body axes that leads from rotation `start` (3, 3) to `now`.
 
     On a steep slope roll and yaw angles grow together (pitch is near 90 degrees); rotations about body axes do not.
     """
-    between = rotation_from_attitude(start_rpy).T @ rotation_from_attitude(now_rpy)
+    between = start.T @ now
     return 0.5 * np.array(
         [between[2, 1] - between[1, 2], between[0, 2] - between[2, 0], between[1, 0] - between[0, 1]]
     )

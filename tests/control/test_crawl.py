@@ -1,0 +1,131 @@
+"""The crawl's plan and its pieces, without a world: ranges, paces, ropes, touch and twist."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from testbed.control.crawl import CrawlProgram, diagonal
+from testbed.control.footholds import Footholds
+from testbed.control.pace import LOADED_SHARE, PEAK, RAMP, Pace, progress
+from testbed.control.programs import program_of
+from testbed.control.references import Measured
+from testbed.control.rope_hold import RopeHold
+from testbed.errors import InputError
+from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario import Scenario, load_scenario
+from testbed.robot.kinematics import LegKinematics
+from testbed.robot.model import roboclimber_model
+
+TICK = 0.01
+START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
+ANCHORS = np.array([[30.0, 5.0, 0.1], [30.0, -5.0, 0.1]])
+LOADS = np.full(4, 7000.0)
+TENSION = np.full(2, 13300.0)
+LEGS = LegKinematics.from_parameters(roboclimber())
+
+
+def scenario(*changes: str) -> Scenario:
+    return load_scenario("crawl_slope_45", list(changes))
+
+
+def program(*changes: str) -> CrawlProgram:
+    made = program_of(scenario(*changes), START, TENSION, ANCHORS / 30.0, ANCHORS, LOADS)
+    assert isinstance(made, CrawlProgram)
+    return made
+
+
+def walk(made: CrawlProgram, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Set points and carrying words of a machine that follows perfectly and whose feet never meet ground early."""
+    seen = Measured(START.copy(), LOADS.copy(), np.ones(4), TENSION.copy(), np.array([0.0, -math.radians(45.0), 0.0]))
+    out = []
+    for k in range(round(until_s / TICK)):
+        command = made.update(k * TICK, TICK, seen)
+        command.reference += command.rate * TICK
+        seen.position[:] = command.reference
+        seen.load_n[:] = np.where(command.carrying, LOADS, 0.0)
+        seen.rope_tension_n[:] = made._ropes.wanted_n(made._body)
+        out.append((command.reference.copy(), command.carrying.copy()))
+    return out
+
+
+@pytest.mark.parametrize("gait", ["two_phase", "wave"])
+def test_a_walk_stays_within_ranges_and_speeds_and_swings_one_leg_at_a_time(gait: str) -> None:
+    made = program(f"task.gait={gait}", "task.step_length_m=0.3", "task.steps=4")
+    rows = walk(made, 45.0)
+    joints = np.array([row[0] for row in rows])
+    low, high = roboclimber_model().limits.T
+    assert made.done and made.steps_done == 4
+    assert np.all(joints > low) and np.all(joints < high)
+    assert max(int((~row[1]).sum()) for row in rows) == 1
+    speed = np.abs(np.diff(joints, axis=0)).max(axis=0) / TICK
+    assert speed.reshape(4, 3)[:, 1].max() < 0.0856  # a radial valve's rated flow on its bore
+    assert made.way_m == pytest.approx(0.225 if gait == "two_phase" else 0.2, abs=0.07)
+    assert min(made.margins_n) > 1000.0
+
+
+def test_a_stride_out_of_reach_is_refused_before_anything_moves() -> None:
+    with pytest.raises(InputError, match=r"task\.step_length_m.*out of its range"):
+        stretched = np.tile([0.0, 0.38, 0.25], 4)
+        program_of(scenario("task.step_length_m=0.4"), stretched, TENSION, ANCHORS / 30.0, ANCHORS, LOADS)
+
+
+def test_sideways_is_a_heading_like_any_other() -> None:
+    made = program("task.heading_deg=90", "task.step_length_m=0.2", "task.steps=4")
+    walk(made, 40.0)
+    assert made.done
+    assert made._body[1] == pytest.approx(made.way_m) and made.way_m > 0.1
+    assert abs(made._body[0]) < 0.05
+
+
+def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
+    """One radial joint over 0.1 m: 0.1 m of 63 mm bore at 70 % of 16 L/min, with ramps."""
+    pace = Pace(roboclimber(), 0.19)
+    joints = np.tile(START, (11, 1))
+    joints[:, 1] += np.linspace(0.0, 0.1, 11)
+    volume = 0.1 * math.pi / 4 * 0.063**2
+    needed = PEAK * volume / (LOADED_SHARE * 2.6667e-4)
+    assert pace.shift_s(joints, np.zeros((11, 2))) == pytest.approx(needed, rel=1e-3)
+    ropes = np.linspace([30.0, 30.0], [29.9, 29.9], 11)
+    assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(PEAK * 0.1 / (LOADED_SHARE * 0.06), rel=1e-3)
+
+
+def test_progress_is_a_trapezoid_of_speed() -> None:
+    shares = np.linspace(0.0, 1.0, 2001)
+    way = np.array([progress(float(s)) for s in shares])
+    assert way[0] == 0.0 and way[-1] == pytest.approx(1.0)
+    assert np.max(np.diff(way) / np.diff(shares)) == pytest.approx(PEAK, rel=1e-6)
+    assert progress(RAMP) == pytest.approx(0.5 * RAMP * PEAK)
+
+
+def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
+    ropes = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, TENSION)
+    pull = (TENSION @ ropes.directions(np.zeros(3)))[:2]
+    for body in (np.array([10.0, 0.0, 0.0]), np.array([3.0, 1.5, 0.0])):
+        np.testing.assert_allclose((ropes.wanted_n(body) @ ropes.directions(body))[:2], pull, rtol=1e-9, atol=1e-6)
+    assert np.all(ropes.rates_m_s(np.zeros(3), np.array([0.05, 0.0, 0.0]), TENSION) < -0.045)
+    assert ropes.readiness(np.zeros(3), 0.5 * TENSION) == 0.0 and ropes.readiness(np.zeros(3), TENSION) == 1.0
+    slack = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, np.zeros(2))
+    assert not slack.rates_m_s(np.zeros(3), np.array([0.05, 0.0, 0.0]), np.zeros(2)).any()
+
+
+def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
+    feet = np.array([[1.4, 1.0], [1.2, -1.0], [-1.0, 1.0], [-1.2, -1.0]])
+    twist = diagonal(feet)
+    np.testing.assert_allclose([twist.sum(), *(twist @ feet)], 0.0, atol=1e-12)
+    assert twist[0] > 0.0 and np.linalg.norm(twist) == pytest.approx(2.0)
+
+
+def test_the_body_shifts_away_from_the_swinging_legs_until_the_margin_is_enough() -> None:
+    model = roboclimber_model()
+    footholds = Footholds(model, LEGS, START, 0.65)
+    footholds.stand_under(9.81 * np.array([-math.sin(math.radians(45)), 0.0, -math.cos(math.radians(45))]))
+    ropes = RopeHold(ANCHORS, model.rope_attachments_m, TENSION)
+    args = (footholds.home, np.zeros(3), [0, 1, 2], TENSION, ropes.directions(np.zeros(3)))
+    middle = footholds.margin_n(*args)
+    goal, margin = footholds.body_goal(
+        np.zeros(3), np.array([0.0, 1.0, 0.0]), footholds.home, [(3, footholds.home[3])], np.zeros(3), *args[3:]
+    )
+    assert goal[1] > 0.05 and margin > middle + 1000.0
