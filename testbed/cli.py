@@ -204,7 +204,7 @@ def distribution(
     jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     controller: Annotated[
-        list[str] | None, typer.Option(help="A controller, or file.py:Class; may be repeated. [the four shipped]")
+        list[str] | None, typer.Option(help="Controller, file.py:Class or policy.npz; may be repeated. [those shipped]")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -214,12 +214,14 @@ def distribution(
     """
     from testbed.evaluation.distribution import benchmark, check, table, write
     from testbed.report.console import print_json, print_table
+    from testbed.report.distribution_figure import write_figure
     from testbed.report.progress import counting_progress
 
     names = check(out, controller)
     with counting_progress(cases, "cases") as progress:
         result = benchmark(cases, jobs, names, progress, out / "cases")
     path = write(result, out)
+    write_figure(result, out)
     if json:
         print_json(result)
     else:
@@ -349,13 +351,14 @@ def play(
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
+    video: Annotated[Path | None, typer.Option(help="Write a .gif of the episode.")] = None,
     json: Json = False,
 ) -> None:
     """Let a trained policy act on a scenario for one episode."""
     from testbed.envs.training import play as played
     from testbed.report.console import print_json, print_table
 
-    found = played(policy, scenario, seed, gui)
+    found = played(policy, scenario, seed, gui, video)
     if json:
         print_json(found)
     else:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from testbed.control.believed_model import believed_model
 from testbed.control.distribution import Distribution, Sharing
 from testbed.control.drill_sharing import DrillSharing
+from testbed.control.learned import Learned
 from testbed.control.position_hold import PositionHold
 from testbed.control.pseudo_inverse import PseudoInverse
 from testbed.control.quadratic import Quadratic
@@ -30,15 +31,17 @@ CONTROLLERS: dict[str, Callable[[], Sharing]] = {
 
 
 def controller(name: str) -> Sharing:
-    """A fresh controller: a name of the table, or `file.py:Class` for one of your own.
+    """A fresh controller: a name of the table, `file.py:Class` for one of your own, or a trained `policy.npz`.
 
     Raises InputError with the names there are.
     """
     if name in CONTROLLERS:
         return CONTROLLERS[name]()
+    if name.endswith(".npz"):
+        return Learned(Path(name))
     file, colon, made = name.rpartition(":")
     if not colon or not file.endswith(".py"):
-        allowed = f"{', '.join(CONTROLLERS)}, or file.py:Class"
+        allowed = f"{', '.join(CONTROLLERS)}, file.py:Class or policy.npz"
         raise InputError("no such controller", field="controller", value=name, allowed=allowed)
     return _own(Path(file), made)
 

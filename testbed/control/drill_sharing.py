@@ -59,4 +59,4 @@ class DrillSharing(Quadratic):
 def taken_by_thrust(now: Balance) -> Array:
     """(4,) change of the normal loads by a unit thrust, four equally stiff carrying legs."""
     normal = now.balance[2:5, NORMALS] * now.carrying
-    return np.asarray(-np.linalg.pinv(normal) @ now.thrust_map[2:5])
+    return np.asarray(-normal.T @ np.linalg.lstsq(normal @ normal.T, now.thrust_map[2:5])[0])

@@ -50,6 +50,8 @@ class Balance:
     carrying: NDArray[np.bool_]
     thrust_map: Array
     """(6,) wrench of a unit thrust of the drill, away from the slope."""
+    thrust_n: float
+    """What control ordered of the drill, N, + away from the slope; part of `load`."""
     rigid: Array
     """(12, 6) orthonormal foot displacements (z, x, y of each foot) that move the body as a whole."""
     inner: Array
@@ -109,6 +111,7 @@ class Statics:
             measured=self._unknowns(measured, joint_map, held[6:]),
             carrying=carrying.copy(),
             thrust_map=self._thrust,
+            thrust_n=float(measured.drill_n_nm[0]),
             rigid=turned[:, :6],
             inner=turned[:, 6:],
             compliance=self._oil.joint_compliance(position),

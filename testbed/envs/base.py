@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import gymnasium
@@ -34,6 +34,12 @@ PULL_STEP_N = 200.0
 PULL_RANGE_N = 3.14e4
 """Rating of a traction device (D)."""
 PICTURE = (480, 360)
+DRAWS = 10
+"""So many draws in a row that do not stand are no environment."""
+
+
+def action_rows(meaning: str, names: Sequence[str], unit: str, frame: str, size: float) -> list[Row]:
+    return [Row(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names]
 
 
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
@@ -46,6 +52,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     table: tuple[Row, ...] = TABLE
     """The observation, index by index."""
+    actions: tuple[Row, ...] = (
+        *action_rows("vertical set point of {}, increment", LEGS, "m", "joint", OFFSET_STEP_M),
+        *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
+    )
+    """The action, index by index."""
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's own form)
 
     def __init__(
@@ -69,7 +80,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._weights = Weights(**dict(weights or {}))
         load_scenario(scenario, self._overrides, duration=duration_s)  # a wrong argument is said now, not in reset
         self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.table),), np.float32)
-        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(LEGS) + len(SIDES),), np.float32)
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.actions),), np.float32)
         self._sim: Any = None
         self._ended = True
 
@@ -78,13 +89,27 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this episode."""
+        """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this episode.
+
+        A draw that falls, slides or tears a rope before the agent's first step is drawn again.
+        """
         super().reset(seed=seed)
+        further = [str(change) for change in (options or {}).get("overrides", ())]
+        for _ in range(DRAWS):
+            data, truth = self._draw(further)
+            if self._sim.verdict == "stood":
+                break
+        else:
+            raise InputError("never stands", field="randomisation", value=f"{DRAWS} draws", allowed="one that stands")
+        self._ended = False
+        return self._observe(data), self._info(self._truth(data, truth), data)
+
+    def _draw(self, further: list[str]) -> tuple[Array, Array]:
+        """A new run and its first rows."""
         from testbed.world.simulation import Simulation
 
         self.close()
-        extra = [*self._overrides, *draw_overrides(self._randomisation, self.np_random)]
-        extra += [str(change) for change in (options or {}).get("overrides", ())]
+        extra = [*self._overrides, *draw_overrides(self._randomisation, self.np_random), *further]
         run_seed = int(self.np_random.integers(2**32))
         spec = load_scenario(self._scenario, extra, seed=run_seed, duration=self._duration_s)
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
@@ -96,9 +121,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._rows = round(self._step_s * spec.rates.record_hz)
         if self._rows < 1:
             raise InputError("no row in a step", field="rates.record_hz", value=spec.rates.record_hz, allowed=">= 100")
-        data, truth = self._settle()
-        self._ended = False
-        return self._observe(data), self._info(self._truth(data, truth), data)
+        return self._settle()
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """One step. Raises InputError for an action that is no (6,) vector of finite numbers."""

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.corrected import VIEW
 from testbed.parameters.names import AXES, LEGS, SIDES
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ class Row:
     """One number of the observation."""
 
     column: str
-    """Column of the run's data, or a name under `orders.`: what control itself has ordered."""
+    """Column of the run's data, or a name under `orders.` or `control.`: what control itself ordered or worked out."""
     meaning: str
     unit: str
     frame: str
@@ -75,12 +76,6 @@ def _offsets() -> list[Row]:
     return [Row(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02) for leg in LEGS]
 
 
-def _shares() -> list[Row]:
-    return [
-        Row(f"orders.share_{leg}", f"load wanted on {leg} beyond the plan's", "N", "body z", -2e3, 2e3) for leg in LEGS
-    ]
-
-
 def _orders() -> list[Row]:
     return [
         *(Row(f"orders.pull_{side}", f"wanted pull of the {side} rope", "N", "along it", 0.0, 5e4) for side in SIDES),
@@ -93,8 +88,8 @@ def _orders() -> list[Row]:
 _SEEN = (*_joints(), *_pressures(), *_body(), *_estimates())
 TABLE: tuple[Row, ...] = (*_SEEN, *_offsets(), *_orders())
 """The observation of the environments that move set points, index by index."""
-SHARE_TABLE: tuple[Row, ...] = (*_SEEN, *_shares(), *_orders())
-"""The same where wanted loads are moved."""
+SHARE_TABLE: tuple[Row, ...] = tuple(Row(*row) for row in VIEW)
+"""The observation where wanted loads are moved: what a controller that shares the load sees."""
 
 
 class Observer:
@@ -102,7 +97,7 @@ class Observer:
 
     def __init__(self, data_columns: Sequence[str], table: Sequence[Row] = TABLE) -> None:
         columns = {name: k for k, name in enumerate(data_columns)}
-        ordered = [row.column.startswith("orders.") for row in table]
+        ordered = [row.column.startswith(("orders.", "control.")) for row in table]
         self._data_to = np.array([k for k, own in enumerate(ordered) if not own])
         self._data_from = np.array([columns[table[k].column] for k in self._data_to])
         self._orders_to = np.array([k for k, own in enumerate(ordered) if own])

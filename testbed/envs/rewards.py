@@ -19,7 +19,7 @@ class Truth:
     lowest_normal_n: float
     """Lowest normal load of any carrying foot within the step."""
     friction_use: float
-    """Highest tangential / (friction * normal) of any carrying foot at the end of the step; 1 slides."""
+    """Highest tangential / (friction * normal) of any carrying foot, mean over the step; 1 slides."""
     feet_lost: int
     """Carrying feet that were lost at some moment of the step."""
     moved_m: float
@@ -33,16 +33,15 @@ class Truth:
 def truth_of_step(truth: Array, columns: dict[str, slice | int], friction: float, carrying: Array) -> Truth:
     """Sum up the truth rows (n, ..) of a step. `columns` says where foot_force (12), normal (4), position (3) stand."""
     normal = truth[:, columns["normal"]]
-    last = truth[-1]
-    forces = last[columns["foot_force"]].reshape(4, 3)
+    forces = truth[:, columns["foot_force"]].reshape(-1, 4, 3)
     meant = carrying > 0.5
-    along = np.sqrt(np.maximum((forces**2).sum(axis=1) - normal[-1] ** 2, 0.0))
-    use = np.where(meant, along / (friction * np.maximum(normal[-1], LOST_N)), 0.0)
+    along = np.sqrt(np.maximum((forces**2).sum(axis=2) - normal**2, 0.0))
+    use = np.where(meant, along / (friction * np.maximum(normal, LOST_N)), 0.0)
     lowest = np.where(meant, normal.min(axis=0), np.inf)
     position = truth[:, columns["position"]]
     return Truth(
         lowest_normal_n=float(lowest.min()) if meant.any() else 0.0,
-        friction_use=float(use.max()),
+        friction_use=float(use.max(axis=1).mean()),
         feet_lost=int((lowest < LOST_N).sum()),
         moved_m=float(np.linalg.norm(position[-1] - position[0])),
         way_in_world_m=position[-1] - position[0],

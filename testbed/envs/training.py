@@ -1,7 +1,11 @@
-"""Train and play policies with stable-baselines3 (extra `rl`): checkpoints, resuming, a CSV of episodes."""
+"""Train and play policies with stable-baselines3 (extra `rl`): checkpoints, resuming, CSV of episodes, video.
+
+A trained force distribution is written out as plain arrays too (policy.npz): a controller by that file's name.
+"""
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 from collections.abc import Callable
@@ -15,9 +19,14 @@ from testbed.errors import InputError
 
 TASKS = {re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS}
 """stand, climb, drill, force-distribution -> id."""
+PICTURES_HZ = 5
+SHARED = "force-distribution"
 CHECKPOINT_STEPS = 10_000
-SETTINGS: dict[str, Any] = {"n_steps": 512, "batch_size": 128, "gae_lambda": 0.95, "gamma": 0.99, "ent_coef": 0.0}
-"""Of the proximal policy optimisation; the rest is the library's (E)."""
+SETTINGS: dict[str, Any] = {
+    "n_steps": 2000, "batch_size": 500, "learning_rate": 1e-3, "gae_lambda": 0.9, "gamma": 0.95, "ent_coef": 0.0,
+    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -2.0},
+}  # fmt: skip
+"""Of the proximal policy optimisation; the rest is the library's (E). Small first steps: no action is a good one."""
 
 
 def library() -> Any:
@@ -41,7 +50,8 @@ def train(
 ) -> Path:
     """Train `steps` steps in all, going on from the last checkpoint in `out`; returns the policy's file.
 
-    Leaves policy.zip, checkpoints/, episodes/ (CSV, a line per episode: reward, length, time) and training.json.
+    Leaves policy.zip, checkpoints/, episodes/ (CSV, a line per episode: reward, length, time), training.json and, where
+    tensorboard is installed, tensorboard/; for force-distribution also policy.npz.
     Raises InputError for an unknown task, a folder of another task or a missing library.
     """
     name, kit = environment(task), library()
@@ -58,7 +68,7 @@ def train(
         model = (
             kit.PPO.load(last, envs, device="cpu")
             if last is not None
-            else kit.PPO("MlpPolicy", envs, seed=seed, device="cpu", **SETTINGS)
+            else kit.PPO("MlpPolicy", envs, seed=seed, device="cpu", tensorboard_log=_tensorboard(out), **SETTINGS)
         )
         saver = CheckpointCallback(max(CHECKPOINT_STEPS // workers, 1), str(out / "checkpoints"), "policy")
         left = steps - int(model.num_timesteps)
@@ -68,7 +78,25 @@ def train(
         model.save(out / "policy.zip")
     finally:
         envs.close()
+    if task == SHARED:
+        made_by = f"testbed train {task} --steps {steps} --seed {seed} --workers {workers}"
+        np.savez_compressed(out / "policy.npz", **{"made_by": np.array(made_by), **layers(model)})
     return out / "policy.zip"
+
+
+def layers(model: Any) -> dict[str, Any]:
+    """Weights and biases of the actor, single precision, as control/learned.py reads them."""
+    actor = model.policy
+    linear = [part for part in actor.mlp_extractor.policy_net if hasattr(part, "weight")] + [actor.action_net]
+    return {
+        f"{word}_{k}": getattr(part, word).detach().numpy().astype(np.float32)
+        for k, part in enumerate(linear)
+        for word in ("weight", "bias")
+    }
+
+
+def _tensorboard(out: Path) -> str | None:
+    return str(out / "tensorboard") if importlib.util.find_spec("tensorboard") else None
 
 
 def latest(out: Path) -> Path | None:
@@ -77,8 +105,11 @@ def latest(out: Path) -> Path | None:
     return found[max(found)] if found else None
 
 
-def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False) -> dict[str, Any]:
-    """One episode of a policy on a scenario. Raises InputError for a file that is no policy or another task's."""
+def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None) -> dict[str, Any]:
+    """One episode of a policy on a scenario; `video`: a .gif of it, five pictures a simulated second.
+
+    Raises InputError for a file that is no policy or another task's, and for a video that cannot be written.
+    """
     import gymnasium
 
     kit = library()
@@ -89,22 +120,37 @@ def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False) -> dict[
         model = kit.PPO.load(policy, device="cpu")
     except (OSError, ValueError, KeyError) as error:
         raise InputError("is no policy", file=policy, allowed="a policy.zip beside its training.json") from error
-    kwargs: dict[str, Any] = {"scenario": scenario, "render_mode": "human" if gui else None}
-    if task == "force-distribution":
+    if video is not None and (video.suffix != ".gif" or not video.parent.is_dir()):
+        raise InputError("cannot be written", file=video, field="--video", allowed="a .gif in a folder that is there")
+    mode = "human" if gui else "rgb_array" if video is not None else None
+    kwargs: dict[str, Any] = {"scenario": scenario, "render_mode": mode}
+    if task == SHARED:
         kwargs["randomisation"] = None
     env = gymnasium.make(environment(task), **kwargs)
     observation, info = env.reset(seed=seed)
     reward, lowest, use, over = 0.0, np.inf, 0.0, False
+    pictures: list[Any] = []
     while not over:
+        if video is not None and info["t_s"] >= len(pictures) / PICTURES_HZ:
+            pictures.append(env.render())
         action, _ = model.predict(observation, deterministic=True)
         observation, gained, terminated, truncated, info = env.step(action)
         reward, over = reward + float(gained), terminated or truncated
         lowest, use = min(lowest, info["lowest_normal_n"]), max(use, info["friction_use"])
     env.close()
+    if video is not None:
+        _write_gif(pictures, video)
     return {
         "reward": reward, "simulated_s": info["t_s"], "verdict": info["verdict"],
         "lowest_normal_n": float(lowest), "friction_use_highest": use,
     }  # fmt: skip
+
+
+def _write_gif(pictures: list[Any], file: Path) -> None:
+    from PIL import Image
+
+    first, *others = [Image.fromarray(picture).quantize(64) for picture in pictures]
+    first.save(file, save_all=True, append_images=others, duration=1000 // PICTURES_HZ, loop=0)
 
 
 def _claim(out: Path, what: dict[str, Any]) -> None:

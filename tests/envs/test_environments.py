@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -13,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 
 import testbed.envs
 from testbed.envs.climb import climbing_reward
-from testbed.envs.observations import SHARE_TABLE, in_units
+from testbed.envs.observations import SHARE_TABLE, TABLE, in_units
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
 
 IDS = sorted(testbed.envs.ENVIRONMENTS)
@@ -55,6 +56,14 @@ def test_entry_points_are_names_and_arguments_plain_json() -> None:
         assert json.loads(json.dumps(kwargs)) == kwargs
 
 
+def test_the_page_of_the_environments_is_what_the_code_says() -> None:
+    from testbed.envs.describe import page
+
+    text = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
+    assert text == page(), "python -m testbed.envs.describe > docs/environments.md"
+    assert all(f"| {row.column} |" in text for row in (*TABLE, *SHARE_TABLE))
+
+
 def test_rewards_by_hand() -> None:
     """1 - 0.5 * 0.2 - 20 * 0.001 - 0.05 * 0.25 = 0.8675; a lost foot takes 1, a fall 50; 2 cm up the slope bring 2."""
     action = np.full(6, 0.5)
@@ -70,6 +79,7 @@ def test_truth_of_a_step_by_hand() -> None:
     rows[:, 0:4] = 4000.0
     rows[0, 3] = 50.0
     rows[:, 4:16] = np.tile([0.0, 0.0, 4000.0], 4)
+    rows[0, 15] = 50.0
     rows[:, 4] = 1000.0
     rows[1, 16] = 0.003
     truth = truth_of_step(rows, columns, 0.5, np.ones(4))
@@ -91,6 +101,28 @@ def test_wanted_loads_beyond_the_plan_come_about() -> None:
     change = (loads[1] - loads[0]) @ np.array([1, -1, -1, 1]) / 4
     assert 1000.0 < change < 3000.0
     assert in_units(observation, SHARE_TABLE)["orders.share_fl"] == pytest.approx(2000.0)
+
+
+def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_did(tmp_path: Path) -> None:
+    """A network of known weights moves the environment, and then the benchmark's controller: the same orders."""
+    from testbed.control.learned import LAYERS, Learned
+
+    rng, sizes = np.random.default_rng(0), (len(SHARE_TABLE), 8, 8, 6)
+    weights = {f"weight_{k}": rng.normal(0.0, 0.3, (sizes[k + 1], sizes[k])) for k in range(LAYERS)}
+    np.savez(tmp_path / "policy.npz", **weights, **{f"bias_{k}": np.zeros(sizes[k + 1]) for k in range(LAYERS)})
+    learned = Learned(tmp_path / "policy.npz")
+    env = gymnasium.make(SHARE, randomisation=None, duration_s=4.0).unwrapped
+    observation, _ = env.reset(seed=1)
+    for _ in range(20):
+        observation = env.step(learned.action(observation.astype(float)).astype(np.float32))[0]
+    wanted = in_units(observation, SHARE_TABLE)
+    env.reset(seed=1)
+    env._program.sharing = learned  # from here on the controller moves itself
+    env._sim.run_block(20 * 20)
+    env.close()
+    own = np.concatenate([learned.load_n, learned.pull_n])
+    assert [wanted[row.column] for row in SHARE_TABLE[-6:]] == pytest.approx(own, abs=150.0)
+    assert np.abs(own).max() > 200.0
 
 
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])

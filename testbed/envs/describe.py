@@ -1,0 +1,80 @@
+"""The environments as a page: ids, actions, observation tables, what varies. `python -m testbed.envs.describe`.
+
+Everything is read from where the code has it; docs/environments.md is this page, and a test keeps it so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from testbed.envs import ENVIRONMENTS
+from testbed.envs.observations import TABLE, Row, as_markdown
+from testbed.envs.randomisation import sets
+
+HEAD = """# Environments
+
+Made by `python -m testbed.envs.describe > docs/environments.md`.
+
+```python
+import gymnasium, testbed.envs
+env = gymnasium.make("Roboclimber/Drill-v0", randomisation="drill", render_mode="rgb_array")
+```
+
+An observation is a vector of 32-bit floats: each row below mapped from [low, high] to [-1, 1] and clipped there.
+All rows are measurements, estimates or control's own orders; truth is in the reward and in `info` alone. A step is
+20 ms of the same loop as `testbed run`. An episode ends (terminated) when the robot falls, slides or a rope breaks, and
+is cut off (truncated) at the scenario's end. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
+`gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step.
+"""
+
+
+def page() -> str:
+    """The whole page as markdown."""
+    parts = [HEAD]
+    for name, (_, arguments) in ENVIRONMENTS.items():
+        env: Any = gymnasium.make(name).unwrapped
+        parts += [f"## {name}\n", f"{_first(env)}\n", f"Keyword arguments: `{arguments}`.\n", _actions(env.actions)]
+        same = env.table is TABLE and name != next(iter(ENVIRONMENTS))
+        parts.append("Observation: that of the first environment.\n" if same else as_markdown(env.table) + "\n")
+    return "\n".join([*parts, _randomisation()]).rstrip() + "\n"
+
+
+def _first(env: Any) -> str:
+    lines = (type(env).__doc__ or "").strip().splitlines()
+    text = lines[0].partition(": ")[2] or lines[0]
+    return text[0].upper() + text[1:]
+
+
+def _actions(rows: Sequence[Row]) -> str:
+    lines = ["| action | meaning of -1 .. 1 | unit | frame | low | high |", "|---|---|---|---|---|---|"]
+    lines += [f"| {k} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |" for k, r in enumerate(rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _randomisation() -> str:
+    lines = [
+        "## What varies\n",
+        "`randomisation`: one of these sets of testbed/envs/randomisation.yaml, or a mapping of the same form, drawn "
+        "anew at every reset.\n",
+        "| set | value | drawn from |",
+        "|---|---|---|",
+    ]
+    for name, chosen in sets().items():
+        lines += [f"| {name} | {path} | {_drawn(how)} |" for path, how in chosen.items()]
+    return "\n".join(lines)
+
+
+def _drawn(how: Mapping[str, Any]) -> str:
+    if "uniform" in how:
+        return "{:g} to {:g}".format(*how["uniform"])
+    if "one_of" in how:
+        return " or ".join(f"`{value}`" for value in how["one_of"])
+    return f"{np.round(how['probability'], 2):g} of the runs have one of: {', '.join(how['effects'])}"
+
+
+if __name__ == "__main__":
+    print(page(), end="")
