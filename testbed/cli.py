@@ -302,7 +302,7 @@ def hydraulics(
         return
     found = [Difference(**{k: v for k, v in d.items() if k != "holds"}) for d in answer["manoeuvres"]]
     print_table("Force of the kernel less the reference's", *table(found))
-    for name in ("balance", "balance_starved", "creep"):
+    for name in ("balance", "balance_starved", "creep", "creep_tight"):
         print_table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in answer[name].items()])
 
 

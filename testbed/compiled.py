@@ -24,6 +24,7 @@ import numba
 import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime import rtsys
 
 KEPT_VERSIONS = 8
 """Versions of one kernel that are kept."""
@@ -186,8 +187,14 @@ class _Cache(NullCache):  # type: ignore[misc]
         return str(self._files.cache_path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """A kernel's machine code, or None.
+
+        Of what numba prepares (target_context.refresh), loaded code needs the runtime alone; the compiler's tables (60
+        modules and SciPy, 40 MB) are loaded by the first compilation.
+        """
+        rtsys.initialize(target_context)
         try:
-            found = self._files.load_overload(sig, target_context)
+            found = self._files._load_overload(sig, target_context)
         except (OSError, EOFError, UnpicklingError, ImportError, AttributeError):  # not readable: compiled again
             return None
         if found is not None:

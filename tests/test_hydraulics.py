@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.evaluation.hydraulics_balance import balance, creep, machine, oil
+from testbed.evaluation.hydraulics_balance import balance, machine, oil
 from testbed.evaluation.hydraulics_check import compare, kernel_forces, run_check
+from testbed.evaluation.hydraulics_creep import creep
 from testbed.evaluation.hydraulics_manoeuvres import KINDS, manoeuvre
 from testbed.evaluation.kernel_speed import compare_speed
 from testbed.laws import columns as c
@@ -174,9 +175,13 @@ def test_pressure_never_falls_below_vapour_and_the_void_closes_again() -> None:
 
 
 def test_a_stuck_piston_does_not_creep_beyond_its_leakage() -> None:
-    assert creep(60.0, leakage=False).moved_m < 1e-5
-    leaking = creep(60.0)
-    assert leaking.leakage_explains_m > 1e-4
+    tight, leaking = creep(60.0, leakage=False), creep(60.0)
+    assert abs(tight.moved_m) < 1e-6
+    assert tight.load_n == leaking.load_n == pytest.approx(0.5 * (540.0 + 160.0))
+    assert leaking.moved_m < -1e-3  # some 0.05 cm3 a second pass the piston: it sinks by a millimetre
+    assert leaking.leakage_explains_m == pytest.approx(leaking.moved_m, abs=1e-6)
+    assert leaking.beyond_m < 1e-5
+    assert tight.beyond_m < 1e-6
 
 
 def test_axes_starve_each_other_on_one_supply() -> None:

@@ -146,35 +146,3 @@ def balance(
         float(supply[c.TRACTION_WORK]), gained, float(supply[c.LOSS]), float((pump - spent) / pump),
         float(totals[HIGHEST_POWER]), float(totals[LOWEST_PRESSURE]), float(totals[TRAVEL]),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Creep:
-    """A piston stuck below break-away behind shut valves."""
-
-    seconds: float
-    moved_m: float
-    """How far it went."""
-    leakage_explains_m: float
-    """How far oil that left the loaded chamber, and the bristle's give, let it go."""
-    load_n: float
-
-
-def creep(seconds: float = 60.0, share: float = 0.5, leakage: bool = True) -> Creep:
-    """A vertical axis at rest, then loaded by `share` of its break-away more, valves shut for `seconds`."""
-    params, unit = machine()
-    params = params[2:3].copy()
-    params[0, c.LOCKED] = 1.0
-    if not leakage:
-        params[0, [c.LEAK_I, c.LEAK_O]] = 0.0
-    x, v = np.array([0.25]), np.zeros(1)
-    axes, supply = start_axes(params, x, np.array([7000.0])), start_supply(unit, 40.0, 0.06)
-    extra = share * (params[0, c.FC_NEG] + params[0, c.FS_NEG])
-    totals = np.array([0.0, 0.0, np.inf, 0.0, 0.0])
-    zero = np.zeros(1)
-    arguments = (np.array([100.0]), np.array([-7000.0 - extra]), zero, zero)
-    work_loop(axes, params, supply, unit, x, v, x.copy(), *arguments, 0, round(1.0 / STEP_S), 2, totals)
-    settled, oil_a = x[0], axes[0, c.OIL_A]
-    work_loop(axes, params, supply, unit, x, v, x.copy(), *arguments, 0, round(seconds / STEP_S), 2, totals)
-    left = (oil_a - axes[0, c.OIL_A]) / params[0, c.AREA_A]
-    return Creep(seconds, float(abs(x[0] - settled)), float(abs(left)), float(extra))

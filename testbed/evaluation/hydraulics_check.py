@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.evaluation.hydraulics_balance import balance, creep
+from testbed.evaluation.hydraulics_balance import balance
+from testbed.evaluation.hydraulics_creep import creep
 from testbed.evaluation.hydraulics_manoeuvres import HOLD_S, KINDS, Manoeuvre, manoeuvre
 from testbed.evaluation.hydraulics_reference import solve
 from testbed.laws import columns as c
@@ -130,7 +131,8 @@ def run_check(
         "holds": all(d.holds for d in found),
         "balance": asdict(balance(seconds)),
         "balance_starved": asdict(balance(seconds / 10.0, drive=1.5)),
-        "creep": asdict(creep(leakage=False)),
+        "creep": asdict(creep()),
+        "creep_tight": asdict(creep(leakage=False)),
     }
     heads, rows = table(found)
     try:
