@@ -14,17 +14,18 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from pickle import UnpicklingError
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 from numba.core.dispatcher import Dispatcher
-from numba.core.runtime import rtsys
+from numba.core.runtime import _nrt_python as runtime
 
 KEPT_VERSIONS = 8
 """Versions of one kernel that are kept."""
@@ -158,6 +159,13 @@ class _Locator(_CacheLocator):  # type: ignore[misc]
         return self._digest
 
 
+@lru_cache(maxsize=1)
+def _name_runtime() -> None:
+    """Tell the loader where numba's memory management is (as numba.core.runtime.nrt does before it compiles)."""
+    for name, address in runtime.c_helpers.items():
+        llvm.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+
+
 class _Cache(NullCache):  # type: ignore[misc]
     """numba's cache of one kernel, found when it is first needed: by then all that the kernel refers to is there."""
 
@@ -189,10 +197,10 @@ class _Cache(NullCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """A kernel's machine code, or None.
 
-        Of what numba prepares (target_context.refresh), loaded code needs the runtime alone; the compiler's tables (60
-        modules and SciPy, 40 MB) are loaded by the first compilation.
+        Of what numba prepares (target_context.refresh), loaded code needs the runtime's symbols alone; the compiler's
+        tables (60 modules and SciPy, 40 MB) are loaded by the first compilation.
         """
-        rtsys.initialize(target_context)
+        _name_runtime()
         try:
             found = self._files._load_overload(sig, target_context)
         except (OSError, EOFError, UnpicklingError, ImportError, AttributeError):  # not readable: compiled again
