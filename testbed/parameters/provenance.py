@@ -73,6 +73,13 @@ class Parameters(Mapping[str, Any]):
             raise InputError("is a group, not a number", file=self._file, field=path)
         return node
 
+    def group(self, name: str) -> Parameters:
+        """A group as a tree of its own, paths counted from it. Raises InputError if there is none."""
+        node = self._tree.get(name)
+        if not isinstance(node, Mapping):
+            raise InputError("no such group", file=self._file, field=name, allowed=", ".join(self._tree))
+        return Parameters(node, "", self._file)
+
     def get_value(self, path: str) -> Any:
         """Plain value at a dotted path."""
         return self.quantity(path).value

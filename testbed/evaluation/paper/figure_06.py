@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from testbed.evaluation.paper.experiment import Array, Experiment, Line, Panel, Table, at_least, between
 from testbed.evaluation.paper.figure_04 import CELL_AT_M, K_PA_PER_V, Regression, held_samples, press, straight_line
 from testbed.evaluation.paper.leg import MASS_KG, Trace, run, sinusoid
+from testbed.evaluation.paper.machine import once_per_machine
 from testbed.parameters.names import GRAVITY_M_S2
 
 WEIGHT_N = MASS_KG * GRAVITY_M_S2
@@ -21,13 +20,13 @@ CALIBRATIONS = ("a = 1, b = 0", "b absorbs", "b absorbs, weight kept", "a and b 
 'Weight kept': the regression is made on the cell's reading less the frame's weight, so that a hanging frame shows."""
 
 
-@lru_cache(maxsize=16)
+@once_per_machine
 def in_the_air(supply_pa: float = 9.0e6, edge: float = 0.75) -> Trace:
     """The sinusoid after its first cycle: 0.1 m at 0.1 Hz, foot off the ground."""
     return run(sinusoid(), _changes(supply_pa, edge)).after(1.0 + 10.0)
 
 
-@lru_cache(maxsize=16)
+@once_per_machine
 def at_the_cell(supply_pa: float = 9.0e6, edge: float = 0.75) -> tuple[float, Regression]:
     """What b absorbs at slope one, N (mean of F_cell - pA A_A over the held loads), and the regression (2)."""
     trace = run(press(), _changes(supply_pa, edge), cell_at_m=CELL_AT_M)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from testbed.evaluation.identification_trials import KNOWN, eight, friction_forc
 from testbed.evaluation.paper.experiment import Array, Experiment, Line, Panel, Table, at_least, at_most
 from testbed.evaluation.paper.figure_06 import in_the_air
 from testbed.evaluation.paper.leg import MASS_KG, RATE_HZ, Trace, run
+from testbed.evaluation.paper.machine import once_per_machine
 from testbed.laws.friction import steady_friction
 from testbed.parameters.names import GRAVITY_M_S2
 from testbed.parameters.provenance import roboclimber
@@ -46,7 +46,7 @@ class Found:
     identification: Identification
 
 
-@lru_cache(maxsize=1)
+@once_per_machine
 def identified() -> Found:
     """Friction (5) of the declared leg, from its constant speeds."""
     trace = run(speeds_both_ways(), seed=8)

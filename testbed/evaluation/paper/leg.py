@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import control_step, gains
+from testbed.evaluation.paper.machine import changes as machine_changes
 from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
@@ -87,7 +88,7 @@ def run(
 
     `changes`: parameters of roboclimber.yaml by dotted path; `without`: parts of the hydraulics left out.
     """
-    machine = roboclimber().replaced(changes or {})
+    machine = roboclimber().replaced(machine_changes() | dict(changes or {}))
     linkage = RotationLinkage.from_parameters(machine)
     params = axis_parameters(machine, linkage.stroke_m)[[VERTICAL_AXIS]].copy()
     unit = unit_parameters(machine)
