@@ -71,7 +71,7 @@ def test_the_straight_line_gives_back_a_and_b() -> None:
 
 
 def test_a_stick_slip_is_a_stand_followed_by_more_than_twice_the_speed() -> None:
-    from testbed.evaluation.paper.figure_09 import stick_slips
+    from testbed.evaluation.paper.stick_slip import stick_slips
 
     assert stick_slips(np.array([1.0, 0.0, 2.5, 2.5, 0.05, 1.5, 3.0]), 1.0) == 2
     assert stick_slips(np.array([1.0, 3.0, 1.0, 0.2]), 1.0) == 0
