@@ -203,6 +203,7 @@ def distribution(
     out: Annotated[Path, typer.Option(help="Folder for distribution.json and the single cases.")],
     jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
+    seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
     controller: Annotated[
         list[str] | None, typer.Option(help="Controller, file.py:Class or policy.npz; may be repeated. [those shipped]")
     ] = None,
@@ -213,19 +214,22 @@ def distribution(
     Finished cases are kept: started again, it goes on.
     """
     from testbed.evaluation.distribution import benchmark, check, table, write
+    from testbed.evaluation.distribution_compare import rows
     from testbed.report.console import print_json, print_table
     from testbed.report.distribution_figure import write_figure
     from testbed.report.progress import counting_progress
 
     names = check(out, controller)
-    with counting_progress(cases, "cases") as progress:
-        result = benchmark(cases, jobs, names, progress, out / "cases")
+    with counting_progress(cases * seeds, "cases") as progress:
+        result = benchmark(cases, jobs, names, progress, out / "cases", seeds)
     path = write(result, out)
     write_figure(result, out)
     if json:
         print_json(result)
     else:
         print_table("Force distribution", *table(result))
+        if result["against_qp"]:
+            print_table("Against the quadratic program", *rows(result["against_qp"]))
         print(path)
 
 

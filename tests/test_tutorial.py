@@ -42,4 +42,5 @@ def test_a_controller_in_and_a_table_out(tmp_path: Path, monkeypatch: pytest.Mon
 def test_the_environment_of_the_tutorial_steps() -> None:
     scope: dict[str, object] = {}
     exec(_blocks("python")[1], scope)
+    scope["env"].close()  # type: ignore[attr-defined]
     assert scope["observation"].shape == (41,) and scope["terminated"] is False  # type: ignore[attr-defined]

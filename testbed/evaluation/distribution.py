@@ -22,6 +22,7 @@ from testbed.control.controllers import CONTROLLERS, controller
 from testbed.control.quadratic import Quadratic
 from testbed.errors import InputError
 from testbed.evaluation.distribution_cases import Case, Outcome, draw_cases
+from testbed.evaluation.distribution_compare import BASE, against_base
 from testbed.evaluation.distribution_run import ORACLE, run_case
 
 Array = NDArray[np.float64]
@@ -52,39 +53,39 @@ def mark(name: str) -> str:
     """What a controller's runs depend on: the common sources, its own file and weights, those it is made from."""
     made = Quadratic if name == ORACLE else type(controller(name))
     own = [Path(inspect.getfile(kind)) for kind in made.__mro__ if kind.__module__.startswith("testbed.")]
-    own += [Path(name.rpartition(":")[0])] if name not in CONTROLLERS and name != ORACLE else []
+    if name.endswith(".npz") or ":" in name:
+        own.append(Path(name if name.endswith(".npz") else name.rpartition(":")[0]))
     weights = [path.with_suffix(".npz") for path in own if path.with_suffix(".npz").is_file()]
     return f"{sources()}-{_digest([*own, *weights])}"
 
 
-def kept(folder: Path, k: int, name: str) -> Outcome | None:
-    """The outcome of case k under a controller if the folder has it from these sources."""
-    entry = _file(folder, k).get(name, {})
+def kept(file: Path, name: str) -> Outcome | None:
+    """The outcome under a controller if the case's file has it from these sources."""
+    entry = _read(file).get(name, {})
     return Outcome(**entry["outcome"]) if entry.get("mark") == mark(name) else None
 
 
-def _file(folder: Path, k: int) -> dict[str, Any]:
-    path = folder / f"{k:04d}.json"
-    read: dict[str, Any] = json.loads(path.read_text()) if path.is_file() else {}
+def _read(file: Path) -> dict[str, Any]:
+    read: dict[str, Any] = json.loads(file.read_text()) if file.is_file() else {}
     return read
 
 
-def _keep(folder: Path, k: int, name: str, outcome: Outcome) -> None:
-    partial = folder / f"{k:04d}.part"
-    partial.write_text(json.dumps(_file(folder, k) | {name: {"mark": mark(name), "outcome": asdict(outcome)}}))
-    partial.replace(folder / f"{k:04d}.json")
+def _keep(file: Path, name: str, outcome: Outcome) -> None:
+    partial = file.with_suffix(".part")
+    partial.write_text(json.dumps(_read(file) | {name: {"mark": mark(name), "outcome": asdict(outcome)}}))
+    partial.replace(file)
 
 
-def _case(work: tuple[Path | None, int, Case, tuple[str, ...]]) -> tuple[int, dict[str, Outcome]]:
+def _case(work: tuple[Path | None, Case, tuple[str, ...]]) -> tuple[str, list[Outcome]]:
     """One case under each controller, what is kept left as it is."""
-    folder, k, case, names = work
-    outcomes = {}
+    folder, case, names = work
+    file, outcomes = folder / f"{case.key}.json" if folder is not None else None, []
     for name in names:
-        known = kept(folder, k, name) if folder is not None else None
-        outcomes[name] = run_case(case, name) if known is None else known
-        if folder is not None and known is None:
-            _keep(folder, k, name, outcomes[name])
-    return k, outcomes
+        known = kept(file, name) if file is not None else None
+        outcomes.append(run_case(case, name) if known is None else known)
+        if file is not None and known is None:
+            _keep(file, name, outcomes[-1])
+    return case.key, outcomes
 
 
 def benchmark(
@@ -93,26 +94,28 @@ def benchmark(
     names: Sequence[str] = tuple(CONTROLLERS),
     progress: Callable[[int], None] | None = None,
     folder: Path | None = None,
+    seeds: int = 1,
 ) -> dict[str, Any]:
-    """`count` cases under all controllers and the oracle; the object of distribution.json.
+    """`count` cases of each of `seeds` sets under all controllers and the oracle; the object of distribution.json.
 
     `folder` keeps the finished cases. Raises InputError for a wrong count or a folder that cannot be made.
     """
-    if count < 1 or jobs < 1:
-        raise InputError("must be at least 1", field="cases" if count < 1 else "jobs", value=min(count, jobs))
+    for field, value in (("cases", count), ("jobs", jobs), ("seeds", seeds)):
+        if value < 1:
+            raise InputError("must be at least 1", field=field, value=value)
     if folder is not None:
         _make(folder)
-    cases, everyone = draw_cases(count), (*names, ORACLE)
-    work = [(folder, k, case, everyone) for k, case in enumerate(cases)]
-    found: dict[int, dict[str, Outcome]] = {}
-    for k, outcomes in _results(work, jobs):
-        found[k] = outcomes
+    cases = draw_cases(count, seeds)
+    work = [(folder, case, (*names, ORACLE)) for case in cases]
+    found: dict[str, list[Outcome]] = {}
+    for key, outcomes in _results(work, jobs):
+        found[key] = outcomes
         if progress is not None:
             progress(len(found))
-    return summarise(cases, [[found[k][name] for name in everyone] for k in range(count)])
+    return summarise(cases, [found[case.key] for case in cases])
 
 
-def _results(work: Sequence[Any], jobs: int) -> Iterator[tuple[int, dict[str, Outcome]]]:
+def _results(work: Sequence[Any], jobs: int) -> Iterator[tuple[str, list[Outcome]]]:
     if jobs == 1:
         yield from map(_case, work)
         return
@@ -124,7 +127,7 @@ def _results(work: Sequence[Any], jobs: int) -> Iterator[tuple[int, dict[str, Ou
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
     """The object of distribution.json, and every single outcome under `runs`."""
-    affected = np.array(["undeclared=[]" not in case.overrides for case in cases])
+    affected = np.array([case.affected for case in cases])
     best = np.array([row[-1].friction_use for row in outcomes])
     table = []
     for k, first in enumerate(outcomes[0]):
@@ -135,6 +138,7 @@ def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> d
         "friction_use": "95th percentile over time of the highest tangential / (true friction * normal); 1 slides",
         "friction_use_regret": "friction use over the oracle's, less 1; _absolute: less the oracle's",
         "controllers": table,
+        f"against_{BASE}": against_base(cases, outcomes),
         "runs": [[asdict(outcome) for outcome in row] for row in outcomes],
     }
 

@@ -25,6 +25,19 @@ class Case:
     seed: int
     overrides: tuple[str, ...]
     footing_m: tuple[float, float, float, float]
+    block: int = 0
+    """Which of the held-out sets it is of."""
+    number: int = 0
+
+    @property
+    def key(self) -> str:
+        """Its name in a folder."""
+        return f"{self.number:04d}" if self.block == 0 else f"{self.block}-{self.number:04d}"
+
+    @property
+    def affected(self) -> bool:
+        """Whether the world has an effect that the model lacks."""
+        return "undeclared=[]" not in self.overrides
 
     def scenario(self) -> Scenario:
         """The case as a scenario of its own."""
@@ -52,14 +65,15 @@ class Outcome:
     verdict: str
 
 
-def draw_cases(count: int, seed: int = HELD_OUT_SEED) -> list[Case]:
-    """The first `count` held-out cases; case k does not depend on how many there are."""
+def draw_cases(count: int, seeds: int = 1) -> list[Case]:
+    """The first `count` held-out cases of each of `seeds` sets; a case does not depend on how many there are."""
     from testbed.envs.randomisation import draw_overrides, named_set
 
     cases = []
-    for k in range(count):
-        rng = np.random.default_rng([seed, k])
-        overrides = tuple(draw_overrides(named_set("distribution"), rng))
-        footing = rng.normal(0.0, FOOTING_SD_M, len(LEGS))
-        cases.append(Case(int(rng.integers(2**31)), overrides, tuple(footing.tolist())))
+    for block in range(seeds):
+        for k in range(count):
+            rng = np.random.default_rng([HELD_OUT_SEED + block, k])
+            overrides = tuple(draw_overrides(named_set("distribution"), rng))
+            footing = rng.normal(0.0, FOOTING_SD_M, len(LEGS))
+            cases.append(Case(int(rng.integers(2**31)), overrides, tuple(footing.tolist()), block, k))
     return cases

@@ -13,6 +13,7 @@ from testbed.control.quadratic import Quadratic
 from testbed.errors import InputError
 from testbed.evaluation.distribution import benchmark, kept, mark, summarise, write
 from testbed.evaluation.distribution_cases import Outcome, draw_cases
+from testbed.evaluation.distribution_compare import against_base
 from testbed.evaluation.distribution_run import breaks, count_losses, possible, run_case
 
 
@@ -61,6 +62,22 @@ def test_regret_is_friction_use_over_the_oracles() -> None:
     assert table["oracle"]["friction_use_regret_p95"] == 0.0
 
 
+def test_savings_are_case_by_case_against_the_quadratic_program_with_an_interval() -> None:
+    """Half the friction in every case saves 50 %, whatever the cases; the base itself has no row."""
+
+    def outcome(name: str, use: float) -> Outcome:
+        return Outcome(name, use, 1000.0, 0, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")
+
+    cases = draw_cases(10, seeds=2)
+    uses = np.linspace(0.1, 0.9, len(cases))
+    found = against_base(cases, [[outcome("qp", use), outcome("half", use / 2)] for use in uses])
+    assert set(found) == {"half"}
+    for kind in ("undeclared", "none"):
+        assert found["half"][kind]["interval95"] == pytest.approx([0.5, 0.5])
+        assert set(found["half"][kind]["by_seed"]) == {0, 1}
+    assert against_base(cases, [[outcome("half", use)] for use in uses]) == {}
+
+
 def test_wrong_counts_and_folders_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="at least 1"):
         benchmark(0)
@@ -85,12 +102,13 @@ def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Pa
 
 def test_a_finished_case_is_taken_over_and_one_of_other_sources_is_not(tmp_path: Path) -> None:
     outcome = Outcome("qp", 0.3, 1000.0, 0, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")
+    file = tmp_path / f"{draw_cases(1)[0].key}.json"
     entry = {"mark": mark("qp"), "outcome": asdict(outcome)}
-    (tmp_path / "0000.json").write_text(json.dumps({"qp": entry, "oracle": entry}))
-    assert kept(tmp_path, 0, "qp") == outcome
-    assert kept(tmp_path, 0, "drill") is None and kept(tmp_path, 1, "qp") is None
-    (tmp_path / "0000.json").write_text(json.dumps({"qp": entry | {"mark": "another"}}))
-    assert kept(tmp_path, 0, "qp") is None
+    file.write_text(json.dumps({"qp": entry, "oracle": entry}))
+    assert kept(file, "qp") == outcome
+    assert kept(file, "drill") is None and kept(tmp_path / "0001.json", "qp") is None
+    file.write_text(json.dumps({"qp": entry | {"mark": "another"}}))
+    assert kept(file, "qp") is None
 
 
 def test_a_controllers_own_file_marks_its_runs(tmp_path: Path) -> None:
