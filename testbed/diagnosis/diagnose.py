@@ -8,6 +8,7 @@ from testbed.diagnosis.base_models import declared, fit_base
 from testbed.diagnosis.errors import errors
 from testbed.diagnosis.evidence import Evidence
 from testbed.diagnosis.findings import Diagnosis, entries_of
+from testbed.diagnosis.generic import correction
 from testbed.diagnosis.problem import Point, Problem
 from testbed.diagnosis.search import Progress, search
 from testbed.diagnosis.series import series_of
@@ -46,6 +47,10 @@ def diagnose(rig: Rig, progress: Progress | None = None) -> Diagnosis:
         chosen = verdict.chosen
         entries = _with_amplitude(problem, entries_of(chosen.fit, _memory(chosen.evidence)), chosen.fit.at)
         models["after"] = _model(refit, verdict, entries)
+    generic = correction(problem, fit) if verdict.kind == "unnamed" else None
+    if generic is not None:
+        changes = {"friction": generic.at.friction, "effects": entries_of(generic, 1.0)}
+        models["after"] = refit.model_copy(update=changes)
     tell("errors on verify")
     checks = series_of(rig.verify, refit.known)
     table = errors(rig.verify, checks, models, with_flow and all(s.opening is not None for s in checks))

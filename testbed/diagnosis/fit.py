@@ -217,8 +217,9 @@ def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
     return float(sum(0.5 * ((t - c.prior[0]) / c.prior[1]) ** 2 for c, t in pairs if c.prior))
 
 
-def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6) -> dict[str, Array]:
-    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in turn.
+def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6, by_recording: bool = False) -> dict[str, Array]:
+    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in turn, or every
+    recording is a fold of its own.
 
     Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
     """
@@ -228,11 +229,12 @@ def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6) -> dict[str, Array
     prior_h, _ = _prior(fit.coordinates, fit.theta, unit)
     total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
     out = {c: r.copy() for c, r in fit.residual.items()}
-    for fold in range(FOLDS):
+    folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
+    for fold in range(len(problem.series) if by_recording else FOLDS):
         h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))
         rows = {}
         for channel, j in fit.jacobian.items():
-            here = problem.layout[channel].block % FOLDS == fold
+            here = folds[channel] == fold
             rows[channel] = here
             weighted = j[here] * unit * w[channel][here, None]
             h_fold += weighted.T @ weighted
@@ -241,3 +243,12 @@ def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6) -> dict[str, Array
         for channel, j in fit.jacobian.items():
             out[channel][rows[channel]] += (j[rows[channel]] * unit) @ delta
     return out
+
+
+def _folds(problem: Problem, channel: str, by_recording: bool) -> npt.NDArray[np.int64]:
+    layout = problem.layout[channel]
+    if not by_recording:
+        return np.asarray(layout.block % FOLDS, dtype=np.int64)
+    order = [s.name for s in problem.series]
+    number = np.array([order.index(recording) for _, recording in layout.names], dtype=np.int64)
+    return np.asarray(number[layout.group], dtype=np.int64)

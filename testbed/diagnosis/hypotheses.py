@@ -13,6 +13,7 @@ from testbed.diagnosis.problem import Coordinate, Point, Problem, effect_coordin
 from testbed.diagnosis.series import BIN, Series
 from testbed.effects import ALL, Active
 from testbed.effects.base import Effect
+from testbed.effects.placed import kind_of
 
 Array = npt.NDArray[np.float64]
 SHAPES: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -87,35 +88,35 @@ def _mass_is_blind(problem: Problem) -> bool:
 
 def starts(effect: Effect, problem: Problem, at: Point, residual: Array) -> list[dict[str, float]]:
     """Starting values; several where the residual has several valleys."""
-    known = problem.base.known
+    name, known = kind_of(effect.name), problem.base.known
     x = np.concatenate([s.signals.position_m for s in problem.series])
     low, high = np.percentile(x, [5, 95])
-    if effect.name == "friction.presliding":
+    if name == "friction.presliding":
         reach = max(at.friction.coulomb_plus_n, at.friction.coulomb_minus_n, 1.0)
         return [{"stiffness": reach / d, "damping": 0.05 * reach / d / 50.0} for d in (4e-3, 5e-4, 1e-4)]
-    if effect.name == "force.cushion":
+    if name == "force.cushion":
         return [{"start": float(low + share * (high - low)), "stiffness": 300.0} for share in (0.3, 0.65)]
-    if effect.name == "force.spring":
+    if name == "force.spring":
         return [{"stiffness": 50.0, "rest": float(0.5 * (low + high))}]
-    if effect.name in ("hydraulics.hose", "supply.droop"):
+    if name in ("hydraulics.hose", "supply.droop"):
         return [{"time": t} for t in (0.05, 0.4)]
-    if effect.name == "sensor.line_b":
+    if name == "sensor.line_b":
         return [{"natural_frequency": f, "damping": 0.8} for f in (5.0, 10.0, 20.0, 45.0, 100.0)]
-    if effect.name == "sensor.delay":
+    if name == "sensor.delay":
         return [{"delay": 0.002}]
-    if effect.name == "leakage.internal":
+    if name == "leakage.internal":
         return [{"coefficient": (known.internal_leakage_m3_s_pa or 0.0) + 2e-13}]
-    if effect.name == "valve.deadband":
+    if name == "valve.deadband":
         return [{"deadband": (known.valve_deadband or 0.0) + 0.005}]
-    if effect.name == "friction.pressure":
+    if name == "friction.pressure":
         return [{"coefficient": 1e-6}]
-    if effect.name == "friction.load":
+    if name == "friction.load":
         return [{"coefficient": 1e-3}]
-    if effect.name == "hydraulics.air":
+    if name == "hydraulics.air":
         return [{"fraction": 1e-3}]
-    if effect.name == "friction.temperature":
+    if name == "friction.temperature":
         return [{"rate": 0.002}]
-    if effect.name == "force.periodic":
+    if name == "force.periodic":
         return [{"frequency": f, "amplitude": a} for f, a in peaks(problem, residual)]
     return [{spec.name: 0.0 for spec in effect.parameters if spec.default is None}]
 
@@ -180,7 +181,7 @@ def fit_with(
         for c in effect_coordinates(effect, shapes, start):
             coordinates.append(bounded(c, problem))
         fixed = at.at
-        if effect.name == "force.periodic":
+        if kind_of(effect.name) == "force.periodic":
             coordinates = [c for c in coordinates if c.name not in ("amplitude",)]
             fixed = Point(at.at.friction, at.at.edge, (*_others(at.at, effect), Active(effect, effect.complete(start))))
         fit = solve(problem, coordinates, fixed, iterations, at.scale)
@@ -193,7 +194,7 @@ def fit_with(
 
 def promise(problem: Problem, at: Fit, effect: Effect) -> float:
     """Fall of the robust cost that one linearised step with the effect promises (best of its starts)."""
-    if effect.name == "force.periodic":
+    if kind_of(effect.name) == "force.periodic":
         # Its strength is not a parameter: the line's own power says what it could explain.
         (frequency, amplitude), *_ = peaks(problem, at.residual["force"])
         layout = problem.layout["force"]
@@ -234,7 +235,8 @@ def restarted(c: Coordinate, at: Point) -> Coordinate:
 def bounded(c: Coordinate, problem: Problem) -> Coordinate:
     """Bounds that depend on the rig: a cushion must begin and end inside the travel, a spring rest near it."""
     x = np.concatenate([s.signals.position_m for s in problem.series])
-    if (c.owner, c.name) == ("force.cushion", "start"):
+    owner = kind_of(c.owner)
+    if (owner, c.name) == ("force.cushion", "start"):
         low, high = np.percentile(x, [4, 88])
         return replace(
             c,
@@ -244,12 +246,16 @@ def bounded(c: Coordinate, problem: Problem) -> Coordinate:
             prior=None,
             start=float(np.clip(c.start, low, high)),
         )
-    if (c.owner, c.name) == ("force.spring", "rest"):
+    if (owner, c.name) == ("force.spring", "rest"):
         low, high = float(x.min()), float(x.max())
         span = max(high - low, 1e-3)
         return replace(
             c, low=low - 2 * span, high=high + 2 * span, scale=0.3 * span, prior=(0.5 * (low + high), 1.5 * span)
         )
-    if c.owner == "valve.deadband":
+    if c.owner != owner and owner in ("friction.pressure", "friction.load"):
+        # One leg of four: it may stick more than the others, not less than nothing. (With the diagonal open, one leg
+        # that sticks and three with the opposite of it look alike.)
+        return replace(c, low=0.0)
+    if owner == "valve.deadband":
         return replace(c, low=0.0, high=0.6, prior=None)
     return c

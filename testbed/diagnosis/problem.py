@@ -14,6 +14,7 @@ import numpy.typing as npt
 from testbed.diagnosis.series import Series
 from testbed.effects import Active, by_name
 from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals
+from testbed.effects.placed import kind_of
 from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
 from testbed.estimation.leg_flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg_force import narrow_band
@@ -195,7 +196,7 @@ POSITIVE = {
 
 
 def _coordinate(effect: Effect, spec: ParameterSpec, value: float) -> Coordinate:
-    log = spec.name in POSITIVE and spec.prior[0] > 0.0 and effect.name not in ("force.spring",)
+    log = spec.name in POSITIVE and spec.prior[0] > 0.0 and kind_of(effect.name) != "force.spring"
     low, high = spec.prior
     moves = tuple(effect.seen_in) if effect.seen_in != ("flow", "supply") else ("flow", "supply")
     if log:
@@ -255,7 +256,7 @@ class Point:
 def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
     """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
     friction = dict(fixed.friction)
-    edge = {"gain": fixed.edge.gain, "smooth_pa": fixed.edge.smooth_pa}
+    edge = {"gain": fixed.edge.gain, "smooth_pa": fixed.edge.smooth_pa, "share_b": fixed.edge.share_b}
     values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
     for c, t in zip(coordinates, theta, strict=True):
         number = float(np.exp(t)) if c.log else float(t)

@@ -11,6 +11,7 @@ from testbed.diagnosis.hypotheses import SHAPES, LeftOut, available, fit_with, p
 from testbed.diagnosis.problem import Problem
 from testbed.effects import by_name
 from testbed.effects.base import Effect
+from testbed.effects.placed import kind_of
 
 LEAST_GAIN = 6.0
 """Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""
@@ -56,10 +57,19 @@ def _flexibility(candidate: Candidate, problem: Problem) -> float:
     return seconds / 3.5
 
 
-def search(problem: Problem, refit: Fit, most: int = 2, progress: Progress | None = None) -> Search:
-    """Forward through sets of up to `most` effects, each step with exchanges; all candidates are kept."""
+def search(
+    problem: Problem,
+    refit: Fit,
+    most: int = 2,
+    progress: Progress | None = None,
+    hypotheses: tuple[list[Effect], list[LeftOut]] | None = None,
+) -> Search:
+    """Forward through sets of up to `most` effects, each step with exchanges; all candidates are kept.
+
+    `hypotheses`: (effects to try, effects left out), by default those that the problem's channels can show.
+    """
     tell = progress or (lambda _: None)
-    effects, left_out = available(problem)
+    effects, left_out = hypotheses or available(problem)
     base = Candidate((), refit, evidence(problem, refit))
     state = Search(problem, base, {frozenset(): base}, [], left_out, base)
     current = base
@@ -98,7 +108,7 @@ def _promising(state: Search, current: Candidate, effects: list[Effect], most: i
     rest = [e for e in effects if e.name not in current.names]
     promised = {e.name: promise(state.problem, current.fit, e) for e in rest}
     first = sorted(rest, key=lambda e: -promised[e.name])[:most]
-    return first + [e for e in rest if e.name in FAR_FROM_LINEAR and e not in first]
+    return first + [e for e in rest if kind_of(e.name) in FAR_FROM_LINEAR and e not in first]
 
 
 def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
@@ -128,7 +138,7 @@ def _shape(state: Search, candidate: Candidate) -> Candidate:
     """The candidate with further shapes of its last effect, if they predict held-out blocks better."""
     name = candidate.names[-1]
     best = candidate
-    for shapes in SHAPES.get(name, ()):
+    for shapes in SHAPES.get(kind_of(name), ()):
         fit = fit_with(state.problem, candidate.fit, by_name(name), shapes, replace_effect=True)
         trial = Candidate(candidate.names, fit, evidence(state.problem, fit))
         if _helps(trial, best, state):

@@ -101,7 +101,7 @@ def series_of(recordings: Sequence[Recording], known: Known | None = None) -> tu
 def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     time, rate = grid(recording)
     step = max(1, round(rate / RATE_HZ))
-    signals = signals_of(recording, known, step=step)
+    signals = signals_of(recording, known, step=step).with_(place=recording.name)
     width = max(WIDTH_S, 1.2 / rate) * rate
     once = smooth(signals.acceleration_m_s2, SLOW_S * signals.rate_hz)
     # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not shrunk.

@@ -28,6 +28,7 @@ from testbed.effects import (
     valve_deadband,
 )
 from testbed.effects.base import Effect, FlowTerms, ForceTerms, ParameterSpec, Signals
+from testbed.effects.placed import at, kind_of, place_of
 from testbed.errors import InputError
 from testbed.parameters.leg_model import EffectEntry
 
@@ -67,10 +68,11 @@ class Active:
 
 
 def by_name(name: str, file: str | None = None) -> Effect:
-    """The effect of that name. Raises InputError with the names there are."""
-    if name not in _TABLE:
+    """The effect of that name, `name@place` for one axis alone. Raises InputError with the names there are."""
+    kind, place = kind_of(name), place_of(name)
+    if kind not in _TABLE:
         raise InputError("no effect has that name", file=file, field="name", value=name, allowed=", ".join(_TABLE))
-    return _TABLE[name]
+    return at(_TABLE[kind], place) if place else _TABLE[kind]
 
 
 def check(entry: Mapping[str, Any], file: str | None = None) -> Active:
@@ -107,7 +109,10 @@ __all__ = [
     "ForceTerms",
     "ParameterSpec",
     "Signals",
+    "at",
     "build",
     "by_name",
     "check",
+    "kind_of",
+    "place_of",
 ]

@@ -39,6 +39,8 @@ class Signals:
     slow_acceleration_m_s2: Array | None = None
     """Acceleration smoothed far more, given while fitting: the encoder's noise in it is no longer a part of the
     residual, so an added mass is not drawn towards cancelling that noise."""
+    place: str = ""
+    """Of several like axes, the one that these are the signals of: `rl_vertical`."""
 
     def with_(self, **changes: Any) -> Signals:
         """A copy with some channels replaced."""

@@ -28,10 +28,14 @@ SMOOTH_DROP_PA = 5e4
 
 @dataclass(frozen=True)
 class Edge:
-    """A metering edge: its gain against the plate, and the drop below which its flow grows straight, Pa."""
+    """A metering edge: its gain against the plate, and the drop below which its flow grows straight, Pa.
+
+    `share_b`: size of the edges at chamber B against those at A, for a spool ground for a differential cylinder.
+    """
 
     gain: float = 1.0
     smooth_pa: float = SMOOTH_DROP_PA
+    share_b: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -108,8 +112,8 @@ def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge = 
     )
     flow_b = np.where(
         out,
-        -edge_flow(o, pb - tank, rated, drop, edge.smooth_pa),
-        edge_flow(o, supply - pb, rated, drop, edge.smooth_pa),
+        -edge_flow(o, pb - tank, edge.share_b * rated, drop, edge.smooth_pa),
+        edge_flow(o, supply - pb, edge.share_b * rated, drop, edge.smooth_pa),
     )
     leak = leak_m3_s(pa - pb, terms.leakage_m3_s_pa, terms.leakage_exponent)
     x, v = signals.position_m, signals.velocity_m_s

@@ -9,12 +9,14 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from testbed.diagnosis.base_models import declared, fit_base
 from testbed.diagnosis.diagnose import diagnose
 from testbed.diagnosis.errors import Errors, closed_share, errors
 from testbed.diagnosis.evidence import of_residual
 from testbed.diagnosis.findings import Diagnosis, as_json, entries_of
 from testbed.diagnosis.fit import Fit
 from testbed.diagnosis.hypotheses import fit_with
+from testbed.diagnosis.problem import Problem
 from testbed.diagnosis.series import series_of
 from testbed.diagnosis.unexplained import generic_names
 from testbed.effects import NAMES, by_name, unnamed
@@ -42,7 +44,7 @@ def trial(seed: int) -> dict[str, Any]:
     return {
         "seed": seed, "kind": kind, "truth": list(hidden.names), "strength": list(hidden.strengths),
         "form": list(hidden.forms), "numbers": hidden.numbers, "seconds": seconds,
-        "visible": _visible(oracle) if oracle else kind == "outside" and _outside_visible(found),
+        "visible": _visible(oracle) if oracle else kind == "outside" and _differs_from_sound(found, seed),
         "verdict": found.verdict.kind, "names": [e.name for e in found.entries],
         "hypotheses": as_json(found)["hypotheses"],
         "parameters": {e.name: {k: [p.value, p.interval90] for k, p in e.parameters.items()} for e in found.entries},
@@ -79,9 +81,18 @@ def _visible(oracle: Errors) -> bool:
     return any(e["after"] < (1.0 - VISIBLE) * e["refit"] for e in rows)
 
 
-def _outside_visible(d: Diagnosis) -> bool:
-    """An effect without a name is visible where some group's noise is more than twice what sensors leave."""
-    return max(d.found.excess_refit.values(), default=1.0) > 3.0
+def _differs_from_sound(d: Diagnosis, seed: int) -> bool:
+    """An effect without a name is visible where its rig's sound twin, refitted, has an error at least VISIBLE lower."""
+    twin, _ = make_rig(seed, "outside", sound=True)
+    series = series_of(twin.identify, twin.known)
+    refit = fit_base(Problem(series, declared(twin), d.problem.with_flow))[1]
+    checks = series_of(twin.verify, twin.known)
+    sound = errors(twin.verify, checks, dict.fromkeys(("before", "refit", "after"), refit), d.problem.with_flow)
+    return any(
+        e["refit"] < (1.0 - VISIBLE) * d.errors.by_recording[name][quantity]["refit"]
+        for name, row in sound.by_recording.items()
+        for quantity, e in row.items()
+    )
 
 
 def _raw_bic(d: Diagnosis) -> list[str]:

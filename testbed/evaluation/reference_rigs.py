@@ -145,15 +145,19 @@ def draw_known(rng: np.random.Generator) -> Known:
     )
 
 
-def make_rig(seed: int, kind: str) -> tuple[Rig, Hidden]:
-    """A whole rig in memory, and what is hidden in it. The same seed gives the same rig."""
+def make_rig(seed: int, kind: str, sound: bool = False) -> tuple[Rig, Hidden]:
+    """A whole rig in memory, and what is hidden in it. The same seed gives the same rig.
+
+    `sound`: its twin, the same in everything but without what is hidden.
+    """
     rng = np.random.default_rng([seed, 7])
     known = draw_known(rng)
     hidden = draw_hidden(rng, kind)
     rate = float(rng.choice([500.0, 1000.0]))
     leg = _leg_numbers(known, rng)
-    leg |= {k: v for k, v in hidden.numbers.items() if ":" not in k and k not in _RECORDER}
-    recorder = {k: v for k, v in hidden.numbers.items() if ":" in k or k in _RECORDER}
+    numbers = {} if sound else hidden.numbers
+    leg |= {k: v for k, v in numbers.items() if ":" not in k and k not in _RECORDER}
+    recorder = {k: v for k, v in numbers.items() if ":" in k or k in _RECORDER}
     level = rng.uniform(14.0, 35.0)
     isothermal = rng.uniform() < 0.25
     parts: dict[str, list[Recording]] = {"identify": [], "verify": []}

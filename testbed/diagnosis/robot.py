@@ -1,0 +1,153 @@
+"""`testbed diagnose RUN`: which leg of the whole robot does not fit its model, and by which effect?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.base_models import EDGE
+from testbed.diagnosis.findings import entries_of
+from testbed.diagnosis.fit import Fit, residuals, solve
+from testbed.diagnosis.hypotheses import LeftOut, available, bounded
+from testbed.diagnosis.problem import Coordinate, Point, effect_coordinates, friction_coordinates
+from testbed.diagnosis.robot_problem import RobotProblem
+from testbed.diagnosis.robot_rig import believed_model, declared_edge, declared_effects, recordings_of
+from testbed.diagnosis.search import Search, search
+from testbed.diagnosis.series import series_of
+from testbed.diagnosis.verdict import Verdict, decide_among
+from testbed.effects import Active, Effect, at, by_name
+from testbed.parameters.leg_model import EffectEntry, LegModel
+from testbed.parameters.provenance import Parameters
+
+Array = npt.NDArray[np.float64]
+LEARNT_SHARE = 0.65
+"""The first part of a run is learnt from, the rest is kept for judging."""
+SLIDING_BINS = 150
+"""Fewer than this: no piston slides, friction stays as declared and no hypothesis about it is made."""
+NOT_FOR_A_LEG = ("supply.droop", "force.periodic", "friction.presliding", "sensor.line_b", "friction.temperature",
+                 "force.cushion")  # fmt: skip
+MOST_EFFECTS = 2
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDiagnosis:
+    """What was found on one run. `errors`: axis -> before, refit, after: RMS residual (N) on the part kept back."""
+
+    name: str
+    problem: RobotProblem
+    kept_back: RobotProblem
+    state: Search
+    verdict: Verdict
+    models: dict[str, LegModel]
+    entries: tuple[EffectEntry, ...]
+    errors: dict[str, dict[str, float]]
+    slides: bool
+    points: dict[str, Point]
+
+
+def diagnose_robot(
+    name: str, data: Mapping[str, Array], machine: Parameters, folder: Path, progress: Progress | None = None
+) -> RobotDiagnosis:
+    """`data`: columns of the run's recording (never its truth); `machine`: the robot as it believes itself to be.
+
+    Raises InputError where a column is missing.
+    """
+    tell = progress or (lambda _: None)
+    tell("reading four legs")
+    recordings = recordings_of(data, machine, folder)
+    series = series_of(recordings)
+    model = believed_model(recordings[0].known, machine)
+    start, end = float(data["t"][0]), float(data["t"][-1])
+    middle = start + LEARNT_SHARE * (end - start)
+    problem = RobotProblem(series, model, True, window_s=(start + 0.5, middle))
+    kept_back = RobotProblem(series, model, True, window_s=(middle, np.inf))
+    slides = problem.slides() > SLIDING_BINS
+    tell("what all legs have in common")
+    before = Point(model.friction, declared_edge(machine), declared_effects(machine))
+    fit = _common(problem, before, slides)
+    state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides))
+    verdict = decide_among(state, _strange(state))
+    chosen = verdict.chosen.fit if verdict.kind == "effect" else fit
+    memory = float(np.median([v for k, v in verdict.chosen.evidence.memory.items() if k[0].startswith("force")]))
+    entries = tuple(e for e in entries_of(chosen, memory))
+    points = {"before": before, "refit": fit.at, "after": chosen.at}
+    models = {
+        "before": model.with_effects(entries_of_point(before)),
+        "refit": _model(model, fit, entries_of(fit, memory)),
+        "after": _model(model, chosen, entries),
+    }
+    errors = {stage: _rms(kept_back, point) for stage, point in points.items()}
+    table = {axis: {stage: errors[stage][axis] for stage in points} for axis in (s.name for s in series)}
+    return RobotDiagnosis(name, problem, kept_back, state, verdict, models, entries, table, slides, points)
+
+
+def _common(problem: RobotProblem, before: Point, slides: bool) -> Fit:
+    """What all four legs share: friction (where pistons slide), the declared effects' sizes, the valve's edges."""
+    coordinates: list[Coordinate] = []
+    if slides:
+        coordinates += friction_coordinates(before.friction, 100.0)
+        for active in before.effects:
+            if active.effect.name.startswith("friction"):
+                coordinates += effect_coordinates(active.effect, (), dict(active.values))
+    coordinates += EDGE
+    known = problem.base.known
+    declared = {"leakage.internal": known.internal_leakage_m3_s_pa or 0.0, "valve.deadband": known.valve_deadband or 0.0}
+    for name, value in declared.items():
+        effect = by_name(name)
+        start = {effect.required[0]: value}
+        before = replace(before, effects=(*before.effects, Active(effect, effect.complete(start))))
+        coordinates += [bounded(c, problem) for c in effect_coordinates(effect, (), start)]
+    return solve(problem, coordinates, before, iterations=20)
+
+
+def _hypotheses(problem: RobotProblem, slides: bool) -> tuple[list[Effect], list[LeftOut]]:
+    use, out = available(problem)
+    placed: list[Effect] = []
+    for effect in use:
+        if effect.name in NOT_FOR_A_LEG:
+            out.append(LeftOut(effect.name, "is not looked for on a single leg of the robot"))
+        elif not slides and (effect.name.startswith("friction") or effect.name == "sensor.delay"):
+            out.append(LeftOut(effect.name, "no piston slides in this run"))
+        else:
+            placed += [at(effect, s.name) for s in problem.series]
+    return placed, out
+
+
+def _strange(state: Search) -> float:
+    """Probability that something without a name is left: one leg's residual stays far above the others'."""
+    best = state.best or state.refit
+    worst = 1.0
+    for channel in ("force", "force_held", "flow_a", "flow_b"):
+        scales = sorted(v for k, v in best.evidence.scale.items() if k[0] == channel)
+        if len(scales) == 4:
+            worst = max(worst, scales[-1] / max(0.5 * (scales[0] + scales[1]), 1e-12))
+    return float(1.0 / (1.0 + np.exp(-5.0 * np.log(worst / 3.0))))
+
+
+def _rms(problem: RobotProblem, point: Point) -> dict[str, float]:
+    """Root mean square of each axis' force residual in the problem's window, N."""
+    layout = problem.layout["force"]
+    values = residuals(problem, point, ("force",))["force"]
+    out, first = {}, 0
+    for s in problem.series:
+        here = slice(first, first + s.bins)
+        first += s.bins
+        kept = values[here][layout.count[here] > 0]
+        out[s.name] = float(np.sqrt(np.mean(kept**2))) if kept.size else 0.0
+    return out
+
+
+def entries_of_point(point: Point) -> tuple[EffectEntry, ...]:
+    """A point's effects without intervals."""
+    return tuple(
+        EffectEntry.model_validate({"name": a.effect.name, "parameters": dict(a.values)}) for a in point.effects
+    )
+
+
+def _model(base: LegModel, fit: Fit, entries: tuple[EffectEntry, ...]) -> LegModel:
+    return base.model_copy(update={"friction": fit.at.friction, "effects": entries})
