@@ -7,6 +7,7 @@ do not count as a thousand witnesses.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,10 +42,18 @@ class Evidence:
         """The same, group by group."""
         return {k: (v - other.log_likelihood[k]) / memory.memory[k] for k, v in self.log_likelihood.items()}
 
-    def largest_fall(self, other: Evidence) -> float:
-        """Largest relative fall of a group's scale against `other`, 0..1; groups at rest do not count."""
-        falls = [1.0 - self.scale[k] / other.scale[k] for k in self.scale if not k[0].endswith("rest")]
-        return max(falls, default=0.0)
+    def largest_fall(self, other: Evidence, unsure: Mapping[str, float] | None = None) -> float:
+        """Largest relative fall of a group's scale against `other`, 0..1; groups at rest do not count.
+
+        `unsure`: channel -> how uncertain what it is compared with is; that is no fault of any model.
+        """
+        least = unsure or {}
+        falls = [
+            1.0 - np.hypot(self.scale[k], least.get(k[0], 0.0)) / np.hypot(other.scale[k], least.get(k[0], 0.0))
+            for k in self.scale
+            if not k[0].endswith("rest")
+        ]
+        return float(max(falls, default=0.0))
 
 
 def evidence(problem: Problem, fit: Fit) -> Evidence:

@@ -5,7 +5,7 @@ A group is one channel (force, flow A, flow B, supply) of one recording; each gr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -70,6 +70,16 @@ class Problem:
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None
+
+    @property
+    def kind(self) -> str:
+        """What the recordings are of: `vertical-leg`, `cylinder`, `drive` or `robot`."""
+        return self.base.rig
+
+    @property
+    def unsure(self) -> Mapping[str, float]:
+        """Channel -> how uncertain its reference is, in its unit; a bench's is not."""
+        return {}
 
     def channels(self) -> tuple[str, ...]:
         """The channels that this rig has."""

@@ -96,10 +96,10 @@ def _common(problem: RobotProblem, before: Point, slides: bool) -> Fit:
                 coordinates += effect_coordinates(active.effect, (), dict(active.values))
     coordinates += EDGE
     known = problem.base.known
-    declared = {"leakage.internal": known.internal_leakage_m3_s_pa or 0.0, "valve.deadband": known.valve_deadband or 0.0}
-    for name, value in declared.items():
+    declared = (("leakage.internal", known.internal_leakage_m3_s_pa), ("valve.deadband", known.valve_deadband))
+    for name, number in declared:
         effect = by_name(name)
-        start = {effect.required[0]: value}
+        start = {effect.required[0]: number or 0.0}
         before = replace(before, effects=(*before.effects, Active(effect, effect.complete(start))))
         coordinates += [bounded(c, problem) for c in effect_coordinates(effect, (), start)]
     return solve(problem, coordinates, before, iterations=20)

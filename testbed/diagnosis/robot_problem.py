@@ -10,7 +10,7 @@ which equilibrium fixes, is compared with anything.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,8 @@ DIAGONAL = np.array([0.5, -0.5, -0.5, 0.5])
 """LEGS order: fl, fr, rl, rr."""
 FLOW_S = 0.15
 """Standard deviation of the Gaussian mean over the flow residuals."""
+UNSURE = {"force": 80.0, "force_held": 80.0, "flow_a": 3e-7, "flow_b": 3e-7}
+"""E: expected loads are within 0.8 % of 10 kN, flows within 0.3 % of 6 L/min."""
 PULL = 0.1
 """Share of the way from the middle of the set that counts as residual while friction could explain it."""
 
@@ -39,6 +41,16 @@ class RobotProblem(Problem):
     """`window_s`: (from, to), what counts of the run; the rest is for judging."""
 
     window_s: tuple[float, float] = (0.0, np.inf)
+
+    @property
+    def kind(self) -> str:
+        """`robot`."""
+        return "robot"
+
+    @property
+    def unsure(self) -> Mapping[str, float]:
+        """What expected loads and a real valve's flow are believed to, N and m3/s."""
+        return UNSURE
 
     def channels(self) -> tuple[str, ...]:
         """Force and flow; the supply is common to all legs and measured."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from testbed.diagnosis.evidence import Evidence, evidence
 from testbed.diagnosis.fit import Fit
 from testbed.diagnosis.hypotheses import SHAPES, LeftOut, available, fit_with, promise
@@ -15,6 +17,7 @@ from testbed.effects.placed import kind_of
 
 LEAST_GAIN = 6.0
 """Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""
+MOST_UNLIKELY = 10.0
 LEAST_FALL = 0.012
 """Relative fall of some group's noise that it has to bring."""
 FITTED_FIRST, FITTED_THEN = 9, 5
@@ -46,7 +49,15 @@ class Search:
     def gain(self, candidate: Candidate, memory: Evidence | None = None) -> float:
         """Held-out log-likelihood over the refit, at the correlation times of the best description."""
         best = memory or (self.best or self.refit).evidence
-        return candidate.evidence.gain_over(self.refit.evidence, best) - _flexibility(candidate, self.problem)
+        return candidate.evidence.gain_over(self.refit.evidence, best) - self.price(candidate)
+
+    def price(self, candidate: Candidate) -> float:
+        """What flexibility and parameters beyond what is expected of an effect cost a candidate."""
+        return _flexibility(candidate, self.problem) + _unlikely(candidate, self.problem)
+
+    def fall(self, candidate: Candidate, other: Candidate) -> float:
+        """Largest relative fall of a group's noise from one candidate to another."""
+        return candidate.evidence.largest_fall(other.evidence, self.problem.unsure)
 
 
 def _flexibility(candidate: Candidate, problem: Problem) -> float:
@@ -55,6 +66,21 @@ def _flexibility(candidate: Candidate, problem: Problem) -> float:
         return 0.0
     seconds = sum(float(s.signals.time_s[-1] - s.signals.time_s[0]) for s in problem.series)
     return seconds / 3.5
+
+
+def _unlikely(candidate: Candidate, problem: Problem) -> float:
+    """On one leg of four, whose rivals often explain the same: half the square of standard deviations by which a
+    parameter leaves its prior range, at most MOST_UNLIKELY each."""
+    if problem.kind != "robot":
+        return 0.0
+    total = 0.0
+    for c, theta in zip(candidate.fit.coordinates, candidate.fit.theta, strict=True):
+        if "@" in c.owner:
+            low, high = by_name(c.owner).spec(c.name).prior
+            low, high = (np.log(low), np.log(high)) if c.log else (low, high)
+            beyond = max(low - theta, theta - high, 0.0) / ((high - low) / 3.3)
+            total += min(0.5 * beyond**2, MOST_UNLIKELY)
+    return float(total)
 
 
 def search(
@@ -113,14 +139,12 @@ def _promising(state: Search, current: Candidate, effects: list[Effect], most: i
 
 def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
     """Gain of one candidate over another, at the first one's correlation times."""
-    price = _flexibility(candidate, state.problem) - _flexibility(other, state.problem)
+    price = state.price(candidate) - state.price(other)
     return candidate.evidence.gain_over(other.evidence, candidate.evidence) - price
 
 
 def _helps(candidate: Candidate, other: Candidate, state: Search) -> bool:
-    return (
-        _between(candidate, other, state) > LEAST_GAIN and candidate.evidence.largest_fall(other.evidence) > LEAST_FALL
-    )
+    return _between(candidate, other, state) > LEAST_GAIN and state.fall(candidate, other) > LEAST_FALL
 
 
 def _add(state: Search, current: Candidate, effect: Effect) -> Candidate:

@@ -17,7 +17,7 @@ import numpy as np
 from testbed.diagnosis.search import Candidate, Search
 from testbed.diagnosis.unexplained import Unexplained
 
-TEMPERATURE = 8.0
+TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
 """Log-likelihood that counts as one unit of belief between rival sets: the noise's model is not exact."""
 SHARP = 1.6
 """The regressions were held back towards 0; undone by this factor."""
@@ -46,6 +46,8 @@ def _logistic(x: float) -> float:
 def presence(gain: float, fall: float, kind: str = "vertical-leg") -> float:
     """Probability that an effect is there at all: held-out gain, and how far it lowers some group's noise."""
     g, f = np.log(max(gain, 0.1)), np.log(max(fall, 1e-4))
+    if kind == "robot":
+        return _logistic(2.0 * (g - np.log(8.0)) + 4.0 * (f - np.log(0.15)))
     if kind != "vertical-leg":
         return _logistic(2.0 * (g - np.log(25.0)) + 4.0 * (f - np.log(0.04)))
     return _logistic(SHARP * (-6.9 + 1.91 * g + 1.18 * f))
@@ -80,7 +82,7 @@ def outside(found: Unexplained, best: Candidate, kind: str, gain: float) -> floa
 def decide(state: Search, found: Unexplained) -> Verdict:
     """The distribution over sets and the verdict."""
     gain = max(state.gain(c) for c in state.tried.values())
-    return decide_among(state, outside(found, state.best or state.refit, state.problem.base.rig, gain))
+    return decide_among(state, outside(found, state.best or state.refit, state.problem.kind, gain))
 
 
 def decide_among(state: Search, missing: float) -> Verdict:
@@ -103,21 +105,20 @@ def _weights(state: Search) -> dict[tuple[str, ...], float]:
     if not singles:
         return {(): 1.0}
     first = max(singles, key=state.gain)
-    fall = first.evidence.largest_fall(state.refit.evidence)
-    kind = state.problem.base.rig
-    some = presence(state.gain(first), fall, kind)
+    kind = state.problem.kind
+    some = presence(state.gain(first), state.fall(first, state.refit), kind)
     out: dict[tuple[str, ...], float] = {(): 1.0 - some}
     more = [c for c in state.tried.values() if len(c.names) > 1]
     two = 0.0
     if more:
         best = max(more, key=state.gain)
-        fall = best.evidence.largest_fall(first.evidence)
+        fall = state.fall(best, first)
         two = second(state.gain(best) - state.gain(first), fall, state.gain(first), kind)
     for group, share in ((singles, some * (1.0 - two)), (more, some * two)):
         if not group or share <= 0.0:
             continue
         gains = np.array([state.gain(c) for c in group])
-        belief = np.exp(np.clip((gains - gains.max()) / TEMPERATURE, -50.0, 0.0))
+        belief = np.exp(np.clip((gains - gains.max()) / TEMPERATURE[kind], -50.0, 0.0))
         for c, b in zip(group, belief / belief.sum(), strict=True):
             out[c.names] = out.get(c.names, 0.0) + share * float(b)
     return out

@@ -29,6 +29,8 @@ KINDS = ("single", "single", "clean", "double", "outside", "single", "double", "
 FIRST_SEED = 1000
 """Seeds below were looked at while thresholds were set; the blind test begins here."""
 VISIBLE = 0.05
+STALE_S = 900.0
+"""A rig that was begun longer ago and is not there was given up."""
 Progress = Callable[[int], None]
 
 
@@ -109,7 +111,8 @@ def _raw_bic(d: Diagnosis) -> list[str]:
 
 
 def run(out: Path, rigs: int, jobs: int = 1, progress: Progress | None = None) -> list[dict[str, Any]]:
-    """Trials FIRST_SEED and on, one JSON file each in `out/rigs`; existing ones are kept. InputError: bad folder."""
+    """Trials FIRST_SEED and on, one JSON file each in `out/rigs`; existing ones are kept, and what another process
+    is at is left to it. Returns what is there. Raises InputError for a bad folder."""
     folder = out / "rigs"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -130,13 +133,17 @@ def run(out: Path, rigs: int, jobs: int = 1, progress: Progress | None = None) -
                 done += 1
                 if progress:
                     progress(done)
-    return [json.loads((folder / f"{seed:05d}.json").read_text()) for seed in seeds]
+    paths = [folder / f"{seed:05d}.json" for seed in seeds]
+    return [json.loads(path.read_text()) for path in paths if path.is_file()]
 
 
 def _one(item: tuple[str, int]) -> None:
+    """One rig, unless another process has done it or is at it: several may share a folder."""
     folder, seed = item
-    text = json.dumps(trial(seed))
     path = Path(folder) / f"{seed:05d}.json"
     partial = path.with_suffix(".part")
-    partial.write_text(text)
+    if path.is_file() or (partial.is_file() and time.time() - partial.stat().st_mtime < STALE_S):
+        return
+    partial.touch()
+    partial.write_text(json.dumps(trial(seed)))
     partial.replace(path)
