@@ -235,33 +235,27 @@ def distribution(
 
 @app.command()
 def diagnose(
-    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/ and verify/.")],
+    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/ and verify/, or a robot's run.")],
     out: Annotated[Path, typer.Option(help="Folder for findings.json, three model files and report.html.")],
+    model: Annotated[Path | None, typer.Option(help="Model to start from: what does it still lack?")] = None,
     suggest: Annotated[Path | None, typer.Option(help="Write a motion that parts ambiguous effects (.csv).")] = None,
     json: Json = False,
 ) -> None:
-    """Say which effect a measured axis has and its model lacks, add it, and report the error before and after."""
-    from testbed.diagnosis.diagnose import diagnose as run_diagnosis
-    from testbed.diagnosis.findings import as_json, prepare, summary_rows, write_findings
-    from testbed.diagnosis.suggest import write_motion
-    from testbed.parameters.recording import read_rig
+    """Say which effect a measured machine has and its model lacks, add it, and report the error before and after.
+
+    RIG is one axis' recordings or a run of the whole robot; of a run it says which leg too.
+    """
     from testbed.report.console import print_json, print_table
-    from testbed.report.diagnosis_page import write_page
+    from testbed.report.diagnosing import diagnose_folder
     from testbed.report.progress import working
 
-    recordings = read_rig(rig)
-    prepare(out)
     with working("diagnosing") as tell:
-        found = run_diagnosis(recordings, tell)
-    write_findings(found, out)
-    page = write_page(found, out)
-    if suggest is not None:
-        write_motion(suggest, recordings.known)
+        done = diagnose_folder(rig, out, model, suggest, tell)
     if json:
-        print_json(as_json(found))
+        print_json(done.tree)
     else:
-        print_table(f"{found.rig.name}: {found.verdict.kind}", *summary_rows(found))
-        print(page)
+        print_table(done.title, *done.table)
+        print(done.page)
 
 
 @app.command("evaluate-diagnosis")

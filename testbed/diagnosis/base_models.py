@@ -14,7 +14,7 @@ from testbed.diagnosis.problem import Coordinate, Point, Problem, effect_coordin
 from testbed.diagnosis.series import Series
 from testbed.effects import Active, by_name
 from testbed.errors import InputError
-from testbed.estimation.leg_balance import force_terms, without_friction_n
+from testbed.estimation.leg_balance import corrected, force_terms, without_friction_n
 from testbed.estimation.leg_flow import Edge
 from testbed.parameters.leg_model import Friction, LegModel
 from testbed.parameters.recording import Rig
@@ -37,12 +37,15 @@ def declared(rig: Rig) -> LegModel:
     return LegModel(rig=rig.kind, known=known.model_copy(update=changes))  # type: ignore[arg-type]
 
 
-def first_friction(series: Sequence[Series], model: LegModel) -> tuple[Friction, float]:
+def first_friction(
+    series: Sequence[Series], model: LegModel, believed: Sequence[Active] = ()
+) -> tuple[Friction, float]:
     """(a rough friction from medians, the scale of forces in N): where the fit starts."""
     total, speed = [], []
     for s in series:
-        terms = force_terms(model, s.signals, ())
-        y = without_friction_n(s.signals, terms) - (s.reference_n if s.reference_n is not None else 0.0)
+        signals = corrected(s.signals, believed)
+        terms = force_terms(model, signals, believed)
+        y = without_friction_n(signals, terms) - (s.reference_n if s.reference_n is not None else 0.0)
         total.append(y[s.trusted])
         speed.append(s.signals.velocity_m_s[s.trusted])
     y, v = np.concatenate(total), np.concatenate(speed)
@@ -67,21 +70,21 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
     A bench that hardly accelerates shows no mass: there a null mass stays null.
     """
-    friction, scale = first_friction(problem.series, problem.base)
+    friction, scale = first_friction(problem.series, problem.base, problem.believed)
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
         coordinates += EDGE
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         mass = by_name("inertia.mass")
         unknown = [replace(c, start=10.0, low=0.0, scale=10.0, prior=None) for c in effect_coordinates(mass)]
-        fixed = Point(friction, Edge(), (Active(mass, mass.complete({"mass": 10.0})),))
+        fixed = Point(friction, Edge(), (*problem.believed, Active(mass, mass.complete({"mass": 10.0}))))
         found = solve(problem, [*coordinates, *unknown], fixed, iterations=20)
-        value = found.at.effects[0].values["mass"]
+        value = found.at.effects[-1].values["mass"]
         problem.base = problem.base.model_copy(
             update={"known": problem.base.known.model_copy(update={"moving_mass_kg": value})}
         )
         problem.series = tuple(s.declared(problem.base.known) for s in problem.series)
         friction = found.at.friction
-        coordinates = [restarted(c, Point(friction, Edge(), ())) for c in coordinates]
-    fit = solve(problem, coordinates, Point(friction, Edge(), ()), iterations=20)
+        coordinates = [restarted(c, Point(friction, Edge(), problem.believed)) for c in coordinates]
+    fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
     return fit, problem.base.model_copy(update={"friction": fit.at.friction})

@@ -14,7 +14,8 @@ from testbed.diagnosis.search import Progress, search
 from testbed.diagnosis.series import series_of
 from testbed.diagnosis.unexplained import unexplained
 from testbed.diagnosis.verdict import Verdict, decide
-from testbed.effects import Active
+from testbed.effects import Active, build
+from testbed.errors import InputError
 from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
 from testbed.parameters.recording import Rig
 
@@ -22,20 +23,23 @@ MOST_EFFECTS = {"vertical-leg": 2, "cylinder": 3, "drive": 3}
 """How many effects are looked for: bench axes of the measured kind are less well declared than legs."""
 
 
-def diagnose(rig: Rig, progress: Progress | None = None) -> Diagnosis:
+def diagnose(rig: Rig, progress: Progress | None = None, model: LegModel | None = None) -> Diagnosis:
     """Fit, search, judge. Nothing is fitted or chosen on `rig.verify`; it only gives the errors.
 
-    Raises InputError where the recordings cannot show friction (the piston does not slide both ways).
+    `model`: believed instead of what the rig declares; its effects are taken for granted, and what is looked for is
+    what it lacks. Raises InputError where the recordings cannot show friction (the piston does not slide both ways),
+    or for a model of another kind of rig.
     """
     tell = progress or (lambda _: None)
-    base = declared(rig)
+    base = declared(rig) if model is None else believed(rig, model)
+    granted = build(base.effects)
     series = series_of(rig.identify, base.known)
     with_flow = base.known.declares_flow and all(s.opening is not None for s in series)
     tell("friction before")
     free = tuple(s for s in series if s.free) or series
-    before = fit_base(Problem(free, base, with_flow))[1]
+    before = model or fit_base(Problem(free, base, with_flow))[1]
     tell("friction on everything")
-    problem = Problem(series, base, with_flow)
+    problem = Problem(series, base, with_flow, granted)
     fit, refit = fit_base(problem)
     state = search(problem, fit, MOST_EFFECTS[rig.kind], tell)
     tell("what is left")
@@ -43,6 +47,7 @@ def diagnose(rig: Rig, progress: Progress | None = None) -> Diagnosis:
     verdict = decide(state, found)
     models = {"before": before, "refit": refit, "after": refit}
     entries: tuple[EffectEntry, ...] = ()
+    new = {*verdict.chosen.names}
     if verdict.kind == "effect":
         chosen = verdict.chosen
         entries = _with_amplitude(problem, entries_of(chosen.fit, _memory(chosen.evidence)), chosen.fit.at)
@@ -54,7 +59,15 @@ def diagnose(rig: Rig, progress: Progress | None = None) -> Diagnosis:
     tell("errors on verify")
     checks = series_of(rig.verify, refit.known)
     table = errors(rig.verify, checks, models, with_flow and all(s.opening is not None for s in checks))
-    return Diagnosis(rig, problem, state, found, verdict, models, entries, table)
+    new_entries = tuple(e for e in entries if e.name in new)
+    return Diagnosis(rig, problem, state, found, verdict, models, new_entries, table)
+
+
+def believed(rig: Rig, model: LegModel) -> LegModel:
+    """A model to start from, checked against the rig. Raises InputError for another kind of rig."""
+    if model.rig != rig.kind:
+        raise InputError("is a model of another kind of rig", field="--model rig", value=model.rig, allowed=rig.kind)
+    return model
 
 
 def _model(refit: LegModel, verdict: Verdict, entries: tuple[EffectEntry, ...]) -> LegModel:

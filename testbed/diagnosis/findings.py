@@ -101,13 +101,13 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "rig": d.rig.name,
         "verdict": d.verdict.kind,
         "effects": effects,
-        "hypotheses": _hypotheses(d.verdict),
+        "hypotheses": hypotheses_json(d.verdict),
         "error": {q: v for q, v in quantities.items() if v} | {"by_recording": d.errors.by_recording},
         "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
     }
 
 
-def _hypotheses(verdict: Verdict) -> list[dict[str, Any]]:
+def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
     """Sets with a probability above 0.0005, rounded so that they add up to 1 exactly."""
     kept = [(names, p) for names, p in verdict.hypotheses if p > 5e-4]
     total = sum(p for _, p in kept)

@@ -54,7 +54,9 @@ def available(problem: Problem) -> tuple[list[Effect], list[LeftOut]]:
     out: list[LeftOut] = []
     for effect in ALL:
         missing = [need for need in effect.needs if not has.get(need, False)]
-        if problem.base.rig not in effect.kinds:
+        if effect.name in {a.effect.name for a in problem.believed}:
+            out.append(LeftOut(effect.name, "the model has it already"))
+        elif problem.base.rig not in effect.kinds:
             out.append(LeftOut(effect.name, f"does not exist in a rig of kind {problem.base.rig}"))
         elif missing:
             out.append(LeftOut(effect.name, f"needs the channel {missing[0]}"))

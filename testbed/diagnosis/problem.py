@@ -67,6 +67,8 @@ class Problem:
     series: tuple[Series, ...]
     base: LegModel
     with_flow: bool
+    believed: tuple[Active, ...] = ()
+    """Effects that the model has already: in every residual, and no hypotheses."""
     layout: dict[str, Layout] = field(default_factory=dict)
     _corrected: tuple[object, list[Signals]] | None = None
     _balanced: tuple[object, list[Balance]] | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,13 @@ from testbed.diagnosis.fit import Fit, residuals, solve
 from testbed.diagnosis.hypotheses import LeftOut, available, bounded
 from testbed.diagnosis.problem import Coordinate, Point, effect_coordinates, friction_coordinates
 from testbed.diagnosis.robot_problem import RobotProblem
-from testbed.diagnosis.robot_rig import believed_model, declared_edge, declared_effects, recordings_of
+from testbed.diagnosis.robot_rig import (
+    believed_model,
+    declared_edge,
+    declared_effects,
+    granted_effects,
+    recordings_of,
+)
 from testbed.diagnosis.search import Search, search
 from testbed.diagnosis.series import series_of
 from testbed.diagnosis.verdict import Verdict, decide_among
@@ -49,32 +55,44 @@ class RobotDiagnosis:
     slides: bool
     points: dict[str, Point]
 
+    def total(self) -> dict[str, float]:
+        """Stage -> RMS over the four legs, N."""
+        rows = list(self.errors.values())
+        return {stage: float(np.sqrt(np.mean([row[stage] ** 2 for row in rows]))) for stage in rows[0]}
+
 
 def diagnose_robot(
-    name: str, data: Mapping[str, Array], machine: Parameters, folder: Path, progress: Progress | None = None
+    name: str,
+    data: Mapping[str, Array],
+    machine: Parameters,
+    folder: Path,
+    progress: Progress | None = None,
+    start: LegModel | None = None,
 ) -> RobotDiagnosis:
     """`data`: columns of the run's recording (never its truth); `machine`: the robot as it believes itself to be.
 
-    Raises InputError where a column is missing.
+    `start`: a model of an earlier diagnosis; its effects are granted, and what is looked for is what it lacks. Raises InputError where a column is missing.
     """
     tell = progress or (lambda _: None)
     tell("reading four legs")
     recordings = recordings_of(data, machine, folder)
     series = series_of(recordings)
-    model = believed_model(recordings[0].known, machine)
-    start, end = float(data["t"][0]), float(data["t"][-1])
-    middle = start + LEARNT_SHARE * (end - start)
-    problem = RobotProblem(series, model, True, window_s=(start + 0.5, middle))
+    model = believed_model(recordings[0].known, machine, start)
+    first, last = float(data["t"][0]), float(data["t"][-1])
+    middle = first + LEARNT_SHARE * (last - first)
+    problem = RobotProblem(series, model, True, window_s=(first + 0.5, middle))
     kept_back = RobotProblem(series, model, True, window_s=(middle, np.inf))
     slides = problem.slides() > SLIDING_BINS
     tell("what all legs have in common")
-    before = Point(model.friction, declared_edge(machine), declared_effects(machine))
+    granted = granted_effects(start) if start is not None else ()
+    everywhere = () if any(a.effect.name == "friction.position" for a in granted) else declared_effects(machine)
+    before = Point(model.friction, declared_edge(machine), (*everywhere, *granted))
     fit = _common(problem, before, slides)
-    state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides))
+    state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, {a.effect.name for a in granted}))
     verdict = decide_among(state, _strange(state))
     chosen = verdict.chosen.fit if verdict.kind == "effect" else fit
     memory = float(np.median([v for k, v in verdict.chosen.evidence.memory.items() if k[0].startswith("force")]))
-    entries = tuple(e for e in entries_of(chosen, memory))
+    entries = entries_of(chosen, memory)
     points = {"before": before, "refit": fit.at, "after": chosen.at}
     models = {
         "before": model.with_effects(entries_of_point(before)),
@@ -98,6 +116,8 @@ def _common(problem: RobotProblem, before: Point, slides: bool) -> Fit:
     known = problem.base.known
     declared = (("leakage.internal", known.internal_leakage_m3_s_pa), ("valve.deadband", known.valve_deadband))
     for name, number in declared:
+        if name in {a.effect.name for a in before.effects}:
+            continue
         effect = by_name(name)
         start = {effect.required[0]: number or 0.0}
         before = replace(before, effects=(*before.effects, Active(effect, effect.complete(start))))
@@ -105,7 +125,9 @@ def _common(problem: RobotProblem, before: Point, slides: bool) -> Fit:
     return solve(problem, coordinates, before, iterations=20)
 
 
-def _hypotheses(problem: RobotProblem, slides: bool) -> tuple[list[Effect], list[LeftOut]]:
+def _hypotheses(
+    problem: RobotProblem, slides: bool, granted: Collection[str]
+) -> tuple[list[Effect], list[LeftOut]]:
     use, out = available(problem)
     placed: list[Effect] = []
     for effect in use:
@@ -115,7 +137,8 @@ def _hypotheses(problem: RobotProblem, slides: bool) -> tuple[list[Effect], list
             out.append(LeftOut(effect.name, "no piston slides in this run"))
         else:
             placed += [at(effect, s.name) for s in problem.series]
-    return placed, out
+    out += [LeftOut(name, "the model has it already") for name in granted if "@" in name]
+    return [e for e in placed if e.name not in granted], out
 
 
 def _strange(state: Search) -> float:
@@ -123,9 +146,10 @@ def _strange(state: Search) -> float:
     best = state.best or state.refit
     worst = 1.0
     for channel in ("force", "force_held", "flow_a", "flow_b"):
-        scales = sorted(v for k, v in best.evidence.scale.items() if k[0] == channel)
+        unsure = state.problem.unsure[channel]
+        scales = sorted(float(np.hypot(v, unsure)) for k, v in best.evidence.scale.items() if k[0] == channel)
         if len(scales) == 4:
-            worst = max(worst, scales[-1] / max(0.5 * (scales[0] + scales[1]), 1e-12))
+            worst = max(worst, scales[-1] / (0.5 * (scales[0] + scales[1])))
     return float(1.0 / (1.0 + np.exp(-5.0 * np.log(worst / 3.0))))
 
 

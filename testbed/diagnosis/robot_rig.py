@@ -53,8 +53,10 @@ def known_of(data: Mapping[str, Array], machine: Parameters) -> Known:
     )  # fmt: skip
 
 
-def believed_model(known: Known, machine: Parameters) -> LegModel:
-    """The model before: declared numbers and declared friction (5)."""
+def believed_model(known: Known, machine: Parameters, start: LegModel | None = None) -> LegModel:
+    """The model before: declared numbers and declared friction (5), or the friction of a model to start from."""
+    if start is not None:
+        return LegModel(rig="vertical-leg", known=known, friction=start.friction)
     c = machine["vertical_cylinder"]
     friction = Friction(
         viscous_plus_n_s_m=c["viscous_out_n_s_m"], coulomb_plus_n=c["coulomb_out_n"],
@@ -74,6 +76,16 @@ def declared_effects(machine: Parameters) -> tuple[Active, ...]:
         "hydraulics.air": {"fraction": oil["entrained_air"]},
     }
     return tuple(Active(e := by_name(name), e.complete(values)) for name, values in given.items())
+
+
+def granted_effects(model: LegModel) -> tuple[Active, ...]:
+    """A model's effects, those of one leg at its vertical axis. Raises InputError for what no effect is."""
+    out = []
+    for entry in model.effects:
+        place = f"{entry.place}_vertical" if entry.place in LEGS else entry.place
+        effect = by_name(f"{entry.name}@{place}" if place else entry.name)
+        out.append(Active(effect, effect.complete(entry.values)))
+    return tuple(out)
 
 
 def declared_edge(machine: Parameters) -> Edge:

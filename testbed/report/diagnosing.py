@@ -1,0 +1,77 @@
+"""One call for `testbed diagnose`: an axis' rig or a robot's run, findings, models and page written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from testbed.errors import InputError
+
+Table = tuple[list[str], list[list[str]]]
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """What a command shows of a diagnosis."""
+
+    title: str
+    tree: dict[str, Any]
+    table: Table
+    page: Path
+
+
+def diagnose_folder(
+    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+) -> Diagnosed:
+    """Diagnose `folder` and write everything into `out`. Raises InputError for anything that cannot be used."""
+    from testbed.evaluation.estimates import is_robot
+
+    folder = folder.parent if folder.name == "recording.yaml" else folder
+    return _robot(folder, out, model, suggest, tell) if is_robot(folder) else _axis(folder, out, model, suggest, tell)
+
+
+def _axis(
+    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+) -> Diagnosed:
+    from testbed.diagnosis.diagnose import diagnose
+    from testbed.diagnosis.findings import as_json, prepare, summary_rows, write_findings
+    from testbed.diagnosis.suggest import write_motion
+    from testbed.parameters.leg_model import read_model
+    from testbed.parameters.recording import read_rig
+    from testbed.report.diagnosis_page import write_page
+
+    rig = read_rig(folder)
+    start = read_model(model) if model is not None else None
+    prepare(out)
+    found = diagnose(rig, tell, start)
+    write_findings(found, out)
+    if suggest is not None:
+        write_motion(suggest, rig.known)
+    page = write_page(found, out)
+    return Diagnosed(f"{found.rig.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page)
+
+
+def _robot(
+    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+) -> Diagnosed:
+    from testbed.diagnosis.findings import prepare
+    from testbed.diagnosis.robot import diagnose_robot
+    from testbed.diagnosis.robot_findings import as_json, summary_rows, write_findings
+    from testbed.evaluation.estimates import believed_machine
+    from testbed.evaluation.runs import read_run
+    from testbed.parameters.leg_model import read_model
+    from testbed.report.robot_diagnosis_page import write_page
+
+    if suggest is not None:
+        raise InputError("is for one axis; of a robot's run, let the body sway", field="--suggest", value=str(suggest))
+    start = read_model(model) if model is not None else None
+    run = read_run(folder, truth=False)
+    machine = believed_machine(run.meta, folder / "recording.yaml")
+    prepare(out)
+    name = str(run.meta.get("scenario", folder.name))
+    found = diagnose_robot(name, run.data, machine, folder, tell, start)
+    write_findings(found, out)
+    page = write_page(found, out)
+    return Diagnosed(f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page)
