@@ -71,7 +71,8 @@ def diagnose_robot(
 ) -> RobotDiagnosis:
     """`data`: columns of the run's recording (never its truth); `machine`: the robot as it believes itself to be.
 
-    `start`: a model of an earlier diagnosis; its effects are granted, and what is looked for is what it lacks. Raises InputError where a column is missing.
+    `start`: a model of an earlier diagnosis; its effects are granted, and what is looked for is what it lacks.
+    Raises InputError where a column is missing.
     """
     tell = progress or (lambda _: None)
     tell("reading four legs")
