@@ -9,12 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
+import numba
 import pytest
 
 from testbed import compiled
 from testbed.world import precompile
 from testbed.world.between import between_steps
+from testbed.world.board import Board
 
 FIRST_START = """
 import json, resource, time
@@ -23,7 +24,7 @@ from testbed.world.simulation import Simulation
 world = Simulation(load_scenario("drill_slope_45", duration=1.0))
 world.run_block(1)
 from testbed.world import precompile
-calls = precompile.plant_calls() + precompile.other_calls(world.machine.chain.arrays)
+calls = precompile.calls([precompile.EVERYTHING, 0, 0, 0, 0, *world._fixed, world._noise, *world._empty])
 beside = resource.getrusage(resource.RUSAGE_CHILDREN)
 print(json.dumps({
     "cpu_s": time.process_time(), "beside_s": beside.ru_utime + beside.ru_stime,
@@ -46,10 +47,14 @@ def test_two_processes_compile_each_kernel_once(tmp_path: Path) -> None:
     assert 1.0 / 3.0 < found["beside_s"] / found["cpu_s"] < 3.0  # the work is shared out evenly
 
 
-def test_the_shares_fit_the_kernels_signatures() -> None:
-    chain = tuple(np.zeros((2, 2)) for _ in range(4))
-    for kernel, arguments in precompile.plant_calls() + precompile.other_calls(chain):
-        inspect.signature(kernel.py_func).bind(*arguments)
+def test_the_second_process_compiles_the_plant_for_the_types_that_the_step_hands_it() -> None:
+    found = {kernel.py_func.__name__: given for kernel, given in precompile.calls(precompile.plant_arguments())}
+    assert set(found) >= set(precompile.PLANT_KERNELS)
+    board = Board()
+    q, qd, base = found["plant_step"][:3]
+    assert [numba.typeof(a) for a in (q, qd, base)] == [numba.typeof(a) for a in (board.q, board.qd, board.base)]
+    for kernel, given in precompile.calls(precompile.plant_arguments()):
+        inspect.signature(kernel.py_func).bind(*given)
 
 
 def test_a_warm_cache_starts_no_second_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

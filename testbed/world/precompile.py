@@ -6,58 +6,56 @@ cache. The first goes on with what is left, and finds the plant there.
 
 from __future__ import annotations
 
+import inspect
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from testbed import compiled
-from testbed.control.valve_loop import control_step
-from testbed.estimation.chain_kernel import step_chain
-from testbed.parameters.names import GRAVITY_M_S2
-from testbed.world import plant, sensing
-from testbed.world.between import between_steps
+from testbed.world.between import FEET, MOVE, PLANT, between_steps
 from testbed.world.board import Board
 
 Call = tuple[Any, tuple[Any, ...]]
+PLANT_KERNELS = ("plant_step", "feet_under_motion")
+"""The second process's share: about half of the work."""
+EVERYTHING = 2**20 - 1
 
 
-def plant_calls() -> list[Call]:
-    """The costly kernels that between_steps calls, each with arguments of its types: the second process's share."""
-    b, dt = Board(), 1e-3
-    return [
-        (plant.plant_step, (
-            b.q, b.qd, b.base, b.command, b.foot_force, b.axes, b.params, b.supply, b.unit, b.geometry, b.ropes, b.body,
-            b.drill_loads, b.scratch, b.rotation, b.joint_torque, b.force, b.torque, b.drill_wrench,
-            dt, 1, GRAVITY_M_S2,
-        )),
-        (plant.feet_under_motion, (
-            b.legs, b.q, b.qd, b.qd, b.joint_torque, b.rotation, b.force, b.force, b.force, b.ground_normals,
-            b.foot_force, b.normal_force, dt,
-        )),
-    ]  # fmt: skip
+def calls(arguments: Sequence[Any]) -> list[Call]:
+    """The kernels that between_steps calls when called so, each with its arguments.
+
+    Its Python text runs on copies of `arguments`, with recorders in the kernels' places.
+    """
+    found: list[Call] = []
+
+    def recorder(value: Any) -> Any:
+        if hasattr(value, "py_func"):
+            return lambda *given: found.append((value, given))
+        if isinstance(value, ModuleType) and value.__name__.startswith("testbed."):
+            public = {name: recorder(v) for name, v in vars(value).items() if not name.startswith("__")}
+            return SimpleNamespace(**public)
+        return value
+
+    function = between_steps.py_func
+    names = {name: recorder(function.__globals__[name]) for name in function.__code__.co_names
+             if name in function.__globals__}  # fmt: skip
+    copies = [a.copy() if isinstance(a, np.ndarray) else a for a in arguments]
+    FunctionType(function.__code__, names | {"__builtins__": __builtins__})(*copies)
+    return found
 
 
-def other_calls(chain: tuple[Any, ...]) -> list[Call]:
-    """The other kernels that between_steps calls; `chain`: EstimatorChain.arrays."""
-    b, dt, row = Board(), 1e-3, np.zeros(128)
-    return [
-        (step_chain, (row, row, row, row, row, *chain)),
-        (sensing.sense, (
-            row, dt, b.q, b.base, b.rotation, b.axes, b.supply, b.ropes, b.command, b.transducers, b.sensors, row,
-            b.late, 0, GRAVITY_M_S2, b.gravity_in_body,
-        )),
-        (plant.write_truth, (
-            row, dt, b.base, b.force, b.rotation, b.foot_force, b.normal_force, b.ropes, b.drill_wrench, b.axes,
-            b.supply, b.drill_loads,
-        )),
-        (plant.move_base, (b.pose, b.base_turn, b.base, dt, False)),
-        (plant.rotation_matrix, (b.base_turn, b.rotation)),
-        (control_step, (b.q, b.reference, b.reference_rate, b.integral, b.gains, False, dt, b.command)),
-    ]  # fmt: skip
+def plant_arguments() -> list[Any]:
+    """Arguments of between_steps that reach the plant; what the rest would take is left empty."""
+    known = {"flags": MOVE | FEET | PLANT, "board": Board().array}
+    plain = {"int": 1, "float": 1e-3, "bool": False}
+    return [known.get(name, plain.get(str(p.annotation)))
+            for name, p in inspect.signature(between_steps.py_func).parameters.items()]  # fmt: skip
 
 
 def beside() -> subprocess.Popen[bytes] | None:
@@ -71,19 +69,20 @@ def beside() -> subprocess.Popen[bytes] | None:
     return subprocess.Popen([sys.executable, "-m", __name__], stdin=quiet, stdout=quiet, stderr=quiet)
 
 
-def finish(process: subprocess.Popen[bytes] | None, chain: tuple[Any, ...]) -> None:
-    """Compile the first process's share (`chain`: EstimatorChain.arrays), then wait for the second one."""
+def finish(process: subprocess.Popen[bytes] | None, arguments: Sequence[Any]) -> None:
+    """Compile the first process's share, then wait for the second one; `arguments` of between_steps, flags aside."""
     if process is not None:
-        _compile(other_calls(chain))
+        _compile([EVERYTHING, *arguments], lambda name: name not in PLANT_KERNELS)
         process.wait()
 
 
-def _compile(calls: list[Call]) -> None:
-    """Compile for the arguments' types; what does not compile here is left to the step that needs it."""
-    for kernel, arguments in calls:
-        with suppress(Exception):
-            compiled.compile_for(kernel, *arguments)
+def _compile(arguments: Sequence[Any], wanted: Any) -> None:
+    """Compile the wanted kernels; what does not compile here is left to the step that needs it."""
+    with suppress(Exception):
+        for kernel, given in calls(arguments):
+            if wanted(kernel.py_func.__name__):
+                compiled.compile_for(kernel, *given)
 
 
 if __name__ == "__main__":
-    _compile(plant_calls())
+    _compile(plant_arguments(), lambda name: name in PLANT_KERNELS)

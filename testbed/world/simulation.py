@@ -76,7 +76,6 @@ class Simulation:
         self.scenario = scenario
         compiling = precompile.beside()
         self.machine: Machine = assemble(scenario, model, gui)
-        precompile.finish(compiling, self.machine.chain.arrays)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False
@@ -108,6 +107,8 @@ class Simulation:
             self.dt, self._control_dt, rates.hydraulic_substeps, m.locked, GRAVITY_M_S2, b.array, self._row,
             *m.chain.arrays,
         )  # fmt: skip
+        no_noise = np.zeros((1, sensing.NOISES + sensing.ADDED_NOISES))
+        precompile.finish(compiling, (0, 0, 0, 0, *self._fixed, no_noise, *self._empty))
         m.engine.read(b.engine_state)
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
