@@ -79,6 +79,7 @@ class Distribution:
         self._smooth: Array | None = None
         self._pull = np.zeros(2)
         self._edge, self._side = np.ones(FEET), np.zeros(FEET)
+        self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
@@ -114,11 +115,13 @@ class Distribution:
         out.rope_rate_m_s += rope_rate(tension, self._pull)
 
     def _squeeze(self, excess: Array, now: Balance, dt: float, measured: Measured, out: Command) -> None:
-        jacobian = -now.joint_map[:, :FEET].T  # (12 foot directions, 12 joints)
-        error = jacobian @ (out.reference - measured.position)
-        whole = np.linalg.solve(jacobian, now.rigid @ (now.rigid.T @ error))
+        if now.inner is not self._inner:  # another posture
+            self._inner, self._jacobian = now.inner, -now.joint_map[:, :FEET].T
+            moved = np.linalg.solve(self._jacobian, now.rigid)
+            self._whole, self._balanced = moved @ (now.rigid.T @ self._jacobian), self_balanced(now, self._jacobian)
+        whole = self._whole @ (out.reference - measured.position)
         out.reference[:] = measured.position + whole  # the loops see the body's motion only
-        out.rate += self._speed(jacobian.T @ self_balanced(excess, now, jacobian), now.compliance, dt)
+        out.rate += self._speed(self._jacobian.T @ (self._balanced @ excess), now.compliance, dt)
 
     def _speed(self, force: Array, compliance: Array, dt: float) -> Array:
         side = np.where(np.abs(force) < TOLERANCE, 0.0, np.sign(force))
@@ -130,15 +133,16 @@ class Distribution:
         return np.asarray(side * np.minimum(speed, SPEED_LIMIT))
 
 
-def self_balanced(excess: Array, now: Balance, jacobian: Array) -> Array:
-    """(14,) errors of foot forces and pulls, N -> (12,) the likeliest self-balanced error of the foot forces.
+def self_balanced(now: Balance, jacobian: Array) -> Array:
+    """(12, 14): errors of foot forces and pulls, N -> the likeliest self-balanced error of the foot forces, N.
 
     Ropes that pull otherwise than planned change what the feet must bear: that part is no error of theirs. Of the rest,
     whatever moves the body is an error of the measurement; it is shared out by what each joint's friction may hide.
+    `jacobian` (12 foot directions, 12 joints).
     """
-    feet = now.balance[:, :FEET]
-    free = excess[:FEET] + feet.T @ np.linalg.solve(feet @ feet.T, now.balance[:, FEET:] @ excess[FEET:])
+    feet, inner = now.balance[:, :FEET], now.inner
+    borne = feet.T @ np.linalg.solve(feet @ feet.T, now.balance[:, FEET:])
     scaled = jacobian / HIDDEN
-    weight = scaled @ scaled.T
-    inner = now.inner
-    return np.asarray(inner @ np.linalg.solve(inner.T @ weight @ inner, inner.T @ (weight @ free)))
+    weighed = inner.T @ scaled @ scaled.T
+    likeliest = inner @ np.linalg.solve(weighed @ inner, weighed)
+    return np.hstack([likeliest, likeliest @ borne])

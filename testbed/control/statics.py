@@ -30,6 +30,10 @@ _ORDER = (2, 0, 1)
 """A foot's unknowns are z, x, y."""
 
 
+POSTURE_STEP = 2.0e-4
+"""A posture is worked out anew when a joint has moved by this, rad or m: 0.3 mm at a foot (E)."""
+
+
 @dataclass(frozen=True)
 class Balance:
     """One posture: balance @ z + load = 0; lowest <= joint_map @ z + held <= highest."""
@@ -70,6 +74,19 @@ class Balance:
         return self.measured[ROPES]
 
 
+@dataclass(frozen=True)
+class _Posture:
+    """What follows from the joints alone; the fields of the same names in Balance."""
+
+    position: Array
+    balance: Array
+    joint_map: Array
+    rigid: Array
+    inner: Array
+    compliance: Array
+    arms: Array
+
+
 class Statics:
     """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards the anchors."""
 
@@ -84,48 +101,55 @@ class Statics:
         self._tank_pa = float(parameters["power_unit"]["tank_pressure_pa"])
         self._oil = OilColumns(parameters)
         self._thrust = drill_wrench(model, 1.0)
-        self._extension, self._arms = np.empty(len(AXES)), np.empty(len(AXES))
+        self._posture: _Posture | None = None
 
     def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
         """The balance now."""
-        position = measured.position
+        p, position = self._posture, measured.position
+        if p is None or np.abs(position - p.position).max() > POSTURE_STEP:
+            p = self._posture = self._work_out(position.copy())
         gravity = attitude_gravity(float(measured.attitude_rad[0]), float(measured.attitude_rad[1]))
-        points, jacobians = self.model.feet(position)
-        balance, joint_map = np.zeros((6, UNKNOWNS)), np.zeros((len(AXES), UNKNOWNS))
-        balance[:, :FEET] = _maps(points)
-        joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
-        balance[:, ROPES] = self._ropes
         drill = self._thrust * measured.drill_n_nm[0]
         drill[5] += measured.drill_n_nm[1]
-        joint_to_cylinder(np.ascontiguousarray(position), self._linkage, self._extension, self._arms)
-        reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(self._arms)
+        reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(p.arms)
         held = self.model.gravity_forces(position, gravity)
-        turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
         return Balance(
-            balance=balance,
+            balance=p.balance,
             load=drill - held[:6],
-            joint_map=joint_map,
+            joint_map=p.joint_map,
             held=held[6:],
             lowest=-reach * self._area_b,
             highest=reach * self._area_a,
-            measured=self._unknowns(measured, joint_map, held[6:]),
+            measured=self._unknowns(measured, p, held[6:]),
             carrying=carrying.copy(),
             thrust_map=self._thrust,
             thrust_n=float(measured.drill_n_nm[0]),
-            rigid=turned[:, :6],
-            inner=turned[:, 6:],
-            compliance=self._oil.joint_compliance(position),
+            rigid=p.rigid,
+            inner=p.inner,
+            compliance=p.compliance,
         )
 
-    def _unknowns(self, measured: Measured, joint_map: Array, held: Array) -> Array:
+    def _work_out(self, position: Array) -> _Posture:
+        points, jacobians = self.model.feet(position)
+        balance, joint_map = np.zeros((6, UNKNOWNS)), np.zeros((len(AXES), UNKNOWNS))
+        balance[:, :FEET] = _maps(points)
+        balance[:, ROPES] = self._ropes
+        joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
+        turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
+        extension, arms = np.empty(len(AXES)), np.empty(len(AXES))
+        joint_to_cylinder(position, self._linkage, extension, arms)
+        compliance = self._oil.joint_compliance(position)
+        return _Posture(position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms)
+
+    def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
         """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators know better."""
         z = np.empty(UNKNOWNS)
         z[ROPES] = measured.rope_tension_n
         if measured.foot_force_in_body_n is not None:
             z[:FEET] = measured.foot_force_in_body_n[:, _ORDER].ravel()
             return z
-        joint = (measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b) * self._arms
-        maps = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
+        joint = (measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b) * p.arms
+        maps = p.joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
         z[:FEET] = np.linalg.solve(maps, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
         z[NORMALS] = measured.load_n
         return z
