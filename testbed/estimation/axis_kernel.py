@@ -67,9 +67,10 @@ def cushion_n(x_m: float, v_m_s: float, b: Array) -> float:
 @njit
 def step_axis(
     measured_a: float, measured_b: float, reading_m: float, command: float, load_n: float, side_n: float,
-    oil_degc: float, c: Array, b: Array, s: Array,
+    oil_degc: float, remembers: bool, c: Array, b: Array, s: Array,
 ) -> None:  # fmt: skip
-    """One cylinder, one step: pressures Pa, extension m, valve command 1, load along and across the rod N, oil degC.
+    """One cylinder, one step: pressures Pa, extension m, valve command 1, load along and across the rod N, oil degC;
+    whether friction at rest is followed by its history (else the middle of its set counts as likeliest).
 
     c[AXIS_COMMON], b[AXIS_BELIEFS]; results in s[AXIS_STATES]: FORCE, FRICTION with LOW, HIGH and SPREAD, and motion.
     """
@@ -104,10 +105,10 @@ def step_axis(
     sense = e[encoder.DIRECTION]
     low, high = friction_set(v, sense, slides, f, extra, factor)
     k_oil = friction_at_rest.oil_stiffness(x, b[STROKE], b[AREA_A], b[AREA_B], b[DEAD_A], b[DEAD_B], b[BULK])
-    shut = abs(command) < b[DEADBAND]
+    push = 0.0 if abs(command) < b[DEADBAND] else 1.0 if command > 0.0 else -1.0
     memory = s[AT_REST:DWELL]
-    likely = friction_at_rest.step(memory, piston, low, high, slides, shut, b[SEAL] / k_oil, dt)
-    if c[HISTORY] == 0.0:
+    likely = friction_at_rest.step(memory, piston, low, high, slides, push, b[SEAL] / k_oil, dt)
+    if c[HISTORY] == 0.0 or not remembers:
         likely = 0.5 * (low + high)
     level = 0.5 * (magnitude(abs(v), True, f, extra, factor) + magnitude(abs(v), False, f, extra, factor))
     sliding_sd = math.sqrt((c[FRICTION_SHARE] * level) ** 2 + (max(f[0], f[4]) * c[SPEED_SD]) ** 2)

@@ -46,7 +46,7 @@ class OwnTuning:
     slide_m_s: float = 0.003
     friction_share: float = 0.07
     speed_sd_m_s: float = 0.003
-    rest_share: float = 0.5
+    rest_share: float = 0.45
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 1.0
     body_keep_s: float = 5.0
@@ -69,8 +69,8 @@ class OwnTuning:
     noise_sd_n: float = 15.0
     filter_q_n2: float = 150.0
     filter_r_n2: float = 1500.0
-    e_max_n: float = 300.0
-    hold_samples: float = 10.0
+    e_max_n: float = 500.0
+    hold_samples: float = 4.0
 
 
 def packed(

@@ -88,11 +88,11 @@ def step_leg(
     k_oil = friction_at_rest.oil_stiffness(
         x, leg[STROKE], leg[AREA_A], leg[AREA_B], leg[DEAD_A], leg[DEAD_B], leg[BULK]
     )
-    shut = abs(command) < leg[DEADBAND]
+    push = 0.0 if abs(command) < leg[DEADBAND] else 1.0 if command > 0.0 else -1.0
     if slides > 0.0 and s[SLID] == 0.0:
         s[OWN + persistent.LIVELY] = 1.0  # the set has just collapsed: what follows is news, not a spike
     s[SLID] = slides
-    friction = friction_at_rest.step(s[AT_REST:TIME], two, low_f, high_f, slides, shut, leg[SEAL] / k_oil, dt)
+    friction = friction_at_rest.step(s[AT_REST:TIME], two, low_f, high_f, slides, push, leg[SEAL] / k_oil, dt)
 
     p = c[FILTER:CONTACT]
     o[0] = pa * leg[AREA_A]

@@ -15,6 +15,8 @@ STATE_SIZE = 9
 X, V, A, LAST, SINCE, DIRECTION, RUN, STARTED, GAP = range(STATE_SIZE)
 """m, m/s, m/s2, last reading m, time since it changed s, sign of that change, changes in that sense, 0/1; the time
 between the last two changes, for each count of the later one, s."""
+OVERDUE_S = 2.0e-3
+"""Two samples: at high speed the time between two counts is known no better."""
 
 
 @njit
@@ -67,9 +69,11 @@ def sliding(s: NDArray[np.float64], resolution_m: float, slow_m_s: float, fast_m
     """How surely the piston slides in `s[DIRECTION]`: 0 (may be at rest) .. 1 (slides).
 
     One count to and fro is no motion: two counts running in one sense are asked for. Then the time between them, or
-    since the last one if that is longer, bounds the speed, 0 below `slow`, 1 above `fast`.
+    since the last one if that is longer, bounds the speed, 0 below `slow`, 1 above `fast`. A count that is overdue by
+    more than the last gap tells of a stop.
     """
     if s[RUN] < 1.5:
         return 0.0
     bound = resolution_m / max(s[SINCE], s[GAP], 1.0e-6)
-    return float(min(1.0, max(0.0, (bound - slow_m_s) / (fast_m_s - slow_m_s))))
+    overdue = 3.0 - s[SINCE] / (s[GAP] + OVERDUE_S)
+    return float(min(1.0, max(0.0, min(overdue, (bound - slow_m_s) / (fast_m_s - slow_m_s)))))

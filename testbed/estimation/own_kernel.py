@@ -283,7 +283,7 @@ def step_own(
         a = axes[i]
         ax.step_axis(
             pa[i], pb[i], extension[i], u[i], load if i % 3 == 2 else 0.0, side, oil_degc,
-            body[COMMON:LEGS_AT], beliefs[i], a,
+            i % 3 == 2, body[COMMON:LEGS_AT], beliefs[i], a,
         )  # fmt: skip
         qd[i], qdd[i] = a[ax.SPEED] / arms[i], a[ax.ACCELERATION] / arms[i]
         torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]

@@ -1,7 +1,8 @@
 """The runs on which estimators are compared: standing, swaying, raising, walking, drilling; warm and cold; slopes.
 
 In every run the true friction of the three kinds of cylinder, and what it depends on, is off from the believed numbers
-by a drawn error (5 % in one standard deviation), as an identification would leave it; thermal zeros are drawn by seed.
+by a drawn error (5 % in one standard deviation), as an identification would leave it, and so is the load on the
+platform (15 kg); thermal zeros are drawn by seed.
 `choose` runs may be used to choose constants on, `judge` runs are for results alone: other motions, slopes,
 temperatures and seeds.
 """
@@ -23,6 +24,8 @@ FRICTION_ERROR = 0.05
 """One standard deviation of what the believed friction numbers are off by: what an identification leaves."""
 DEPENDENCE_ERROR = 0.2
 """The same of what friction depends on: place, pressure, side load, warmth, rest."""
+MASS_ERROR_KG = 15.0
+"""The same of the load on the platform."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,8 @@ class Trial:
                      "dwell_gain"):  # fmt: skip
             value = machine["seal"][name] * (1.0 + DEPENDENCE_ERROR * draws.standard_normal())
             changes.append(f"hydraulics.parameters.seal.{name}={value:.9g}")
+        mass = MASS_ERROR_KG * draws.standard_normal()
+        changes.append(f"events=[{{kind: payload, at_s: 0.0, mass_kg: {mass:.4g}}}]")
         return load_scenario(self.scenario, [*changes, *self.changes], seed=self.seed)
 
 

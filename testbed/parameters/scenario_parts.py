@@ -180,6 +180,11 @@ class Control(Checked):
     distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill"] = Field(
         default="position_hold", description="controller of the foot loads; position_hold leaves them alone"
     )
+    dither_m: float = Field(
+        default=0.0, ge=0, le=2e-3,
+        description="vertical set points wander up and down by this, all alike: friction at rest shows itself [m]",
+    )
+    dither_hz: float = Field(default=2.0, gt=0, le=10, description="how often a second [Hz]")
 
 
 class Estimator(Checked):

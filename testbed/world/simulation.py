@@ -210,8 +210,9 @@ class Simulation:
             now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
             m.board.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
         self._command = m.program.update(t, self._every_tick * self.dt, self._measured())
-        if not self._command.still:
+        if not self._command.still or self.scenario.control.dither_m > 0.0:
             self._take(self._command)
+            self._dither(t)
         self._watch(t)
         if m.footing is not None:
             b = m.board
@@ -225,6 +226,14 @@ class Simulation:
         command.reference += command.rate * self._every_tick * self.dt
         b.ropes[:, plant.RATE_COMMAND] = command.rope_rate_m_s
         self._row[CARRYING] = command.carrying
+
+    def _dither(self, t: float) -> None:
+        """Let the vertical set points wander: by nothing, unless the scenario asks for it."""
+        depth, turn = self.scenario.control.dither_m, 2.0 * math.pi * self.scenario.control.dither_hz
+        if depth > 0.0:
+            b = self.machine.board
+            b.reference[2::3] += depth * math.sin(turn * t)
+            b.reference_rate[2::3] += depth * turn * math.cos(turn * t)
 
     def _measured(self) -> Measured:
         """This tick's readings; all but one number are views of the running row."""

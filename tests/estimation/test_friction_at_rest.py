@@ -8,11 +8,11 @@ from testbed.estimation import friction_at_rest as at_rest
 LOW, HIGH = -700.0, 800.0
 
 
-def run(piston_n, slides=0.0, shut=True, ratio=1.2, start=None):
+def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
     s = np.zeros(at_rest.STATE_SIZE)
     if start is not None:
-        at_rest.step(s, piston_n[0], start, start, 1.0, shut, ratio, 1e-3)
-    return np.array([at_rest.step(s, p, LOW, HIGH, slides, shut, ratio, 1e-3) for p in piston_n])
+        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, 1e-3)
+    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, 1e-3) for p in piston_n])
 
 
 def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
@@ -35,23 +35,29 @@ def test_friction_of_the_last_motion_is_remembered_and_fades():
 
 def test_shut_valve_lets_the_seal_take_its_share_of_a_load_change():
     # a first small step of the piston force by -100 N bends the seal by + 1.2 * 100 N
-    f = run(np.array([5000.0, 5000.0, 4900.0]))
-    assert f[2] - f[1] == pytest.approx(120.0, rel=0.03)
+    f = run(np.array([5000.0, 5000.0, *[4900.0] * 15]))
+    assert f.max() - f[1] == pytest.approx(120.0, rel=0.25)  # some of it has faded before the smoothing lets all in
 
 
 def test_open_valve_moves_friction_with_the_pressure_not_against_it():
     ramp = 5000.0 + np.concatenate([np.zeros(500), np.linspace(0.0, 600.0, 100)])
-    f = run(ramp, shut=False)
-    assert f[-1] > f[499] + 50.0
+    f = run(ramp, push=1.0)
+    assert f[-1] > f[499] + 300.0
 
 
-@pytest.mark.parametrize("shut", [True, False])
-def test_friction_never_leaves_its_set(shut):
+def test_a_piston_about_to_slide_keeps_its_friction_when_the_pressure_falls_again():
+    rise = 5000.0 + np.concatenate([np.zeros(100), np.linspace(0.0, 900.0, 30), np.linspace(900.0, 0.0, 30)])
+    f = run(rise, push=1.0)
+    assert f[-1] > 0.75 * f.max() > 300.0
+
+
+@pytest.mark.parametrize("push", [0.0, 1.0, -1.0])
+def test_friction_never_leaves_its_set(push):
     p = 5000.0 + 4000.0 * np.random.default_rng(0).standard_normal(2000).cumsum() / 10.0
-    f = run(p, shut=shut)
+    f = run(p, push=push)
     assert f.min() >= LOW and f.max() <= HIGH
 
 
 def test_sliding_piston_has_the_friction_of_its_set_of_one():
     s = np.zeros(at_rest.STATE_SIZE)
-    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, True, 1.2, 1e-3) == 650.0
+    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, 1e-3) == 650.0
