@@ -199,6 +199,29 @@ def filters(
 
 
 @app.command()
+def estimators(
+    out: Annotated[Path, typer.Option(help="Folder for estimators.json, estimators.html and the runs; resumed.")],
+    few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
+    json: Json = False,
+) -> None:
+    """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
+    from testbed.evaluation.estimators import run as run_all
+    from testbed.evaluation.estimators import trials
+    from testbed.report.console import print_json, print_table
+    from testbed.report.estimators_page import table, write_estimators
+    from testbed.report.progress import counting_progress
+
+    with counting_progress(len(trials(few)), "runs") as progress:
+        found = run_all(out, progress, few)
+    answer, page = write_estimators(found, out)
+    if json:
+        print_json(answer)
+    else:
+        print_table("Root mean square errors, N", *table(answer))
+        print(page)
+
+
+@app.command()
 def distribution(
     out: Annotated[Path, typer.Option(help="Folder for distribution.json and the single cases.")],
     jobs: Annotated[int, typer.Option(help="Processes.")] = 1,

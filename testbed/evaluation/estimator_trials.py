@@ -20,6 +20,8 @@ from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario, load_scenario
 
 Array = NDArray[np.float64]
+BASE_C = 40.0
+"""The temperature at which the pressure sensors were calibrated, degC."""
 FRICTION_ERROR = 0.05
 """One standard deviation of what the believed friction numbers are off by: what an identification leaves."""
 DEPENDENCE_ERROR = 0.2
@@ -59,6 +61,7 @@ class Trial:
 
 
 SWAY = "task={kind: sway}"
+STEP = "task={kind: raise, start_s: 2, to_m: 0.28, step_m: 0.01, every_s: 20, speed_m_s: 0.02}"
 RAISE = "task={kind: raise, start_s: 2, to_m: 0.35, step_m: 0.03, every_s: 4, speed_m_s: 0.02}"
 
 
@@ -81,6 +84,16 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
 
 CHOOSE = _trials(1000, (30, 45, 60), (40.0, 15.0))
 JUDGE = _trials(2000, (40, 55, 35), (40.0, 10.0, 25.0, 50.0))
+DITHER = ("control.dither_m=0.0003", "control.dither_hz=2.0")
+DITHERED = tuple(
+    out
+    for k, degc in enumerate((40.0, 10.0))
+    for out in (
+        Trial(f"still-{degc:.0f}", "still", "stand_slope_45", ("duration_s=20", STEP), degc, 3000 + k),
+        Trial(f"dither-{degc:.0f}", "dither", "stand_slope_45", ("duration_s=20", STEP, *DITHER), degc, 3000 + k),
+    )
+)
+"""Twins: the same stand after a raise, without and with a dither of the valves."""
 
 MEASURED: tuple[str, ...] = (
     "t",
