@@ -180,6 +180,25 @@ def identify(
         print_identification(result, out)
 
 
+@app.command("identify-measured")
+def identify_measured(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of rigs, each with identify/ and verify/.")],
+    json: Json = False,
+) -> None:
+    """Identify every rig below a folder and judge it on its other recordings: relative force errors, one table."""
+    from dataclasses import asdict
+
+    from testbed.evaluation.measured_rigs import mark_all, table
+    from testbed.report.console import print_json, print_table, waiting
+
+    with waiting("identifying"):
+        found = mark_all(folder)
+    if json:
+        print_json([asdict(m) for m in found])
+    else:
+        print_table("Relative force error on what was not identified on", *table(found))
+
+
 @app.command()
 def filters(
     out: Annotated[Path, typer.Option(help="Folder for filters.json.")],

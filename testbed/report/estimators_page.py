@@ -102,8 +102,8 @@ def _page(answer: dict[str, Any]) -> str:
         "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>",
         f"<title>Foot forces from pressures</title><style>{STYLE}</style><h1>Foot forces from pressures</h1>",
         f"<p>Simulated: {len(answer['runs'])} runs, none of them used to choose a constant. In each the true friction "
-        "is off from the believed numbers by drawn errors (5 %; 20 % in what it depends on), the load on the platform by "
-        "15 kg, and every pressure sensor's zero drifts with the oil's temperature. Errors in N, root mean squares "
+        "is off from the believed numbers by drawn errors (5 %; 20 % in what it depends on), the load on the platform "
+        "by 15 kg, and every pressure sensor's zero drifts with the oil's temperature. Errors in N, root mean squares "
         "against the true foot force; 150 N are 1 % of 15 kN. <i>Moving</i>: the vertical cylinder faster than 3 mm/s. "
         "<i>Across</i>: the force across the vertical joint, all times. The interval is the estimate's own, 1.645 of "
         "its standard deviations to either side, at rest.</p>",

@@ -1,0 +1,119 @@
+"""Identification judged on really measured rigs: relative force error on what was not identified on.
+
+A cylinder with a load cell: error of the estimated force over the force, root mean squares, where the piston moves.
+A drive: the model's force from the position against the drive's, as the drive's own benchmark does it (Janot, Gautier,
+Brunot 2019): position and force through a Butterworth low-pass of order 4 at 100 Hz, to both sides; every term and the
+force decimated by 25; the first 5 and the last 10 samples dropped. Decimating needs its own low-pass: to pick every
+25th sample folds the vibrations onto the motion; what comes out then depends on the sample one begins with (5 to 10 %).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.estimation.friction_identification import identify_rig
+from testbed.estimation.leg_force import MOVING_M_S, estimate
+from testbed.estimation.leg_signals import signals_of
+from testbed.parameters.leg_model import Friction, LegModel
+from testbed.parameters.recording import Recording, Rig, read_rig
+
+Array = NDArray[np.float64]
+CUT_HZ, ORDER, DECIMATED = 100.0, 4, 25
+FIRST, LAST = 5, 10
+SEAL_LIMIT, DRIVE_LIMIT = 0.006, 0.054
+"""What is wanted: at most, median of the seals; the drive."""
+
+
+@dataclass(frozen=True)
+class Marked:
+    """One recording of one rig: relative error of the identified model's force, and of the estimate that uses it."""
+
+    rig: str
+    kind: str
+    recording: str
+    relative_error: float
+    by_estimate: float
+
+
+def mark(rig: Rig) -> list[Marked]:
+    """Identify on `identify`, judge on `verify`."""
+    model = identify_rig(rig).model
+    out = []
+    for r in rig.verify:
+        by_estimate = estimate_error(r, model)
+        own = drive_error(r, model) if rig.kind == "drive" else by_estimate
+        out.append(Marked(rig.name, rig.kind, r.name, own, by_estimate))
+    return out
+
+
+def mark_all(folder: Path) -> list[Marked]:
+    """Every rig below `folder`. Raises InputError where there is none."""
+    rigs = sorted(p for p in folder.iterdir() if (p / "identify").is_dir()) if folder.is_dir() else []
+    if not rigs:
+        raise InputError("holds no rig", file=folder, allowed="folders with identify/ and verify/")
+    return [m for path in rigs for m in mark(read_rig(path))]
+
+
+def median_error(found: list[Marked], kind: str) -> float:
+    """Median relative error over the recordings of one kind of rig."""
+    return float(np.median([m.relative_error for m in found if m.kind == kind]))
+
+
+def estimate_error(recording: Recording, model: LegModel) -> float:
+    """RMS error of the estimated external force over RMS force, where the piston moves."""
+    signals = signals_of(recording, model.known)
+    moving = np.abs(np.interp(recording.time_s, signals.time_s, signals.velocity_m_s)) > MOVING_M_S
+    reference = recording.reference_force_n
+    if reference is None:
+        raise InputError("the external force is not known", file=recording.folder, field="reference_force")
+    error = (estimate(recording, model).force_n - reference)[moving]
+    force = recording.actuator_force_n if recording.actuator_force_n is not None else reference
+    return _rms(error) / _rms(force[moving])
+
+
+def drive_error(recording: Recording, model: LegModel) -> float:
+    """RMS of the drive's force less the model's, over RMS of the drive's force; low-passed and decimated."""
+    from scipy.signal import butter, decimate, filtfilt
+
+    force = recording.actuator_force_n
+    if force is None:
+        raise InputError("is missing", file=recording.folder, field="channels.actuator_force")
+    period = float(np.median(np.diff(recording.time_s)))
+    b, a = butter(ORDER, CUT_HZ * 2.0 * period)
+    x = filtfilt(b, a, recording.position_m)
+    v = np.gradient(x, period)
+    predicted = (model.known.moving_mass_kg or 0.0) * np.gradient(v, period) + friction(model.friction, v)
+    predicted = predicted - model.force_offset_n
+
+    def few(values: Array) -> Array:
+        return np.asarray(decimate(filtfilt(b, a, values), DECIMATED)[FIRST:-LAST])
+
+    return _rms(few(force) - few(predicted)) / _rms(few(force))
+
+
+def friction(f: Friction, v_m_s: Array) -> Array:
+    """(5) at speeds (n,), N."""
+    speed = np.abs(v_m_s)
+    plus = f.viscous_plus_n_s_m * speed + f.coulomb_plus_n
+    plus = plus + f.stribeck_plus_n * np.exp(-speed / f.stribeck_speed_plus_m_s)
+    minus = f.viscous_minus_n_s_m * speed + f.coulomb_minus_n
+    minus = minus + f.stribeck_minus_n * np.exp(-speed / f.stribeck_speed_minus_m_s)
+    return np.where(v_m_s > 0.0, plus, np.where(v_m_s < 0.0, -minus, 0.0))
+
+
+def table(found: list[Marked]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows, relative errors in per cent."""
+    rows = [[m.rig, m.recording, f"{100 * m.relative_error:.2f}", f"{100 * m.by_estimate:.2f}"] for m in found]
+    for kind, label, limit in (("cylinder", "seals, median", SEAL_LIMIT), ("drive", "drive", DRIVE_LIMIT)):
+        if any(m.kind == kind for m in found):
+            rows.append([label, f"wanted: at most {100 * limit:.1f}", f"{100 * median_error(found, kind):.2f}", ""])
+    return ["rig", "recording", "model's force, %", "estimate's, %"], rows
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
