@@ -53,14 +53,16 @@ def is_robot(folder: Path) -> bool:
 
 
 def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:
+    from testbed.estimation.friction_evidence import check_alive
     from testbed.estimation.leg_force import estimate
     from testbed.parameters.leg_model import read_model
     from testbed.parameters.recording import read_recording
 
     if model is None:
         raise InputError("is missing", field="--model", allowed="a model file, as `testbed identify` writes one")
-    believed = read_model(model)
-    return estimate(read_recording(folder), believed, causal).columns()
+    believed, measured = read_model(model), read_recording(folder)
+    check_alive(measured, moving=False)
+    return estimate(measured, believed, causal).columns()
 
 
 def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
