@@ -1,5 +1,6 @@
 # make run   set up and run the main job        make test       set up and pass the tests
 # make lint  ruff and mypy                      make test-fast  without the slow tests
+# make loop  hide an effect, run, diagnose, believe, run again: runs/loop/loop.html
 # make wheel build a wheel into dist/           make clean      remove the environment and what was built
 PYTHON ?= python3.11
 VENV ?= .venv
@@ -8,10 +9,13 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 SCENARIO ?= scenarios/drill_slope_45.yaml
 PYTEST ?= $(BIN)/python -m pytest
 
-.PHONY: run test test-fast lint wheel setup clean
+.PHONY: run loop test test-fast lint wheel setup clean
 
 run: $(VENV)/.stamp-run
 	@$(BIN)/testbed run $(SCENARIO)
+
+loop: $(VENV)/.stamp-run
+	@$(BIN)/testbed loop --out runs/loop
 
 test: $(VENV)/.stamp-dev
 	@$(PYTEST)

@@ -300,6 +300,28 @@ def diagnose(
         print(done.page)
 
 
+@app.command()
+def loop(
+    out: Annotated[Path, typer.Option(help="Folder for the runs, loop.json and loop.html; resumed if it exists.")],
+    scenario: Annotated[list[str] | None, typer.Option(help="A scenario; may be repeated. [the five shipped]")] = None,
+    json: Json = False,
+) -> None:
+    """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
+    from testbed.diagnosis.findings import prepare
+    from testbed.report.console import print_json, print_table
+    from testbed.report.loop import SCENARIOS, close_loop, table
+    from testbed.report.progress import working
+
+    prepare(out)
+    with working("closing the loop") as tell:
+        result = close_loop(out, scenario or SCENARIOS, tell)
+    if json:
+        print_json(result)
+    else:
+        print_table("The loop on the whole robot", *table(result))
+        print(out / "loop.html")
+
+
 @app.command("evaluate-diagnosis")
 def evaluate_diagnosis(
     out: Annotated[Path, typer.Option(help="Folder for evaluation.json and the single rigs; resumed if it exists.")],

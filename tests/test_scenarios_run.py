@@ -27,7 +27,7 @@ def test_it_ends_as_expected(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.slow
 def test_without_the_hidden_gain_error_no_leg_stands_out(tmp_path: Path) -> None:
-    summary = _summary(tmp_path, "stand_undeclared_gain", "undeclared=[]", "duration_s=10")
+    summary = _summary(tmp_path, "stand_undeclared_gain", "undeclared=[]", "task.kind=stand", "duration_s=10")
     assert summary["residuals"]["stands_out"] is None
     assert summary["expectations"]["met"] is False
 
@@ -35,7 +35,8 @@ def test_without_the_hidden_gain_error_no_leg_stands_out(tmp_path: Path) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize("leg", ["fr", "rl", "rr"])
 def test_the_leg_with_the_wrong_gain_stands_out_wherever_it_is(tmp_path: Path, leg: str) -> None:
-    summary = _summary(tmp_path, "stand_undeclared_gain", f"undeclared.0.at={leg}_vertical", "duration_s=5")
+    changes = (f"undeclared.0.at={leg}_vertical", "task.kind=stand", "duration_s=5")
+    summary = _summary(tmp_path, "stand_undeclared_gain", *changes)
     assert summary["residuals"]["stands_out"]["leg"] == leg
 
 
