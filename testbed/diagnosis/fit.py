@@ -171,7 +171,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     w = weights(problem, r, at.scale)
     h, g = _normal(jac, r, w, unit)
     prior_h, prior_g = _prior(coordinates, theta, unit)
-    step = np.linalg.solve(h + prior_h + 1e-8 * np.trace(h) / len(unit) * np.eye(len(unit)), g + prior_g)
+    ridge = (1e-8 * np.trace(h) / len(unit) + 1e-9) * np.eye(len(unit))
+    step = np.linalg.lstsq(h + prior_h + ridge, g + prior_g, rcond=None)[0]
     promised = 0.5 * float((g + prior_g) @ step)
     return _cost(problem, at.residual, at.scale) - _cost(problem, r, at.scale) + promised
 

@@ -21,8 +21,8 @@ TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
 """Log-likelihood that counts as one unit of belief between rival sets: the noise's model is not exact."""
 SHARP = 1.6
 """The regressions were held back towards 0; undone by this factor."""
-AMBIGUOUS = 24.0
-"""A rival within this gain of the chosen name is reported as not told apart."""
+AMBIGUOUS = 3.0
+"""A rival within so many units of belief of the chosen name is reported as not told apart."""
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,9 @@ def _weights(state: Search) -> dict[tuple[str, ...], float]:
 
 
 def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:
-    """For each chosen name, the names that could stand in its place within AMBIGUOUS of gain."""
+    """For each chosen name, the names that could stand in its place within AMBIGUOUS units."""
     out: dict[str, tuple[str, ...]] = {}
+    limit = AMBIGUOUS * TEMPERATURE[state.problem.kind]
     for name in chosen.names:
         rest = frozenset(chosen.names) - {name}
         rivals = [
@@ -134,6 +135,6 @@ def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:
             for c in state.tried.values()
             if len(c.names) == len(chosen.names) and rest < frozenset(c.names) and name not in c.names
         ]
-        near = [(state.gain(c), n) for c, n in rivals if state.gain(chosen) - state.gain(c) < AMBIGUOUS]
+        near = [(state.gain(c), n) for c, n in rivals if state.gain(chosen) - state.gain(c) < limit]
         out[name] = tuple(n for _, n in sorted(near, reverse=True))
     return out

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -18,6 +20,12 @@ POINTS = 2500
 
 def _thin(n: int) -> npt.NDArray[np.int64]:
     return np.linspace(0, n - 1, min(n, POINTS)).astype(np.int64)
+
+
+def _legend(figure: Any, panel: Any, marker: float = 1.0) -> None:
+    """Beside the panels, where no data is."""
+    figure.tight_layout(rect=(0.0, 0.0, 0.93, 1.0))
+    figure.legend(*panel.get_legend_handles_labels(), markerscale=marker, loc="center right")
 
 
 def residual_figure(d: Diagnosis, recording: Recording) -> str:
@@ -47,8 +55,7 @@ def residual_figure(d: Diagnosis, recording: Recording) -> str:
             panel.set_xlabel(label)
             panel.set_ylim(-limit, limit)
         panels[0].set_ylabel("force residual, N")
-        panels[0].legend(markerscale=4, loc="upper right")
-        figure.tight_layout()
+        _legend(figure, panels[0], 4.0)
         text = svg(figure, f"force-{recording.name}")
         plt.close(figure)
     return text
@@ -73,8 +80,7 @@ def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
             panel.set_title(f"chamber {name}")
             panel.set_xlabel("time, s")
         panels[0].set_ylabel("flow residual, cm³/s")
-        panels[0].legend(loc="upper right")
-        figure.tight_layout()
+        _legend(figure, panels[0])
         text = svg(figure, f"flow-{recording.name}")
         plt.close(figure)
     return text

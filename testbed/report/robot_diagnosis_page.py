@@ -60,7 +60,8 @@ def contents(d: RobotDiagnosis) -> dict[str, Any]:
 def headline(d: RobotDiagnosis) -> str:
     """One sentence."""
     if d.verdict.kind == "effect":
-        return " and ".join(f"{spoken(n)} ({by_name(n).text})" for n in d.verdict.chosen.names) + "."
+        words = [f"{spoken(n)} ({by_name(n).text})" for n in d.verdict.chosen.names]
+        return "The model lacks " + " and ".join(words) + "."
     if d.verdict.kind == "unnamed":
         return "One leg does not fit, and none of the known effects explains it."
     return "No leg stands out: the model lacks nothing that this run can show."
@@ -95,8 +96,9 @@ def _figure(d: RobotDiagnosis, channel: str, factor: float, label: str, salt: st
             panel.set_xlabel("time, s")
             panel.set_ylim(-limit, limit)
         panels[0].set_ylabel(label)
-        panels[-1].legend(loc="upper right")
-        figure.tight_layout()
+        handles, labels = panels[-1].get_legend_handles_labels()
+        figure.tight_layout(rect=(0.0, 0.0, 0.92, 1.0))
+        figure.legend(handles, labels, loc="center right")
         text = svg(figure, f"robot-{salt}")
         plt.close(figure)
     return text

@@ -76,8 +76,12 @@ def test_a_hidden_gain_is_named_with_its_size_and_the_error_falls(
     error = said["error"]["force_n"]
     closed = (error["refit"] ** 2 - error["after"] ** 2) / (error["refit"] ** 2 - error["floor"] ** 2)
     assert closed >= 0.85  # of the squared error that can be closed
-    assert read_model(tmp_path / "model.yaml").effects[0].name == "sensor.gain_b"
+    model = read_model(tmp_path / "model.yaml")
+    assert model.effects[0].name == "sensor.gain_b"
     assert read_model(tmp_path / "model_refit.yaml").effects == ()
+    again = as_json(diagnose(make_rig(12, "single")[0], model=model))
+    assert again["verdict"] == "none" and again["effects"] == []
+    assert again["error"]["force_n"]["before"] == pytest.approx(error["after"], rel=1e-6)
 
 
 @pytest.mark.slow
