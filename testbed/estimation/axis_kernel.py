@@ -97,7 +97,8 @@ def step_axis(
         f[0] *= thinning
         f[4] *= thinning
         factor += b[SLOPE] * (x / b[STROKE] - 0.5)
-        extra = b[PRESSURE] * (pa + pb) + b[SIDE] * side_n + b[LOAD] * max(load_n, 0.0)
+        together = pa + pb if math.isfinite(pa + pb) else 0.0  # a sample is missing
+        extra = b[PRESSURE] * together + b[SIDE] * side_n + b[LOAD] * max(load_n, 0.0)
         aim = b[DWELL_GAIN] if slides <= 0.0 else 0.0
         s[DWELL] += (aim - s[DWELL]) * min(dt / b[DWELL_TIME] if slides <= 0.0 else 1.0, 1.0)
         f[2] += s[DWELL] * (f[1] * factor + extra)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from testbed.estimation import axis_kernel as ax
 from testbed.estimation import own_kernel as own
 from testbed.estimation.believed import Leg, friction_of
-from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.parameters.names import AXES, GRAVITY_M_S2
 from testbed.parameters.provenance import Parameters
 from testbed.robot import foot_forces as ff
 from testbed.robot.linkage import RotationLinkage
@@ -173,4 +173,3 @@ def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))
 
 
-assert len(LEGS) * ff.LEG_COLUMNS == own.AXES_AT - own.LEGS_AT
