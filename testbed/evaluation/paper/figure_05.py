@@ -181,7 +181,7 @@ def experiment() -> Experiment:
             Panel("position, front left", "time [s]", "x [mm]",
                   [Line(run.time_s, run.position_m[:, 0] * 1e3, "encoder"),
                    Line(run.time_s, run.reference_m[:, 0] * 1e3, "set point", 3, "--")]),
-            Panel("sum over four legs, inferred edges", "time [s]", "F [kN]",
+            Panel("inferred edges", "time [s]", "F [kN]",
                   [Line(tight.time_s[up], ((tight_line.a * tight.one_n + tight_shift) / 1e3)[up], "chamber A (1)"),
                    Line(tight.time_s[up], tight.two_n[up] / 1e3, "both chambers (3)", 2),
                    Line(tight.time_s[up], tight.true_n[up] / 1e3, "true load of the feet", 3, "--")]),
