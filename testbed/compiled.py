@@ -240,3 +240,13 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)
     kernel._cache = _Cache(kernel)
     return kernel
+
+
+@njit
+def fill(out: Any, values: Any) -> None:
+    """out[:] = values, one dimension.
+
+    An array assignment costs its kernel a second of compilation: its error message is made by kernels of its own.
+    """
+    for k in range(out.shape[0]):
+        out[k] = values[k]

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.compiled import njit
+from testbed.compiled import fill, njit
 from testbed.estimation import encoder, friction_at_rest
 from testbed.estimation.friction_set import FRICTION_SIZE, friction_set, magnitude
 
@@ -90,7 +90,7 @@ def step_axis(
     s[FORCE] = force + b[CUSHION] * max(b[CUSHION_START] - x, 0.0)
 
     f = s[THINNED:AXIS_STATES]
-    f[:] = b[:FRICTION_SIZE]
+    fill(f[:FRICTION_SIZE], b)
     factor, extra = 1.0, 0.0
     if c[RICH] != 0.0:
         thinning = math.exp(-b[WARMTH_RATE] * (oil_degc - b[WARMTH_REFERENCE]))

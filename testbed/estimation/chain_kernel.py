@@ -141,8 +141,11 @@ def step_chain(
         step_own(
             pa, pb, q, gravity, u, c[OIL], rope, attitude, inertial, carrying, ordered, body, own, found
         )
-        out[5:9] = found[0:4]
-        out[12:18] = found[4:10]
+        for leg in range(4):
+            for k in range(4):
+                out[5 + k, leg] = found[k, leg]
+            for k in range(6):
+                out[12 + k, leg] = found[4 + k, leg]
     for leg in range(4):
         out[11, leg] = contact.step(state[leg, WORD:AT_REST], out[5, leg], c[DT], c[CONTACT:])
 

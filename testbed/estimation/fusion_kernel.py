@@ -51,7 +51,8 @@ def predict(
     f = np.ones(N)
     for i in range(12):
         f[D + i] = keep[i]
-    f[B:] = body_keep
+    for i in range(B, N):
+        f[i] = body_keep
     for i in range(N):
         x[i] *= f[i]
         for j in range(N):

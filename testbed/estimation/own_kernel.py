@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.compiled import njit
+from testbed.compiled import fill, njit
 from testbed.estimation import axis_kernel as ax
 from testbed.estimation import fusion_kernel as fu
 from testbed.estimation.filters import persistent
@@ -151,13 +151,11 @@ def rotation_of(rpy: Array) -> Array:
     """Body to world (3, 3): Rz(yaw) Ry(pitch) Rx(roll)."""
     cr, cp, cy = math.cos(rpy[0]), math.cos(rpy[1]), math.cos(rpy[2])
     sr, sp, sy = math.sin(rpy[0]), math.sin(rpy[1]), math.sin(rpy[2])
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    out = np.empty((3, 3))
+    out[0, 0], out[0, 1], out[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    out[1, 0], out[1, 1], out[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    out[2, 0], out[2, 1], out[2, 2] = -sp, cp * sr, cp * cr
+    return out
 
 
 @njit
@@ -215,10 +213,12 @@ def balance(
                     h[fu.Z + 3 * k + j] = h[fu.D + 3 * k + j] = maps[k, r, j]
                 fu.observe(x, p, h, mean[3 * k + r], body[AIR_SD] ** 2, body[GATE])
     if body[USE_BALANCE] != 0.0:
-        turning = (mean[14:17] - s[RATE:PISTON]) / dt if first == 0.0 else np.zeros(3)
+        turning = np.zeros(3)
+        for k in range(3):
+            turning[k] = (mean[14 + k] - s[RATE + k]) / dt if first == 0.0 else 0.0
         _balance_body(q, gravity, turning, attitude, ordered, mean, maps, on_ground, body, x, p)
-    s[RATE:PISTON] = mean[14:17]
-    s[PISTON:STATE_SIZE] = mean[20:32]
+    fill(s[RATE:PISTON], mean[14:17])
+    fill(s[PISTON:STATE_SIZE], mean[20:32])
     fu.stay_in_sets(x, p, low, high)
     for k in range(4):
         for r in range(3):
@@ -287,7 +287,9 @@ def step_own(
         )  # fmt: skip
         qd[i], qdd[i] = a[ax.SPEED] / arms[i], a[ax.ACCELERATION] / arms[i]
         torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]
-    force, up, rotation, nothing, lift = np.zeros((4, 3)), np.zeros(4), np.eye(3), np.zeros(3), -gravity
+    force, up, rotation, nothing, lift = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros(3), np.empty(3)
+    for k in range(3):
+        rotation[k, k], lift[k] = 1.0, -gravity[k]
     normals = np.zeros((4, 3))
     ff.foot_forces(legs, q, qd, qdd, torque, rotation, nothing, nothing, lift, normals, force, up)
     whole = rope[0] + rope[1]
