@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -100,9 +101,9 @@ def _tensorboard(out: Path) -> str | None:
 
 
 def latest(out: Path) -> Path | None:
-    """The checkpoint with the most steps, None if there is none."""
+    """The whole checkpoint with the most steps, None if there is none; a kill may leave the last one in pieces."""
     found = {int(m[1]): p for p in (out / "checkpoints").glob("*.zip") if (m := re.search(r"_(\d+)_steps", p.name))}
-    return found[max(found)] if found else None
+    return next((found[steps] for steps in sorted(found, reverse=True) if zipfile.is_zipfile(found[steps])), None)
 
 
 def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None) -> dict[str, Any]:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import importlib.util
 from pathlib import Path
+from zipfile import ZipFile
 
+import numpy as np
 import pytest
+from PIL import Image
 
+from testbed.control.corrected import VIEW
+from testbed.control.learned import Learned
 from testbed.envs import ENVIRONMENTS
-from testbed.envs.training import TASKS, environment, latest, library, play, train
+from testbed.envs.training import SETTINGS, TASKS, environment, latest, library, play, train
 from testbed.errors import InputError
 
 HAS_RL = importlib.util.find_spec("stable_baselines3") is not None
@@ -21,11 +26,13 @@ def test_every_environment_has_a_task() -> None:
         environment("dance")
 
 
-def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name(tmp_path: Path) -> None:
+def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name_and_is_whole(tmp_path: Path) -> None:
     assert latest(tmp_path) is None
     (tmp_path / "checkpoints").mkdir()
     for steps in (9000, 10_000, 500):
-        (tmp_path / "checkpoints" / f"policy_{steps}_steps.zip").write_text("")
+        with ZipFile(tmp_path / "checkpoints" / f"policy_{steps}_steps.zip", "w") as file:
+            file.writestr("data", "1")
+    (tmp_path / "checkpoints" / "policy_11000_steps.zip").write_text("killed while it was written")
     found = latest(tmp_path)
     assert found is not None and found.name == "policy_10000_steps.zip"
 
@@ -39,14 +46,35 @@ def test_without_the_library_the_command_that_installs_it_is_named() -> None:
 @pytest.mark.rl
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
-def test_training_goes_on_where_it_was_and_the_policy_plays(tmp_path: Path) -> None:
-    policy = train("stand", tmp_path / "t", 512)
+def test_training_goes_on_where_it_was_and_the_policy_plays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SETTINGS, "n_steps", 128)
+    monkeypatch.setitem(SETTINGS, "batch_size", 64)
+    policy = train("stand", tmp_path / "t", 128)
     first = latest(tmp_path / "t")
-    assert first is not None and first.name == "policy_512_steps.zip"
-    train("stand", tmp_path / "t", 1000)
+    assert first is not None and first.name == "policy_128_steps.zip"
+    train("stand", tmp_path / "t", 200)
     second = latest(tmp_path / "t")
-    assert second is not None and second.name == "policy_1024_steps.zip"
-    played = play(policy, "stand_flat")
+    assert second is not None and second.name == "policy_256_steps.zip"
+    (tmp_path / "short.yaml").write_text("format: roboclimber-scenario/1\nduration_s: 2\nrobot: {vertical_m: 0.25}\n")
+    played = play(policy, str(tmp_path / "short.yaml"), video=tmp_path / "seen.gif")
     assert played["simulated_s"] > 1.0 and played["verdict"] in ("stood", "slid", "fell")
+    with Image.open(tmp_path / "seen.gif") as video:
+        assert video.size == (480, 360) and abs(video.n_frames - 5 * played["simulated_s"]) <= 2
     with pytest.raises(InputError, match="another task"):
         train("drill", tmp_path / "t", 512)
+
+
+@pytest.mark.rl
+@pytest.mark.slow
+@pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
+def test_the_written_arrays_act_as_the_trained_policy_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from stable_baselines3 import PPO
+
+    monkeypatch.setitem(SETTINGS, "n_steps", 64)
+    monkeypatch.setitem(SETTINGS, "batch_size", 64)
+    policy = train("force-distribution", tmp_path / "t", 64)
+    model, learned = PPO.load(policy, device="cpu"), Learned(tmp_path / "t" / "policy.npz")
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        view = rng.uniform(-1.0, 1.0, len(VIEW)).astype(np.float32)
+        assert learned.action(view.astype(float)) == pytest.approx(model.predict(view, deterministic=True)[0], abs=1e-5)
