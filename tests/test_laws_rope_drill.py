@@ -7,13 +7,20 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from testbed.laws import columns as c
 from testbed.laws import drill as d
-from testbed.laws.rope import rope_tension, rope_wrench, sag_shortening_m, unstrained_length
+from testbed.laws.rope import (
+    rope_tension,
+    rope_wrench,
+    sag_shortening_m,
+    sagging_tension,
+    unstrained_length,
+    unstrained_sagging,
+)
 from testbed.laws.transducer import sense_path, transducer_weights
 
 EA, L0 = 9.8e6, 30.0
@@ -50,13 +57,67 @@ def test_paid_out_length_gives_the_tension_back() -> None:
 
 def test_wrench_points_to_the_anchor() -> None:
     out = np.zeros(3)
-    tension = rope_wrench(np.zeros(3), np.array([18.0, 0.0, 24.03]), np.zeros(3), L0, EA, 0.0, out)
+    tension = rope_wrench(np.zeros(3), np.array([18.0, 0.0, 24.03]), np.zeros(3), L0, EA, 0.0, 0.0, 0.6, out)
     assert np.linalg.norm(out) == pytest.approx(tension)
     assert out[2] / out[0] == pytest.approx(24.03 / 18.0)
 
 
 def test_sag_of_a_taut_rope_is_a_millimetre() -> None:
     assert sag_shortening_m(30.0, 1e4, 9.6) == pytest.approx(1.04e-3, rel=1e-2)
+
+
+W, H = 6.8, 0.6
+
+
+@pytest.mark.parametrize(("tension", "softer"), [(1e4, 0.033), (5e3, 0.214), (2e3, 0.81)])
+def test_sagging_rope_has_ernsts_modulus(tension: float, softer: float) -> None:
+    """EA / L0 / (1 + w^2 L0^2 EA / (12 T^3)) for 6.8 N/m across, 30 m: 3 % at 10 kN, 21 % at 5 kN, 81 % at 2 kN."""
+    paid = unstrained_sagging(L0, tension, EA, W, H)
+    assert sagging_tension(L0, paid, EA, W, H) == pytest.approx(tension, rel=1e-6)
+    slope = (sagging_tension(L0 + 1e-5, paid, EA, W, H) - sagging_tension(L0 - 1e-5, paid, EA, W, H)) / 2e-5
+    assert 1.0 - slope / (EA / L0) == pytest.approx(softer, abs=0.01)
+
+
+def test_arc_of_a_sagging_rope_is_its_stretched_length() -> None:
+    """The parabola under w at tension T is as long as the rope, by numerical integration, to 0.1 mm."""
+    tension, chord = 3000.0, 30.0
+    paid = unstrained_sagging(chord, tension, EA, W, H)
+    arc = quad(lambda x: math.hypot(1.0, W * (x - chord / 2) / tension), 0.0, chord)[0]
+    assert arc == pytest.approx(paid * (1.0 + tension / EA), abs=1e-4)
+
+
+@given(st.floats(25.0, 30.5), st.floats(1e-6, 0.3))
+def test_tension_of_a_sagging_rope_grows_with_its_distance_and_ends_in_slack(length: float, more: float) -> None:
+    low, high = sagging_tension(length, L0, EA, W, H), sagging_tension(length + more, L0, EA, W, H)
+    assert 0.0 <= low <= high
+    assert low > 0.0 or length < L0 - 2 * H + 0.01
+
+
+def test_slack_of_a_sagging_rope_is_exactly_zero() -> None:
+    assert sagging_tension(L0 - 2 * H, L0, EA, W, H) == 0.0
+    out = np.ones(3)
+    assert rope_wrench(np.zeros(3), np.array([3.0, 0.0, 20.0]), np.ones(3), L0, EA, 5e3, W, H, out) == 0.0
+    assert not out.any()
+    paid = unstrained_sagging(L0, 0.0, EA, W, H)
+    assert sagging_tension(L0, paid, EA, W, H) == 0.0 and paid < L0 + 2 * H + 0.01
+
+
+@pytest.mark.parametrize("weight", [0.0, 9.6])
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=15, deadline=None)
+def test_a_rope_gives_no_energy_on_any_closed_way(weight: float, seed: int) -> None:
+    """Its end goes round a random closed curve, through slack too: the work done on it is never less than nothing."""
+    rng, t = np.random.default_rng(seed), np.linspace(0.0, 1.0, 6001)
+    phases, sizes = rng.uniform(0.0, 2 * math.pi, (3, 3)), rng.uniform(0.0, 0.02, (3, 3)) / [1.0, 2.0, 3.0]
+    angles = 2 * math.pi * t[:, None, None] * np.arange(1, 4) + phases
+    place = (sizes * np.sin(angles)).sum(axis=2)
+    speed = (2 * math.pi * np.arange(1, 4) * sizes * np.cos(angles)).sum(axis=2)
+    anchor, out, power = np.array([20.0, 3.0, 22.6]), np.zeros(3), np.zeros(len(t))
+    paid = float(np.linalg.norm(anchor)) - rng.uniform(-0.02, 0.02)
+    for k in range(len(t)):
+        rope_wrench(place[k], anchor, speed[k], paid, EA, 5e3, weight, H, out)
+        power[k] = -out @ speed[k]
+    assert np.trapezoid(power, t) >= -1e-3 * np.abs(power).max()
 
 
 @given(st.floats(0.0, 3.0), st.floats(1e-3, 3.0), st.floats(0.05, 0.9))

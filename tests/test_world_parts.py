@@ -77,18 +77,6 @@ def test_rotation_matrix_of_a_quarter_turn() -> None:
     assert out @ [1.0, 0.0, 0.0] == pytest.approx([0.0, 1.0, 0.0])
 
 
-def test_traction_stalls_at_its_rating() -> None:
-    """5e-3 m2 at 5 MPa pulls 25 kN: nothing is hauled in against 25 kN, all of it against 10 kN; paying out is free."""
-    rope, body = np.zeros(plant.ROPE_COLUMNS), np.zeros(plant.BODY_COLUMNS)
-    body[plant.TRACTION_AREA], body[plant.TRACTION_RATING] = 5.0e-3, 3.14e4
-    rope[plant.RATE_COMMAND], rope[plant.TENSION] = -0.05, 25.0e3
-    assert plant.traction_rate(rope, body, 5.0e6) == 0.0
-    rope[plant.TENSION] = 10.0e3
-    assert plant.traction_rate(rope, body, 5.0e6) == -0.05
-    rope[plant.RATE_COMMAND], rope[plant.TENSION] = 0.03, 30.0e3
-    assert plant.traction_rate(rope, body, 5.0e6) == 0.03
-
-
 def test_slope_frame_rises_towards_x() -> None:
     ground = make_ground(Terrain(slope_deg=30.0))
     assert ground.rotation_slope_to_world[:, 0] == pytest.approx([math.sqrt(3) / 2, 0.0, 0.5])

@@ -119,6 +119,12 @@ class Ropes(Checked):
     damping_n_s_m: float = Field(
         default=5000.0, ge=0, le=1e6, description="damping along a taut rope [N s/m]"
     )
+    sag: bool = Field(
+        default=False, description="true: a rope sags by its own weight (a slack rope is slack either way)"
+    )
+    strokes: bool = Field(
+        default=True, description="true: the traction devices pull in strokes and regrip; false: as winches"
+    )
     breaking_load_n: float = Field(default=149.0e3, gt=0, description="tension at which a rope parts [N]")
 
     @field_validator("tension_n")

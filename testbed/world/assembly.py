@@ -19,8 +19,9 @@ from testbed.estimation.body_belief import packed
 from testbed.estimation.chain import EstimatorChain
 from testbed.estimation.expected import Expectation
 from testbed.laws import drill as d
+from testbed.laws import traction as tr
 from testbed.laws.initial import start_axes, start_supply
-from testbed.laws.rope import unstrained_length
+from testbed.laws.rope import unstrained_length, unstrained_sagging
 from testbed.parameters.names import AXES, GRAVITY_M_S2
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.parameters.scenario import Scenario
@@ -33,7 +34,7 @@ from testbed.world.board import Board
 from testbed.world.drilling import Drilling, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.footing import Footing
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
 from testbed.world.terrain import Ground, make_ground
@@ -155,11 +156,10 @@ def _build(
     for leg, mass_kg in leg_mass_kg.items():
         b.legs[leg, ff.MASSES + 2] += mass_kg
     b.ground_normals[:] = ground.normal_in_world
-    b.ropes[:] = _ropes(scenario, start, kinematics)
+    b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
-    b.body[plant.TRACTION_AREA] = true["traction"]["piston_area_m2"]
-    b.body[plant.TRACTION_RATING] = true["traction"]["rating_n"]
+    b.body[plant.TRACTION_NUMBERS] = traction_numbers(true, strokes=scenario.ropes.strokes)
     b.gains[:] = gains(believed, float(arms[0]))
     b.reference[:] = start.joints
     b.drill_loads[:] = drill.loads
@@ -203,15 +203,25 @@ def _chain(
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
-def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel) -> Array:
+def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters) -> Array:
     ropes = np.zeros((2, plant.ROPE_COLUMNS))
     r = scenario.ropes
     for k in range(2):
         point = start.position_m + start.rotation @ kinematics.rope_attachments_m[k]
         ropes[k, plant.ANCHOR] = start.anchors_m[k]
         ropes[k, plant.ATTACH] = kinematics.rope_attachments_m[k]
-        length = float(np.linalg.norm(start.anchors_m[k] - point))
-        ropes[k, plant.UNSTRAINED] = unstrained_length(length, float(start.rope_tension_n[k]), r.stiffness_ea_n)
+        chord = start.anchors_m[k] - point
+        length, tension = float(np.linalg.norm(chord)), float(start.rope_tension_n[k])
+        if r.sag:
+            ropes[k, plant.WEIGHT] = numbers["mass_per_length_kg_m"] * GRAVITY_M_S2
+            ropes[k, plant.CLEARANCE] = numbers["clearance_m"]
+            across = ropes[k, plant.WEIGHT] * float(np.hypot(chord[0], chord[1])) / length
+            ropes[k, plant.UNSTRAINED] = unstrained_sagging(
+                length, tension, r.stiffness_ea_n, across, numbers["clearance_m"]
+            )
+        else:
+            ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, r.stiffness_ea_n)
+        ropes[k, plant.TRACTION.start + tr.WAY] = -1.0
         ropes[k, plant.TENSION] = start.rope_tension_n[k]
         ropes[k, plant.EA], ropes[k, plant.DAMPING] = r.stiffness_ea_n, r.damping_n_s_m
         ropes[k, plant.BREAKING], ropes[k, plant.WHOLE] = r.breaking_load_n, float(r.enabled)

@@ -13,6 +13,7 @@ import numpy as np
 from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws import drill as d
+from testbed.laws import traction as tr
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_wrench
@@ -23,12 +24,15 @@ from testbed.robot.linkage import joint_to_cylinder
 ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
 (UNSTRAINED, EA, DAMPING, BREAKING, WHOLE, RATE_COMMAND, RATE, TENSION) = range(6, 14)
 ROPE_FORCE = slice(14, 17)
-ROPE_COLUMNS = 17
+(WEIGHT, CLEARANCE) = range(17, 19)
+TRACTION = slice(19, 19 + tr.TRACTION_STATES)
+ROPE_COLUMNS = 19 + tr.TRACTION_STATES
 # --- body numbers (BODY_COLUMNS) ------------------------------------------------------------------------------
 COM, DRILL_POINT = slice(0, 3), slice(3, 6)
-(DRILL_PHASE, TRACTION_AREA, TRACTION_RATING) = range(6, 9)
-SHOVE = slice(9, 12)
-BODY_COLUMNS = 12
+DRILL_PHASE = 6
+SHOVE = slice(7, 10)
+TRACTION_NUMBERS = slice(10, 10 + tr.TRACTION_NUMBERS)
+BODY_COLUMNS = 10 + tr.TRACTION_NUMBERS
 
 
 @njit
@@ -93,18 +97,6 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
 
 
 @njit
-def traction_rate(rope: Any, body: Any, supply_gauge_pa: float) -> float:
-    """Rate of the unstrained length, m/s: the command, as far as pressure and rating can pull (negative = hauls in)."""
-    wanted = rope[RATE_COMMAND]
-    if wanted >= 0.0:
-        return float(wanted)
-    strength = supply_gauge_pa * body[TRACTION_AREA]
-    strength = strength if strength < body[TRACTION_RATING] else body[TRACTION_RATING]
-    reserve = (strength - rope[TENSION]) / (0.1 * strength + 1.0)
-    return float(wanted * min(1.0, max(0.0, reserve)))
-
-
-@njit
 def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any) -> float:
     """One rope: haul and pull on the body. Adds to force and torque (about the base's COM); returns oil taken, m3/s."""
     arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
@@ -115,20 +107,26 @@ def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: f
         point[i] = base[i] + arm[i]
         velocity[i] = base[7 + i]
     add_cross(base[10:13], arm, velocity)
-    rope[RATE] = traction_rate(rope, body, supply[c.P_SUPPLY] - ATMOSPHERE_PA)
+    device, numbers = rope[19:], body[10:]
+    place = device[tr.PLACE]
+    rope[RATE] = tr.traction_step(
+        device, numbers, rope[RATE_COMMAND], rope[TENSION], supply[c.P_SUPPLY] - ATMOSPHERE_PA, dt
+    )
     rope[UNSTRAINED] += dt * rope[RATE]
     out = rope[14:17]
     if rope[WHOLE] == 0.0:
         out[0] = out[1] = out[2] = 0.0
         rope[TENSION] = 0.0
         return 0.0
-    rope[TENSION] = rope_wrench(point, rope[0:3], velocity, rope[UNSTRAINED], rope[EA], rope[DAMPING], out)
+    rope[TENSION] = rope_wrench(
+        point, rope[0:3], velocity, rope[UNSTRAINED], rope[EA], rope[DAMPING], rope[WEIGHT], rope[CLEARANCE], out
+    )
     if rope[TENSION] > rope[BREAKING]:
         rope[WHOLE] = 0.0
     for i in range(3):
         force[i] += out[i]
     add_cross(arm, out, torque)
-    return abs(rope[RATE]) * body[TRACTION_AREA] if rope[RATE] < 0.0 else 0.0
+    return float(tr.oil_taken(device, numbers, rope[RATE], place, dt))
 
 
 @njit
@@ -183,7 +181,7 @@ def plant_step(
             load[i] = along if k == 2 else 0.0
             side[i] = across if k == 2 else abs(along) if k == 1 else 0.0
     for i in range(3):
-        force[i] = body[9 + i]
+        force[i] = body[7 + i]
         torque[i] = 0.0
     taken = 0.0
     for k in range(ropes.shape[0]):
@@ -226,3 +224,6 @@ def write_truth(
     row[77] = supply[c.TEMPERATURE]
     row[78] = drill[d.DEPTH]
     row[79] = drill[d.STRING_KG] + drill[d.MAST_KG]
+    for k in range(2):
+        row[80 + k] = ropes[k, 19 + tr.PLACE]
+        row[82 + k] = ropes[k, 19 + tr.MODE]

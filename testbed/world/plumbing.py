@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.laws import columns as c
+from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.parameters.names import AXES, JOINTS
 from testbed.parameters.provenance import Parameters
@@ -163,6 +164,25 @@ def unit_parameters(p: Parameters, *, pump_on: bool = True) -> Array:
     w[c.VISC_RATE], w[c.VISC_REFERENCE] = seal["viscosity_rate_1_k"], seal["viscosity_reference_degc"]
     w[c.DROOP_TIME] = 1.0
     return w
+
+
+def traction_numbers(p: Parameters, *, strokes: bool) -> Array:
+    """(TRACTION_NUMBERS): a rope's traction device; without `strokes` a winch that hauls without end.
+
+    Raises InputError for numbers that cannot be.
+    """
+    given, n = p["traction"], np.zeros(tr.TRACTION_NUMBERS)
+    for column, name in (
+        (tr.AREA, "piston_area_m2"), (tr.RATING, "rating_n"), (tr.STROKE, "stroke_m"), (tr.SPEED, "speed_max_m_s"),
+        (tr.CLAMP_S, "clamp_s"), (tr.RETURN_SPEED, "return_speed_m_s"), (tr.ANNULUS, "annulus_area_m2"),
+    ):  # fmt: skip
+        _require(given[name] > 0.0, f"traction.{name}", given[name], "> 0")
+        n[column] = given[name]
+    _require(given["seat_m"] >= 0.0, "traction.seat_m", given["seat_m"], ">= 0")
+    n[tr.SEAT] = given["seat_m"]
+    if not strokes:
+        n[tr.STROKE] = 0.0
+    return n
 
 
 def _require(condition: bool, field: str, value: object, allowed: str) -> None:

@@ -58,6 +58,8 @@ TRUTH_COLUMNS: tuple[str, ...] = (
     "oil_temperature",
     "hole_depth",
     "drill_string_mass",
+    *(f"traction_stroke_{s}" for s in SIDES),
+    *(f"traction_mode_{s}" for s in SIDES),
 )
 N_SENSED = len(sensing.MEASURED_COLUMNS)
 N_ESTIMATES = 4 * (len(METHODS) + len(EXTRA) + len(FOOT))
