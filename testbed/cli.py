@@ -78,11 +78,16 @@ def estimate(
 
 
 @app.command()
-def bench(json: Json = False) -> None:
+def bench(
+    json: Json = False,
+    scenario: Annotated[list[str] | None, typer.Option(help="Time this whole scenario (repeat for more).")] = None,
+) -> None:
     """Measure the speed against the bare engine.
 
     Whole loop and bare engine take turns in one process.
     """
+    if scenario:
+        return _bench_scenarios(scenario, json)
     from testbed.evaluation.bench import bench as measured
     from testbed.report.console import print_json, print_table, waiting
 
@@ -92,6 +97,18 @@ def bench(json: Json = False) -> None:
         print_json(found)
     else:
         print_table("Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()])
+
+
+def _bench_scenarios(names: list[str], json: bool) -> None:
+    from testbed.evaluation.bench_scenarios import scenario_speeds
+    from testbed.report.console import print_json, print_table, waiting
+
+    with waiting("measuring"):
+        found = scenario_speeds(names)
+    if json:
+        return print_json(found)
+    rows = [[f"{v:.3g}" if isinstance(v, float) else v for v in row.values()] for row in found]
+    print_table("Speed of whole scenarios", list(found[0]), rows)
 
 
 @app.command("scenario-schema")

@@ -47,7 +47,7 @@ def stability_summary(scenario: Scenario, data: Columns, truth: Columns) -> dict
 
 
 def _model(scenario: Scenario) -> RobotModel:
-    mass = scenario.robot.payload_kg
+    mass = scenario.carried_kg
     payload = Payload(mass, roboclimber()["rod_store_body"]["position_m"]) if mass > 0 else None
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
     return RobotModel(urdf, payload, scenario.ropes.attachment_height_m)

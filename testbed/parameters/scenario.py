@@ -12,6 +12,7 @@ from pydantic import Field
 from testbed.errors import InputError
 from testbed.parameters.checked import Checked, Numbers, Sequence, checked
 from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_parts import (
     Control,
     Estimator,
@@ -66,6 +67,11 @@ class Scenario(Checked):
     mutation: Mutation | None = Field(
         default=None, description="a change under which `expect` must fail; tests apply it, a run does not"
     )
+
+    @property
+    def carried_kg(self) -> float:
+        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
+        return self.robot.payload_kg + (self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0)
 
 
 def load_scenario(

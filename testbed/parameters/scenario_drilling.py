@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -75,6 +76,16 @@ class DrillHole(Checked):
     extract: bool = Field(default=True, description="take the rods out when the depth is reached")
     keep_mast: bool = Field(default=True, description="the vertical joints keep the mast at right angles to the slope")
     rock: Rock = Rock()
+
+    @property
+    def rods_at_start(self) -> int:
+        """Rods in the string at the start."""
+        return max(1, math.ceil(self.drilled_m / self.rod_length_m - 1e-9))
+
+    @property
+    def stored_kg(self) -> float:
+        """Rods in the store at the start, kg."""
+        return (self.rods - self.rods_at_start) * self.rod_kg
 
     @model_validator(mode="after")
     def _rods_reach(self) -> DrillHole:

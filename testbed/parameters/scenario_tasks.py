@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from testbed.parameters.checked import Checked, Sequence, Triple, impossible
+from testbed.parameters.names import AXES
 from testbed.parameters.scenario_drilling import DrillHole
 
 Leg = Literal["fl", "fr", "rl", "rr"]
@@ -242,4 +243,23 @@ class SetSupply(Checked):
     pressure_pa: float = Field(ge=0, le=3.5e7, description="new set pressure [Pa]")
 
 
-Event = Annotated[CutRope | SetRope | Payload | Shove | LiftFoot | SetSupply, Field(discriminator="kind")]
+class FailSensor(Checked):
+    """A pressure transducer fails: it stays where it is, or reads nothing."""
+
+    kind: Literal["fail_sensor"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    at: str = Field(default="fl_vertical", description="<leg>_<joint>")
+    chamber: Literal["a", "b"] = Field(default="a", description="which chamber's transducer")
+    how: Literal["stuck", "dead"] = Field(
+        default="stuck", description="stuck: shows what it showed last; dead: shows 0"
+    )
+
+    @field_validator("at")
+    @classmethod
+    def _an_axis(cls, value: str) -> str:
+        if value not in AXES:
+            raise impossible("no transducer sits there", ", ".join(AXES))
+        return value
+
+
+Event = Annotated[CutRope | SetRope | Payload | Shove | LiftFoot | SetSupply | FailSensor, Field(discriminator="kind")]

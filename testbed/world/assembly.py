@@ -22,7 +22,7 @@ from testbed.laws import drill as d
 from testbed.laws import traction as tr
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
-from testbed.parameters.names import AXES, GRAVITY_M_S2
+from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.parameters.scenario import Scenario
 from testbed.robot import foot_forces as ff
@@ -85,6 +85,12 @@ class Machine:
         b = self.board
         return np.asarray(self.origin_in_world() + self.kinematics.foot_positions_m(b.q) @ b.rotation.T)
 
+    def settlement(self) -> dict[str, dict[str, float]]:
+        """How far loose ground has given way under each foot, m; nothing on firm ground."""
+        if self.footing is None or not self.footing.loose:
+            return {}
+        return {"settlement_m": dict(zip(LEGS, self.footing.settlement_m.tolist(), strict=True))}
+
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:
         """The robot on its slope, seen from the lower left, with ropes and drill rod."""
         from testbed.world.scene import picture
@@ -114,8 +120,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     apply_undeclared(scenario.undeclared, places)
     rod_store = true["rod_store_body"]
     drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
-    stored_kg = scenario.robot.payload_kg + drill.store_kg
-    payload = Payload(stored_kg, rod_store["position_m"]) if stored_kg > 0 else None
+    payload = Payload(scenario.carried_kg, rod_store["position_m"]) if scenario.carried_kg > 0 else None
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
     kinematics = RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
     engine = Engine(

@@ -49,7 +49,7 @@ class DrillCycle:
         self._sticking = sticking_places(task.rock, task.depth_m, task.rod_length_m, task.feed_n, rng)
         self._rng = np.random.default_rng([seed, 12])
         self._numbers = numbers
-        self.rods = max(1, math.ceil(task.drilled_m / task.rod_length_m - 1e-9))
+        self.rods = task.rods_at_start
         self.depth_m = self.bit_m = task.drilled_m
         self._in_hand = 0
         self._since = 0.0

@@ -28,11 +28,6 @@ class Drilling(Protocol):
     ordered: Array
     """(2,) thrust (N, + away from the slope) and torque on the rod (N m) that the drill's controls ask for."""
 
-    @property
-    def store_kg(self) -> float:
-        """Rods of this task in the store, kg."""
-        ...
-
     def update(self, t: float, dt: float) -> list[Happened]:
         """Set the loads that hold from t to t + dt (s); returns what has happened, without its time."""
         ...
@@ -55,11 +50,6 @@ class DrillProgram:
         self._changed = -1
         if task is not None:
             self._starts = list(accumulate((p.duration_s for p in task.phases), initial=task.start_s))
-
-    @property
-    def store_kg(self) -> float:
-        """None: rods that a phase moves come out of the store's own mass."""
-        return 0.0
 
     def update(self, t: float, dt: float) -> list[Happened]:
         """See Drilling."""

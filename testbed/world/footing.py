@@ -67,6 +67,11 @@ class Footing:
         self._print = start[:, :2].copy()
 
     @property
+    def loose(self) -> bool:
+        """Whether any of the ground settles."""
+        return self._terrain.loose
+
+    @property
     def stiffness_n_m(self) -> Array:
         """Stiffness under each foot (4), N/m."""
         return np.array([p.stiffness_n_m for p in self._under])

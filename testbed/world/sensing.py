@@ -73,6 +73,12 @@ def sensor_arrays(p: Parameters, chosen: Sensors, rng: np.random.Generator) -> t
     return t, common
 
 
+def fail(transducer: Array, reading_pa: float) -> None:
+    """Let a transducer (PRESSURE_COLUMNS) show the same reading, Pa gauge, from now on."""
+    transducer[[GAIN, DRIFT, THERMAL, NOISE, RESOLUTION]] = 0.0
+    transducer[ZERO] = reading_pa
+
+
 @njit
 def counted(value: float, count: float) -> float:
     """A value as a counter of step `count` shows it; unchanged for count 0."""

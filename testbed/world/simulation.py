@@ -20,7 +20,7 @@ from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.parameters.scenario import Scenario
-from testbed.parameters.scenario_tasks import CutRope, Payload, SetSupply, Shove
+from testbed.parameters.scenario_tasks import CutRope, FailSensor, Payload, SetSupply, Shove
 from testbed.world import plant, precompile, sensing
 from testbed.world.assembly import Machine, assemble
 from testbed.world.between import CONTROL, ESTIMATE, FEET, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
@@ -285,6 +285,10 @@ class Simulation:
             self._rope_was_whole[side] = False
         elif isinstance(event, SetSupply):
             m.board.unit[c.PUMP_SET] = event.pressure_pa + ATMOSPHERE_PA
+        elif isinstance(event, FailSensor):
+            number = AXES.index(event.at) + (len(AXES) if event.chamber == "b" else 0)
+            reading = float(self._row[sensing.PRESSURE_A.start + number])
+            sensing.fail(m.board.transducers[number], reading if event.how == "stuck" else 0.0)
         elif isinstance(event, Shove):
             self._shoves.append(event)
         elif isinstance(event, Payload):
@@ -319,7 +323,7 @@ class Simulation:
             "foot_slip_m": m.judge.slip_m,
             "tilt_deg": math.degrees(m.judge.tilt_rad),
             **m.drill.summary(),
-            **({"settlement_m": dict(zip(LEGS, m.footing.settlement_m.tolist(), strict=True))} if m.footing else {}),
+            **m.settlement(),
             "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
             "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),
@@ -332,7 +336,7 @@ class Simulation:
         robot = self.scenario.robot
         return {
             "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
-            "payload_kg": robot.payload_kg,
+            "payload_kg": self.scenario.carried_kg,
             "urdf": robot.urdf,
         }
 
