@@ -20,6 +20,7 @@ from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
 from testbed.effects.valve_deadband import opening
 from testbed.estimation.motion import smooth
+from testbed.laws.linear import second_order
 
 Array = npt.NDArray[np.float64]
 SMOOTH_DROP_PA = 5e4
@@ -63,15 +64,23 @@ COMMAND_LEAD_SAMPLES = 0.75
 
 def spool(command: Array, rate_hz: float, natural_frequency_hz: float, damping: float) -> Array:
     """Spool position (-1..1), shape (n,): exact second-order response to a command held between samples."""
-    from scipy.signal import cont2discrete, lfilter, lfilter_zi, ss2tf
-
-    w = 2.0 * np.pi * natural_frequency_hz
-    state = (np.array([[0.0, 1.0], [-w * w, -2.0 * damping * w]]), np.array([[0.0], [w * w]]))
-    a, b, c, d, _ = cont2discrete((*state, np.array([[1.0, 0.0]]), np.zeros((1, 1))), 1.0 / rate_hz, "zoh")
-    num, den = ss2tf(a, b, c, d)
-    late = lfilter(num[0], den, command, zi=lfilter_zi(num[0], den) * command[0])[0]
+    step = second_order(2.0 * np.pi * natural_frequency_hz, damping, 1.0 / rate_hz)
+    late = _following(np.asarray(command, dtype=np.float64), *step)
     index = np.arange(len(command), dtype=np.float64)
     return np.asarray(np.interp(index + COMMAND_LEAD_SAMPLES, index, late), dtype=np.float64)
+
+
+@njit
+def _following(command: Array, yy: float, yr: float, ry: float, rr: float) -> Array:
+    """Position (n,) of a second-order system that starts at rest on its command, held between samples."""
+    out = np.empty(command.size)
+    y, rate = command[0], 0.0
+    for k in range(command.size):
+        out[k] = y
+        off = y - command[k]
+        y = command[k] + yy * off + yr * rate
+        rate = ry * off + rr * rate
+    return out
 
 
 def edge_flow(

@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from testbed.compiled import njit
+
 Array = npt.NDArray[np.float64]
 
 
@@ -55,13 +57,19 @@ def smooth(values: Array, width_samples: float, derivative: int = 0) -> Array:
 
 def smooth_causal(values: Array, width_samples: float) -> Array:
     """Two equal one-pole low-passes in a row: their impulse response has standard deviation `width_samples`."""
-    from scipy.signal import lfilter
+    pole = float(np.exp(-np.sqrt(2.0) / max(width_samples, 0.3)))
+    return np.asarray(_twice_low_passed(np.asarray(values, dtype=np.float64), pole), dtype=np.float64)
 
-    pole = np.exp(-np.sqrt(2.0) / max(width_samples, 0.3))
-    out = values
-    for _ in range(2):
-        out = lfilter([1.0 - pole], [1.0, -pole], out, zi=np.array([pole * out[0]]))[0]
-    return np.asarray(out, dtype=np.float64)
+
+@njit
+def _twice_low_passed(values: Array, pole: float) -> Array:
+    out = np.empty(values.size)
+    first = second = values[0]
+    for k in range(values.size):
+        first = pole * first + (1.0 - pole) * values[k]
+        second = pole * second + (1.0 - pole) * first
+        out[k] = second
+    return out
 
 
 def motion(position_m: Array, rate_hz: float, width_s: float, causal: bool = False) -> tuple[Array, Array, Array]:
