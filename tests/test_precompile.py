@@ -25,6 +25,7 @@ world = Simulation(load_scenario("drill_slope_45", duration=1.0))
 world.run_block(1)
 from testbed.world import precompile
 calls = precompile.calls([precompile.EVERYTHING, 0, 0, 0, 0, *world._fixed, world._noise, *world._empty])
+calls += precompile.estimator_calls()
 beside = resource.getrusage(resource.RUSAGE_CHILDREN)
 print(json.dumps({
     "cpu_s": time.process_time(), "beside_s": beside.ru_utime + beside.ru_stime,
@@ -42,7 +43,8 @@ def test_two_processes_compile_each_kernel_once(tmp_path: Path) -> None:
     assert set(found["signatures"].values()) == {1}  # as the step calls them, and no other
     if len(os.sched_getaffinity(0)) < 2:
         pytest.skip("one core: nothing runs beside")
-    assert found["compiled"]["plant_step"] == found["compiled"]["feet_under_motion"] == 0
+    for kernel in ("plant_step", "feet_under_motion", "balance", "step_axis"):
+        assert found["compiled"][kernel] == 0
     assert found["compiled"]["step_chain"] == 1
     assert 1.0 / 3.0 < found["beside_s"] / found["cpu_s"] < 3.0  # the work is shared out evenly
 
@@ -53,7 +55,7 @@ def test_the_second_process_compiles_the_plant_for_the_types_that_the_step_hands
     board = Board()
     q, qd, base = found["plant_step"][:3]
     assert [numba.typeof(a) for a in (q, qd, base)] == [numba.typeof(a) for a in (board.q, board.qd, board.base)]
-    for kernel, given in precompile.calls(precompile.plant_arguments()):
+    for kernel, given in precompile.calls(precompile.plant_arguments()) + precompile.estimator_calls():
         inspect.signature(kernel.py_func).bind(*given)
 
 

@@ -1,7 +1,7 @@
 """On a cold cache: the kernels between two engine steps, compiled by two processes beside each other.
 
-The first process needs the contact solver to build its world; meanwhile the second compiles the plant into the shared
-cache. The first goes on with what is left, and finds the plant there.
+The first process needs the contact solver to build its world; meanwhile the second compiles parts of the estimator and
+the plant into the shared cache. The first goes on with what is left, and finds them there.
 """
 
 from __future__ import annotations
@@ -18,12 +18,14 @@ from typing import Any
 import numpy as np
 
 from testbed import compiled
+from testbed.estimation.axis_kernel import step_axis
+from testbed.estimation.own_kernel import balance
 from testbed.world.between import FEET, MOVE, PLANT, between_steps
 from testbed.world.board import Board
 
 Call = tuple[Any, tuple[Any, ...]]
 PLANT_KERNELS = ("plant_step", "feet_under_motion")
-"""The second process's share: about half of the work."""
+"""The second process's share of what the step calls; with `estimator_calls` about half of all work."""
 EVERYTHING = 2**20 - 1
 
 
@@ -50,6 +52,15 @@ def calls(arguments: Sequence[Any]) -> list[Call]:
     return found
 
 
+def estimator_calls() -> list[Call]:
+    """The costly kernels within the estimator's step."""
+    row = np.zeros(1)
+    return [
+        (balance, (row, row, row, row, row, row, 0.0, row, row)),
+        (step_axis, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, row, row, row)),
+    ]
+
+
 def plant_arguments() -> list[Any]:
     """Arguments of between_steps that reach the plant; what the rest would take is left empty."""
     known = {"flags": MOVE | FEET | PLANT, "board": Board().array}
@@ -72,17 +83,18 @@ def beside() -> subprocess.Popen[bytes] | None:
 def finish(process: subprocess.Popen[bytes] | None, arguments: Sequence[Any]) -> None:
     """Compile the first process's share, then wait for the second one; `arguments` of between_steps, flags aside."""
     if process is not None:
-        _compile([EVERYTHING, *arguments], lambda name: name not in PLANT_KERNELS)
+        with suppress(Exception):  # what does not compile here is left to the step that needs it
+            found = calls([EVERYTHING, *arguments])
+            _compile([call for call in found if call[0].py_func.__name__ not in PLANT_KERNELS])
         process.wait()
 
 
-def _compile(arguments: Sequence[Any], wanted: Any) -> None:
-    """Compile the wanted kernels; what does not compile here is left to the step that needs it."""
-    with suppress(Exception):
-        for kernel, given in calls(arguments):
-            if wanted(kernel.py_func.__name__):
-                compiled.compile_for(kernel, *given)
+def _compile(wanted: Sequence[Call]) -> None:
+    for kernel, given in wanted:
+        with suppress(Exception):
+            compiled.compile_for(kernel, *given)
 
 
 if __name__ == "__main__":
-    _compile(plant_arguments(), lambda name: name in PLANT_KERNELS)
+    _compile(estimator_calls())
+    _compile([call for call in calls(plant_arguments()) if call[0].py_func.__name__ in PLANT_KERNELS])
