@@ -24,7 +24,7 @@ from testbed.world.between import FEET, MOVE, PLANT, between_steps
 from testbed.world.board import Board
 
 Call = tuple[Any, tuple[Any, ...]]
-PLANT_KERNELS = ("plant_step", "feet_under_motion")
+PLANT_KERNELS = ("plant_step",)
 """The second process's share of what the step calls; with `estimator_calls` about half of all work."""
 EVERYTHING = 2**20 - 1
 
