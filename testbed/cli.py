@@ -385,6 +385,32 @@ def hydraulics(
         print_table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in answer[name].items()])
 
 
+@app.command("contact-loss")
+def contact_loss(
+    out: Annotated[Path, typer.Option(help="Folder for contact_loss.json, .html and scenes; goes on where it was.")],
+    hours: Annotated[float, typer.Option(help="Hours of drilling without losses; losses are scaled with them.")] = 8.0,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    tune: Annotated[bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")] = False,
+    json: Json = False,
+) -> None:
+    """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
+    from testbed.evaluation.contact_loss import count_scenes, run
+    from testbed.evaluation.contact_loss_summary import table
+    from testbed.report.console import print_json, print_table
+    from testbed.report.contact_loss_page import write_contact_loss
+    from testbed.report.progress import counting_progress
+
+    split = "tuning" if tune else "scoring"
+    with counting_progress(count_scenes(split, hours), "scenes") as progress:
+        found = run(out, hours, jobs, split, progress)
+    result, page = write_contact_loss(found, hours, out, tune)
+    if json:
+        print_json(result)
+    else:
+        print_table("Contact loss", *table(result))
+        print(page)
+
+
 @app.command()
 def sweep(
     file: Annotated[str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")],

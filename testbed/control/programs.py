@@ -12,6 +12,7 @@ from testbed.control.mast import KeepMast
 from testbed.control.pace import Pace
 from testbed.control.references import Hold, Program
 from testbed.control.rope_hold import RopeHold
+from testbed.control.supervisor import Supervisor
 from testbed.control.sway import SwayProgram
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario
@@ -32,6 +33,18 @@ def program_of(
     loads_n: Array,
 ) -> Program:
     """The program of a scenario's task, from the start posture (12), ropes (2; 2, 3; 2, 3) and feet's loads (4)."""
+    program = _program_of(scenario, start, rope_tension_n, rope_directions_in_body, anchors_in_body, loads_n)
+    return Supervisor(program) if scenario.control.supervisor else program
+
+
+def _program_of(
+    scenario: Scenario,
+    start: Array,
+    rope_tension_n: Array,
+    rope_directions_in_body: Array,
+    anchors_in_body: Array,
+    loads_n: Array,
+) -> Program:
     program: Program
     if isinstance(scenario.task, Crawl):
         program = _crawl(scenario, scenario.task, start, rope_tension_n, anchors_in_body, loads_n)

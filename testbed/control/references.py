@@ -28,6 +28,8 @@ class Command:
     """Rate of the ropes' unstrained lengths: negative hauls in."""
     carrying: NDArray[np.bool_] = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
     """Which feet are meant to carry."""
+    hold_drill: bool = False
+    """The drill is to stop pushing, pulling and turning, and to wait."""
     still: bool = False
     """Nothing differs from the last tick's command."""
 

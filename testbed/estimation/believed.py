@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.estimation.detectors import signals
 from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
 from testbed.parameters.names import GRAVITY_M_S2, LEGS
 from testbed.parameters.provenance import Parameters
@@ -110,9 +111,17 @@ class Tuning:
     friction_sd_share: float = 0.15
     speed_sd_m_s: float = 0.002
     acceleration_sd_m_s2: float = 0.15
-    contact_on_n: float = 1500.0
-    contact_off_n: float = 700.0
+    contact_on_n: float = 1100.0
+    contact_off_n: float = 800.0
     contact_dwell_s: float = 0.02
+    lost_dwell_s: float = 0.0
+    """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""
+
+
+def _shipped_valve() -> NDArray[np.float64]:
+    from testbed.parameters.provenance import roboclimber
+
+    return signals.parameters(roboclimber(), 1.0e-3)
 
 
 @dataclass(frozen=True)
@@ -126,6 +135,10 @@ class Believed:
     tuning: Tuning = field(default_factory=Tuning)
     body: NDArray[np.float64] = field(default_factory=partial(np.zeros, 0))
     """The whole machine as body_belief.packed gives it; empty: each vertical cylinder is estimated by itself."""
+    supply_pa: float = 9.0e6
+    """Supply pressure where none is measured, gauge."""
+    valve: NDArray[np.float64] = field(default_factory=_shipped_valve)
+    """Valve and oil as the contact detector believes them (detectors/signals.py)."""
 
     def __post_init__(self) -> None:
         """Refuse numbers that no chain can run on."""
@@ -158,7 +171,9 @@ class Believed:
             seal_stiffness_n_m=seal["bristle_stiffness_n_m"],
             valve_deadband=machine["valve"]["deadband"],
         )
-        return cls._of(base, effects, dt_s, machine["sensor"]["encoder_linear_m"])
+        found = cls._of(base, effects, dt_s, machine["sensor"]["encoder_linear_m"])
+        supply = machine["power_unit"]["supply_pressure_pa"]
+        return replace(found, supply_pa=supply, valve=signals.parameters(machine, dt_s))
 
     @classmethod
     def from_model(cls, model: LegModel, dt_s: float, encoder_resolution_m: float = 1.0e-4) -> Believed:

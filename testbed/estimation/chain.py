@@ -23,11 +23,14 @@ from testbed.errors import InputError
 from testbed.estimation.believed import Believed
 from testbed.estimation.chain_kernel import (
     METHODS,
+    OIL,
     OUTPUTS,
     STATE_COLUMNS,
+    SUPPLY,
     replay_chain,
     step_chain,
 )
+from testbed.estimation.detectors.table import BEST, by_name
 from testbed.estimation.own_kernel import STATE_SIZE
 from testbed.parameters.names import AXES, LEGS, SIDES
 
@@ -65,7 +68,8 @@ class EstimatorChain:
                 believed.dt_s, believed.encoder_resolution_m, t.observer_rad_s, t.rest_m_s, t.slide_m_s,
                 t.pressure_sd_pa, t.friction_sd_share, t.speed_sd_m_s, t.acceleration_sd_m_s2,
                 20.0, t.kbf_q_n2, t.kbf_r_n2, t.e_max_n, t.hold_samples,
-                t.contact_on_n, t.contact_off_n, t.contact_dwell_s,
+                t.contact_on_n, t.contact_off_n, t.contact_dwell_s, t.lost_dwell_s,
+                believed.supply_pa, *by_name(BEST).numbers[:-1], believed.dt_s, *believed.valve,
             ]
         )  # fmt: skip
         self._state = np.zeros((len(LEGS), STATE_COLUMNS))
@@ -101,6 +105,7 @@ class EstimatorChain:
         inertial: Array = _NOUGHT,
         carrying: Array = _ALL,
         drill_ordered: Array = _NOUGHT[:2],
+        supply_pressure_pa: float | None = None,
     ) -> Array:
         """One period. Pressures (Pa, gauge), encoder readings (m, rad) and commands (1) are [12] by axis.
 
@@ -109,7 +114,8 @@ class EstimatorChain:
         N m [2] serve the body's balance, where one is believed. Returns `output`
         [len(OUTPUTS), 4], the chain's own array.
         """
-        self._common[9] = oil_temperature_degc
+        self._common[OIL] = oil_temperature_degc
+        self._common[SUPPLY] = self.believed.supply_pa if supply_pressure_pa is None else supply_pressure_pa
         step_chain(
             pressure_a_pa, pressure_b_pa, position, gravity_in_body_m_s2, valve_command,
             rope_tension_n, attitude_rad, inertial, carrying, drill_ordered,
@@ -139,6 +145,7 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     g = believed.gravity_m_s2 * np.cos(pitch)
     gravity = np.stack([believed.gravity_m_s2 * np.sin(pitch), -g * np.sin(roll), -g * np.cos(roll)], axis=1)
     temperature = np.ascontiguousarray(columns.get("oil_temperature", np.full(len(roll), 20.0)))
+    supply = np.ascontiguousarray(columns.get("supply_pressure", np.full(len(roll), believed.supply_pa)))
     chain = EstimatorChain(believed)
     out = np.empty((len(roll), len(OUTPUTS), len(LEGS)))
     n = len(roll)
@@ -151,8 +158,8 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     if "specific_force_x" in columns:
         inertial[:, 3:] = _stacked(columns, [f"specific_force_{k}" for k in "xyz"], zeros)
     replay_chain(
-        pa, pb, q, gravity, u, temperature, rope, attitude, inertial, carrying, ordered, *chain.arrays[:-1], out
-    )
+        pa, pb, q, gravity, u, temperature, supply, rope, attitude, inertial, carrying, ordered, *chain.arrays[:-1], out
+    )  # fmt: skip
     flat = out.reshape(len(roll), -1)
     return {name: np.ascontiguousarray(flat[:, i]) for i, name in enumerate(COLUMNS)}
 

@@ -9,8 +9,36 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.estimation import contact, encoder, friction_at_rest
+from testbed.estimation.detectors import combined, signals
 from testbed.estimation.filters import kbf, modified_kbf, persistent
 from testbed.estimation.friction_set import FRICTION_SIZE, friction_set, published
+from testbed.estimation.leg_columns import (
+    AREA_A,
+    AREA_B,
+    BULK,
+    CUSHION,
+    CUSHION_START,
+    DEAD_A,
+    DEAD_B,
+    DEADBAND,
+    DRIFT_A,
+    EXTRA_MASS,
+    GAIN_A,
+    GAIN_B,
+    LOAD_COEFFICIENT,
+    MASS,
+    OFFSET,
+    PRESSURE_COEFFICIENT,
+    RATE,
+    REFERENCE,
+    SEAL,
+    SLOPE,
+    SPRING,
+    SPRING_REST,
+    STROKE,
+    ZERO_A,
+    ZERO_B,
+)
 from testbed.estimation.own_kernel import OUT_ROWS, step_own
 
 Array = NDArray[np.float64]
@@ -21,15 +49,13 @@ FOOT = ("own_x", "own_y", "own_z", "own_x_sd", "own_y_sd", "own_z_sd")
 OUTPUTS = (*METHODS, "own_low", "own_high", "own_sd", "velocity", "acceleration", "contact", *FOOT)
 """Rows of the output [len(OUTPUTS), 4]: N; N; N; m/s; m/s2; 0 or 1; N."""
 
-# a leg's packed numbers: friction[8], then believed.SCALARS
-AREA_A, AREA_B, MASS, EXTRA_MASS, STROKE, GAIN_A, GAIN_B, ZERO_A, ZERO_B, DRIFT_A = range(8, 18)
-SLOPE, PRESSURE_COEFFICIENT, LOAD_COEFFICIENT, RATE, REFERENCE = range(18, 23)
-SPRING, SPRING_REST, CUSHION, CUSHION_START, OFFSET = range(23, 28)
-DEAD_A, DEAD_B, BULK, SEAL, DEADBAND = range(28, 33)
 # what is common to the legs
 DT, RESOLUTION, OBSERVER, REST, SLIDE, PRESSURE_SD, FRICTION_SD, SPEED_SD, ACCELERATION_SD, OIL = range(10)
 FILTER = 10  # Q, R, e_max, hold
-CONTACT = 14  # on, off, dwell
+CONTACT = 14  # on, off, dwell on, dwell off
+SUPPLY = 18  # measured, Pa
+COMBINED = 19  # numbers of the combined detector
+WATCH = COMBINED + 5  # numbers of detectors/signals.py
 # a leg's state: encoder, the three filters, contact, friction at rest, time
 ENCODER = 0
 KBF = ENCODER + encoder.STATE_SIZE
@@ -40,7 +66,9 @@ AT_REST = WORD + contact.STATE_SIZE
 TIME = AT_REST + friction_at_rest.STATE_SIZE
 SLID = TIME + 1
 FACTOR = SLID + 1  # work space: this leg's friction (5) at the oil's temperature
-STATE_COLUMNS = FACTOR + FRICTION_SIZE
+WATCHED = FACTOR + FRICTION_SIZE
+MIXED = WATCHED + signals.STATE_SIZE
+STATE_COLUMNS = MIXED + combined.STATE_SIZE
 
 
 @njit
@@ -68,7 +96,7 @@ def step_leg(
     v, a = encoder.bounded_speed(e, c[RESOLUTION], c[REST]), e[encoder.A]
     slides = encoder.sliding(e, c[RESOLUTION], c[REST], c[SLIDE])
 
-    f = s[FACTOR:STATE_COLUMNS]
+    f = s[FACTOR:WATCHED]
     for k in range(FRICTION_SIZE):
         f[k] = leg[k]
     if leg[RATE] != 0.0:
@@ -146,19 +174,35 @@ def step_chain(
                 out[5 + k, leg] = found[k, leg]
             for k in range(6):
                 out[12 + k, leg] = found[4 + k, leg]
+    contact_words(pa, pb, q, gravity, u, legs, c, state, out)
+
+
+@njit
+def contact_words(
+    pa: Array, pb: Array, q: Array, gravity: Array, u: Array, legs: Array, c: Array, state: Array, out: Array
+) -> None:
+    """The best detector of detectors/table.py, live: its load through hysteresis and dwell into out[11]."""
+    seen, score = np.empty((len(signals.SIGNALS), 4)), np.empty(4)
     for leg in range(4):
-        out[11, leg] = contact.step(state[leg, WORD:AT_REST], out[5, leg], c[DT], c[CONTACT:])
+        i, one = 3 * leg + 2, legs[leg]
+        a = (pa[i] - one[ZERO_A]) / (1.0 + one[GAIN_A])
+        b = (pb[i] - one[ZERO_B]) / (1.0 + one[GAIN_B])
+        seen[signals.OWN, leg] = out[5, leg]
+        signals.step_leg(a, b, q[i], u[i], c[SUPPLY], -gravity[2], one, c[WATCH:], state[leg, WATCHED:MIXED], seen, leg)
+    combined.step(seen, state[:, MIXED:STATE_COLUMNS], c[COMBINED:WATCH], score)
+    for leg in range(4):
+        out[11, leg] = contact.step(state[leg, WORD:AT_REST], -score[leg], c[DT], c[CONTACT:SUPPLY])
 
 
 @njit
 def replay_chain(
-    pa: Array, pb: Array, q: Array, gravity: Array, u: Array, oil: Array,
+    pa: Array, pb: Array, q: Array, gravity: Array, u: Array, oil: Array, supply: Array,
     rope: Array, attitude: Array, inertial: Array, carrying: Array, ordered: Array,
     legs: Array, c: Array, state: Array, body: Array, own: Array, out: Array,
 ) -> None:  # fmt: skip
-    """`step_chain` over n rows: every measured argument with a first dimension n, oil [n] in degC, out [n, .., 4]."""
+    """`step_chain` over n rows: measured arguments with a first dimension n, oil [n] degC, supply [n] Pa."""
     for k in range(pa.shape[0]):
-        c[OIL] = oil[k]
+        c[OIL], c[SUPPLY] = oil[k], supply[k]
         step_chain(
             pa[k], pb[k], q[k], gravity[k], u[k], rope[k], attitude[k], inertial[k], carrying[k], ordered[k],
             legs, c, state, body, own, out[k],

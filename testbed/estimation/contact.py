@@ -18,13 +18,14 @@ WORD, SINCE = range(STATE_SIZE)
 
 @njit
 def step(s: NDArray[np.float64], load_n: float, dt_s: float, p: NDArray[np.float64]) -> float:
-    """Hysteresis with dwell: 1 once load >= p[0] has lasted p[2] s, 0 once load <= p[1] has lasted p[2] s.
+    """Hysteresis with dwell: 1 once load >= p[0] has lasted p[2] s, 0 once load <= p[1] has lasted p[3] s.
 
-    p = [on N, off N, dwell s], on > off; in between the word stays. A load that is not a number changes nothing.
+    p = [on N, off N, dwell on s, dwell off s], on > off; in between the word stays, also with a load that is no number.
     """
     contradicts = load_n <= p[1] if s[WORD] > 0.5 else load_n >= p[0]
     s[SINCE] = s[SINCE] + dt_s if contradicts else 0.0
-    if s[SINCE] >= p[2] - 0.5 * dt_s:
+    dwell = p[3] if s[WORD] > 0.5 else p[2]
+    if contradicts and s[SINCE] >= dwell - 0.5 * dt_s:
         s[WORD], s[SINCE] = 1.0 - s[WORD], 0.0
     return float(s[WORD])
 

@@ -191,6 +191,9 @@ class Control(Checked):
         description="vertical set points wander up and down by this, all alike: friction at rest shows itself [m]",
     )
     dither_hz: float = Field(default=2.0, gt=0, le=10, description="how often a second [Hz]")
+    supervisor: bool = Field(
+        default=False, description="true: when a foot loses its load the drill stops and the foot is lowered"
+    )
 
 
 class Estimator(Checked):

@@ -11,7 +11,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import GAIN_COLUMNS, control_step
-from testbed.estimation.chain_kernel import OIL, step_chain
+from testbed.estimation.chain_kernel import OIL, SUPPLY, step_chain
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.robot.foot_forces import LEG_COLUMNS
@@ -87,7 +87,7 @@ def between_steps(
             board[_BODY : _BODY + 3],
         )  # fmt: skip
     if flags & ESTIMATE:
-        chain_common[OIL] = row[sensing.TEMPERATURE]
+        chain_common[OIL], chain_common[SUPPLY] = row[sensing.TEMPERATURE], row[sensing.SUPPLY]
         step_chain(
             row[13:25], row[25:37], row[1:13], board[_GRAVITY : _GRAVITY + 3], row[37:49],
             row[51:53], row[53:56], row[56:62], row[_CARRYING : _CARRYING + 4], row[_CARRYING + 4 : _CARRYING + 6],

@@ -24,6 +24,7 @@ from testbed.parameters.scenario_tasks import CutRope, FailSensor, Payload, SetS
 from testbed.world import plant, precompile, sensing
 from testbed.world.assembly import Machine, assemble
 from testbed.world.between import CONTROL, ESTIMATE, FEET, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
+from testbed.world.drill_hold import DrillHold
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -98,6 +99,7 @@ class Simulation:
         self._noise = np.zeros((0, sensing.NOISES + sensing.ADDED_NOISES))
         self._samples = 0
         self._command: Command = Command()
+        self._hold = DrillHold()
         m, b = self.machine, self.machine.board
         self._rope_was_whole = [bool(whole) for whole in b.ropes[:, plant.WHOLE]]
         self._row[REFERENCE] = m.start_joints
@@ -203,7 +205,8 @@ class Simulation:
         m = self.machine
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
-        self.events += [{"t": t, **news} for news in m.drill.update(t, 1.0 / TICK_HZ)]
+        happened = self._hold.update(m.drill, t, 1.0 / TICK_HZ, self._command.hold_drill)
+        self.events += [{"t": t, **news} for news in happened]
         self._row[ORDERED] = m.drill_belief()
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)

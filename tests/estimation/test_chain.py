@@ -152,14 +152,14 @@ def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
 
 def test_contact_word_changes_after_its_dwell_and_not_before():
     load = np.concatenate([np.full(100, 5000.0), np.full(100, 0.0)])
-    words = contact.run(load, 1e-3, np.array([1500.0, 700.0, 0.02]), 0.0)
+    words = contact.run(load, 1e-3, np.array([1500.0, 700.0, 0.02, 0.02]), 0.0)
     assert words[18] == 0.0 and words[19] == 1.0
     assert words[118] == 1.0 and words[119] == 0.0
 
 
 def test_load_between_both_thresholds_keeps_the_contact_word():
     middle = np.full(500, 1000.0)
-    p = np.array([1500.0, 700.0, 0.02])
+    p = np.array([1500.0, 700.0, 0.02, 0.02])
     assert np.all(contact.run(middle, 1e-3, p, 1.0) == 1.0)
     assert np.all(contact.run(middle, 1e-3, p, 0.0) == 0.0)
 

@@ -1,0 +1,54 @@
+"""All detectors of contact loss: one line each. Their constants were set on the benchmark's tuning scenes."""
+
+from __future__ import annotations
+
+from testbed.errors import InputError
+from testbed.estimation.detectors import (
+    combined,
+    cusum,
+    expected_difference,
+    glr,
+    momentum,
+    multiple_model,
+    signals,
+    threshold,
+    warning,
+)
+from testbed.estimation.detectors.base import Detector
+
+BEST = "combined"
+_RUNGS = {
+    "one_chamber": "threshold on one chamber (1)", "two_chamber": "threshold on two chambers (3)",
+    "friction": "threshold on the force less friction (7)", "kbf": "threshold on the published filter",
+    "modified_kbf": "threshold on the published modified filter", "own": "threshold on the own estimate",
+    "carried": "threshold on the load with sliding seals",
+}  # fmt: skip
+OWN, FRICTION = float(signals.OWN), float(signals.FRICTION)
+MASS_KG, STEP_S = 91.7, 1.0e-3
+
+DETECTORS: tuple[Detector, ...] = (
+    *(Detector(f"threshold_{n}", text, threshold.run, threshold.STATE_SIZE, (float(signals.SIGNALS.index(n)),))
+      for n, text in _RUNGS.items()),
+    Detector("cusum", "CUSUM on the own estimate", cusum.run, cusum.STATE_SIZE, (OWN, 1600.0, 300.0, 2.0)),
+    Detector("glr", "whitened likelihood ratio", glr.run, glr.STATE_SIZE, (OWN, 1600.0, 0.0, 0.76, 0.22, 47.0)),
+    Detector("expected", "expected against estimated", expected_difference.run, 0, (1000.0,)),
+    Detector("momentum", "momentum observer", momentum.run, momentum.STATE_SIZE, (150.0, MASS_KG, STEP_S)),
+    Detector("multiple_model", "two models, Bayes", multiple_model.run, multiple_model.STATE_SIZE,
+             (OWN, 1600.0, 250.0, 60.0, 1.0e-6, 4.0)),
+    Detector(BEST, "mean of three loads", combined.run, combined.STATE_SIZE,
+             (6.7e-4, 0.3, 0.35, 0.35, STEP_S), best=True),
+)  # fmt: skip
+"""Numbers: see each detector's `step`. 1600 N is twice the believed break-away force."""
+
+WARNING = Detector("warning", "below a fifth and falling", warning.run, warning.STATE_SIZE,
+                   (0.2, 0.6, 0.02, 0.15, 30.0, STEP_S, 0.0))  # fmt: skip
+
+
+def by_name(name: str) -> Detector:
+    """A detector of the table. Raises InputError for an unknown name."""
+    for detector in DETECTORS:
+        if detector.name == name:
+            return detector
+    raise InputError(
+        "no such detector", field="detector", value=name, allowed=", ".join(d.name for d in DETECTORS)
+    )
