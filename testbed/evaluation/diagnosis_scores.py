@@ -21,7 +21,9 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     double = [t for t in seen if t["kind"] == "double"]
     outside = [t for t in seen if t["kind"] == "outside"]
     clean = [t for t in trials if t["kind"] == "clean"]
-    shares = [t["closed_force"] for t in single + double if t["closed_force"] is not None]
+    shares = [share for t in single + double if (share := closed(t)) is not None]
+    oracle = [t["oracle_closed_force"] for t in single + double if t["oracle_closed_force"] is not None]
+    generic = [t["closed_force"] for t in outside if t["closed_force"] is not None]
     return {
         "rigs": len(trials), "visible": len(seen),
         "single_named": rate([set(t["names"]) == set(t["truth"]) for t in single]),
@@ -33,6 +35,9 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "outside_unnamed": rate([t["verdict"] == "unnamed" for t in outside]),
         "outside_confidently_misnamed": rate([_confident(t) for t in outside]),
         "closed_share": quantiles(shares),
+        "closed_share_of_the_oracle": quantiles(oracle),
+        "closed_share_outside": quantiles(generic),
+        "outside_made_worse": quantiles([worsened(t) for t in outside]),
         "accuracy_by_strength": by_strength([t for t in trials if t["kind"] == "single"]),
         "calibration": calibration(trials),
         "intervals": coverage(single),
@@ -40,6 +45,17 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "seconds_a_rig": quantiles([t["seconds"] for t in trials]),
         "baselines": baselines(trials, single, double, clean),
     }  # fmt: skip
+
+
+SHOWS = 0.1
+"""Share of the force error that knowing the names must close for an effect to count as one of the force."""
+
+
+def closed(t: Trial) -> float | None:
+    """Share of the closable squared error closed: of the force, or of the flow for effects that only flows show."""
+    force = t["oracle_closed_force"] is not None and t["oracle_closed_force"] >= SHOWS
+    share: float | None = t["closed_force"] if force else t["closed_flow"]
+    return share
 
 
 def rate(hits: Sequence[bool]) -> dict[str, float]:
@@ -169,6 +185,7 @@ def baselines(
             "single_named": rate([set(t["raw_bic"]) == set(t["truth"]) for t in single]),
             "double_both_named": rate([set(t["raw_bic"]) == set(t["truth"]) for t in double]),
             "clean_none": rate([not t["raw_bic"] for t in clean]),
+            "outside_unnamed": rate([False for t in trials if t["kind"] == "outside" and t["visible"]]),
         },
         "black_box": {"closed_share": quantiles(black)},
     }

@@ -52,10 +52,12 @@ def test_a_name_with_a_place_is_split_and_its_effect_acts_there_alone() -> None:
     assert (kind_of(name), place_of(name)) == ("sensor.gain_a", "fl_vertical") and place_of("sensor.gain_a") is None
     series = series_of(recordings_of(standing(2.0), MACHINE, Path("run")))
     effect = by_name(name)
-    corrected = [effect.correct(s.signals, {"gain_error": 0.25, "bend": 0.0}) for s in series]  # type: ignore[misc]
-    for s, c in zip(series, corrected, strict=True):
+    assert effect.correct is not None
+    for s in series:
+        right = effect.correct(s.signals, {"gain_error": 0.25, "bend": 0.0}).pressure_a_pa
         share = 0.8 if s.name == "fl_vertical" else 1.0
-        np.testing.assert_allclose(c.pressure_a_pa, share * s.signals.pressure_a_pa)  # type: ignore[operator]
+        assert right is not None and s.signals.pressure_a_pa is not None
+        np.testing.assert_allclose(right, share * s.signals.pressure_a_pa)
 
 
 def test_a_force_on_one_leg_shows_three_quarters_there_and_a_quarter_elsewhere() -> None:
