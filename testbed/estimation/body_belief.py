@@ -57,9 +57,9 @@ class OwnTuning:
     blow_share: float = 0.2
     force_sd_n: float = 60.0
     moment_sd_n_m: float = 90.0
-    news_share: float = 0.6
+    news_share: float = 0.8
     news_noise_n: float = 50.0
-    gate: float = 4.0
+    gate: float = 8.0
     tail_s: float = 3.0
     zero_wander_n2_s: float = 1.0
     zero_sd_n: float = 20.0

@@ -94,6 +94,12 @@ DITHERED = tuple(
     )
 )
 """Twins: the same stand after a raise, without and with a dither of the valves."""
+LIAR = "undeclared=[{effect: sensor.gain_a, at: fr_vertical, parameters: {gain_error: -0.15}}]"
+LIARS = tuple(
+    Trial(f"liar-{degc:.0f}", "liar", "stand_slope_45", ("duration_s=30", SWAY, LIAR), degc, 3100 + k)
+    for k, degc in enumerate((40.0, 15.0))
+)
+"""One pressure sensor reads 15 % low, and the model does not know."""
 
 MEASURED: tuple[str, ...] = (
     "t",

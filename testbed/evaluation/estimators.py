@@ -23,7 +23,7 @@ from testbed.estimation.body_belief import OwnTuning, packed, without
 from testbed.estimation.chain import replay
 from testbed.estimation.filters import persistent
 from testbed.estimation.motion import motion, through_steps
-from testbed.evaluation.estimator_trials import BASE_C, DITHERED, JUDGE, Series, Trial, simulate
+from testbed.evaluation.estimator_trials import BASE_C, DITHERED, JUDGE, LIARS, Series, Trial, simulate
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.robot.model import RobotModel, roboclimber_model
@@ -49,6 +49,7 @@ OWN: dict[str, OwnTuning] = {
     "own without what friction depends on": without(OwnTuning(), "rich"),
     "own without history at rest": without(OwnTuning(), "history"),
     "own without zero learnt in swing": without(OwnTuning(), "swing"),
+    "own without the care for bad sensors": without(OwnTuning(), "robust"),
     "own without balance of the body": without(OwnTuning(), "balance"),
 }
 """Built up idea by idea, then each idea taken away from the whole."""
@@ -57,6 +58,8 @@ NAMES = {
     "friction": "paper: less friction (7)", "kbf": "paper: filtered, KBF", "modified_kbf": "paper: modified KBF",
     "alone": "vertical cylinder alone, friction a set", "floor": "floor: sensors' noise and filter",
 }  # fmt: skip
+APART = ("dither", "still", "liar")
+"""Kinds of runs that stand for themselves, outside the groups of all runs."""
 WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
@@ -211,7 +214,7 @@ def run(out: Path, progress: Callable[[int], None] | None = None, few: bool = Fa
 
 def trials(few: bool = False) -> tuple[Trial, ...]:
     """The runs that results come from; `few`: one of each kind."""
-    every = (*JUDGE, *DITHERED)
+    every = (*JUDGE, *DITHERED, *LIARS)
     return tuple({t.kind: t for t in reversed(every)}.values()) if few else every
 
 

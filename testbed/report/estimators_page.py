@@ -122,6 +122,7 @@ def _title(group: str) -> str:
         "all temperatures": "All runs, 10 to 50 degC", "stand": "Standing, with small steps", "walk": "Walking",
         "move": "Swaying and raising the body", "drill": "Drilling",
         "still": "Standing after a raise, without dither",
+        "liar": "Swaying, and one pressure sensor reads 15 % low",
         "dither": "The same, valves dithering by 0.3 mm twice a second",
         "at the calibration's temperature": "At the temperature of the sensors' calibration, 40 degC",
     }  # fmt: skip
