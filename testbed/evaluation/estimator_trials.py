@@ -3,8 +3,8 @@
 In every run the true friction of the three kinds of cylinder, and what it depends on, is off from the believed numbers
 by a drawn error (5 % in one standard deviation), as an identification would leave it, and so is the load on the
 platform (15 kg); thermal zeros are drawn by seed.
-`choose` runs may be used to choose constants on, `judge` runs are for results alone: other motions, slopes,
-temperatures and seeds.
+`choose` runs may be used to choose constants on, `judge` runs are for results alone: other seeds, slopes (save
+for one crawl's) and, but for the calibration's, temperatures.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError
-from testbed.evaluation.estimators import FLOOR, FULL_SCALE_N, NAMES, WHOLE, result
+from testbed.evaluation.estimators import BIN_N, BINS, FLOOR, FULL_SCALE_N, NAMES, WHOLE, result
 
 TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
     ("load while moving, one temperature: RMSE", "at the calibration's temperature", "moving", "rmse_n", 0.01),
@@ -59,7 +59,7 @@ def table(answer: dict[str, Any], group: str = "all temperatures") -> tuple[list
         moving, rest, across = found["moving"], found["rest"], found.get("tangential_all", {})
         rows.append(
             [
-                NAMES.get(name, name), _n(moving.get("rmse_n")), _n(moving.get("bias_n")), _n(moving.get("p99_n")),
+                NAMES.get(name, name), _n(moving.get("rmse_n")), _n(moving.get("bias_n")), _size(moving.get("p99_n")),
                 _n(rest.get("rmse_n")), _share(rest.get("covered")), _n(rest.get("width_n")), _n(across.get("rmse_n")),
             ]
         )  # fmt: skip
@@ -68,6 +68,11 @@ def table(answer: dict[str, Any], group: str = "all temperatures") -> tuple[list
 
 def _n(value: float | None) -> str:
     return "" if value is None else f"{value:.0f}"
+
+
+def _size(value: float | None) -> str:
+    """A quantile: beyond the histogram's last bin it is only known to be larger."""
+    return _n(value) if value is None or value < BIN_N * BINS else f"over {value - BIN_N:.0f}"
 
 
 def _share(value: float | None) -> str:
