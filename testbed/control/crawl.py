@@ -20,6 +20,7 @@ from testbed.control.rope_hold import RopeHold
 from testbed.parameters.names import LEGS
 from testbed.parameters.scenario_tasks import Crawl
 from testbed.robot.attitude import rotation_from_attitude, turned
+from testbed.robot.foot_load_sets import twist_of
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import attitude_gravity
 
@@ -100,7 +101,7 @@ class CrawlProgram:
         self._phase: Phase | None = None
         self._clock = 0.0
         self._base_n = 0.0
-        self._twist = diagonal(self._feet[:, :2])
+        self._twist = 2.0 * twist_of(self._feet[:, :2])
         self._attitude: Array | None = None
         self._now = Command(reference=start.copy())
         self.steps_done = 0
@@ -142,7 +143,7 @@ class CrawlProgram:
             self._phase, self._clock = self._queue.pop(0), 0.0
             if self._phase.doing is Doing.SWING:
                 self._phase.foot_from = self._feet[self._phase.leg].copy()
-            self._twist = diagonal(self._feet[:, :2])
+            self._twist = 2.0 * twist_of(self._feet[:, :2])
         phase = self._phase
         self._clock += dt * (self._readiness(measured) if phase.doing is Doing.SHIFT else 1.0)
         share = self._clock / phase.duration_s
@@ -335,9 +336,3 @@ class CrawlProgram:
         speed = float(np.clip(gain * (twist @ measured.load_n), -SEAT_SPEED_M_S, SEAT_SPEED_M_S))
         self._feet[:, 2] += twist * speed * dt
 
-
-def diagonal(feet: Array) -> Array:
-    """(4,) loads on feet (4, 2) that have no resultant, size 2: + on fl and rr, - on fr and rl in a rectangle."""
-    rows = np.vstack([np.ones(4), feet.T])
-    null = np.linalg.svd(rows)[2][3]
-    return np.asarray(2.0 * null * np.sign(null[0]))

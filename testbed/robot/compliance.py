@@ -38,21 +38,34 @@ class OilColumns:
         self._dead_b = _per_axis([c["dead_volume_b_m3"] for c in cylinders])
         self._stroke = _per_axis(strokes)
         oil = parameters["oil"]
-        pressure = WORKING_PRESSURE_PA + ATMOSPHERE_PA
-        self._modulus = float(effective_bulk_modulus(pressure, oil["bulk_modulus_pa"], oil["entrained_air"]))
+        self._bulk, self._air = oil["bulk_modulus_pa"], oil["entrained_air"]
+        self._modulus = self._modulus_pa(WORKING_PRESSURE_PA)
 
-    def stiffness_n_m(self, extensions_m: ArrayLike) -> Array:
-        """Stiffness (12,) of the locked cylinders at extensions (12,), N/m (module docstring)."""
+    def _modulus_pa(self, gauge_pa: float) -> float:
+        return float(effective_bulk_modulus(max(gauge_pa, 0.0) + ATMOSPHERE_PA, self._bulk, self._air))
+
+    def stiffness_n_m(self, extensions_m: ArrayLike, pressures_pa: tuple[Array, Array] | None = None) -> Array:
+        """Stiffness (12,) of the locked cylinders at extensions (12,), N/m (module docstring).
+
+        pressures_pa: gauge pressures (12,), (12,) of chambers A and B where they are known: oil with air in it is
+        softer at low pressure. Without them it is that of WORKING_PRESSURE_PA.
+        """
         extensions = np.asarray(extensions_m, dtype=float)
         volume_a = self._dead_a + self._area_a * extensions
         volume_b = self._dead_b + self._area_b * (self._stroke - extensions)
-        return np.asarray(self._modulus * (self._area_a**2 / volume_a + self._area_b**2 / volume_b))
+        of_a = of_b = np.asarray(self._modulus)
+        if pressures_pa is not None:
+            of_a, of_b = (np.array([self._modulus_pa(float(p)) for p in of]) for of in pressures_pa)
+        return np.asarray(of_a * self._area_a**2 / volume_a + of_b * self._area_b**2 / volume_b)
 
-    def joint_compliance(self, positions: ArrayLike) -> Array:
-        """Compliance (12,) of the locked joints at joint positions (12,): rad/(N m) for rotation, else m/N."""
+    def joint_compliance(self, positions: ArrayLike, pressures_pa: tuple[Array, Array] | None = None) -> Array:
+        """Compliance (12,) of the locked joints at joint positions (12,): rad/(N m) for rotation, else m/N.
+
+        pressures_pa: see stiffness_n_m.
+        """
         extensions, arms = np.empty(self._stroke.size), np.empty(self._stroke.size)
         joint_to_cylinder(np.asarray(positions, dtype=float), self._geometry, extensions, arms)
-        return np.asarray(1.0 / (self.stiffness_n_m(extensions) * arms**2))
+        return np.asarray(1.0 / (self.stiffness_n_m(extensions, pressures_pa) * arms**2))
 
 
 def _per_axis(values: list[float]) -> Array:

@@ -115,7 +115,7 @@ class ExpectedLoads:
         self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
         nominal = 1.0 / numbers["ground"]["stiffness_n_m"]
         self.ground_compliance_m_n = float(nominal if ground_compliance_m_n is None else ground_compliance_m_n)
-        self._oil = OilColumns(numbers)
+        self.oil = OilColumns(numbers)
         self._ground = np.tile(self.ground_compliance_m_n * np.eye(3), (len(LEGS), 1, 1))
         self._push = drill_wrench(model, 1.0)
 
@@ -144,7 +144,7 @@ class ExpectedLoads:
             joints, extra = _RIGID, np.asarray(foot_compliance_m_n, dtype=float)
         else:
             extra = self._ground
-            joints = self._oil.joint_compliance(positions) if joint_compliance is None else np.asarray(joint_compliance)
+            joints = self.oil.joint_compliance(positions) if joint_compliance is None else np.asarray(joint_compliance)
         out = feet_under_load(
             load, self._centre(positions, payload), undersides, jacobians, _VERTICAL,
             _NORMALS if normals_in_body is None else np.asarray(normals_in_body, dtype=float), model.foot_radius_m,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.crawl import CrawlProgram, diagonal
+from testbed.control.crawl import CrawlProgram
 from testbed.control.footholds import Footholds
 from testbed.control.pace import LOADED_SHARE, PEAK, RAMP, Pace, progress
 from testbed.control.programs import program_of
@@ -16,6 +16,7 @@ from testbed.control.rope_hold import RopeHold
 from testbed.errors import InputError
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario, load_scenario
+from testbed.robot.foot_load_sets import twist_of
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import roboclimber_model
 
@@ -113,9 +114,9 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
 
 def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
     feet = np.array([[1.4, 1.0], [1.2, -1.0], [-1.0, 1.0], [-1.2, -1.0]])
-    twist = diagonal(feet)
+    twist = twist_of(feet)
     np.testing.assert_allclose([twist.sum(), *(twist @ feet)], 0.0, atol=1e-12)
-    assert twist[0] > 0.0 and np.linalg.norm(twist) == pytest.approx(2.0)
+    assert twist[0] > 0.0 and np.linalg.norm(twist) == pytest.approx(1.0)
 
 
 def test_the_body_shifts_away_from_the_swinging_legs_until_the_margin_is_enough() -> None:
