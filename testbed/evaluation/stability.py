@@ -24,6 +24,8 @@ from testbed.robot.stability import tipping_work_j, wrench_margin_n
 Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 EVERY_S, MOST_LOOKS = 0.5, 240
+SETTLED_S = 0.5
+"""The first contacts of a run form within this time."""
 TOUCHING_N = 20.0
 """A foot with more normal force than this stands: it can carry more."""
 
@@ -35,7 +37,7 @@ def stability_summary(scenario: Scenario, data: Columns, truth: Columns) -> dict
     model = _model(scenario)
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
-    looks = range(0, rows, step)
+    looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
     found = np.array([_margins(model, scenario.terrain.friction, data, truth, k) for k in looks])
     wrench, energy = (int(np.argmin(found[:, k])) for k in (0, 1))
     return {

@@ -19,6 +19,7 @@ from testbed.evaluation.recorder import write_whole
 from testbed.evaluation.residuals import Suspect, best_method, load_residuals
 from testbed.evaluation.runs import Run, read_run
 from testbed.parameters.names import LEGS
+from testbed.report.animation import animation
 from testbed.report.console import summary_rows
 from testbed.report.style import RC, method_name, svg
 
@@ -64,6 +65,7 @@ def _contents(run: Run) -> dict[str, Any]:
         "slope_deg": slope_deg,
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
         "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method) if enough else [],
+        "animation": animation(run.data, run.truth, slope_deg) if enough else None,
         "legs": LEGS,
         "errors": _errors(summary),
         **_film(run.folder),
