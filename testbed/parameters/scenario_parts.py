@@ -194,6 +194,11 @@ class Control(Checked):
     supervisor: bool = Field(
         default=False, description="true: when a foot loses its load the drill stops and the foot is lowered"
     )
+    thrust_reserve: float | None = Field(
+        default=None, ge=0, lt=1,
+        description="share of the foot loads that the drill's feed must leave on the foot that it unloads first; the "
+        "feed is held to what that allows on this slope; null: no bound, an event says when a foot would leave",
+    )
 
 
 class Estimator(Checked):

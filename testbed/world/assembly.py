@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from testbed import resources
 from testbed.control.programs import program_of
 from testbed.control.references import Program
+from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.valve_loop import gains
 from testbed.estimation.believed import Believed
 from testbed.estimation.body_belief import packed
@@ -61,6 +62,7 @@ class Machine:
     start_joints: Array
     start_base: Array
     start_events: list[dict[str, Any]]
+    thrust: ThrustBound
     # electronics
     locked: bool
     chain: EstimatorChain
@@ -74,6 +76,13 @@ class Machine:
         self._drill_belief[0] = ordered[0]
         self._drill_belief[1] = -ordered[1]
         return self._drill_belief
+
+    def limit_thrust(self) -> None:
+        """Hold the feed that the drill orders to what the stance allows."""
+        feed = self.drill.loads[d.FEED]
+        if feed > self.thrust.most_n:
+            self.drill.ordered[0] -= feed - self.thrust.most_n
+            self.drill.loads[d.FEED] = self.thrust.most_n
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
@@ -171,13 +180,18 @@ def _build(
     drill.loads = b.drill_loads
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
+    expected = ExpectedLoads(kinematics)
+    pulls = start.rope_tension_n[:, None] * (start.rope_directions @ start.rotation)
+    gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
+    thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return Machine(
         board=b, engine=engine, ground=ground, footing=start.footing, drill=drill, noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(start.rotation, weight, raised), kinematics=kinematics, start_joints=start.joints,
-        start_base=start.position_m.copy(), start_events=[], locked=scenario.hydraulics.valves_locked,
+        start_base=start.position_m.copy(), start_events=thrust_events(scenario.task, thrust),
+        thrust=thrust, locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
-        expectation=Expectation(ExpectedLoads(kinematics), start.rope_directions),
+        expectation=Expectation(expected, start.rope_directions),
         program=program_of(
             scenario, start.joints, start.rope_tension_n, start.rope_directions @ start.rotation,
             (start.anchors_m - start.position_m) @ start.rotation, start.foot_forces_in_body[:, 2],

@@ -207,6 +207,7 @@ class Simulation:
             self._happen(self._pending.pop(0), t)
         happened = self._hold.update(m.drill, t, 1.0 / TICK_HZ, self._command.hold_drill)
         self.events += [{"t": t, **news} for news in happened]
+        m.limit_thrust()
         self._row[ORDERED] = m.drill_belief()
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
@@ -330,6 +331,7 @@ class Simulation:
             "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
             "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
             "total_mass_kg": float(m.engine.masses().sum()),
+            "thrust_reserve_n": m.thrust.reserve_n,
             "body_travel_m": float(np.linalg.norm(m.origin_in_world() - m.start_base)),
         }
 

@@ -1,0 +1,47 @@
+"""The thrust that a stance allows: by hand on even ground, held to a share, told where it is exceeded."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from testbed.control.thrust import ThrustBound, ordered_thrust_n, thrust_bound, thrust_events
+from testbed.parameters.scenario import Scenario, load_scenario
+from testbed.robot.foot_loads import ExpectedLoads
+from testbed.robot.model import roboclimber_model, slope_gravity
+
+STANCE = np.tile([0.0, 0.2, 0.25], 4)
+
+
+def bound(scenario: Scenario, slope_deg: float) -> ThrustBound:
+    slope = math.radians(slope_deg)
+    # Ropes along the slope at the centre of mass: they carry all of the pull and turn nothing.
+    pull = np.tile([0.5 * 4000.0 * 9.81 * math.sin(slope), 0.0, 0.0], (2, 1))
+    model = roboclimber_model()
+    return thrust_bound(scenario, ExpectedLoads(model), STANCE, slope_gravity(slope), pull)
+
+
+def test_the_reserve_is_less_than_the_load_on_the_slope_and_falls_with_it() -> None:
+    scenario = load_scenario("drill_slope_45")
+    reserves = [bound(scenario, deg).reserve_n for deg in (0.0, 45.0, 75.0)]
+    loads = [4000.0 * 9.81 * math.cos(math.radians(deg)) for deg in (0.0, 45.0, 75.0)]
+    assert reserves[0] > reserves[1] > reserves[2] > 0.0
+    assert all(0.3 * load < reserve <= load for reserve, load in zip(reserves, loads, strict=True))
+
+
+def test_the_feed_is_held_to_the_share_asked_for_and_free_without_one() -> None:
+    free, held = (bound(load_scenario("drill_slope_45", c), 75.0) for c in ([], ["control.thrust_reserve=0.4"]))
+    assert free.limited(1e5) == 1e5
+    assert held.limited(1e5) == pytest.approx(0.6 * held.reserve_n)
+    assert held.limited(10.0) == 10.0
+
+
+def test_a_task_that_asks_for_more_than_the_reserve_is_told_so() -> None:
+    task = load_scenario("drill_slope_45").task
+    assert ordered_thrust_n(task) == 5500.0
+    assert thrust_events(task, ThrustBound(6000.0, "fl", math.inf)) == []
+    (event,) = thrust_events(task, ThrustBound(5000.0, "fl", math.inf))
+    assert (event["kind"], event["leg"], event["ordered_n"]) == ("thrust_unloads_a_foot", "fl", 5500.0)
+    assert ordered_thrust_n(load_scenario("stand_flat").task) == 0.0
