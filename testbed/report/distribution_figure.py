@@ -33,7 +33,7 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
             range(len(names)), [Path(name.rpartition(":")[0] or name).stem.replace("_", " ") for name in names]
         )
         left.invert_yaxis()
-        left.set_xlabel("highest friction use over the oracle's [%]")
+        left.set_xlabel(f"highest friction use over the oracle's [%]; {100 * SHOWN[1]:.0f} and more at the edge")
         right.set_xlabel("lowest normal load of any foot [kN]")
         figure.suptitle(f"{len(runs)} cases: each a dot; median and 5 to 95 %", x=0.01, ha="left", fontsize=9)
         path = folder / "distribution.png"
@@ -44,7 +44,7 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
 
 def _row(axes: Any, k: int, values: Any) -> None:
     spread = k + 0.28 * (np.random.default_rng(k).random(len(values)) - 0.5)
-    axes.plot(values, spread, ".", ms=2.5, color=GREY, alpha=0.6, mew=0)
+    axes.plot(values, spread, ".", ms=4.5, color=GREY, alpha=0.55, mew=0)
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
     axes.plot([low, high], [k, k], "-", color=BLUE, lw=1.4)
     axes.plot([middle], [k], "o", ms=5, color=VERMILION)
