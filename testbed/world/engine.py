@@ -22,6 +22,8 @@ from testbed.world.rotations import quaternion, turning_z_to
 from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
+NEAR_M = 1.0e-3
+"""Contact points further from touching than this are left out of a step (a foot comes down by 0.1 mm in one)."""
 with quiet():
     import pybullet as p
 
@@ -151,6 +153,10 @@ class Engine:
             p.changeDynamics(self.robot, link, maxJointVelocity=1e4, physicsClientId=c)
             if link >= 0:  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
                 p.changeDynamics(self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0, physicsClientId=c)
+        for body, link in [(self.robot, k) for k in (-1, *self.foot_links)] + [
+            (ground, -1) for ground in (self.ground, *self._foot_grounds)
+        ]:  # on rough ground most contact points hang in the air: the solver need not see them
+            p.changeDynamics(body, link, contactProcessingThreshold=NEAR_M, physicsClientId=c)
         for leg in range(len(LEGS)):
             self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
         for ground in (self.ground, *self._foot_grounds):  # the product of both bodies' friction counts
