@@ -15,7 +15,7 @@ from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors import signals as sg
 from testbed.estimation.detectors.table import DETECTORS, WARNING
 from testbed.evaluation.contact_loss_scenes import SETTLE_S, Moves, Scene, draw, scenes
-from testbed.evaluation.contact_loss_score import LOSS_N, score_scene, stretches
+from testbed.evaluation.contact_loss_score import LOSS_N, WARN_WITHIN_S, score_scene, stretches
 from testbed.evaluation.recorder import write_whole
 from testbed.evaluation.workers import work_through
 from testbed.parameters.names import LEGS
@@ -27,7 +27,7 @@ BLOCK_ROWS = 1000
 ORACLE = "oracle"
 ORACLE_LAG_S, ORACLE_NOISE_N = 1.0 / (2.0 * np.pi * 250.0), 37.0
 """The oracle knows the true load, through the transducers' bandwidth, with their noise through the areas, sampled."""
-FORMAT = 2
+FORMAT = 3
 STARTS = ("position_fl_rotation", "pressure_a_fl_rotation", "pressure_b_fl_rotation", "valve_fl_rotation",
           "supply_pressure", "estimate_one_chamber_fl", "expected_fl", "attitude_roll", "angular_rate_x")  # fmt: skip
 
@@ -113,7 +113,7 @@ def _scored(
     scores[ORACLE] = _oracle(truth[:, 4:], dt, seed)
     tree = score_scene(truth[:, :4], carrying, scores, dt, SETTLE_S).as_dict()
     tree["warnings"] = [
-        [foot, round(start * dt, 3)]
+        _warned(truth[:, foot], foot, start, dt)
         for foot in range(4)
         for start, _ in stretches(warnings[:, foot] > 0.5)
         if start * dt >= SETTLE_S
@@ -124,6 +124,12 @@ def _scored(
         loss["phase"] = next((kind for t, kind in reversed(events) if t <= at), "idle")
         loss["cause"] = next((u.kind for u in reversed(drawn.upsets) if u.start_s <= at), "none")
     return tree
+
+
+def _warned(normal_n: Array, foot: int, at: int, dt_s: float) -> list[float]:
+    """A warning: foot, time s, its lowest true load within the last second and within the next two, N."""
+    before, after = normal_n[max(0, at - round(1.0 / dt_s)) : at + 1], normal_n[at : at + round(WARN_WITHIN_S / dt_s)]
+    return [float(foot), round(at * dt_s, 3), round(float(before.min()), 1), round(float(after.min()), 1)]
 
 
 def _oracle(load_n: Array, dt_s: float, seed: int) -> NDArray[np.float32]:

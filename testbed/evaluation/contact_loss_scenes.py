@@ -51,9 +51,10 @@ GROUND = {
     "sensors.thermal_drift": {"one_of": [True]},
     "undeclared": UNDECLARED,
 }
-ROUGH_SHARE = 0.1
+ROUGH_SHARE, SLOW_SHARE = 0.1, 0.5
 PLANT_SPREAD = 0.2
-"""One scene in ten stands on rough rock; the plant's friction differs from the believed by up to this share."""
+"""One scene in ten stands on rough rock, in every other one the drill builds up its force slowly; the plant's friction
+differs from the believed by up to PLANT_SPREAD of itself."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,8 @@ def draw(scene: Scene) -> Drawn:
     overrides += _rock(rng) + _plant(rng)
     weight_n = NORMAL_WEIGHT_N * (1.0 + payload / 4000.0) * math.cos(math.radians(slope))
     phases, upsets = _drilling(rng, scene, weight_n)
-    ramp_s = round(float(10 ** rng.uniform(-1.3, 0.5)), 3)
+    slow = bool(rng.random() < SLOW_SHARE)
+    ramp_s = round(float(rng.uniform(1.5, 3.0) if slow else 10 ** rng.uniform(-1.3, 0.0)), 3)
     task = {"kind": "drill", "start_s": SETTLE_S, "phases": phases, "ramp_s": ramp_s}
     hole = _hole(rng, weight_n)
     if scene.kind == "quiet" and scene.number % 2:
@@ -166,7 +168,7 @@ def _drilling(rng: np.random.Generator, scene: Scene, weight_n: float) -> tuple[
         upset = str(rng.choice(UPSETS)) if loss else ""
         phase: dict[str, Any] = {"kind": kind, "duration_s": length}
         if upset == "thrust":
-            share = rng.uniform(0.55, 0.8)
+            share = rng.uniform(0.6, 0.85)
             phase |= {"kind": "push", "feed_n": min(3.0e4, float(share * weight_n)), "torque_nm": 300.0}
         elif kind in ("hammer", "push"):
             phase["feed_n"] = float(min(rng.uniform(1500.0, 5500.0), 0.35 * weight_n))

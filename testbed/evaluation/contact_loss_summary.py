@@ -19,7 +19,7 @@ Tree = dict[str, Any]
 BUDGET_1_H = 1.0 / 8.0
 """False alarms a foot may have in an hour."""
 PROMPT_S = 0.040
-WARN_LEAD_S, WARN_WITHIN_S, WARN_FROM_S = 0.1, 2.0, 5.0
+WARN_LEAD_S, WARN_FROM_S = 0.1, 5.0
 MARGIN = 0.25
 """A threshold lies this far from where losses are missed towards where loaded feet are called lost."""
 CURVE_POINTS = 60
@@ -251,22 +251,18 @@ def _curve(r: Records, name: str) -> list[list[float | None]]:
 
 
 def _warning(scenes: Sequence[Tree]) -> Tree:
-    """How many gradual losses were announced in time, and how many warnings were followed by a loss."""
+    """How many gradual losses were announced in time, and how many warnings of carrying feet came true.
+
+    A foot that was off within the last second is no longer to be warned of: it bounces.
+    """
     leads: list[float] = []
-    right = wrong = 0
     for scene in scenes:
-        for foot in range(4):
-            losses = [loss for loss in scene["losses"] if loss["foot"] == foot]
-            given = _merged([t for f, t in scene["warnings"] if f == foot])
-            for loss in losses:
-                if _gradual(loss):
-                    ahead = [loss["start_s"] - t for t in given if 0.0 < loss["start_s"] - t <= WARN_FROM_S]
-                    leads.append(max(ahead, default=0.0))
-            for t in given:
-                if any(loss["start_s"] <= t <= loss["end_s"] + 1.0 for loss in losses):
-                    continue  # the foot is off already, or bounces
-                hit = any(t < loss["start_s"] <= t + WARN_WITHIN_S for loss in losses)
-                right, wrong = right + hit, wrong + (not hit)
+        for loss in filter(_gradual, scene["losses"]):
+            ahead = [loss["start_s"] - t for foot, t, _, _ in scene["warnings"] if foot == loss["foot"]]
+            leads.append(max((lead for lead in ahead if 0.0 < lead <= WARN_FROM_S), default=0.0))
+    given = [warned for scene in scenes for warned in scene["warnings"] if warned[2] >= LOSS_N]
+    right = sum(lowest < LOSS_N for _, _, _, lowest in given)
+    wrong = len(given) - right
     early = sum(lead >= WARN_LEAD_S for lead in leads)
     return {
         "gradual_losses": len(leads), "warned_100_ms_ahead": early / len(leads) if leads else None,
@@ -290,17 +286,6 @@ def _supervisor(scenes: Sequence[Tree]) -> Tree:
         "fell_or_slid_without": sum(a["verdict"] != "stood" for a, _ in pairs),
         "fell_or_slid_with": sum(b["verdict"] != "stood" for _, b in pairs),
     }
-
-
-def _merged(times: list[float]) -> list[float]:
-    """Onsets less than a second after the last one belong to it."""
-    out: list[float] = []
-    last = -np.inf
-    for t in times:
-        if t - last > 1.0:
-            out.append(t)
-        last = t
-    return out
 
 
 def table(result: Tree) -> tuple[list[str], list[list[str]]]:

@@ -41,7 +41,7 @@ DETECTORS: tuple[Detector, ...] = (
 """Numbers: see each detector's `step`. 1600 N is twice the believed break-away force."""
 
 WARNING = Detector("warning", "below a fifth and falling", warning.run, warning.STATE_SIZE,
-                   (0.2, 0.6, 0.02, 0.15, 30.0, STEP_S, 0.0))  # fmt: skip
+                   (0.26, 0.3, 0.02, 0.1, 15.0, STEP_S, 1600.0, 100.0))  # fmt: skip
 
 
 def by_name(name: str) -> Detector:
