@@ -122,6 +122,14 @@ def test_encoder_counts_and_transducer_range() -> None:
     assert sensing.transduce(-1e5, 0.0, 0.0, 0.0, numbers) == 0.0
 
 
+@pytest.mark.parametrize("reading", [4.2e6, 0.0])
+def test_a_failed_transducer_shows_the_same_whatever_the_pressure(reading: float) -> None:
+    numbers = np.zeros(sensing.PRESSURE_COLUMNS)
+    numbers[[sensing.GAIN, sensing.RANGE, sensing.DRIFT, sensing.NOISE]] = 1.0, 1e7, 50.0, 8e3
+    sensing.fail(numbers, reading)
+    assert [sensing.transduce(p, t, 5.0, 1.3, numbers) for p, t in ((1e6, 0.0), (9e6, 30.0))] == [reading, reading]
+
+
 def test_drill_program_ramps_moves_rods_and_ends() -> None:
     phases = (
         Hammer(kind="hammer", duration_s=4.0, feed_n=5000.0, penetration_m_s=0.01),

@@ -14,9 +14,9 @@ from typing import Any
 from testbed.evaluation.bench import bare_engine
 from testbed.parameters.scenario import load_scenario
 
-BLOCK = 500
+BLOCK = 250
 BARE_STEPS = 300
-EVERY = 4
+EVERY = 8
 """Blocks of a run between two turns of the bare engine."""
 BOUND_EVEN, BOUND_UNEVEN = 0.8, 1.6
 
@@ -36,7 +36,6 @@ def _speed(name: str, bare: Any) -> dict[str, Any]:
     scenario = load_scenario(name)
     world = Simulation(scenario)
     even = world.machine.ground.heights_m is None
-    world.run_block(BLOCK)  # the first block may compile
     ratios, full, bare_us = [], [], 1.0
     try:
         block = 0
