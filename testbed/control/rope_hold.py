@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 TENSION_GAIN_M_S_N = 6.0e-6
 """Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
-CORRECTION_M_S = 0.03
-"""Fastest hauling or paying out for the tension's sake (E)."""
+CORRECTION_M_S = 0.0018
+"""Fastest hauling or paying out for the tension's sake (E): slow enough that a traction device takes it for rest and
+goes back for its next stroke, and that little is owed to the rope when it has."""
 MEETING = 0.01
 """Ropes that meet at less than this angle, rad, have no say in the pull across the slope."""
-SLACK_SHARE, TAUT_SHARE = 0.70, 0.85
+SLACK_SHARE, TAUT_SHARE = 0.80, 0.92
 """Of its wanted tension a rope must have this much before the body moves at all, and at full speed (E)."""
 
 
