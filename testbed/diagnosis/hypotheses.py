@@ -254,7 +254,7 @@ def bounded(c: Coordinate, problem: Problem) -> Coordinate:
         return replace(
             c, low=low - 2 * span, high=high + 2 * span, scale=0.3 * span, prior=(0.5 * (low + high), 1.5 * span)
         )
-    if c.owner != owner and owner in ("friction.pressure", "friction.load"):
+    if c.owner != owner and c.name == "coefficient" and owner in ("friction.pressure", "friction.load"):
         # One leg of four: it may stick more than the others, not less than nothing. (With the diagonal open, one leg
         # that sticks and three with the opposite of it look alike.)
         return replace(c, low=0.0)

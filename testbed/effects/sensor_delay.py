@@ -26,7 +26,7 @@ EFFECT = Effect(
     name="sensor.delay",
     equation="measured p(t) = p(t - delay)",
     text="both pressures (in a drive: the force) arrive late against the encoder",
-    parameters=(ParameterSpec("delay", "s", -0.1, 0.2, (0.003, 0.03), "positive: the pressures are late"),),
+    parameters=(ParameterSpec("delay", "s", -0.002, 0.2, (0.003, 0.03), "positive: the pressures are late"),),
     correct=_correct,
     seen_in=("force", "flow"),
 )
