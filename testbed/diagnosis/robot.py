@@ -86,19 +86,22 @@ def diagnose_robot(
     slides = problem.slides() > SLIDING_BINS
     tell("what all legs have in common")
     granted = granted_effects(start) if start is not None else ()
-    everywhere = () if any(a.effect.name == "friction.position" for a in granted) else declared_effects(machine)
+    taken = {a.effect.name for a in granted}
+    everywhere = tuple(a for a in declared_effects(machine) if a.effect.name not in taken)
     before = Point(model.friction, declared_edge(machine), (*everywhere, *granted))
     fit = _common(problem, before, slides)
-    state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, {a.effect.name for a in granted}))
+    state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, taken))
     verdict = decide_among(state, _strange(state))
     chosen = verdict.chosen.fit if verdict.kind == "effect" else fit
     memory = float(np.median([v for k, v in verdict.chosen.evidence.memory.items() if k[0].startswith("force")]))
     entries = entries_of(chosen, memory)
     points = {"before": before, "refit": fit.at, "after": chosen.at}
+    named = tuple(e for e in entries if e.place)
     models = {
-        "before": model.with_effects(entries_of_point(before)),
-        "refit": _model(model, fit, entries_of(fit, memory)),
-        "after": _model(model, chosen, entries),
+        "before": model if start is None else start,
+        "refit": model.model_copy(update={"friction": fit.at.friction, "effects": _placed(fit, memory)}),
+        # What all legs share takes up errors of the expected loads too: only what one leg alone shows is believed.
+        "after": model.with_effects(named),
     }
     errors = {stage: _rms(kept_back, point) for stage, point in points.items()}
     table = {axis: {stage: errors[stage][axis] for stage in points} for axis in (s.name for s in series)}
@@ -167,12 +170,5 @@ def _rms(problem: RobotProblem, point: Point) -> dict[str, float]:
     return out
 
 
-def entries_of_point(point: Point) -> tuple[EffectEntry, ...]:
-    """A point's effects without intervals."""
-    return tuple(
-        EffectEntry.model_validate({"name": a.effect.name, "parameters": dict(a.values)}) for a in point.effects
-    )
-
-
-def _model(base: LegModel, fit: Fit, entries: tuple[EffectEntry, ...]) -> LegModel:
-    return base.model_copy(update={"friction": fit.at.friction, "effects": entries})
+def _placed(fit: Fit, memory: float) -> tuple[EffectEntry, ...]:
+    return tuple(e for e in entries_of(fit, memory) if e.place)
