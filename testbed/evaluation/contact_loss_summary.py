@@ -22,7 +22,7 @@ PROMPT_S = 0.040
 WARN_LEAD_S, WARN_FROM_S = 0.1, 5.0
 MARGIN = 0.25
 """A threshold lies this far from where losses are missed towards where loaded feet are called lost."""
-CURVE_POINTS = 60
+CURVE_POINTS = 40
 SLOPES = (30, 45, 60, 70, 80)
 
 
@@ -240,7 +240,10 @@ def _curve(r: Records, name: str) -> list[list[float | None]]:
     reached = np.array([stair[-1][1] for stair in stairs if stair])
     if not len(reached) or hours <= 0.0:
         return []
-    at = np.unique(np.quantile(np.concatenate([reached, quiet]), np.linspace(0.0, 1.0, CURVE_POINTS)))
+    shares = np.linspace(0.0, 1.0, CURVE_POINTS)
+    rare = np.sort(quiet)[-CURVE_POINTS // 2 :]
+    above = np.nextafter(quiet.max(), np.inf)
+    at = np.unique(np.concatenate([np.quantile(reached, shares), np.quantile(quiet, shares), rare, [above]]))
     rows: list[list[float | None]] = []
     for threshold in at[::-1]:
         delays = delays_s(stairs, float(threshold))

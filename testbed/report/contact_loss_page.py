@@ -20,8 +20,6 @@ LOOKS: dict[str, tuple[str, str]] = {
     "threshold_modified_kbf": (BLACK, ":"), "threshold_one_chamber": (PURPLE, ":"), "cusum": (BLUE, "--"),
     "glr": (GREEN, "--"), "expected": (ORANGE, "--"), "momentum": (PURPLE, "--"), "multiple_model": (SKY, "--"),
 }  # fmt: skip
-FEWEST_1_H = 0.01
-"""Curves end here: fewer false alarms than the benchmark is long cannot be told apart from none."""
 
 
 def write_contact_loss(scenes: Sequence[Tree], hours: float, out: Path, tune: bool = False) -> tuple[Tree, Path]:
@@ -105,19 +103,23 @@ def _curves(result: Tree) -> Any:
     with matplotlib.rc_context(RC):  # type: ignore[arg-type]
         figure = Figure(figsize=(9.0, 4.2))
         delay, recall = figure.subplots(1, 2)
+        none_1_h = 0.5 / max(result["foot_hours"]["loaded"], 1e-6)  # where no false alarm at all is drawn
         for entry in result["detectors"]:
             rows = [row for row in entry["curve"] if row[1] is not None]
             colour, dash = LOOKS.get(entry["name"], (GREY, "-"))
-            x = [max(row[0], FEWEST_1_H) for row in rows]
+            x = [max(row[0], none_1_h) for row in rows]
             thick = 2.0 if entry["best"] else 1.0
             label = entry["name"].replace("_", " ")
-            delay.plot(x, [1000 * row[1] for row in rows], color=colour, linestyle=dash, linewidth=thick, label=label)
-            recall.plot(x, [100 * row[2] for row in rows], color=colour, linestyle=dash, linewidth=thick)
+            look = {"color": colour, "linestyle": dash, "linewidth": thick, "drawstyle": "steps-post"}
+            delay.plot(x, [1000 * row[1] for row in rows], label=label, **look)
+            recall.plot(x, [100 * row[2] for row in rows], **look)
         for axis in (delay, recall):
             axis.set_xscale("log")
             axis.axvline(0.125, color=GREY, linewidth=0.6)
-            axis.set_xlabel("false alarms an hour and foot (leftmost: none)")
+            axis.set_xlabel("false alarms an hour and foot (leftmost: none at all)")
         delay.set_yscale("symlog", linthresh=1.0)
+        delay.set_ylim(bottom=0.0)
+        recall.set_ylim(0.0, 101.0)
         delay.set_ylabel("median delay of what is detected [ms]")
         recall.set_ylabel("detected losses [%]")
         figure.subplots_adjust(left=0.07, right=0.99, top=0.78, bottom=0.13, wspace=0.2)
