@@ -144,14 +144,14 @@ def test_a_draw_that_does_not_stand_is_drawn_again() -> None:
 
 @pytest.mark.slow
 def test_memory_does_not_grow_over_resets() -> None:
-    """Ten megabytes in a thousand resets at most: the slope over the last twenty of thirty."""
+    """Twenty megabytes in a thousand resets at most (an engine is 27): slope of the last twenty."""
     env, seen = gymnasium.make(DRILL, duration_s=2.0).unwrapped, []
-    for k in range(30):
+    for k in range(35):
         env.reset(seed=k)
         gc.collect()
         seen.append(_memory_mb())
     env.close()
-    assert np.polyfit(np.arange(20), seen[10:], 1)[0] < 0.01
+    assert np.polyfit(np.arange(20), seen[15:], 1)[0] < 0.02
 
 
 @pytest.mark.parametrize("count", [50, pytest.param(10_000, marks=pytest.mark.slow)])
