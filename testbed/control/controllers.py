@@ -27,6 +27,7 @@ CONTROLLERS: dict[str, Callable[[], Sharing]] = {
     "pseudo_inverse": PseudoInverse,
     "qp": Quadratic,
     "drill": DrillSharing,
+    "learned": Learned,
 }
 
 

@@ -54,13 +54,13 @@ VIEW: tuple[Seen, ...] = (
 _LOW, _HIGH = (np.array([row[k] for row in VIEW]) for k in (4, 5))
 
 
-class Corrected:
+class Corrected(Quadratic):
     """See the module's docstring. `order` takes an action; no action is the program itself."""
 
     name = "corrected"
 
     def __init__(self) -> None:
-        self.inner = Quadratic()
+        super().__init__()
         self.load_n, self.pull_n = np.zeros(len(LEGS)), np.zeros(len(SIDES))
         self._planned = np.zeros(UNKNOWNS)
         self._measured: Array | None = None
@@ -72,12 +72,15 @@ class Corrected:
 
     def plan(self, now: Balance) -> Plan:
         """See Sharing."""
-        plan = self.inner.plan(now)
+        plan = super().plan(now)
         self._look(now, plan)
-        forces = plan.forces.copy()
-        forces[NORMALS] += self.load_n
-        forces[ROPES] = np.maximum(forces[ROPES] + self.pull_n, 0.0)
-        return replace(plan, forces=forces)
+        wanted = plan.forces.copy()
+        wanted[NORMALS] += self.load_n
+        wanted[ROPES] = np.maximum(wanted[ROPES] + self.pull_n, 0.0)
+        beyond = wanted - plan.forces
+        feet = now.balance[:, :FEET] * np.repeat(now.carrying, 3)
+        wanted[:FEET] -= np.linalg.lstsq(feet, now.balance @ beyond)[0]  # the feet take what would move the body
+        return replace(plan, forces=wanted)
 
     def view(self) -> Array:
         """(len(VIEW),) what the agent sees after the last plan, each row from [low, high] to [-1, 1], clipped."""

@@ -34,11 +34,16 @@ PACKAGE = Path(__file__).resolve().parents[1]
 @lru_cache(maxsize=1)
 def sources() -> str:
     """Digest of every source that decides what a run gives, whichever the controller."""
-    owned = {Path(inspect.getfile(made)) for made in CONTROLLERS.values() if inspect.isclass(made)}
-    owned |= {PACKAGE / "control" / "controllers.py"}
+    owned = {PACKAGE / "control" / "controllers.py"}
+    owned.update(file for made in CONTROLLERS.values() if inspect.isclass(made) for file in _files(made))
     files = [p for room in (*ROOMS, "control") for p in (PACKAGE / room).rglob("*") if p.suffix in (".py", ".yaml")]
     files += [*Path(__file__).parent.glob("distribution_*.py"), *(PACKAGE / "envs").glob("randomisation.*")]
     return _digest(path for path in files if path not in owned)
+
+
+def _files(made: type) -> list[Path]:
+    """The project's files that a class and its bases are written in."""
+    return [Path(inspect.getfile(kind)) for kind in made.__mro__ if kind.__module__.startswith("testbed.")]
 
 
 def _digest(files: Iterable[Path]) -> str:
@@ -52,7 +57,7 @@ def _digest(files: Iterable[Path]) -> str:
 def mark(name: str) -> str:
     """What a controller's runs depend on: the common sources, its own file and weights, those it is made from."""
     made = Quadratic if name == ORACLE else type(controller(name))
-    own = [Path(inspect.getfile(kind)) for kind in made.__mro__ if kind.__module__.startswith("testbed.")]
+    own = _files(made)
     if name.endswith(".npz") or ":" in name:
         own.append(Path(name if name.endswith(".npz") else name.rpartition(":")[0]))
     weights = [path.with_suffix(".npz") for path in own if path.with_suffix(".npz").is_file()]

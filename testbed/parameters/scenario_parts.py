@@ -183,7 +183,7 @@ class Model(Checked):
 class Control(Checked):
     """How the load is shared out between feet and ropes."""
 
-    distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill"] = Field(
+    distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill", "learned"] = Field(
         default="position_hold", description="controller of the foot loads; position_hold leaves them alone"
     )
     dither_m: float = Field(

@@ -209,7 +209,20 @@ def test_unknown_controller_is_refused_with_the_names_there_are() -> None:
         controller("no_such")
     with pytest.raises(InputError, match="no such file"):
         controller("no_such.py:Mine")
-    assert set(CONTROLLERS) == {"position_hold", "pseudo_inverse", "qp", "drill"}
+    assert set(CONTROLLERS) == {"position_hold", "pseudo_inverse", "qp", "drill", "learned"}
+
+
+def test_the_shipped_policy_says_how_it_was_made_and_corrects_the_plan_within_its_reach() -> None:
+    from testbed.control.learned import SHIPPED
+
+    assert str(np.load(SHIPPED)["made_by"]).startswith("testbed train force-distribution")
+    now, learned, plain = _balance(45.0, pull_n=14_000.0), controller("learned"), Quadratic()
+    for _ in range(10):
+        forces, planned = learned.plan(now).forces, plain.plan(now).forces
+    assert 0.0 < np.abs(forces - planned).max() <= 2000.0
+    assert np.abs(now.balance @ forces + now.load).max() < 1.0
+    with pytest.raises(InputError, match="no policy"):
+        controller("no_such.npz")
 
 
 def test_a_controller_of_ones_own_is_a_file_and_a_class(tmp_path: Path) -> None:

@@ -89,12 +89,12 @@ def test_truth_of_a_step_by_hand() -> None:
 
 
 def test_wanted_loads_beyond_the_plan_come_about() -> None:
-    """+1 on fl and rr, -1 on fr and rl asks for 2 kN more on one diagonal; a second later most of it is there."""
+    """+1 on fl and rr, -1 on fr and rl asks for 2 kN more on one diagonal; two seconds later most of it is there."""
     env = gymnasium.make(SHARE, randomisation=None, duration_s=6.0).unwrapped
     env.reset(seed=1)
     loads = []
     for action in (np.zeros(6), np.array([1.0, -1.0, -1.0, 1.0, 0.0, 0.0])):
-        for _ in range(60):
+        for _ in range(100):
             observation, _, _, _, info = env.step(action.astype(np.float32))
         loads.append(info["loads_n"])
     env.close()
