@@ -145,7 +145,8 @@ class CrawlProgram:
                 self._phase.foot_from = self._feet[self._phase.leg].copy()
             self._twist = 2.0 * twist_of(self._feet[:, :2])
         phase = self._phase
-        self._clock += dt * (self._readiness(measured) if phase.doing is Doing.SHIFT else 1.0)
+        travels = bool((phase.body_to != phase.body_from).any())
+        self._clock += dt * (self._readiness(measured) if travels else 1.0)
         share = self._clock / phase.duration_s
         self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
         over = share >= 1.0
@@ -234,6 +235,8 @@ class CrawlProgram:
         centre = self._travelled(middle)
         places = [(leg, self._foothold(leg, centre + 0.5 * stride)) for leg in group]
         away = -self._footholds.home[group].mean(axis=0) * np.array([1.0, 1.0, 0.0])
+        if task.gait == "wave":  # a body that goes on all the time sways across its way, not along it
+            away = away - self._ahead * float(self._ahead @ away)
         side = away / np.linalg.norm(away)
         tensions, ropes = self._ropes.wanted_n(self._body), self._ropes.directions(self._body)
         goal, margin = self._footholds.body_goal(

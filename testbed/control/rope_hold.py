@@ -22,6 +22,8 @@ MEETING = 0.01
 """Ropes that meet at less than this angle, rad, have no say in the pull across the slope."""
 SLACK_SHARE, TAUT_SHARE = 0.80, 0.92
 """Of its wanted tension a rope must have this much before the body moves at all, and at full speed (E)."""
+FIRM_SHARE, TIGHT_SHARE = 1.12, 1.30
+"""Above the first the body slows down, above the second it waits: its device cannot pay out just then (E)."""
 
 
 @dataclass
@@ -75,5 +77,7 @@ class RopeHold:
         taut = wanted > 0.0
         if not taut.any():
             return 1.0
-        share = float((measured_n[taut] / wanted[taut]).min())
-        return min(max((share - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE), 0.0), 1.0)
+        shares = measured_n[taut] / wanted[taut]
+        slack = (float(shares.min()) - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
+        tight = (TIGHT_SHARE - float(shares.max())) / (TIGHT_SHARE - FIRM_SHARE)
+        return min(max(min(slack, tight), 0.0), 1.0)
