@@ -83,7 +83,7 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
 
 
 CHOOSE = _trials(1000, (30, 45, 60), (40.0, 15.0))
-JUDGE = _trials(2000, (40, 55, 35), (40.0, 10.0, 25.0, 50.0))
+JUDGE = _trials(5000, (40, 55, 35), (40.0, 10.0, 25.0, 50.0))
 DITHER = ("control.dither_m=0.0003", "control.dither_hz=2.0")
 DITHERED = tuple(
     out
