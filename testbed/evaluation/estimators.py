@@ -221,8 +221,8 @@ def trials(few: bool = False) -> tuple[Trial, ...]:
 def result(found: list[dict[str, Any]]) -> dict[str, Any]:
     """Everything that `estimators.json` holds: marks by estimator, over groups of runs."""
     groups: dict[str, Callable[[dict[str, Any]], bool]] = {
-        "all temperatures": lambda r: r["kind"] not in ("dither", "still"),
-        "at the calibration's temperature": lambda r: r["oil_degc"] == BASE_C and r["kind"] not in ("dither", "still"),
+        "all temperatures": lambda r: r["kind"] not in APART,
+        "at the calibration's temperature": lambda r: r["oil_degc"] == BASE_C and r["kind"] not in APART,
         **{k: (lambda r, k=k: r["kind"] == k) for k in dict.fromkeys(r["kind"] for r in found)},  # type: ignore[misc]
     }
     out: dict[str, Any] = {"full_scale_n": FULL_SCALE_N, "runs": [r["name"] for r in found], "groups": {}}
