@@ -254,14 +254,17 @@ class Engine:
 
     def contact_normals(self, normals: Array) -> None:
         """Overwrite rows of (4, 3) by the ground's direction under the feet that touch it: the mean over the force."""
-        total = np.zeros((4, 3))
+        total = [[0.0, 0.0, 0.0] for _ in self.foot_links]
         for row in p.getContactPoints(physicsClientId=self.client):
-            first = row[1] == self.robot
+            first, n = row[1] == self.robot, row[9]
             foot = self.foot_links.get(row[3] if first else row[4])
-            if foot is not None and row[9] > 0.0:
-                total[foot] += (row[9] if first else -row[9]) * np.array(row[7])
-        size = np.linalg.norm(total, axis=1)
-        normals[size > 0.0] = total[size > 0.0] / size[size > 0.0, None]
+            if foot is not None and n > 0.0:
+                for k, part in enumerate(row[7]):
+                    total[foot][k] += part * n if first else -part * n
+        for foot, (x, y, z) in enumerate(total):
+            size = math.sqrt(x * x + y * y + z * z)
+            if size > 0.0:
+                normals[foot] = x / size, y / size, z / size
 
     def foot_gap(self, leg: int, reach_m: float = 1.0) -> tuple[float, Array]:
         """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's normal there (3)."""

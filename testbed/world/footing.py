@@ -7,6 +7,7 @@ footprint: it stays while the foot stands, and is there again if the foot comes 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 FOOTPRINT_M = 0.15
 """A foot that came this far in the air finds fresh ground: the foot plate's radius."""
 AIR_N = 1.0
+SELDOM = 5
+"""While all feet stand, their places are looked up at every fifth tick: friction follows a sliding foot by 50 ms."""
 MOVED_M = 2.0e-6
 """The engine's ground is moved when settlement has changed by this much."""
 
@@ -63,7 +66,7 @@ class Footing:
             engine.set_footing(leg, place.friction, place.stiffness_n_m, place.damping_n_s_m)
         self.settlement_m = np.zeros(4)
         self._set = np.zeros(4)
-        self._begun = False
+        self._ticks = 0
         self._print = start[:, :2].copy()
 
     @property
@@ -83,21 +86,29 @@ class Footing:
                 return place
         return self._places[0]
 
-    def update(self, feet: Array, load_n: Array, normals: Array, dt: float) -> None:
-        """At the end of a tick: feet (4, 3) in the world, loads along the normal (4), N; writes normals (4, 3)."""
-        local = feet @ self._rotation
-        heights, normals[:] = self._ground.surface(local[:, :2])
+    def update(self, feet_in_world: Callable[[], Array], load_n: Array, normals: Array, dt: float) -> None:
+        """At the end of a tick: loads along the normal (4), N; writes normals (4, 3), world frame.
+
+        Feet (4, 3), m, are asked for where one is in the air, otherwise at every SELDOM-th tick.
+        """
+        loads = load_n.tolist()
+        self._ticks += 1
+        local = heights = None
+        if min(loads) <= AIR_N or self._ticks % SELDOM == 1:
+            feet = feet_in_world()
+            local = feet @ self._rotation
+            if not self._ground.flat:
+                heights, normals[:] = self._ground.surface(local[:, :2])
         if not self._ground.flat:
-            if not self._begun:  # no contacts yet
+            if self._ticks == 1:  # no contacts yet
                 normals[:] = [self._engine.foot_gap(leg)[1] for leg in range(4)]
             self._engine.contact_normals(normals)
-        self._begun = True
-        if self._circles:
-            for leg in range(4):
-                self._step_on(leg, local[leg], load_n[leg] > AIR_N)
-        if self._terrain.loose:
-            for leg in range(4):
-                self._settle(leg, local[leg], local[leg, 2] - heights[leg], float(load_n[leg]), dt)
+        for leg in range(4):
+            foot = None if local is None else local[leg]
+            if self._circles and foot is not None:
+                self._step_on(leg, foot, loads[leg] > AIR_N)
+            if self._terrain.loose:
+                self._settle(leg, foot, 0.0 if heights is None else float(heights[leg]), loads[leg], dt)
 
     def _step_on(self, leg: int, foot: Array, loaded: bool) -> None:
         place, now = self._place_at(foot), self._under[leg]
@@ -107,14 +118,15 @@ class Footing:
             self._under[leg] = place
             self._engine.set_footing(leg, place.friction, place.stiffness_n_m, place.damping_n_s_m)
 
-    def _settle(self, leg: int, foot: Array, clearance_m: float, load_n: float, dt: float) -> None:
+    def _settle(self, leg: int, foot: Array | None, height_m: float, load_n: float, dt: float) -> None:
         """Under load the ground goes down; a foot that is set down elsewhere finds it where it was."""
         now = float(self.settlement_m[leg])
         if load_n > AIR_N:
-            self._print[leg] = foot[:2]
+            if foot is not None:
+                self._print[leg] = foot[:2]
             now = settled(now, load_n, self._under[leg].plastic_n_m, self._terrain.settle_s, dt)
-        elif np.hypot(*(foot[:2] - self._print[leg])) > FOOTPRINT_M:
-            now = min(now, max(0.0, -clearance_m))
+        elif foot is not None and np.hypot(*(foot[:2] - self._print[leg])) > FOOTPRINT_M:
+            now = min(now, max(0.0, height_m - float(foot[2])))
         self.settlement_m[leg] = now
         if abs(now - self._set[leg]) > MOVED_M:
             self._set[leg] = now

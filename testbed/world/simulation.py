@@ -222,7 +222,7 @@ class Simulation:
         self._watch(t)
         if m.footing is not None:
             b = m.board
-            m.footing.update(m.feet_in_world(), b.normal_force, b.ground_normals, self._every_tick * self.dt)
+            m.footing.update(m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt)
 
     def _take(self, command: Command) -> None:
         """Hand a new command to the loops, the ropes and the rows."""
