@@ -19,7 +19,8 @@ from testbed.compiled import njit
 
 # --- state (TRACTION_STATES) --------------------------------------------------------------------------------------
 (MODE, CLOCK, PLACE, OWED, IDLE, WAY, REGRIPS, TRACTION_STATES) = range(8)
-"""Mode, s in it, m of the stroke used, m owed, s without need, last way (-1 haul, 1 pay out), number of regrips."""
+"""Mode, s in it, m of the stroke used, m owed, s without need, way of the last whole stroke (-1 haul, 1 pay out), count
+of regrips."""
 GRIPPED, CLOSING, RETURNING, OPENING = 0.0, 1.0, 2.0, 3.0
 # --- numbers (TRACTION_NUMBERS) -----------------------------------------------------------------------------------
 (AREA, RATING, STROKE, SPEED, CLAMP_S, RETURN_SPEED, SEAT, ANNULUS, TRACTION_NUMBERS) = range(9)
@@ -27,8 +28,10 @@ GRIPPED, CLOSING, RETURNING, OPENING = 0.0, 1.0, 2.0, 3.0
 STILL_M_S = 2.0e-3
 IDLE_S = 0.4
 READY_SHARE = 0.7
-"""A device idle for IDLE_S goes back if less than this share of the stroke is left in the way it last went."""
+"""A device idle for IDLE_S goes back if less than this share of the stroke is left in its way."""
 OWED_MOST_M = 0.05
+RESERVE_M = 0.05
+"""Where a stroke begins, from the piston's end: room for corrections of the tension the other way."""
 
 
 @njit
@@ -57,7 +60,7 @@ def traction_step(s: Any, n: Any, wanted_m_s: float, tension_n: float, supply_ga
     if s[MODE] == GRIPPED:
         return float(_gripped(s, n, wanted_m_s, share, dt))
     if s[MODE] == RETURNING:
-        goal = 0.0 if s[WAY] < 0.0 else n[STROKE]
+        goal = RESERVE_M if s[WAY] < 0.0 else n[STROKE] - RESERVE_M
         step = n[RETURN_SPEED] * dt * min(1.0, max(supply_gauge_pa, 0.0) / 2.0e6)
         s[PLACE] = max(s[PLACE] - step, goal) if goal < s[PLACE] else min(s[PLACE] + step, goal)
         if s[PLACE] == goal:
@@ -77,7 +80,7 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
     if rate < 0.0:
         rate *= share
     if abs(wanted_m_s) > STILL_M_S:
-        s[IDLE], s[WAY] = 0.0, -1.0 if wanted_m_s < 0.0 else 1.0
+        s[IDLE] = 0.0
     else:
         s[IDLE] += dt
     place = s[PLACE] - rate * dt

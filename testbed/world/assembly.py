@@ -44,8 +44,6 @@ from testbed.world.verdict import Judge
 
 Array = NDArray[np.float64]
 
-SPARE_SHARE = 0.15
-"""Share of a traction stroke that is used at the start: so much rope can be paid out before a regrip (E)."""
 
 
 @dataclass
@@ -173,7 +171,7 @@ def _build(
     for leg, mass_kg in leg_mass_kg.items():
         b.legs[leg, ff.MASSES + 2] += mass_kg
     b.ground_normals[:] = ground.normal_in_world
-    b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"], true["traction"]["stroke_m"])
+    b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
     b.body[plant.TRACTION_NUMBERS] = traction_numbers(true, strokes=scenario.ropes.strokes)
@@ -225,7 +223,7 @@ def _chain(
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
-def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters, stroke_m: float) -> Array:
+def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters) -> Array:
     ropes = np.zeros((2, plant.ROPE_COLUMNS))
     r = scenario.ropes
     for k in range(2):
@@ -244,7 +242,7 @@ def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Pa
         else:
             ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, r.stiffness_ea_n)
         ropes[k, plant.TRACTION.start + tr.WAY] = -1.0
-        ropes[k, plant.TRACTION.start + tr.PLACE] = SPARE_SHARE * stroke_m
+        ropes[k, plant.TRACTION.start + tr.PLACE] = tr.RESERVE_M
         ropes[k, plant.TENSION] = start.rope_tension_n[k]
         ropes[k, plant.EA], ropes[k, plant.DAMPING] = r.stiffness_ea_n, r.damping_n_s_m
         ropes[k, plant.BREAKING], ropes[k, plant.WHOLE] = r.breaking_load_n, float(r.enabled)

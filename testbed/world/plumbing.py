@@ -178,6 +178,8 @@ def traction_numbers(p: Parameters, *, strokes: bool) -> Array:
     ):  # fmt: skip
         _require(given[name] > 0.0, f"traction.{name}", given[name], "> 0")
         n[column] = given[name]
+    least = 3.0 * tr.RESERVE_M
+    _require(given["stroke_m"] > least, "traction.stroke_m", given["stroke_m"], f"> {least:g}")
     _require(given["seat_m"] >= 0.0, "traction.seat_m", given["seat_m"], ">= 0")
     n[tr.SEAT] = given["seat_m"]
     if not strokes:
