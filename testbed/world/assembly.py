@@ -45,7 +45,6 @@ from testbed.world.verdict import Judge
 Array = NDArray[np.float64]
 
 
-
 @dataclass
 class Machine:
     """Everything one run steps: truth on the left of the wall, electronics on the right."""
