@@ -19,7 +19,7 @@ from testbed.errors import InputError
 from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
 from testbed.parameters.recording import Rig
 
-MOST_EFFECTS = {"vertical-leg": 2, "cylinder": 4, "drive": 3}
+MOST_EFFECTS = {"vertical-leg": 2, "cylinder": 3, "drive": 3}
 """How many effects are looked for: bench axes of the measured kind are less well declared than legs."""
 
 
