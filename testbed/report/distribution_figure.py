@@ -33,7 +33,7 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
             range(len(names)), [Path(name.rpartition(":")[0] or name).stem.replace("_", " ") for name in names]
         )
         left.invert_yaxis()
-        left.set_xlabel(f"highest friction use over the oracle's [%]; {100 * SHOWN[1]:.0f} and more at the edge")
+        left.set_xlabel(f"friction use over the oracle's [%], cut off at {100 * SHOWN[1]:.0f}")
         right.set_xlabel("lowest normal load of any foot [kN]")
         figure.suptitle(f"{len(runs)} cases: each a dot; median and 5 to 95 %", x=0.01, ha="left", fontsize=9)
         path = folder / "distribution.png"
