@@ -1,10 +1,11 @@
-"""Compares a run's summary with what its scenario expects."""
+"""Compares a run's summary with what its scenario expects, and tells what the scenario hid from the model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from testbed.parameters.scenario import Scenario
 from testbed.parameters.scenario_parts import Bound, Expect
 
 
@@ -41,3 +42,8 @@ def _broken(path: str, bound: Bound, value: Any) -> list[str]:
     if bound.max is not None and not value <= bound.max:
         lines.append(f"{path} is {value:g}, expected at most {bound.max:g}")
     return lines
+
+
+def hidden_effects(scenario: Scenario) -> str:
+    """What a scenario hides from the model, for a result that is set beside it: "effect at place, ..." or "nothing"."""
+    return ", ".join(f"{u.effect} at {u.at.replace('_', ' ')}" for u in scenario.undeclared) or "nothing"

@@ -40,6 +40,7 @@ def close_loop(out: Path, scenarios: Sequence[str] = SCENARIOS, tell: Progress |
 
 
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
+    from testbed.evaluation.expectations import hidden_effects
     from testbed.parameters.scenario import load_scenario
     from testbed.report.diagnosing import diagnose_folder
 
@@ -53,7 +54,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     found = json.loads(findings.read_text())
     say(f"{name}: next run")
     after = _run(folder / "next", name, scenario.seed + NEXT_SEED, folder / "diagnosis" / "model.yaml")
-    return {"scenario": name, "hidden": _hidden(scenario.undeclared), **_said(found), **_errors(found, first, after)}
+    return {"scenario": name, "hidden": hidden_effects(scenario), **_said(found), **_errors(found, first, after)}
 
 
 def _run(folder: Path, name: str, seed: int, model: Path | None) -> dict[str, Any]:
@@ -67,10 +68,6 @@ def _run(folder: Path, name: str, seed: int, model: Path | None) -> dict[str, An
         write_report(folder)
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return summary
-
-
-def _hidden(undeclared: Sequence[Any]) -> str:
-    return ", ".join(f"{u.effect} at {u.at.replace('_', ' ')}" for u in undeclared) or "nothing"
 
 
 def _said(found: Mapping[str, Any]) -> dict[str, Any]:
