@@ -111,8 +111,8 @@ class Tuning:
     friction_sd_share: float = 0.15
     speed_sd_m_s: float = 0.002
     acceleration_sd_m_s2: float = 0.15
-    contact_on_n: float = 1100.0
-    contact_off_n: float = 800.0
+    contact_on_n: float = 1200.0
+    contact_off_n: float = 900.0
     contact_dwell_s: float = 0.02
     lost_dwell_s: float = 0.0
     """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""

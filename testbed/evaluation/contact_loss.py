@@ -118,7 +118,8 @@ def _scored(
         for start, _ in stretches(warnings[:, foot] > 0.5)
         if start * dt >= SETTLE_S
     ]
-    events = [(e["t"], str(e["kind"]).removeprefix("drill_")) for e in simulation.events]
+    kinds = [(e["t"], str(e["kind"])) for e in simulation.events]
+    events = [(t, kind.removeprefix("drill_")) for t, kind in kinds if kind.startswith("drill_")]
     for loss in tree["losses"]:
         at = loss["start_s"]
         loss["phase"] = next((kind for t, kind in reversed(events) if t <= at), "idle")

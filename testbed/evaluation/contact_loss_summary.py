@@ -20,7 +20,7 @@ BUDGET_1_H = 1.0 / 8.0
 """False alarms a foot may have in an hour."""
 PROMPT_S = 0.040
 WARN_LEAD_S, WARN_FROM_S = 0.1, 5.0
-MARGIN = 0.25
+MARGIN = 0.1
 """A threshold lies this far from where losses are missed towards where loaded feet are called lost."""
 CURVE_POINTS = 40
 SLOPES = (30, 45, 60, 70, 80)
