@@ -93,6 +93,7 @@ def summarise(every: Sequence[Tree], hours: float, thresholds: dict[str, float])
     floor = float(np.nanmean(oracle)) if np.isfinite(oracle).any() else None
     return {
         "format": "roboclimber-contact-loss/1",
+        "command": f"testbed contact-loss --hours {hours:g}",
         "hours": hours,
         "losses": len(r.losses),
         "losses_loaded": int(r.loaded.sum()),
