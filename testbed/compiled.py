@@ -229,7 +229,9 @@ def compile_for(kernel: Any, *arguments: Any) -> None:
 
 
 def is_cached(kernel: Any) -> bool:
-    """Whether the cache holds machine code of this version of a kernel, for any types."""
+    """Whether the cache holds machine code of this version of a kernel, for any types; so too where none is wanted."""
+    if numba.config.DISABLE_JIT:
+        return True
     return any(folder_of(kernel.py_func).glob(f"*{digest_of(kernel)}*.nbc"))
 
 
@@ -238,7 +240,8 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     if function is None:
         return lambda f: njit(f, **options)
     kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)
-    kernel._cache = _Cache(kernel)
+    if not numba.config.DISABLE_JIT:  # for a debugger, numba leaves the Python function as it is
+        kernel._cache = _Cache(kernel)
     return kernel
 
 
