@@ -27,6 +27,8 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache,
 from numba.core.dispatcher import Dispatcher
 from numba.core.runtime import _nrt_python as runtime
 
+from testbed.kernel import Kernel
+
 KEPT_VERSIONS = 8
 """Versions of one kernel that are kept."""
 KEPT_BYTES = 400_000_000
@@ -60,6 +62,7 @@ def _described_code(code: CodeType, docstring: str | None) -> Iterator[str]:
 def _described(value: Any, seen: dict[int, str]) -> Iterator[str]:
     """Text that changes with a value a kernel refers to. Raises TypeError for a kind it cannot tell apart."""
     if isinstance(value, Dispatcher):
+        yield f"apart {getattr(value, 'apart', None)}"
         for option in sorted(value.targetoptions):
             yield from (option, *_described(value.targetoptions[option], seen))
         yield from _described_function(value.py_func, seen)
@@ -235,13 +238,14 @@ def is_cached(kernel: Any) -> bool:
     return any(folder_of(kernel.py_func).glob(f"*{digest_of(kernel)}*.nbc"))
 
 
-def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
-    """numba.njit with the testbed's cache; use as `@njit` or `@njit(...)`."""
+def njit(function: Any = None, *, apart: bool = False, **options: Any) -> Any:
+    """numba.njit with the testbed's cache; use as `@njit` or `@njit(...)`; `apart` and the rest: kernel.py."""
     if function is None:
-        return lambda f: njit(f, **options)
-    kernel = numba.njit(no_cfunc_wrapper=True, **options)(function)
-    if not numba.config.DISABLE_JIT:  # for a debugger, numba leaves the Python function as it is
-        kernel._cache = _Cache(kernel)
+        return lambda f: njit(f, apart=apart, **options)
+    if numba.config.DISABLE_JIT:  # for a debugger, the Python function stays as it is
+        return function
+    kernel = Kernel(function, {"nopython": True, "no_cfunc_wrapper": True, **options}, digest_of, apart)
+    kernel._cache = _Cache(kernel)
     return kernel
 
 

@@ -149,7 +149,7 @@ def _standard_deviation(low: float, high: float, v: float, variance: float, f: A
     return math.sqrt(sensors + friction + inertia + variance + (0.5 * friction_at_rest.SPREAD * (high - low)) ** 2)
 
 
-@njit
+@njit(apart=True)
 def step_chain(
     pa: Array, pb: Array, q: Array, gravity: Array, u: Array,
     rope: Array, attitude: Array, inertial: Array, carrying: Array, ordered: Array,

@@ -158,7 +158,7 @@ def rotation_of(rpy: Array) -> Array:
     return out
 
 
-@njit
+@njit(apart=True)
 def balance(
     q: Array, arms: Array, gravity: Array, attitude: Array, carrying: Array, ordered: Array, oil_degc: float,
     body: Array, s: Array,

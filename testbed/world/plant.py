@@ -154,7 +154,7 @@ def drill_step(
     add_cross(arm, wrench[0:3], torque)
 
 
-@njit
+@njit(apart=True)
 def plant_step(
     q: Any, qd: Any, base: Any, command: Any, foot_force: Any,
     axes: Any, params: Any, supply: Any, unit: Any, geometry: Any,
