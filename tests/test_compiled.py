@@ -56,6 +56,7 @@ def _digests(folder: Path, source: str) -> tuple[str, str]:
         ("FACTOR * x", "FACTOR * x * x"),
         ("+ 1.0", "+ 1.5"),
         ("@njit\ndef inner", "@njit(fastmath=True)\ndef inner"),
+        ("@njit\ndef inner", "@njit(apart=True)\ndef inner"),
     ],
 )
 def test_a_kernel_changes_with_its_callees_constants_and_options_and_no_other_does(
@@ -120,6 +121,65 @@ def test_a_kernel_is_loaded_not_compiled_again_and_old_versions_go(
     monkeypatch.setattr(compiled, "KEPT_BYTES", 0)
     assert _module(tmp_path, SOURCE).other(1.0) == 0.0
     assert not list(folder.glob("*.nbc"))
+
+
+APART = """
+from testbed.compiled import njit
+
+@njit
+def part(x):
+    if x < 0.0:
+        raise ValueError("below zero")
+    return 1.0 / x
+
+@njit(apart=True)
+def far(x):
+    return part(x) + 1.0
+
+@njit
+def whole(x):
+    return far(x) + part(x)
+"""
+USE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import kernels_apart as k
+found = [k.whole(2.0)]
+for wrong in (0.0, -1.0):
+    try:
+        k.whole(wrong)
+    except (ZeroDivisionError, ValueError) as error:
+        found.append(str(error))
+found.append(k.part(2.0))
+print(found, *(sum(f.stats.cache_misses.values()) for f in (k.whole, k.far, k.part)))
+"""
+
+
+def _use(folder: Path) -> str:
+    environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
+    command = [sys.executable, "-c", USE, str(folder)]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def test_a_caller_finds_the_code_of_a_kernel_apart_in_every_process_also_if_it_was_compiled_anew(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "kernels_apart.py").write_text(APART)
+    found = "[2.0, 'division by zero', 'below zero', 0.5]"
+    assert _use(tmp_path) == f"{found} 1 1 1"
+    assert _use(tmp_path) == f"{found} 0 0 0"
+    for path in (tmp_path / "cache" / "roboclimber-testbed" / "kernels" / "kernels_apart.far").iterdir():
+        path.unlink()
+    assert _use(tmp_path) == f"{found} 0 1 0"
+
+
+def test_a_kernel_that_only_kernels_call_is_not_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    module = _module(tmp_path, SOURCE)
+    assert module.outer(1.0) == 3.0
+    stored = [p.name for p in (tmp_path / "cache" / "roboclimber-testbed" / "kernels").iterdir()]
+    assert stored == ["kernels_of_a_test.outer"]
+    assert not module.inner.signatures
 
 
 def test_a_home_that_cannot_be_written_to_only_costs_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

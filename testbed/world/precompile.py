@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from testbed import compiled
-from testbed.estimation.axis_kernel import step_axis
 from testbed.estimation.own_kernel import balance
 from testbed.world.between import FEET, MOVE, PLANT, between_steps
 from testbed.world.board import Board
@@ -53,12 +52,9 @@ def calls(arguments: Sequence[Any]) -> list[Call]:
 
 
 def estimator_calls() -> list[Call]:
-    """The costly kernels within the estimator's step."""
+    """The kernels apart within the estimator's step."""
     row = np.zeros(1)
-    return [
-        (balance, (row, row, row, row, row, row, 0.0, row, row)),
-        (step_axis, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, False, row, row, row)),
-    ]
+    return [(balance, (row, row, row, row, row, row, 0.0, row, row))]
 
 
 def plant_arguments() -> list[Any]:
@@ -84,7 +80,7 @@ def finish(process: subprocess.Popen[bytes] | None, arguments: Sequence[Any]) ->
     """Compile the first process's share, then wait for the second one; `arguments` of between_steps, flags aside."""
     if process is not None:
         with suppress(Exception):  # what does not compile here is left to the step that needs it
-            found = calls([EVERYTHING, *arguments])
+            found = [call for call in calls([EVERYTHING, *arguments]) if call[0].apart]
             _compile([call for call in found if call[0].py_func.__name__ not in PLANT_KERNELS])
         process.wait()
 
