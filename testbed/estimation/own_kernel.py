@@ -25,14 +25,15 @@ Array = NDArray[np.float64]
 (
     EVERY, SLIDING_KEEP_S, REST_KEEP_S, BODY_KEEP_S, ROPE_SD, FORCE_R, MOMENT_R, GATE, TAIL_S, ZERO_WANDER,
     AIR_LOAD, AIR_DWELL, AIR_SD, USE_SWING, USE_BALANCE, NOISE_SD, GRAVITY, BASE_MASS, CALIBRATED_AT, DRILL_SHARE,
-    NEWS, NEWS_NOISE, BLOW_SHARE, BODY_NUMBERS,
-) = range(24)  # fmt: skip
+    NEWS, NEWS_NOISE, BLOW_SHARE, SD_AT_REST, BODY_NUMBERS,
+) = range(25)  # fmt: skip
 """Steps between two balances; time constants s of what friction deviates while sliding and at rest, and of the
 balance's own error; shares and variances (N2, N2 m2) of the balance; gate in standard deviations; fusion_kernel's
 tail s; wander of a zero N2/s; load N, dwell s and standard deviation N of a foot in the air; switches; noise of the
 filtered load N; m/s2; kg; degC; how much of the drill's ordered thrust may be wrong, 1; where a
 piston may be at rest, the share of a change of its force that may be friction's and not the load's, 1, and how much of
-such a change is noise, N."""
+such a change is noise, N; of blows, the share of the thrust; stated standard deviation over the filter's own where a
+piston is at rest, 1."""
 BODY_SD = BODY_NUMBERS
 FILTER = BODY_SD + 6
 GEOMETRY = FILTER + 4
@@ -336,7 +337,8 @@ def answer(q: Array, arms: Array, legs: Array, axes: Array, force: Array, body: 
         sensors = 2.0 * math.sqrt(max(s[P + (fu.Z + 3 * k + 2) * (fu.N + 1)], 0.0)) + 2.0 * body[NOISE_SD]
         out[1, k] = min(load, load + friction - vertical[ax.HIGH] - sensors)
         out[2, k] = max(load, load + friction - vertical[ax.LOW] + sensors)
-        out[3, k] = math.sqrt(sd**2 + memory[persistent.P])
+        stated = body[SD_AT_REST] if vertical[ax.SLIDES] <= 0.0 else 1.0
+        out[3, k] = math.sqrt((stated * sd) ** 2 + memory[persistent.P])
         for r in range(3):
             out[7 + r, k] = s[OUTPUT_SD + 3 * k + r] if r < 2 else out[3, k]
     if s[STARTED] > 0.0:
