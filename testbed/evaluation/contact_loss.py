@@ -1,4 +1,8 @@
-"""The contact-loss benchmark: scenes run once, all detectors on the same rows; resumable, one small file a scene."""
+"""The contact-loss benchmark: scenes run once, all detectors on the same rows; resumable, two small files a scene.
+
+A scene's .json holds what the thresholds of all detectors are set and scored with, its .npz the loads (means of 5 ms)
+that the early warning is judged on: neither other thresholds nor another warning need the scenes simulated again.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,10 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors import signals as sg
-from testbed.estimation.detectors.table import DETECTORS, WARNING
+from testbed.estimation.detectors.table import DETECTORS
 from testbed.evaluation.contact_loss_scenes import SETTLE_S, Moves, Scene, draw, scenes
-from testbed.evaluation.contact_loss_score import LOSS_N, WARN_WITHIN_S, score_scene, stretches
+from testbed.evaluation.contact_loss_score import LOSS_N, score_scene
+from testbed.evaluation.contact_loss_warning import KEPT, ROWS, means, off_ground, outcomes, read_loads
 from testbed.evaluation.recorder import write_whole
 from testbed.evaluation.workers import work_through
 from testbed.parameters.names import LEGS
@@ -27,20 +32,21 @@ BLOCK_ROWS = 1000
 ORACLE = "oracle"
 ORACLE_LAG_S, ORACLE_NOISE_N = 1.0 / (2.0 * np.pi * 250.0), 37.0
 """The oracle knows the true load, through the transducers' bandwidth, with their noise through the areas, sampled."""
-FORMAT = 3
+FORMAT = 4
 STARTS = ("position_fl_rotation", "pressure_a_fl_rotation", "pressure_b_fl_rotation", "valve_fl_rotation",
           "supply_pressure", "estimate_one_chamber_fl", "expected_fl", "attitude_roll", "angular_rate_x")  # fmt: skip
 
 
 class Watch:
-    """All detectors over a run, block by block; keeps their scores."""
+    """All detectors over a run, block by block; keeps their scores, and the loads that the warning looks at."""
 
     def __init__(self, data_columns: list[str], legs: Array, dt_s: float) -> None:
         self._columns = np.array([data_columns.index(name) for name in STARTS])
         self._legs, self._numbers = legs, sg.parameters(roboclimber(), dt_s)
         self._state = np.zeros((len(LEGS), sg.STATE_SIZE))
-        self._all = (*DETECTORS, WARNING)
-        self._states = [d.start() for d in self._all]
+        self._dt_s = dt_s
+        self._states = [d.start() for d in DETECTORS]
+        self._loads: list[NDArray[np.int16]] = []
         self._parts: list[NDArray[np.float32]] = []
 
     def take(self, data: Array) -> None:
@@ -48,20 +54,26 @@ class Watch:
         n = len(data)
         out, score = np.zeros((n, len(sg.SIGNALS), len(LEGS))), np.zeros((n, len(LEGS)))
         sg.run(data, self._columns, self._legs, self._numbers, self._state, out)
-        kept = np.empty((n, len(self._all), len(LEGS)), dtype=np.float32)
-        for k, (detector, state) in enumerate(zip(self._all, self._states, strict=True)):
+        kept = np.empty((n, len(DETECTORS), len(LEGS)), dtype=np.float32)
+        for k, (detector, state) in enumerate(zip(DETECTORS, self._states, strict=True)):
             detector.run(out, state, np.array(detector.numbers), score)
             kept[:, k] = score
         self._parts.append(kept)
+        self._loads.append(means(out[:, ROWS], self._dt_s))
+
+    def loads(self, true_n: Array) -> dict[str, NDArray[np.int16]]:
+        """Loads by kind (m, 4) for the scene's second file, with the true normal force (n, 4) of the run."""
+        kinds = [*np.concatenate(self._loads).swapaxes(0, 1), means(true_n, self._dt_s)]
+        return dict(zip(KEPT, kinds, strict=True))
 
     def scores(self) -> dict[str, NDArray[np.float32]]:
         """Every detector's scores (n, 4)."""
         whole = np.concatenate(self._parts)
-        return {detector.name: whole[:, k] for k, detector in enumerate(self._all)}
+        return {detector.name: whole[:, k] for k, detector in enumerate(DETECTORS)}
 
 
-def run_scene(scene: Scene) -> dict[str, Any]:
-    """Simulate a scene and score all detectors on it: the content of its file."""
+def run_scene(scene: Scene) -> tuple[dict[str, Any], dict[str, NDArray[np.int16]]]:
+    """Simulate a scene and score all detectors on it: the content of its two files."""
     from testbed.world.simulation import Simulation
 
     drawn = draw(scene)
@@ -77,8 +89,10 @@ def run_scene(scene: Scene) -> dict[str, Any]:
         "undeclared": [u.effect for u in drawn.scenario.undeclared], "verdict": simulation.verdict, "fault": fault,
         "simulated_s": round(len(truth) * simulation.dt, 3),
         "off_s": _off_s(truth[:, :4], carrying, simulation.dt),
+        "off": off_ground(truth[:, :4], carrying, simulation.dt),
     }  # fmt: skip
-    return found | _scored(truth, carrying, watch, simulation, drawn, scene.seed)
+    scored = _scored(truth, carrying, watch, simulation, drawn, scene.seed)
+    return found | scored, watch.loads(truth[:, :4])
 
 
 def _off_s(normal_n: Array, carrying: NDArray[np.bool_], dt_s: float) -> float:
@@ -109,15 +123,8 @@ def _scored(
     truth: Array, carrying: NDArray[np.bool_], watch: Watch, simulation: Any, drawn: Any, seed: int
 ) -> dict[str, Any]:
     dt, scores = simulation.dt, watch.scores()
-    warnings = scores.pop(WARNING.name)
     scores[ORACLE] = _oracle(truth[:, 4:], dt, seed)
     tree = score_scene(truth[:, :4], carrying, scores, dt, SETTLE_S).as_dict()
-    tree["warnings"] = [
-        _warned(truth[:, foot], foot, start, dt)
-        for foot in range(4)
-        for start, _ in stretches(warnings[:, foot] > 0.5)
-        if start * dt >= SETTLE_S
-    ]
     kinds = [(e["t"], str(e["kind"])) for e in simulation.events]
     events = [(t, kind.removeprefix("drill_")) for t, kind in kinds if kind.startswith("drill_")]
     for loss in tree["losses"]:
@@ -125,12 +132,6 @@ def _scored(
         loss["phase"] = next((kind for t, kind in reversed(events) if t <= at), "idle")
         loss["cause"] = next((u.kind for u in reversed(drawn.upsets) if u.start_s <= at), "none")
     return tree
-
-
-def _warned(normal_n: Array, foot: int, at: int, dt_s: float) -> list[float]:
-    """A warning: foot, time s, its lowest true load within the last second and within the next two, N."""
-    before, after = normal_n[max(0, at - round(1.0 / dt_s)) : at + 1], normal_n[at : at + round(WARN_WITHIN_S / dt_s)]
-    return [float(foot), round(at * dt_s, 3), round(float(before.min()), 1), round(float(after.min()), 1)]
 
 
 def _oracle(load_n: Array, dt_s: float, seed: int) -> NDArray[np.float32]:
@@ -151,8 +152,10 @@ class Job:
 
 
 def do_scene(job: Job) -> bool:
-    """Run one scene into its file, whole or not at all. False: nothing can interrupt it half-way."""
-    write_whole(job.path, json.dumps(run_scene(job.scene)))
+    """Run one scene into its files, whole or not at all. False: nothing can interrupt it half-way."""
+    found, loads = run_scene(job.scene)
+    np.savez_compressed(job.path.with_suffix(".npz"), **loads)  # type: ignore[arg-type]
+    write_whole(job.path, json.dumps(found))
     return False
 
 
@@ -177,7 +180,7 @@ def run(
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}", file=out, field="--out") from error
     wanted = [Job(scene, folder / f"{scene.name}.json") for scene in scenes(split, hours)]  # type: ignore[arg-type]
-    todo = [job for job in wanted if _read(job.path) is None]
+    todo = [job for job in wanted if not _there(job.path)]
     done = len(wanted) - len(todo)
     if progress is not None:
         progress(done)
@@ -189,9 +192,19 @@ def run(
     return [tree for tree in found if tree is not None]
 
 
-def _read(path: Path) -> dict[str, Any] | None:
+def _there(path: Path) -> bool:
+    """Whether a scene's files are whole: the .json is written last."""
+    return _tree(path) is not None and read_loads(path.with_suffix(".npz")) is not None
+
+
+def _tree(path: Path) -> dict[str, Any] | None:
     try:
         tree = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     return tree if isinstance(tree, dict) and tree.get("format") == FORMAT else None
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    tree, loads = _tree(path), read_loads(path.with_suffix(".npz"))
+    return None if tree is None or loads is None else tree | {"warning": outcomes(tree, loads)}

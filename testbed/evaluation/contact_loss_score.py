@@ -30,8 +30,6 @@ LOADED_N, LOADED_BEFORE_S = 1600.0, 5.0
 GRADUAL_S = 0.1
 """A loss is gradual if its load took this long from 20 % of what it was to the crossing of 300 N."""
 SHARE = 0.2
-WARN_WITHIN_S = 2.0
-"""A warning is right if the foot's true load falls below 300 N within this time."""
 
 
 @dataclass(frozen=True)

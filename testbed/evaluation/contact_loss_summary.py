@@ -10,16 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.detectors.table import BEST, DETECTORS
+from testbed.estimation.detectors.table import BEST, DETECTORS, WARNING
+from testbed.estimation.detectors.warning import WARN_AT_N
 from testbed.evaluation.contact_loss import ORACLE, ORACLE_NOISE_N
 from testbed.evaluation.contact_loss_score import GRADUAL_S, LOADED_N, LOSS_N, NEAR_N, delays_s
+from testbed.evaluation.contact_loss_warning import CURVE_N, LEAD_S, WITHIN_S, gradual, marks
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
 BUDGET_1_H = 1.0 / 8.0
 """False alarms a foot may have in an hour."""
 PROMPT_S = 0.040
-WARN_LEAD_S, WARN_FROM_S = 0.1, 5.0
 MARGIN = 0.1
 """A threshold lies this far from where losses are missed towards where loaded feet are called lost."""
 CURVE_POINTS = 40
@@ -97,7 +98,7 @@ def summarise(every: Sequence[Tree], hours: float, thresholds: dict[str, float])
         "hours": hours,
         "losses": len(r.losses),
         "losses_loaded": int(r.loaded.sum()),
-        "losses_gradual": sum(_gradual(loss) for loss in r.losses),
+        "losses_gradual": sum(gradual(loss) for loss in r.losses),
         "foot_hours": {word: round(float(r.window_s[mask].sum()) / 3600.0, 4) for word, mask in _classes(r).items()},
         "scenes": len(scenes),
         "scenes_undeclared": sum(bool(s["undeclared"]) for s in scenes),
@@ -130,11 +131,14 @@ DEFINITIONS = {
     "delay": "from the crossing of 300 N; 0 where the alarm already stood",
     "delay_floor_s": "mean delay of an oracle: true load, sensors' lag and noise, sampled; one alarm in 8 h at 300 N",
     "gradual": f"{GRADUAL_S:g} s or more below a fifth of the median load of the 5 s before",
+    "warned": f"a warning of that foot {LEAD_S:g} to {WITHIN_S:g} s before a gradual loss",
+    "right_warning": (
+        f"the true normal force of that foot falls below {LOSS_N:.0f} N for 20 ms, beginning within {WITHIN_S:g} s "
+        f"after the warning; every warning counts, of feet that bore {LOADED_N:.0f} N or more in the 5 s before it; a "
+        f"shorter touch or a load that stops above {LOSS_N:.0f} N makes it false (near: it fell below {NEAR_N:.0f} N)"
+    ),
+    "late_warning": f"the foot was below {LOSS_N:.0f} N in the 0.5 s before: the alarm has spoken; not counted",
 }
-
-
-def _gradual(loss: Tree) -> bool:
-    return bool(loss["load_before_n"] >= LOADED_N and loss["below_share_s"] >= GRADUAL_S)
 
 
 def _classes(r: Records) -> dict[str, NDArray[np.bool_]]:
@@ -156,7 +160,7 @@ def _entry(r: Records, name: str, text: str, threshold: float, floor: float | No
         "phase": lambda loss: str(loss["phase"]),
         "cause": lambda loss: str(loss["cause"]),
         "slope_deg": lambda loss: _slope(loss["slope_deg"]),
-        "pace": lambda loss: "gradual" if _gradual(loss) else "abrupt",
+        "pace": lambda loss: "gradual" if gradual(loss) else "abrupt",
     }
     return {
         "name": name, "text": text, "best": name == BEST, "threshold": threshold, **main,
@@ -255,26 +259,13 @@ def _curve(r: Records, name: str) -> list[list[float | None]]:
 
 
 def _warning(scenes: Sequence[Tree]) -> Tree:
-    """How many gradual losses were announced in time, and how many warnings of carrying feet came true.
-
-    A foot that was off within the last second is no longer to be warned of: it bounces.
-    """
-    leads: list[float] = []
-    for scene in scenes:
-        for loss in filter(_gradual, scene["losses"]):
-            ahead = [loss["start_s"] - t for foot, t, _, _ in scene["warnings"] if foot == loss["foot"]]
-            leads.append(max((lead for lead in ahead if 0.0 < lead <= WARN_FROM_S), default=0.0))
-    given = [warned for scene in scenes for warned in scene["warnings"] if warned[2] >= LOSS_N]
-    right = sum(lowest < LOSS_N for _, _, _, lowest in given)
-    wrong = len(given) - right
-    early = sum(lead >= WARN_LEAD_S for lead in leads)
-    return {
-        "gradual_losses": len(leads), "warned_100_ms_ahead": early / len(leads) if leads else None,
-        "warned_interval95": wilson(early, len(leads)),
-        "lead_median_s": float(np.median(leads)) if leads else None,
-        "warnings": right + wrong, "precision": right / (right + wrong) if right + wrong else None,
-        "precision_interval95": wilson(right, right + wrong),
-    }  # fmt: skip
+    """The early warning, the same rule on the true load, and the trade-off over the load to warn at."""
+    curve = [{"warn_at_n": n} | marks([s["warning"]["curve"][str(n)] for s in scenes], wilson) for n in CURVE_N]
+    return marks([s["warning"]["own"] for s in scenes], wilson) | {
+        "warn_at_n": WARNING.numbers[WARN_AT_N],
+        "on_true_load": marks([s["warning"]["true"] for s in scenes], wilson),
+        "curve": curve,
+    }
 
 
 def _supervisor(scenes: Sequence[Tree]) -> Tree:
