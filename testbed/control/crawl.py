@@ -7,7 +7,7 @@ and the small corrections that every tick makes: level the body, even out the di
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -17,6 +17,8 @@ from testbed.control.footholds import Footholds
 from testbed.control.pace import Pace, progress
 from testbed.control.references import Command, Measured
 from testbed.control.rope_hold import RopeHold
+from testbed.control.swing import Swing
+from testbed.errors import InputError
 from testbed.parameters.names import LEGS
 from testbed.parameters.scenario_tasks import Crawl
 from testbed.robot.attitude import rotation_from_attitude, turned
@@ -29,16 +31,17 @@ LEVEL_GAIN_1_S = 0.3
 """Rate at which standing legs take out a tilt or a turn of the body."""
 TWIST_GAIN_M_S_N, SEAT_GAIN_M_S_N = 2.0e-8, 1.2e-7
 """Height rate per newton of difference between the diagonals: while standing, and while a foot is seated."""
-SEAT_S, SEAT_SPEED_M_S = 0.8, 0.004
+SEAT_S, SEAT_SPEED_M_S = 0.5, 0.004
 """How long a foot is seated after it has met the ground, and the fastest change of heights in that time."""
 UNLOAD_S, UNLOAD_M_S, UNLOADED_SHARE = 1.0, 0.005, 0.3
 """Before it swings, a foot is raised at this speed until it carries less than this share of the load that would tell
 its touch, or for so long: a foot that is torn off makes the one across from it jump."""
-SEATED_SHARE, SEAT_MOST = 0.8, 4.0
-"""A seated foot carries this share of the load that told its touch; it gets so many times SEAT_S for it at most."""
+SEATED_SHARE, SEAT_MOST, SEARCHES = 0.8, 4.0, 3
+"""A seated foot carries this share of the load that told its touch. One that does not after SEAT_S has met nothing: it
+searches on, so many times in all; the last time it gets so many times SEAT_S."""
 TOUCH_SHARE, LEAST_TOUCH_N, MOST_TOUCH_N = 0.12, 400.0, 1500.0
 """A foot has met the ground when its estimated load rises by this share of the robot's load on the slope."""
-SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.035, 0.010
+SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.08, 0.020
 """Speed at which the ground is sought on level ground; slower the less the feet carry (root of the cosine)."""
 SEARCH_ABOVE_M, SEARCH_BELOW_M = 0.010, 0.06
 """The search begins and ends this far above and below the old foothold, besides the task's ground_steps_m."""
@@ -47,6 +50,9 @@ BASE_TIME_S = 0.15
 STEADY_S = 0.2
 """Until a search has lasted so long, friction is still turning over in the leg and only a large rise counts."""
 WAY_SAMPLES = 20
+WAITS = np.linspace(0.0, 1.0, 5)
+"""Where the next swings are out of reach, the body falls behind its plan by the first of these shares of its next way
+that brings them within reach: on rock a foot does not always stand where it was meant to."""
 REHEARSED = 8
 """Swings that are planned before the first one is made."""
 SUPPLY_LOW_PA, SUPPLY_FULL_PA = 5.5e6, 7.0e6
@@ -72,8 +78,11 @@ class Phase:
     body_from: Array
     body_to: Array
     leg: int = -1
-    foot_from: Array | None = None
-    foot_to: Array | None = None
+    swing: Swing | None = None
+    lowest_m: float = 0.0
+    """Where a search ends, path frame."""
+    tries: int = 1
+    """Which search for this foothold it is, or was before this seat."""
 
 
 class CrawlProgram:
@@ -101,6 +110,7 @@ class CrawlProgram:
         self._phase: Phase | None = None
         self._clock = 0.0
         self._base_n = 0.0
+        self._behind_m = 0.0
         self._twist = 2.0 * twist_of(self._feet[:, :2])
         self._attitude: Array | None = None
         self._now = Command(reference=start.copy())
@@ -141,8 +151,8 @@ class CrawlProgram:
             if not self._queue:
                 self._plan()
             self._phase, self._clock = self._queue.pop(0), 0.0
-            if self._phase.doing is Doing.SWING:
-                self._phase.foot_from = self._feet[self._phase.leg].copy()
+            if self._phase.swing is not None:
+                self._phase.swing = replace(self._phase.swing, start=self._feet[self._phase.leg].copy())
             self._twist = 2.0 * twist_of(self._feet[:, :2])
         phase = self._phase
         travels = bool((phase.body_to != phase.body_from).any())
@@ -159,8 +169,7 @@ class CrawlProgram:
         elif phase.doing is Doing.SEARCH:
             over = self._search(phase, dt, measured, command)
         elif phase.doing is Doing.SEAT:
-            carries = bool(measured.load_n[phase.leg] > SEATED_SHARE * self._touch_n)
-            over = over and (carries or share > SEAT_MOST)
+            over = over and self._seated(phase, share, measured)
         if over:
             self._phase = None
             self.done = self._returning and not self._queue
@@ -169,27 +178,41 @@ class CrawlProgram:
         supply = (measured.supply_pressure_pa - SUPPLY_LOW_PA) / (SUPPLY_FULL_PA - SUPPLY_LOW_PA)
         return min(self._ropes.readiness(self._body, measured.rope_tension_n), max(supply, 0.0))
 
+    def _seated(self, phase: Phase, share: float, measured: Measured) -> bool:
+        """True where a seat is over: the foot carries, or is to search on, or has been given time enough."""
+        load = float(measured.load_n[phase.leg])
+        if load < SEATED_SHARE * self._touch_n:
+            if phase.tries < SEARCHES and self._feet[phase.leg, 2] > phase.lowest_m:
+                self._queue[:0] = self._search_phases(phase.leg, phase.body_to, phase.lowest_m, phase.tries + 1)
+                self._base_n = load
+                return True
+            if share < SEAT_MOST:
+                return False
+        self.steps_done += 1
+        return True
+
     def _swing(self, phase: Phase, share: float, dt: float, measured: Measured, command: Command) -> bool:
         """Carry the foot over; true at its end, or where ground comes before it is sought."""
-        leg, load = phase.leg, float(measured.load_n[phase.leg])
+        leg, load, before = phase.leg, float(measured.load_n[phase.leg]), float(self._feet[phase.leg, 2])
         command.carrying[leg] = False
-        self._feet[leg] = self._swing_way(phase, share, self._body)
+        assert phase.swing is not None
+        self._feet[leg] = phase.swing.foot(self._clock, self._body)
         if share > 0.6:
             if load - self._base_n > MOST_TOUCH_N:
                 return self._touch(leg, measured)
             self._base_n += (load - self._base_n) * dt / BASE_TIME_S
         else:
             self._base_n = load
-        return share >= 1.0
+        # The search takes over at its own speed: a foot that stopped and set off again would turn its friction over.
+        return share >= 1.0 or (share > phase.swing.arrival and before - self._feet[leg, 2] < self._search_m_s * dt)
 
     def _search(self, phase: Phase, dt: float, measured: Measured, command: Command) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, load = phase.leg, float(measured.load_n[phase.leg])
-        assert phase.foot_to is not None
         command.carrying[leg] = False
         self._feet[leg, 2] -= self._search_m_s * dt
         rise = MOST_TOUCH_N if self._clock < STEADY_S else self._touch_n
-        if load - self._base_n > rise or self._feet[leg, 2] <= phase.foot_to[2]:
+        if load - self._base_n > rise or self._feet[leg, 2] <= phase.lowest_m:
             return self._touch(leg, measured)
         self._base_n += (load - self._base_n) * dt / BASE_TIME_S
         return False
@@ -201,7 +224,6 @@ class CrawlProgram:
         position = measured.position.copy() - self._footholds.nought
         self._feet[leg, 2] = self._body[2] + self._legs.feet(position)[leg, 2]
         self._feet[leg, :2] = self._body[:2] + self._legs.feet(position)[leg, :2]
-        self.steps_done += 1
         return True
 
     # ---- planning ------------------------------------------------------------------------------------------
@@ -210,25 +232,38 @@ class CrawlProgram:
         """Plan the first swings without making them, so that a stride out of reach is refused before anything moves."""
         feet = self._feet.copy()
         while self.steps_done < min(self.task.steps, REHEARSED):
-            self._plan()
+            self._plan(WAITS[:1])
             for phase in self._queue:
-                if phase.doing is Doing.SWING and phase.foot_to is not None:
-                    self._feet[phase.leg, :2] = phase.foot_to[:2]
+                if phase.swing is not None:
+                    self._feet[phase.leg, :2] = phase.swing.end[:2]
                     self.steps_done += 1
             self._body = self._queue[-1].body_to
             self._queue.clear()
         self._feet, self._body, self.steps_done = feet, np.zeros(3), 0
         self.margins_n.clear()
 
-    def _plan(self) -> None:
+    def _plan(self, waits: Array = WAITS) -> None:
         """The next shift and the swings after it; at the end the way back over the middle of the feet."""
         task, left = self.task, self.task.steps - self.steps_done
-        middle = self._middle()
         if left <= 0:
             self._returning = True
-            self._queue.append(self._shift(middle))
+            self._queue.append(self._shift(self._middle()))
             return
         group = [LEGS.index(task.order[(self.steps_done + k) % 4]) for k in range(min(self._groups, left))]
+        behind = self._behind_m
+        for share in waits:
+            self._behind_m = behind + share * task.step_length_m * self._groups / 4
+            try:
+                self._plan_group(group)
+            except InputError:
+                if share == waits[-1]:
+                    raise
+            else:
+                return
+
+    def _plan_group(self, group: list[int]) -> None:
+        """The next shift and the swings of the legs in `group`; InputError where they are out of reach."""
+        task, middle = self.task, self._middle()
         stride = task.step_length_m * self._ahead
         part = stride * self._groups / 4
         # Feet are put down half a stride ahead of their homes, counted from where the body stands.
@@ -259,7 +294,7 @@ class CrawlProgram:
         middle = feet - home
         if self.steps_done < self.task.steps:
             way = self.task.step_length_m * (self.steps_done // self._groups) * self._groups / 4
-            middle[:2] = (way * self._ahead)[:2]
+            middle[:2] = ((way - self._behind_m) * self._ahead)[:2]
         return np.asarray(middle)
 
     def _foothold(self, leg: int, shift: Array) -> Array:
@@ -283,39 +318,33 @@ class CrawlProgram:
     ) -> list[Phase]:
         """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
         above = place + np.array([0.0, 0.0, SEARCH_ABOVE_M + self.task.ground_steps_m])
-        below = place - np.array([0.0, 0.0, SEARCH_BELOW_M + self.task.ground_steps_m])
-        swing = Phase(Doing.SWING, 1.0, body, body_to, leg, start, above)
-        joints = []
-        for share in np.linspace(0.0, 1.0, 2 * WAY_SAMPLES):
-            moved = body + progress(float(share)) * (body_to - body)
-            way = feet.copy()
-            way[leg] = self._swing_way(swing, float(share), moved)
-            joints.append(self._footholds.joints(way, moved))
+        lowest = float(place[2]) - SEARCH_BELOW_M - self.task.ground_steps_m
+        high = max(float(start[2]), float(above[2])) + self.task.swing_height_m
+        swing = Swing(self._legs, leg, start, above, body, body_to, high).timed(self._pace)
         rest = 0.0 if self.task.period_s is None else 0.5 * self.task.period_s - SEAT_S
-        swing.duration_s = max(self._pace.swing_s(np.array(joints)), rest, 0.5)
+        swing = swing.slower(max(self._least_s(swing, feet), rest, 0.5) / swing.duration_s)
         return [
             Phase(Doing.UNLOAD, UNLOAD_S, body, body, leg),
-            swing,
-            Phase(Doing.SEARCH, np.inf, body_to, body_to, leg, above, below),
-            Phase(Doing.SEAT, SEAT_S, body_to, body_to, leg),
+            Phase(Doing.SWING, swing.duration_s, body, body_to, leg, swing),
+            *self._search_phases(leg, body_to, lowest, 1),
         ]
 
-    def _swing_way(self, phase: Phase, share: float, body: Array) -> Array:
-        """The foot at a share of its time, the body at `body`: up, over, down to where the search begins.
+    def _search_phases(self, leg: int, body: Array, lowest_m: float, tries: int) -> list[Phase]:
+        """Search for the ground and seat the foot."""
+        return [
+            Phase(Doing.SEARCH, np.inf, body, body, leg, None, lowest_m, tries),
+            Phase(Doing.SEAT, SEAT_S, body, body, leg, None, lowest_m, tries),
+        ]
 
-        Rotation and radial joint go their ways evenly, which is faster than a straight line.
-        """
-        assert phase.foot_from is not None and phase.foot_to is not None
-        start, end = phase.foot_from, phase.foot_to
-        leg, over = phase.leg, progress((share - 0.1) / 0.8)
-        feet = np.tile(start - phase.body_from, (4, 1))
-        joints = self._legs.joints(feet)
-        joints += over * (self._legs.joints(np.tile(end - phase.body_to, (4, 1))) - joints)
-        foot = body + self._legs.feet(joints)[leg]
-        high = max(start[2], end[2]) + self.task.swing_height_m
-        up, down = progress(share / 0.35), progress((share - 0.65) / 0.35)
-        foot[2] = start[2] + (high - start[2]) * up + (end[2] - high) * down
-        return np.asarray(foot)
+    def _least_s(self, swing: Swing, feet: Array) -> float:
+        """Least time for a swing: its own, or what pump and standing legs need while the body goes on."""
+        joints = []
+        for share in np.linspace(0.0, 1.0, 2 * WAY_SAMPLES):
+            moved = swing.body_from + progress(float(share)) * (swing.body_to - swing.body_from)
+            way = feet.copy()
+            way[swing.leg] = swing.foot(float(share) * swing.duration_s, moved)
+            joints.append(self._footholds.joints(way, moved))
+        return max(swing.duration_s, self._pace.swing_s(np.array(joints)))
 
     # ---- corrections of every tick -------------------------------------------------------------------------
 

@@ -13,15 +13,17 @@ from testbed.parameters.names import JOINTS
 from testbed.parameters.provenance import Parameters
 
 Array = NDArray[np.float64]
-RAMP = 0.2
+RAMP = 0.12
 """Share of a way's time in which its speed rises, and falls."""
 PEAK = 1.0 / (1.0 - RAMP)
 """Highest speed relative to the mean."""
-LOADED_SHARE, FREE_SHARE = 0.7, 0.85
+LOADED_SHARE, FREE_SHARE = 0.7, 0.95
 """Share of a valve's flow at its rated drop that set points may ask for (E), of legs that stand and of a leg in the
 air: the rest is the loops' reserve."""
 PUMP_SHARE = 0.7
 """Share of the pump's full flow that set points may ask for (E)."""
+TRACTION_SHARE = 0.9
+"""Share of a traction device's speed that the body's motion may ask for (E): the rest is for the tension's sake."""
 
 
 class Pace:
@@ -36,7 +38,7 @@ class Pace:
         self._rated = np.tile(rated, 4)
         self._pump = PUMP_SHARE * p["power_unit"]["full_flow_m3_s"]
         self._traction_area = p["traction"]["piston_area_m2"]
-        self._traction_m_s = LOADED_SHARE * p["traction"]["speed_max_m_s"]
+        self._traction_m_s = TRACTION_SHARE * p["traction"]["speed_max_m_s"]
 
     def shift_s(self, joints: Array, ropes_m: Array) -> float:
         """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n, 2) to be kept, m."""
@@ -45,6 +47,10 @@ class Pace:
     def swing_s(self, joints: Array) -> float:
         """Least duration of a leg's swing, sampled evenly in time: joints (n, 12)."""
         return self._needed_s(joints, np.zeros((len(joints), 2)), FREE_SHARE)
+
+    def free_s(self, axis: int, change: float) -> float:
+        """Least duration of a move by `change` (rad or m) of one joint of a leg in the air."""
+        return PEAK * abs(change) * float(self._volume[axis] / (FREE_SHARE * self._rated[axis]))
 
     def _needed_s(self, joints: Array, ropes_m: Array, share: float) -> float:
         count = len(joints) - 1

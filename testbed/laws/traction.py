@@ -27,10 +27,10 @@ GRIPPED, CLOSING, RETURNING, OPENING = 0.0, 1.0, 2.0, 3.0
 """m2, N, m (0: hauls without end, as a winch), m/s, s for a clamp to close, m/s, m, m2."""
 STILL_M_S = 2.0e-3
 IDLE_S = 0.4
-READY_SHARE = 0.7
-"""A device idle for IDLE_S goes back if less than this share of the stroke is left in its way."""
+READY_SHARE = 0.9
+"""A device idle for IDLE_S goes back if less than this share of a stroke from its beginning is left in its way."""
 OWED_MOST_M = 0.05
-RESERVE_M = 0.05
+RESERVE_M = 0.03
 """Where a stroke begins, from the piston's end: room for corrections of the tension the other way."""
 
 
@@ -85,7 +85,7 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
         s[IDLE] += dt
     place = s[PLACE] - rate * dt
     left = n[STROKE] - s[PLACE] if s[WAY] < 0.0 else s[PLACE]
-    if place > n[STROKE] or place < 0.0 or (s[IDLE] > IDLE_S and left < READY_SHARE * n[STROKE]):
+    if place > n[STROKE] or place < 0.0 or (s[IDLE] > IDLE_S and left < READY_SHARE * (n[STROKE] - RESERVE_M)):
         if place > n[STROKE] or place < 0.0:
             s[WAY] = -1.0 if rate < 0.0 else 1.0
         s[MODE], s[CLOCK], s[IDLE] = CLOSING, 0.0, 0.0

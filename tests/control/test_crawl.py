@@ -9,7 +9,7 @@ import pytest
 
 from testbed.control.crawl import CrawlProgram
 from testbed.control.footholds import Footholds
-from testbed.control.pace import LOADED_SHARE, PEAK, RAMP, Pace, progress
+from testbed.control.pace import LOADED_SHARE, PEAK, RAMP, TRACTION_SHARE, Pace, progress
 from testbed.control.programs import program_of
 from testbed.control.references import Measured
 from testbed.control.rope_hold import RopeHold
@@ -90,7 +90,7 @@ def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
     needed = PEAK * volume / (LOADED_SHARE * 2.6667e-4)
     assert pace.shift_s(joints, np.zeros((11, 2))) == pytest.approx(needed, rel=1e-3)
     ropes = np.linspace([30.0, 30.0], [29.9, 29.9], 11)
-    assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(PEAK * 0.1 / (LOADED_SHARE * 0.06), rel=1e-3)
+    assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(PEAK * 0.1 / (TRACTION_SHARE * 0.06), rel=1e-3)
 
 
 def test_progress_is_a_trapezoid_of_speed() -> None:

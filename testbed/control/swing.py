@@ -1,0 +1,80 @@
+"""The way of a swinging foot: up, over, down to where the search for the ground begins.
+
+Each of the three takes the time that its joints need. Rotation and radial joint go over while the foot still rises and
+when it already comes down, but not before it is clear of the ground.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.pace import RAMP, Pace, progress
+from testbed.parameters.names import ROTATION, VERTICAL
+from testbed.robot.kinematics import LegKinematics
+
+Array = NDArray[np.float64]
+CLEAR = 0.3
+"""Share of the time of rising after which the foot goes over, and of the time of coming down at which it is there."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Way of foot `leg` from `start` to `end` (3), path frame, m, with the body going from body_from to body_to (3)."""
+
+    legs: LegKinematics
+    leg: int
+    start: Array
+    end: Array
+    body_from: Array
+    body_to: Array
+    high_m: float
+    """Height of the way's top, path frame."""
+    rise_s: float = 1.0
+    over_s: float = 1.0
+    lower_s: float = 1.0
+
+    @property
+    def duration_s(self) -> float:
+        """Of the whole way."""
+        return max(CLEAR * (self.rise_s + self.lower_s) + self.over_s, self.rise_s + self.lower_s)
+
+    @property
+    def arrival(self) -> float:
+        """Share of the whole way's time from which the foot slows down towards its end."""
+        return 1.0 - RAMP * self.lower_s / self.duration_s
+
+    def timed(self, pace: Pace) -> Swing:
+        """The same way in the least time that the leg's own cylinders allow."""
+        change = np.abs(self._joints(1.0) - self._joints(0.0))
+        across, up = range(ROTATION[self.leg], VERTICAL[self.leg]), VERTICAL[self.leg]
+        return replace(
+            self,
+            rise_s=pace.free_s(up, self.high_m - self.start[2]),
+            over_s=max(pace.free_s(axis, change[axis]) for axis in across),
+            lower_s=pace.free_s(up, self.high_m - self.end[2]),
+        )
+
+    def slower(self, times: float) -> Swing:
+        """The same way in so many times the time."""
+        rise, over, lower = (times * t for t in (self.rise_s, self.over_s, self.lower_s))
+        return replace(self, rise_s=rise, over_s=over, lower_s=lower)
+
+    def foot(self, t: float, body: Array) -> Array:
+        """(3) place t seconds after the start, the body at `body` (3), path frame."""
+        total = self.duration_s
+        begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
+        foot = body + self.legs.feet(self._joints(progress((t - begin) / (end - begin))))[self.leg]
+        up, down = progress(t / self.rise_s), progress((t - total + self.lower_s) / self.lower_s)
+        foot[2] = self.start[2] + (self.high_m - self.start[2]) * up + (self.end[2] - self.high_m) * down
+        return np.asarray(foot)
+
+    def _joints(self, over: float) -> Array:
+        """(12) joints, of which this leg's rotation and radial count, at a share of the way over: evenly in each."""
+        first, last = (
+            self.legs.joints(np.tile(foot - body, (4, 1)))
+            for foot, body in ((self.start, self.body_from), (self.end, self.body_to))
+        )
+        return np.asarray(first + over * (last - first))
