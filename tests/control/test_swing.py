@@ -1,0 +1,111 @@
+"""A foot's way through the air, and what the walk does when ground or reach are not as planned."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from testbed.control.crawl import CrawlProgram, Doing
+from testbed.control.pace import FREE_SHARE, PEAK, Pace
+from testbed.control.programs import program_of
+from testbed.control.references import Measured
+from testbed.control.swing import Swing
+from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario import load_scenario
+from testbed.robot.kinematics import LegKinematics
+
+TICK = 0.01
+LEGS = LegKinematics.from_parameters(roboclimber())
+START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
+ANCHORS = np.array([[30.0, 5.0, 0.1], [30.0, -5.0, 0.1]])
+LOADS, TENSION = np.full(4, 7000.0), np.full(2, 13300.0)
+PACE = Pace(roboclimber(), 0.19)
+
+
+def swing(forward: float, up: float, above: float = 0.0) -> Swing:
+    """Leg fl from its place at the start, `forward` ahead and `above` higher, by a top `up` above the start."""
+    foot = LEGS.feet(START)[0]
+    end = foot + np.array([forward, 0.0, above])
+    return Swing(LEGS, 0, foot, end, np.zeros(3), np.zeros(3), float(foot[2]) + up).timed(PACE)
+
+
+def test_a_swing_leads_from_its_start_over_its_top_to_its_end() -> None:
+    way = swing(0.3, 0.16, above=0.11)
+    places = np.array([way.foot(t, np.zeros(3)) for t in np.linspace(0.0, way.duration_s, 301)])
+    np.testing.assert_allclose(places[0], way.start, atol=1e-12)
+    np.testing.assert_allclose(places[-1], way.end, atol=1e-12)
+    assert places[:, 2].max() == pytest.approx(way.start[2] + 0.16, abs=1e-9)
+    high = np.flatnonzero(places[:, 2] > way.start[2] + 0.12)
+    np.testing.assert_allclose(places[: high[0] // 3, 0], way.start[0], atol=0.005)
+
+
+def test_rise_and_descent_take_what_the_vertical_valve_needs() -> None:
+    """0.16 m of 70 mm bore at 95 % of 25 L/min, with ramps; straight up and down nothing else takes time."""
+    way = swing(0.0, 0.16, above=0.11)
+    metre_s = PEAK * math.pi / 4 * 0.07**2 / (FREE_SHARE * 4.1667e-4)
+    assert way.rise_s == pytest.approx(0.16 * metre_s, rel=1e-3)
+    assert way.lower_s == pytest.approx(0.05 * metre_s, rel=1e-3)
+    assert way.over_s == 0.0 and way.duration_s == pytest.approx(0.21 * metre_s, rel=1e-3)
+
+
+def test_no_joint_of_a_swing_is_faster_than_its_valve() -> None:
+    way = swing(0.4, 0.06, above=0.01)
+    times = np.linspace(0.0, way.duration_s, 2001)
+    feet = np.array([way.foot(t, np.zeros(3)) for t in times])
+    joints = np.array([LEGS.joints(np.tile(foot, (4, 1)))[:3] for foot in feet])
+    speed = np.abs(np.diff(joints, axis=0)).max(axis=0) / (times[1] - times[0])
+    bore = math.pi / 4 * np.array([0.063, 0.063, 0.07]) ** 2 * np.array([0.19, 1.0, 1.0])
+    allowed = FREE_SHARE * np.array([2.6667e-4, 2.6667e-4, 4.1667e-4]) / bore
+    assert np.all(speed < 1.001 * allowed) and np.max(speed / allowed) > 0.99
+
+
+def program(*changes: str) -> CrawlProgram:
+    made = program_of(load_scenario("crawl_slope_45", list(changes)), START, TENSION, ANCHORS / 30.0, ANCHORS, LOADS)
+    assert isinstance(made, CrawlProgram)
+    return made
+
+
+def machine() -> Measured:
+    return Measured(START.copy(), LOADS.copy(), np.ones(4), TENSION.copy(), np.array([0.0, -math.radians(45.0), 0.0]))
+
+
+def step(made: CrawlProgram, seen: Measured, t: float, loads: np.ndarray) -> None:
+    """A machine that follows its set points; `loads` (4) are what it feels."""
+    command = made.update(t, TICK, seen)
+    command.reference += command.rate * TICK
+    seen.position[:] = command.reference
+    seen.load_n[:] = loads
+    seen.rope_tension_n[:] = made._ropes.wanted_n(made._body)
+
+
+def test_a_foot_that_took_a_jerk_for_the_ground_searches_on() -> None:
+    """A load of 4 kN for one tick at the search's beginning; the ground is 30 mm below."""
+    made, seen, t = program("task.steps=1"), machine(), 0.0
+    ground, jerked, touched, searches = made._feet[3, 2] - 0.03, False, False, 0
+    before = None
+    while made.steps_done < 1 and t < 20.0:
+        doing = made._phase.doing if made._phase is not None else before
+        searches += doing is Doing.SEARCH and before is not Doing.SEARCH
+        loads, before = LOADS.copy(), doing
+        if doing is Doing.SEARCH:
+            touched = made._feet[3, 2] <= ground
+            loads[3], jerked = (4000.0 if touched or not jerked else 0.0), True
+        elif doing is not Doing.SHIFT and not touched:
+            loads[3] = 0.0
+        step(made, seen, t, loads)
+        t += TICK
+    assert made.steps_done == 1 and searches == 2
+    assert made._feet[3, 2] == pytest.approx(ground, abs=2e-3)
+
+
+def test_a_walk_whose_foot_stands_too_far_back_falls_behind_its_plan_and_goes_on() -> None:
+    made, planned = program("task.steps=40"), program("task.steps=40")
+    made._feet[0, 0] -= 0.2  # a foot of the second group: the others carry the body away from it
+    planned._plan()
+    made._plan()
+    assert made._behind_m == pytest.approx(0.1) and planned._behind_m == 0.0
+    goal, free = made._queue[0].body_to, planned._queue[0].body_to
+    assert goal[0] == pytest.approx(free[0] - made._behind_m)
+    assert made._footholds.reaches(made._feet, goal)
