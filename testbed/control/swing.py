@@ -7,6 +7,7 @@ when it already comes down, but not before it is clear of the ground.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +49,8 @@ class Swing:
 
     def timed(self, pace: Pace) -> Swing:
         """The same way in the least time that the leg's own cylinders allow."""
-        change = np.abs(self._joints(1.0) - self._joints(0.0))
+        first, last = self._ends
+        change = np.abs(last - first)
         across, up = range(ROTATION[self.leg], VERTICAL[self.leg]), VERTICAL[self.leg]
         return replace(
             self,
@@ -66,15 +68,17 @@ class Swing:
         """(3) place t seconds after the start, the body at `body` (3), path frame."""
         total = self.duration_s
         begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
-        foot = body + self.legs.feet(self._joints(progress((t - begin) / (end - begin))))[self.leg]
+        first, last = self._ends
+        over = progress((t - begin) / (end - begin))
+        foot = body + self.legs.feet(first + over * (last - first))[self.leg]
         up, down = progress(t / self.rise_s), progress((t - total + self.lower_s) / self.lower_s)
         foot[2] = self.start[2] + (self.high_m - self.start[2]) * up + (self.end[2] - self.high_m) * down
         return np.asarray(foot)
 
-    def _joints(self, over: float) -> Array:
-        """(12) joints, of which this leg's rotation and radial count, at a share of the way over: evenly in each."""
-        first, last = (
-            self.legs.joints(np.tile(foot - body, (4, 1)))
-            for foot, body in ((self.start, self.body_from), (self.end, self.body_to))
+    @cached_property
+    def _ends(self) -> tuple[Array, Array]:
+        """(12) joints at the start and at the end, of which this leg's rotation and radial joint count."""
+        return (
+            self.legs.joints(np.tile(self.start - self.body_from, (4, 1))),
+            self.legs.joints(np.tile(self.end - self.body_to, (4, 1))),
         )
-        return np.asarray(first + over * (last - first))

@@ -44,6 +44,17 @@ _CARRYING = _ESTIMATES + N_ESTIMATES + 2 * N_CONTACT + 12
 
 
 @njit
+def _write_estimates(row: Any, out: Any) -> None:
+    """The chain's output into the data row: the methods' loads, the own foot forces, the contact words."""
+    for leg in range(4):
+        for k in range(9):
+            row[_ESTIMATES + 4 * k + leg] = out[k, leg]
+        for k in range(6):
+            row[_ESTIMATES + 36 + 4 * k + leg] = out[_FOOT_ROW + k, leg]
+        row[_ESTIMATES + N_ESTIMATES + leg] = out[_CONTACT_ROW, leg]
+
+
+@njit
 def between_steps(
     flags: int, step: int, sensor_step: int, sample: int, count: int,
     dt: float, control_dt: float, substeps: int, locked: bool, gravity: float, board: Any, row: Any,
@@ -93,14 +104,7 @@ def between_steps(
             row[51:53], row[53:56], row[56:62], row[_CARRYING : _CARRYING + 4], row[_CARRYING + 4 : _CARRYING + 6],
             chain_legs, chain_common, chain_state, chain_body, chain_own, chain_out,
         )  # fmt: skip
-        for k in range(9):
-            for leg in range(4):
-                row[_ESTIMATES + 4 * k + leg] = chain_out[k, leg]
-        for k in range(6):
-            for leg in range(4):
-                row[_ESTIMATES + 36 + 4 * k + leg] = chain_out[_FOOT_ROW + k, leg]
-        for leg in range(4):
-            row[_ESTIMATES + N_ESTIMATES + leg] = chain_out[_CONTACT_ROW, leg]
+        _write_estimates(row, chain_out)
     if flags & RECORD:
         for i in range(row.shape[0]):
             data[count, i] = row[i]
