@@ -41,8 +41,12 @@ SEATED_SHARE, SEAT_MOST, SEARCHES = 0.8, 4.0, 3
 searches on, so many times in all; the last time it gets so many times SEAT_S."""
 TOUCH_SHARE, LEAST_TOUCH_N, MOST_TOUCH_N = 0.12, 400.0, 1500.0
 """A foot has met the ground when its estimated load rises by this share of the robot's load on the slope."""
-SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.08, 0.020
-"""Speed at which the ground is sought on level ground; slower the less the feet carry (root of the cosine)."""
+SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.06, 0.010
+"""Speed at which the ground is sought on level ground; slower in proportion to what the feet carry: until the touch is
+known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts the feet beside it."""
+FAR_SEARCH_M_S, FAR_SHARE = 0.08, 0.5
+"""The same while the foot is still further above its old foothold than this share of the task's ground_steps_m (root of
+what the feet carry): ground so high is rare."""
 SEARCH_ABOVE_M, SEARCH_BELOW_M = 0.010, 0.06
 """The search begins and ends this far above and below the old foothold, besides the task's ground_steps_m."""
 BASE_TIME_S = 0.15
@@ -79,8 +83,8 @@ class Phase:
     body_to: Array
     leg: int = -1
     swing: Swing | None = None
-    lowest_m: float = 0.0
-    """Where a search ends, path frame."""
+    old_m: float = 0.0
+    """Height of the old foothold, path frame: a search begins above it and ends below it."""
     tries: int = 1
     """Which search for this foothold it is, or was before this seat."""
 
@@ -102,7 +106,9 @@ class CrawlProgram:
         self._touch_n = min(max(TOUCH_SHARE * total, LEAST_TOUCH_N), MOST_TOUCH_N)
         # The less the feet carry, the gentler they must meet the ground, and the less a difference of loads says.
         self._lightness = min(total / footholds.weight_n, 1.0)
-        self._search_m_s = max(SEARCH_M_S * float(np.sqrt(self._lightness)), SLOWEST_SEARCH_M_S)
+        self._search_m_s = max(SEARCH_M_S * self._lightness, SLOWEST_SEARCH_M_S)
+        self._far_search_m_s = max(FAR_SEARCH_M_S * float(np.sqrt(self._lightness)), self._search_m_s)
+        self._above_m = SEARCH_ABOVE_M + task.ground_steps_m
         heading = np.radians(task.heading_deg)
         self._ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         self._groups = 2 if task.gait == "two_phase" else 1
@@ -182,8 +188,8 @@ class CrawlProgram:
         """True where a seat is over: the foot carries, or is to search on, or has been given time enough."""
         load = float(measured.load_n[phase.leg])
         if load < SEATED_SHARE * self._touch_n:
-            if phase.tries < SEARCHES and self._feet[phase.leg, 2] > phase.lowest_m:
-                self._queue[:0] = self._search_phases(phase.leg, phase.body_to, phase.lowest_m, phase.tries + 1)
+            if phase.tries < SEARCHES and self._feet[phase.leg, 2] > self._lowest_m(phase):
+                self._queue[:0] = self._search_phases(phase.leg, phase.body_to, phase.old_m, phase.tries + 1)
                 self._base_n = load
                 return True
             if share < SEAT_MOST:
@@ -204,18 +210,27 @@ class CrawlProgram:
         else:
             self._base_n = load
         # The search takes over at its own speed: a foot that stopped and set off again would turn its friction over.
-        return share >= 1.0 or (share > phase.swing.arrival and before - self._feet[leg, 2] < self._search_m_s * dt)
+        speed = self._sought_m_s(float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._above_m)
+        return share >= 1.0 or (share > phase.swing.arrival and before - self._feet[leg, 2] < speed * dt)
 
     def _search(self, phase: Phase, dt: float, measured: Measured, command: Command) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, load = phase.leg, float(measured.load_n[phase.leg])
         command.carrying[leg] = False
-        self._feet[leg, 2] -= self._search_m_s * dt
+        self._feet[leg, 2] -= self._sought_m_s(float(self._feet[leg, 2]), phase.old_m) * dt
         rise = MOST_TOUCH_N if self._clock < STEADY_S else self._touch_n
-        if load - self._base_n > rise or self._feet[leg, 2] <= phase.lowest_m:
+        if load - self._base_n > rise or self._feet[leg, 2] <= self._lowest_m(phase):
             return self._touch(leg, measured)
         self._base_n += (load - self._base_n) * dt / BASE_TIME_S
         return False
+
+    def _sought_m_s(self, height_m: float, old_m: float) -> float:
+        """Speed of a search at a height, from the height of the old foothold."""
+        far = height_m > old_m + SEARCH_ABOVE_M + FAR_SHARE * self.task.ground_steps_m
+        return self._far_search_m_s if far else self._search_m_s
+
+    def _lowest_m(self, phase: Phase) -> float:
+        return phase.old_m - SEARCH_BELOW_M - self.task.ground_steps_m
 
     def _touch(self, leg: int, measured: Measured) -> bool:
         """The foot stays where the encoders see it; what is left of this leg's swing is not needed any more."""
@@ -317,8 +332,7 @@ class CrawlProgram:
         self, leg: int, start: Array, place: Array, body: Array, body_to: Array, feet: Array
     ) -> list[Phase]:
         """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
-        above = place + np.array([0.0, 0.0, SEARCH_ABOVE_M + self.task.ground_steps_m])
-        lowest = float(place[2]) - SEARCH_BELOW_M - self.task.ground_steps_m
+        above = place + np.array([0.0, 0.0, self._above_m])
         high = max(float(start[2]), float(above[2])) + self.task.swing_height_m
         swing = Swing(self._legs, leg, start, above, body, body_to, high).timed(self._pace)
         rest = 0.0 if self.task.period_s is None else 0.5 * self.task.period_s - SEAT_S
@@ -326,14 +340,14 @@ class CrawlProgram:
         return [
             Phase(Doing.UNLOAD, UNLOAD_S, body, body, leg),
             Phase(Doing.SWING, swing.duration_s, body, body_to, leg, swing),
-            *self._search_phases(leg, body_to, lowest, 1),
+            *self._search_phases(leg, body_to, float(place[2]), 1),
         ]
 
-    def _search_phases(self, leg: int, body: Array, lowest_m: float, tries: int) -> list[Phase]:
+    def _search_phases(self, leg: int, body: Array, old_m: float, tries: int) -> list[Phase]:
         """Search for the ground and seat the foot."""
         return [
-            Phase(Doing.SEARCH, np.inf, body, body, leg, None, lowest_m, tries),
-            Phase(Doing.SEAT, SEAT_S, body, body, leg, None, lowest_m, tries),
+            Phase(Doing.SEARCH, np.inf, body, body, leg, None, old_m, tries),
+            Phase(Doing.SEAT, SEAT_S, body, body, leg, None, old_m, tries),
         ]
 
     def _least_s(self, swing: Swing, feet: Array) -> float:
