@@ -17,6 +17,8 @@ RAMP = 0.12
 """Share of a way's time in which its speed rises, and falls."""
 PEAK = 1.0 / (1.0 - RAMP)
 """Highest speed relative to the mean."""
+SWING_RAMP = 0.2
+"""The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot across from it."""
 LOADED_SHARE, FREE_SHARE = 0.7, 0.95
 """Share of a valve's flow at its rated drop that set points may ask for (E), of legs that stand and of a leg in the
 air: the rest is the loops' reserve."""
@@ -50,7 +52,7 @@ class Pace:
 
     def free_s(self, axis: int, change: float) -> float:
         """Least duration of a move by `change` (rad or m) of one joint of a leg in the air."""
-        return PEAK * abs(change) * float(self._volume[axis] / (FREE_SHARE * self._rated[axis]))
+        return abs(change) / (1.0 - SWING_RAMP) * float(self._volume[axis] / (FREE_SHARE * self._rated[axis]))
 
     def _needed_s(self, joints: Array, ropes_m: Array, share: float) -> float:
         count = len(joints) - 1
@@ -62,12 +64,12 @@ class Pace:
         return max(float(need.max()) for need in needs)
 
 
-def progress(share: float) -> float:
-    """Share of the way covered at a share of its time: a trapezoid of speed with ramps of RAMP."""
-    t = min(max(share, 0.0), 1.0)
-    if t < RAMP:
-        return 0.5 * PEAK * t * t / RAMP
-    if t > 1.0 - RAMP:
-        return 1.0 - 0.5 * PEAK * (1.0 - t) ** 2 / RAMP
-    return PEAK * (t - 0.5 * RAMP)
+def progress(share: float, ramp: float = RAMP) -> float:
+    """Share of the way covered at a share of its time: a trapezoid of speed with ramps of `ramp`."""
+    t, peak = min(max(share, 0.0), 1.0), 1.0 / (1.0 - ramp)
+    if t < ramp:
+        return 0.5 * peak * t * t / ramp
+    if t > 1.0 - ramp:
+        return 1.0 - 0.5 * peak * (1.0 - t) ** 2 / ramp
+    return peak * (t - 0.5 * ramp)
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.pace import RAMP, Pace, progress
+from testbed.control.pace import SWING_RAMP, Pace, progress
 from testbed.parameters.names import ROTATION, VERTICAL
 from testbed.robot.kinematics import LegKinematics
 
@@ -45,7 +45,7 @@ class Swing:
     @property
     def arrival(self) -> float:
         """Share of the whole way's time from which the foot slows down towards its end."""
-        return 1.0 - RAMP * self.lower_s / self.duration_s
+        return 1.0 - SWING_RAMP * self.lower_s / self.duration_s
 
     def timed(self, pace: Pace) -> Swing:
         """The same way in the least time that the leg's own cylinders allow."""
@@ -69,9 +69,10 @@ class Swing:
         total = self.duration_s
         begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
         first, last = self._ends
-        over = progress((t - begin) / (end - begin))
+        over = progress((t - begin) / (end - begin), SWING_RAMP)
         foot = body + self.legs.feet(first + over * (last - first))[self.leg]
-        up, down = progress(t / self.rise_s), progress((t - total + self.lower_s) / self.lower_s)
+        up = progress(t / self.rise_s, SWING_RAMP)
+        down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
         foot[2] = self.start[2] + (self.high_m - self.start[2]) * up + (self.end[2] - self.high_m) * down
         return np.asarray(foot)
 

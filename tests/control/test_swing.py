@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.control.crawl import CrawlProgram, Doing
-from testbed.control.pace import FREE_SHARE, PEAK, Pace
+from testbed.control.pace import FREE_SHARE, SWING_RAMP, Pace
 from testbed.control.programs import program_of
 from testbed.control.references import Measured
 from testbed.control.swing import Swing
@@ -44,7 +44,7 @@ def test_a_swing_leads_from_its_start_over_its_top_to_its_end() -> None:
 def test_rise_and_descent_take_what_the_vertical_valve_needs() -> None:
     """0.16 m of 70 mm bore at 95 % of 25 L/min, with ramps; straight up and down nothing else takes time."""
     way = swing(0.0, 0.16, above=0.11)
-    metre_s = PEAK * math.pi / 4 * 0.07**2 / (FREE_SHARE * 4.1667e-4)
+    metre_s = math.pi / 4 * 0.07**2 / (FREE_SHARE * 4.1667e-4) / (1.0 - SWING_RAMP)
     assert way.rise_s == pytest.approx(0.16 * metre_s, rel=1e-3)
     assert way.lower_s == pytest.approx(0.05 * metre_s, rel=1e-3)
     assert way.over_s == 0.0 and way.duration_s == pytest.approx(0.21 * metre_s, rel=1e-3)
