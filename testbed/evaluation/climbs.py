@@ -3,8 +3,9 @@
     python -m testbed.evaluation.climbs --seeds 20 --out DIR --jobs 2
 
 A run ends when the body has gone its way, the machine is lost, or its time is over. One JSON line a run goes to
-DIR/climbs.jsonl, so that a second call carries on; DIR/climbs.md is the table. A seed draws the sensors' errors, the
-true friction and, on rock, the surface; control believes one friction and knows nothing of the rock but its roughness.
+DIR/climbs.jsonl, so that a second call carries on; DIR/climbs.md is the table of what is there at any time. A seed
+draws the sensors' errors, the true friction and, on rock, the surface; control believes one friction and knows nothing
+of the rock but its roughness.
 """
 
 from __future__ import annotations
@@ -147,11 +148,14 @@ def evaluate(
     wanted = climbs(cases, seeds)
     todo = [c for c in wanted if (c.case, c.seed) not in done]
     with ProcessPoolExecutor(max_workers=jobs) as pool, lines.open("a") as file:
+        if todo and file.tell() and not lines.read_text().endswith("\n"):
+            file.write("\n")  # a line that was cut off stays alone
         for future in as_completed([pool.submit(partial(run, way_m=way_m), c) for c in todo]):
             outcome = future.result()
             done[outcome.case, outcome.seed] = outcome
             file.write(json.dumps(asdict(outcome)) + "\n")
             file.flush()
+            (out / "climbs.md").write_text(table([done[c.case, c.seed] for c in wanted if (c.case, c.seed) in done]))
             if progress is not None:
                 progress(len(wanted) - len(todo) + sum((c.case, c.seed) in done for c in todo))
     found = [done[c.case, c.seed] for c in wanted]
