@@ -1,8 +1,9 @@
 """Walking: shift the body, swing a leg, seek the ground by the force estimate, let the foot carry, and again.
 
 Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at the start. Where they
-go is planned in footholds.py, how fast in pace.py, what the ropes do in rope_hold.py; this file is the order of events
-and the small corrections that every tick makes: level the body, even out the diagonals, keep the tensions.
+go is planned in footholds.py, how fast in pace.py, how a leg swings in swing.py, how its foot finds the ground in
+ground_search.py, how standing feet keep the body level in levelling.py, what the ropes do in rope_hold.py; this file is
+the order of events.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.footholds import Footholds
+from testbed.control.ground_search import GroundSearch
+from testbed.control.levelling import Levelling
 from testbed.control.pace import Pace, progress
 from testbed.control.references import Command, Measured
 from testbed.control.rope_hold import RopeHold
@@ -21,38 +24,18 @@ from testbed.control.swing import Swing
 from testbed.errors import InputError
 from testbed.parameters.names import LEGS
 from testbed.parameters.scenario_tasks import Crawl
-from testbed.robot.attitude import rotation_from_attitude, turned
-from testbed.robot.foot_load_sets import twist_of
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import attitude_gravity
 
 Array = NDArray[np.float64]
-LEVEL_GAIN_1_S = 0.3
-"""Rate at which standing legs take out a tilt or a turn of the body."""
-TWIST_GAIN_M_S_N, SEAT_GAIN_M_S_N = 2.0e-8, 1.2e-7
-"""Height rate per newton of difference between the diagonals: while standing, and while a foot is seated."""
-SEAT_S, SEAT_SPEED_M_S = 0.5, 0.004
-"""How long a foot is seated after it has met the ground, and the fastest change of heights in that time."""
+SEAT_S = 0.5
+"""How long a foot is seated after it has met the ground."""
 UNLOAD_S, UNLOAD_M_S, UNLOADED_SHARE = 1.0, 0.005, 0.3
 """Before it swings, a foot is raised at this speed until it carries less than this share of the load that would tell
 its touch, or for so long: a foot that is torn off makes the one across from it jump."""
 SEATED_SHARE, SEAT_MOST, SEARCHES = 0.8, 4.0, 3
 """A seated foot carries this share of the load that told its touch. One that does not after SEAT_S has met nothing: it
 searches on, so many times in all; the last time it gets so many times SEAT_S."""
-TOUCH_SHARE, LEAST_TOUCH_N, MOST_TOUCH_N = 0.12, 400.0, 1500.0
-"""A foot has met the ground when its estimated load rises by this share of the robot's load on the slope."""
-SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.06, 0.010
-"""Speed at which the ground is sought on level ground; slower in proportion to what the feet carry: until the touch is
-known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts the feet beside it."""
-FAR_SEARCH_M_S, FAR_SHARE = 0.08, 0.5
-"""The same while the foot is still further above its old foothold than this share of the task's ground_steps_m (root of
-what the feet carry): ground so high is rare."""
-SEARCH_ABOVE_M, SEARCH_BELOW_M = 0.010, 0.06
-"""The search begins and ends this far above and below the old foothold, besides the task's ground_steps_m."""
-BASE_TIME_S = 0.15
-"""Time constant with which the load of a foot in the air is learnt."""
-STEADY_S = 0.2
-"""Until a search has lasted so long, friction is still turning over in the leg and only a large rise counts."""
 WAY_SAMPLES = 20
 WAITS = np.linspace(0.0, 1.0, 5)
 """Where the next swings are out of reach, the body falls behind its plan by the first of these shares of its next way
@@ -103,22 +86,16 @@ class CrawlProgram:
         total = float(loads_n.sum())
         offset = loads_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
         self._offset = np.array([*offset, 0.0])
-        self._touch_n = min(max(TOUCH_SHARE * total, LEAST_TOUCH_N), MOST_TOUCH_N)
-        # The less the feet carry, the gentler they must meet the ground, and the less a difference of loads says.
         self._lightness = min(total / footholds.weight_n, 1.0)
-        self._search_m_s = max(SEARCH_M_S * self._lightness, SLOWEST_SEARCH_M_S)
-        self._far_search_m_s = max(FAR_SEARCH_M_S * float(np.sqrt(self._lightness)), self._search_m_s)
-        self._above_m = SEARCH_ABOVE_M + task.ground_steps_m
+        self._ground = GroundSearch(total, self._lightness, task.ground_steps_m)
+        self._levelling: Levelling | None = None
         heading = np.radians(task.heading_deg)
         self._ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
         self._groups = 2 if task.gait == "two_phase" else 1
         self._queue: list[Phase] = []
         self._phase: Phase | None = None
         self._clock = 0.0
-        self._base_n = 0.0
         self._behind_m = 0.0
-        self._twist = 2.0 * twist_of(self._feet[:, :2])
-        self._attitude: Array | None = None
         self._now = Command(reference=start.copy())
         self.steps_done = 0
         self.done = self._returning = False
@@ -133,16 +110,16 @@ class CrawlProgram:
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
-        if self._attitude is None:
+        if self._levelling is None:
             roll, pitch, _ = measured.attitude_rad
-            self._attitude = rotation_from_attitude(measured.attitude_rad)
             self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
+            self._levelling = Levelling(measured.attitude_rad, self._lightness)
+            self._levelling.stand_on(self._feet)
         command, before = self._now, self._body.copy()
         command.carrying[:] = True
         if t >= self.task.start_s and not self.done:
-            self._go(dt, measured, command)
-        self._level(dt, measured, command)
-        self._untwist(dt, measured, command)
+            self._go(dt, measured, command, self._levelling)
+        self._correct(dt, measured, command, self._levelling)
         wanted = self._footholds.joints(self._feet, self._body)
         command.rate[:] = (wanted - command.reference) / dt
         command.rate[np.abs(command.rate) < 1e-7] = 0.0
@@ -152,14 +129,14 @@ class CrawlProgram:
 
     # ---- the order of events -------------------------------------------------------------------------------
 
-    def _go(self, dt: float, measured: Measured, command: Command) -> None:
+    def _go(self, dt: float, measured: Measured, command: Command, levelling: Levelling) -> None:
         if self._phase is None:
             if not self._queue:
                 self._plan()
             self._phase, self._clock = self._queue.pop(0), 0.0
             if self._phase.swing is not None:
                 self._phase.swing = replace(self._phase.swing, start=self._feet[self._phase.leg].copy())
-            self._twist = 2.0 * twist_of(self._feet[:, :2])
+            levelling.stand_on(self._feet)
         phase = self._phase
         travels = bool((phase.body_to != phase.body_from).any())
         self._clock += dt * (self._readiness(measured) if travels else 1.0)
@@ -169,7 +146,7 @@ class CrawlProgram:
         if phase.doing is Doing.UNLOAD:
             command.carrying[phase.leg] = False
             self._feet[phase.leg, 2] += UNLOAD_M_S * dt
-            over = over or bool(measured.load_n[phase.leg] < UNLOADED_SHARE * self._touch_n)
+            over = over or bool(measured.load_n[phase.leg] < UNLOADED_SHARE * self._ground.touch_n)
         elif phase.doing is Doing.SWING:
             over = self._swing(phase, share, dt, measured, command)
         elif phase.doing is Doing.SEARCH:
@@ -187,10 +164,10 @@ class CrawlProgram:
     def _seated(self, phase: Phase, share: float, measured: Measured) -> bool:
         """True where a seat is over: the foot carries, or is to search on, or has been given time enough."""
         load = float(measured.load_n[phase.leg])
-        if load < SEATED_SHARE * self._touch_n:
-            if phase.tries < SEARCHES and self._feet[phase.leg, 2] > self._lowest_m(phase):
+        if load < SEATED_SHARE * self._ground.touch_n:
+            if phase.tries < SEARCHES and self._feet[phase.leg, 2] > self._ground.lowest_m(phase.old_m):
                 self._queue[:0] = self._search_phases(phase.leg, phase.body_to, phase.old_m, phase.tries + 1)
-                self._base_n = load
+                self._ground.begin(load)
                 return True
             if share < SEAT_MOST:
                 return False
@@ -203,34 +180,22 @@ class CrawlProgram:
         command.carrying[leg] = False
         assert phase.swing is not None
         self._feet[leg] = phase.swing.foot(self._clock, self._body)
-        if share > 0.6:
-            if load - self._base_n > MOST_TOUCH_N:
-                return self._touch(leg, measured)
-            self._base_n += (load - self._base_n) * dt / BASE_TIME_S
-        else:
-            self._base_n = load
+        if share <= 0.6:
+            self._ground.begin(load)
+        elif self._ground.met(load, 0.0, dt):
+            return self._touch(leg, measured)
         # The search takes over at its own speed: a foot that stopped and set off again would turn its friction over.
-        speed = self._sought_m_s(float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._above_m)
+        speed = self._ground.speed_m_s(float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._ground.above_m)
         return share >= 1.0 or (share > phase.swing.arrival and before - self._feet[leg, 2] < speed * dt)
 
     def _search(self, phase: Phase, dt: float, measured: Measured, command: Command) -> bool:
         """Lower the foot until its load rises, or as far as the search goes."""
         leg, load = phase.leg, float(measured.load_n[phase.leg])
         command.carrying[leg] = False
-        self._feet[leg, 2] -= self._sought_m_s(float(self._feet[leg, 2]), phase.old_m) * dt
-        rise = MOST_TOUCH_N if self._clock < STEADY_S else self._touch_n
-        if load - self._base_n > rise or self._feet[leg, 2] <= self._lowest_m(phase):
+        self._feet[leg, 2] -= self._ground.speed_m_s(float(self._feet[leg, 2]), phase.old_m) * dt
+        if self._ground.met(load, self._clock, dt) or self._feet[leg, 2] <= self._ground.lowest_m(phase.old_m):
             return self._touch(leg, measured)
-        self._base_n += (load - self._base_n) * dt / BASE_TIME_S
         return False
-
-    def _sought_m_s(self, height_m: float, old_m: float) -> float:
-        """Speed of a search at a height, from the height of the old foothold."""
-        far = height_m > old_m + SEARCH_ABOVE_M + FAR_SHARE * self.task.ground_steps_m
-        return self._far_search_m_s if far else self._search_m_s
-
-    def _lowest_m(self, phase: Phase) -> float:
-        return phase.old_m - SEARCH_BELOW_M - self.task.ground_steps_m
 
     def _touch(self, leg: int, measured: Measured) -> bool:
         """The foot stays where the encoders see it; what is left of this leg's swing is not needed any more."""
@@ -240,6 +205,14 @@ class CrawlProgram:
         self._feet[leg, 2] = self._body[2] + self._legs.feet(position)[leg, 2]
         self._feet[leg, :2] = self._body[:2] + self._legs.feet(position)[leg, :2]
         return True
+
+    def _correct(self, dt: float, measured: Measured, command: Command, levelling: Levelling) -> None:
+        """Standing feet keep the body level and share its load."""
+        standing = command.carrying
+        self._feet[standing] += levelling.turn_m(self._feet, self._body, measured.attitude_rad, dt)[standing]
+        if standing.all():
+            seating = self._phase is not None and self._phase.doing is Doing.SEAT
+            self._feet[:, 2] += levelling.untwist_m(measured.load_n, seating, dt)
 
     # ---- planning ------------------------------------------------------------------------------------------
 
@@ -332,7 +305,7 @@ class CrawlProgram:
         self, leg: int, start: Array, place: Array, body: Array, body_to: Array, feet: Array
     ) -> list[Phase]:
         """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
-        above = place + np.array([0.0, 0.0, self._above_m])
+        above = place + np.array([0.0, 0.0, self._ground.above_m])
         high = max(float(start[2]), float(above[2])) + self.task.swing_height_m
         swing = Swing(self._legs, leg, start, above, body, body_to, high).timed(self._pace)
         rest = 0.0 if self.task.period_s is None else 0.5 * self.task.period_s - SEAT_S
@@ -359,26 +332,3 @@ class CrawlProgram:
             way[swing.leg] = swing.foot(float(share) * swing.duration_s, moved)
             joints.append(self._footholds.joints(way, moved))
         return max(swing.duration_s, self._pace.swing_s(np.array(joints)))
-
-    # ---- corrections of every tick -------------------------------------------------------------------------
-
-    def _level(self, dt: float, measured: Measured, command: Command) -> None:
-        """Standing legs turn the body back to its start attitude, slowly."""
-        assert self._attitude is not None
-        roll, pitch, yaw = turned(self._attitude, rotation_from_attitude(measured.attitude_rad))
-        arm = self._feet - self._body
-        push = LEVEL_GAIN_1_S * dt * np.column_stack(
-            [-yaw * arm[:, 1], yaw * arm[:, 0], roll * arm[:, 1] - pitch * arm[:, 0]]
-        )
-        self._feet[command.carrying] += push[command.carrying]
-
-    def _untwist(self, dt: float, measured: Measured, command: Command) -> None:
-        """With four feet down: heights that move load between the diagonals and change nothing else."""
-        if not command.carrying.all():
-            return
-        twist = self._twist
-        seating = self._phase is not None and self._phase.doing is Doing.SEAT
-        gain = (SEAT_GAIN_M_S_N if seating else TWIST_GAIN_M_S_N) / np.sqrt(self._lightness)
-        speed = float(np.clip(gain * (twist @ measured.load_n), -SEAT_SPEED_M_S, SEAT_SPEED_M_S))
-        self._feet[:, 2] += twist * speed * dt
-

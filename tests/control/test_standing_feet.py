@@ -1,0 +1,57 @@
+"""How a foot finds the ground, and how standing feet keep the body level, with numbers by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from testbed.control.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
+from testbed.control.levelling import LEVEL_GAIN_1_S, Levelling
+
+DT = 0.01
+FEET = np.array([[1.2, 1.0, -0.4], [1.2, -1.0, -0.4], [-1.2, 1.0, -0.4], [-1.2, -1.0, -0.4]])
+
+
+def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
+    flat, steep, wall = (GroundSearch(4e4 * math.cos(a), math.cos(a), 0.1) for a in np.radians([0.0, 60.0, 89.0]))
+    assert flat.speed_m_s(0.0, 0.0) == pytest.approx(0.06)
+    assert steep.speed_m_s(0.0, 0.0) == pytest.approx(0.03)
+    assert wall.speed_m_s(0.0, 0.0) == 0.01
+    assert steep.speed_m_s(0.061, 0.0) == pytest.approx(0.08 * math.sqrt(0.5)), "half of the ground's steps above"
+    assert steep.lowest_m(-0.4) == pytest.approx(-0.56)
+
+
+def test_a_touch_is_a_rise_above_what_the_foot_weighed_in_the_air() -> None:
+    search = GroundSearch(1e4, 0.25, 0.0)
+    assert search.touch_n == pytest.approx(1200.0)
+    search.begin(500.0)
+    assert not search.met(1650.0, STEADY_S, DT)
+    learnt = 500.0 + 1150.0 * DT / BASE_TIME_S
+    assert search.met(learnt + 1201.0, STEADY_S, DT) and not search.met(learnt + 1199.0, STEADY_S, DT)
+    search.begin(0.0)
+    assert not search.met(1400.0, 0.0, DT), "friction still turns over"
+    search.begin(0.0)
+    assert search.met(1501.0, 0.0, DT)
+
+
+def test_a_body_that_leans_is_turned_back_by_its_standing_feet() -> None:
+    """Nose down: the front legs lengthen, their feet go down in the body. Left side up: the left legs shorten."""
+    levelling = Levelling(np.array([0.0, -0.7, 0.0]), 1.0)
+    moves = levelling.turn_m(FEET, np.zeros(3), np.array([0.0, -0.69, 0.0]), DT)  # the front went down by 0.01 rad
+    np.testing.assert_allclose(moves[:, 2], -0.01 * LEVEL_GAIN_1_S * DT * FEET[:, 0], rtol=1e-3)
+    np.testing.assert_allclose(moves[:, :2], 0.0, atol=1e-9)
+    level = Levelling(np.zeros(3), 1.0)
+    rolled = level.turn_m(FEET, np.zeros(3), np.array([0.01, 0.0, 0.0]), DT)
+    np.testing.assert_allclose(rolled[:, 2], 0.01 * LEVEL_GAIN_1_S * DT * FEET[:, 1], rtol=1e-3)
+
+
+def test_a_diagonal_that_carries_too_much_is_shortened_without_a_tilt() -> None:
+    levelling = Levelling(np.zeros(3), 1.0)
+    levelling.stand_on(FEET)
+    even = levelling.untwist_m(np.full(4, 7000.0), False, DT)
+    heights = levelling.untwist_m(np.array([9000.0, 5000.0, 5000.0, 9000.0]), False, DT)
+    np.testing.assert_allclose(even, 0.0, atol=1e-15)
+    np.testing.assert_allclose([heights.sum(), *(heights @ FEET[:, :2])], 0.0, atol=1e-15)
+    assert heights[0] > 0.0 and heights[1] < 0.0
