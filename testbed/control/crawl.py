@@ -8,7 +8,7 @@ the order of events.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -70,13 +70,23 @@ class Phase:
     """Height of the old foothold, path frame: a search begins above it and ends below it."""
     tries: int = 1
     """Which search for this foothold it is, or was before this seat."""
+    travels: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.travels = bool((self.body_to != self.body_from).any())
 
 
 class CrawlProgram:
     """Set points of a walk. See Program."""
 
     def __init__(
-        self, task: Crawl, start: Array, legs: LegKinematics, footholds: Footholds, pace: Pace, ropes: RopeHold,
+        self,
+        task: Crawl,
+        start: Array,
+        legs: LegKinematics,
+        footholds: Footholds,
+        pace: Pace,
+        ropes: RopeHold,
         loads_n: Array,
     ) -> None:
         """start (12): joints at the start; loads_n (4): the feet's loads then."""
@@ -138,8 +148,7 @@ class CrawlProgram:
                 self._phase.swing = replace(self._phase.swing, start=self._feet[self._phase.leg].copy())
             levelling.stand_on(self._feet)
         phase = self._phase
-        travels = bool((phase.body_to != phase.body_from).any())
-        self._clock += dt * (self._readiness(measured) if travels else 1.0)
+        self._clock += dt * (self._readiness(measured) if phase.travels else 1.0)
         share = self._clock / phase.duration_s
         self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
         over = share >= 1.0
@@ -262,9 +271,7 @@ class CrawlProgram:
             away = away - self._ahead * float(self._ahead @ away)
         side = away / np.linalg.norm(away)
         tensions, ropes = self._ropes.wanted_n(self._body), self._ropes.directions(self._body)
-        goal, margin = self._footholds.body_goal(
-            middle - self._offset, side, self._feet, places, part, tensions, ropes
-        )
+        goal, margin = self._footholds.body_goal(middle - self._offset, side, self._feet, places, part, tensions, ropes)
         self.margins_n.append(margin)
         self._queue.append(self._shift(goal))
         creep = np.zeros(3) if task.gait == "two_phase" else 0.5 * part

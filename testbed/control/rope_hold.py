@@ -7,12 +7,14 @@ push for that is left slack.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Vector = tuple[float, float, float]
 TENSION_GAIN_M_S_N = 6.0e-6
 """Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
 CORRECTION_M_S = 0.0018
@@ -36,8 +38,9 @@ class RopeHold:
     """(2,) at the start; zeros: no ropes."""
 
     def __post_init__(self) -> None:
-        directions = self.directions(np.zeros(3))
-        self._pull_n: Array = (self.tension_n @ directions)[:2]
+        self._any = bool(self.tension_n.any())
+        self._ways: list[Vector] = [(x, y, z) for x, y, z in (self.anchors_m - self.attachments_m).tolist()]
+        self._pull_n: list[float] = (self.tension_n @ self.directions(np.zeros(3)))[:2].tolist()
 
     def lengths_m(self, body: Array) -> Array:
         """(2,) from attachment to anchor with the body at `body` (3), path frame."""
@@ -45,39 +48,53 @@ class RopeHold:
 
     def directions(self, body: Array) -> Array:
         """(2, 3) unit vectors towards the anchors, path frame."""
-        way = self.anchors_m - self.attachments_m - body
-        return np.asarray(way / np.sqrt((way * way).sum(axis=1))[:, None])
+        return np.array(self._directions(body))
 
     def wanted_n(self, body: Array) -> Array:
         """(2,) tensions that keep the pull along the slope."""
-        if not self.tension_n.any():
-            return np.zeros(2)
-        (lx, ly, _), (rx, ry, _) = self.directions(body).tolist()
-        px, py = self._pull_n.tolist()
-        det = lx * ry - rx * ly
-        if abs(det) < MEETING:  # the ropes run side by side: they share the pull
-            return np.full(2, max(px / (lx + rx), 0.0))
-        tension = np.array([(px * ry - rx * py) / det, (lx * py - px * ly) / det])
-        if tension.min() < 0.0:  # one rope cannot do it: the other keeps the pull up the slope as far as it can
-            taut = int(np.argmax(tension))
-            tension = np.zeros(2)
-            tension[taut] = max((lx * px + ly * py, rx * px + ry * py)[taut], 0.0)
-        return np.asarray(tension)
+        return np.array(self._wanted(self._directions(body)))
 
     def rates_m_s(self, body: Array, velocity: Array, measured_n: Array) -> Array:
         """(2,) rates of the unstrained lengths (negative hauls in) for a body moving at `velocity` (3)."""
-        if not self.tension_n.any():
+        if not self._any:
             return np.zeros(2)
-        excess = TENSION_GAIN_M_S_N * (measured_n - self.wanted_n(body))
-        return np.asarray(-self.directions(body) @ velocity + np.clip(excess, -CORRECTION_M_S, CORRECTION_M_S))
+        directions, (vx, vy, vz) = self._directions(body), velocity.tolist()
+        rates = []
+        for (x, y, z), wanted, now in zip(directions, self._wanted(directions), measured_n.tolist(), strict=True):
+            excess = min(max(TENSION_GAIN_M_S_N * (now - wanted), -CORRECTION_M_S), CORRECTION_M_S)
+            rates.append(excess - (x * vx + y * vy + z * vz))
+        return np.array(rates)
 
     def readiness(self, body: Array, measured_n: Array) -> float:
         """0 to 1: how fast the body may move for the ropes' sake."""
-        wanted = self.wanted_n(body)
-        taut = wanted > 0.0
-        if not taut.any():
+        wanted = self._wanted(self._directions(body))
+        shares = [now / force for now, force in zip(measured_n.tolist(), wanted, strict=True) if force > 0.0]
+        if not shares:
             return 1.0
-        shares = measured_n[taut] / wanted[taut]
-        slack = (float(shares.min()) - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
-        tight = (TIGHT_SHARE - float(shares.max())) / (TIGHT_SHARE - FIRM_SHARE)
-        return min(max(min(slack, tight), 0.0), 1.0)
+        slack = (min(shares) - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
+        tight = (TIGHT_SHARE - max(shares)) / (TIGHT_SHARE - FIRM_SHARE)
+        return float(min(max(min(slack, tight), 0.0), 1.0))
+
+    def _directions(self, body: Array) -> list[Vector]:
+        bx, by, bz = body.tolist()
+        out = []
+        for x, y, z in self._ways:
+            x, y, z = x - bx, y - by, z - bz
+            length = math.sqrt(x * x + y * y + z * z)
+            out.append((x / length, y / length, z / length))
+        return out
+
+    def _wanted(self, directions: list[Vector]) -> tuple[float, float]:
+        if not self._any:
+            return 0.0, 0.0
+        (lx, ly, _), (rx, ry, _) = directions
+        px, py = self._pull_n
+        det = lx * ry - rx * ly
+        if abs(det) < MEETING:  # the ropes run side by side: they share the pull
+            shared = max(px / (lx + rx), 0.0)
+            return shared, shared
+        left, right = (px * ry - rx * py) / det, (lx * py - px * ly) / det
+        if min(left, right) >= 0.0:
+            return left, right
+        # one rope cannot do it: the other keeps the pull up the slope as far as it can
+        return (max(lx * px + ly * py, 0.0), 0.0) if left >= right else (0.0, max(rx * px + ry * py, 0.0))

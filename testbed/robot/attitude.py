@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,8 @@ Array = NDArray[np.float64]
 
 def rotation_from_attitude(rpy: Array) -> Array:
     """Rotation body to world (3, 3) of roll, pitch, yaw, rad: Rz(yaw) Ry(pitch) Rx(roll)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy).tolist(), np.sin(rpy).tolist()
+    roll, pitch, yaw = rpy.tolist()
+    cr, cp, cy, sr, sp, sy = cos(roll), cos(pitch), cos(yaw), sin(roll), sin(pitch), sin(yaw)
     return np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -25,7 +28,5 @@ def turned(start: Array, now: Array) -> Array:
 
     On a steep slope roll and yaw angles grow together (pitch is near 90 degrees); rotations about body axes do not.
     """
-    between = start.T @ now
-    return 0.5 * np.array(
-        [between[2, 1] - between[1, 2], between[0, 2] - between[2, 0], between[1, 0] - between[0, 1]]
-    )
+    (_, xy, xz), (yx, _, yz), (zx, zy, _) = (start.T @ now).tolist()
+    return np.array([0.5 * (zy - yz), 0.5 * (xz - zx), 0.5 * (yx - xy)])

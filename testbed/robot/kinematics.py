@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,13 +49,27 @@ class LegKinematics:
 
     def joints(self, feet: Array) -> Array:
         """Joints (12), rad and m, that put the feet (4, 3) there; no range is checked."""
-        d = feet - self.hips_m
-        out = np.empty((4, 3))
-        out[:, 0] = _wrapped(np.arctan2(d[:, 1], d[:, 0]) - self.directions_rad)
-        out[:, 1] = np.hypot(d[:, 0], d[:, 1]) - self.offset_m
-        out[:, 2] = self.retracted_m - feet[:, 2]
-        return out.reshape(12)
+        out: list[float] = []
+        for leg, foot in enumerate(feet.tolist()):
+            out += self.leg_joints(leg, foot)
+        return np.array(out)
 
+    def leg_joints(self, leg: int, foot: Sequence[float]) -> tuple[float, float, float]:
+        """Joints of one leg, rad and m, that put its foot (3) there; no range is checked."""
+        hip_x, hip_y, direction = self._legs[leg]
+        x, y = foot[0] - hip_x, foot[1] - hip_y
+        turn = (math.atan2(y, x) - direction + math.pi) % (2.0 * math.pi) - math.pi
+        return turn, math.hypot(x, y) - self.offset_m, self.retracted_m - foot[2]
 
-def _wrapped(angle: Array) -> Array:
-    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
+    def leg_foot(self, leg: int, joints: Sequence[float]) -> tuple[float, float, float]:
+        """Underside of one foot, m, from its leg's joints (3), rad and m."""
+        hip_x, hip_y, direction = self._legs[leg]
+        angle, reach = direction + joints[0], self.offset_m + joints[1]
+        return hip_x + reach * math.cos(angle), hip_y + reach * math.sin(angle), self.retracted_m - joints[2]
+
+    @cached_property
+    def _legs(self) -> list[tuple[float, float, float]]:
+        """Hip x and y, neutral direction of each leg."""
+        return [
+            (x, y, turn) for (x, y, _), turn in zip(self.hips_m.tolist(), self.directions_rad.tolist(), strict=True)
+        ]

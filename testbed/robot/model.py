@@ -165,7 +165,8 @@ class RobotModel:
 
     def foot_positions_m(self, positions: ArrayLike) -> Array:
         """Undersides of the feet in the body frame, (4, 3), m."""
-        return self.feet(positions)[0]
+        pin.framesForwardKinematics(self._model, self._data, self._full(positions))
+        return np.array([self._data.oMf[frame].translation for frame in self._feet])
 
     def vertical_axes(self, positions: ArrayLike) -> Array:
         """Unit vectors (4, 3) along which the ground loads the vertical joints (against extension), body frame."""

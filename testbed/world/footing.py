@@ -61,6 +61,7 @@ class Footing:
                     patch.plastic_n_m or everywhere.plastic_n_m,
                 )
             )
+        self._loose = terrain.loose
         self._under = [self._place_at(foot) for foot in start]
         for leg, place in enumerate(self._under):
             engine.set_footing(leg, place.friction, place.stiffness_n_m, place.damping_n_s_m)
@@ -72,7 +73,7 @@ class Footing:
     @property
     def loose(self) -> bool:
         """Whether any of the ground settles."""
-        return self._terrain.loose
+        return self._loose
 
     @property
     def stiffness_n_m(self) -> Array:
@@ -102,12 +103,15 @@ class Footing:
         if not self._ground.flat:
             if self._ticks == 1:  # no contacts yet
                 normals[:] = [self._engine.foot_gap(leg)[1] for leg in range(4)]
-            self._engine.contact_normals(normals)
+            if local is not None or self._ground.heights_m is not None:  # on straight pieces a standing foot keeps it
+                self._engine.contact_normals(normals)
+        if local is None and not self._loose:
+            return
         for leg in range(4):
             foot = None if local is None else local[leg]
             if self._circles and foot is not None:
                 self._step_on(leg, foot, loads[leg] > AIR_N)
-            if self._terrain.loose:
+            if self._loose:
                 self._settle(leg, foot, 0.0 if heights is None else float(heights[leg]), loads[leg], dt)
 
     def _step_on(self, leg: int, foot: Array, loaded: bool) -> None:

@@ -24,6 +24,7 @@ from testbed.parameters.scenario_tasks import CutRope, FailSensor, Payload, SetS
 from testbed.world import plant, precompile, sensing
 from testbed.world.assembly import Machine, assemble
 from testbed.world.between import CONTROL, ESTIMATE, FEET, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
+from testbed.world.board import OFFSETS
 from testbed.world.drill_hold import DrillHold
 from testbed.world.verdict import LOOK_TICKS
 
@@ -70,6 +71,11 @@ EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
 REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
 CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
 ORDERED = slice(CARRYING.stop, CARRYING.stop + 2)
+WATCHED = np.array([
+    *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
+    OFFSETS["base"], OFFSETS["base"] + 3, OFFSETS["axes"] + 2 * c.AXIS_STATES + c.P_A,
+])  # fmt: skip
+"""Places on the board that every tick looks at: whether the ropes are whole, three states that must be finite."""
 
 
 class Simulation:
@@ -263,12 +269,13 @@ class Simulation:
 
     def _watch(self, t: float) -> None:
         m = self.machine
+        *whole, x, turn, pressure = m.board.array.take(WATCHED).tolist()
         for k, side in enumerate(SIDES):
-            if self._rope_was_whole[k] and m.board.ropes[k, plant.WHOLE] == 0.0:
+            if self._rope_was_whole[k] and whole[k] == 0.0:
                 self._rope_was_whole[k] = False
                 self.events.append({"t": t, "kind": "rope_broke", "rope": side})
                 m.judge.verdict, self.finished = "rope broke", True
-        if not math.isfinite(m.board.base[0] + m.board.base[3] + m.board.axes[2, c.P_A]):
+        if not math.isfinite(x + turn + pressure):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
