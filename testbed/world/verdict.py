@@ -29,7 +29,7 @@ class Judge:
         self._start = rotation_start.copy()
         self._weight = weight_n
         self._raised = raised
-        self._anchor = np.full((4, 3), np.nan)
+        self._anchor: list[list[float] | None] = [None] * 4
         self.slip_m = 0.0
         self.tilt_rad = 0.0
         self.verdict = "stood"
@@ -47,15 +47,15 @@ class Judge:
 
         What counts as sliding is the way along the slope: ground may settle under a foot.
         """
-        tilt = math.acos(min(1.0, max(-1.0, (float(np.trace(self._start.T @ rotation)) - 1.0) / 2.0)))
+        tilt = math.acos(min(1.0, max(-1.0, (float(np.vdot(self._start, rotation)) - 1.0) / 2.0)))
         self.tilt_rad = max(self.tilt_rad, tilt)
-        for leg in range(4):
-            if not (carrying[leg] and loaded[leg]):
-                self._anchor[leg] = np.nan
-            elif np.isnan(self._anchor[leg, 0]):
-                self._anchor[leg] = feet[leg]
-        moved = np.linalg.norm((feet - self._anchor) @ self._start[:, :2], axis=1)
-        slip = float(np.nanmax(moved)) if not np.all(np.isnan(moved)) else 0.0
+        places, slip = (feet @ self._start[:, :2]).tolist(), 0.0
+        for leg, stands in enumerate((carrying & loaded).tolist()):
+            if not stands:
+                self._anchor[leg] = None
+                continue
+            first = self._anchor[leg] = self._anchor[leg] or places[leg]
+            slip = max(slip, math.dist(places[leg], first))
         self.slip_m = max(self.slip_m, slip)
         if tilt > TILT_FALL_RAD or (self._raised and belly_n > BELLY_SHARE * self._weight):
             self.verdict = "fell"
