@@ -24,6 +24,7 @@ DEAD_RAD = 1.5e-3
 GAIN_1_S = 0.4
 MOST_M = 0.08
 """Furthest that a leg is moved."""
+_NO_RATE = np.zeros(4)
 
 
 class KeepMast:
@@ -33,27 +34,34 @@ class KeepMast:
         self._inner = inner
         self._arm = feet_in_body[:, :2].copy()
         self._arm -= self._arm.mean(axis=0)
-        self._level = np.zeros(2)
+        self._level = 0.0, 0.0
         self._ticks = 0
-        self._tilt = np.zeros(2)
+        self._tilt = 0.0, 0.0
         self._added = np.zeros(4)
         self._now = Command()
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         given = self._inner.update(t, dt, measured)
-        seen = measured.attitude_rad[:2]
+        seen_roll, seen_pitch, _ = measured.attitude_rad.tolist()
+        (level_roll, level_pitch), (roll, pitch) = self._level, self._tilt
         if t < LEARN_S:
             self._ticks += 1
-            self._level += (seen - self._level) / self._ticks
+            share = 1.0 / self._ticks
+            self._level = (
+                level_roll + share * (seen_roll - level_roll),
+                level_pitch + share * (seen_pitch - level_pitch),
+            )
             return given
-        self._tilt += dt / (SMOOTH_S + dt) * (seen - self._level - self._tilt)
-        rate = np.zeros(4)
-        if np.abs(self._tilt).max() > DEAD_RAD:
-            roll, pitch = self._tilt
+        share = dt / (SMOOTH_S + dt)
+        roll += share * (seen_roll - level_roll - roll)
+        pitch += share * (seen_pitch - level_pitch - pitch)
+        self._tilt = roll, pitch
+        rate = _NO_RATE
+        if abs(roll) > DEAD_RAD or abs(pitch) > DEAD_RAD:
             rate = GAIN_1_S * (pitch * self._arm[:, 0] - roll * self._arm[:, 1])
             rate[np.abs(self._added + rate * dt) > MOST_M] = 0.0
-        if given.still and not rate.any() and self._now.still:
+        elif given.still and self._now.still:
             return self._now
         return self._with(given, rate, dt)
 

@@ -72,8 +72,8 @@ class FootLoads:
 
 def point_wrench(force_in_body: ArrayLike, point_in_body: ArrayLike) -> Array:
     """Wrench (6,) about the body's origin of a force (3,) N at a point (3,) m; both in the body frame."""
-    fx, fy, fz = (float(value) for value in np.asarray(force_in_body))
-    x, y, z = (float(value) for value in np.asarray(point_in_body))
+    fx, fy, fz = np.asarray(force_in_body, dtype=float).tolist()
+    x, y, z = np.asarray(point_in_body, dtype=float).tolist()
     return np.array([fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
 
 
