@@ -70,7 +70,8 @@ class Swing:
         begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
         first, last = self._ends
         over = progress((t - begin) / (end - begin), SWING_RAMP)
-        foot = body + self.legs.feet(first + over * (last - first))[self.leg]
+        own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
+        foot = body + self.legs.leg_foot(self.leg, (first[own] + over * (last[own] - first[own])).tolist())
         up = progress(t / self.rise_s, SWING_RAMP)
         down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
         foot[2] = self.start[2] + (self.high_m - self.start[2]) * up + (self.end[2] - self.high_m) * down
