@@ -23,7 +23,7 @@ class Levelling:
     def __init__(self, attitude_rad: Array, lightness: float) -> None:
         """lightness: the feet's share of the weight; the less they carry, the less a difference of loads says."""
         self._attitude = rotation_from_attitude(attitude_rad)
-        self._ease = 1.0 / np.sqrt(lightness)
+        self._ease = 1.0 / float(np.sqrt(lightness))
         self._twist: Array = np.zeros(4)
 
     def stand_on(self, feet: Array) -> None:
@@ -32,16 +32,13 @@ class Levelling:
 
     def turn_m(self, feet: Array, body: Array, attitude_rad: Array, dt: float) -> Array:
         """(4, 3) moves of standing feet that turn the body back to its first attitude, slowly."""
-        roll, pitch, yaw = turned(self._attitude, rotation_from_attitude(attitude_rad))
-        arm = feet - body
-        return np.asarray(
-            LEVEL_GAIN_1_S * dt * np.column_stack(
-                [-yaw * arm[:, 1], yaw * arm[:, 0], roll * arm[:, 1] - pitch * arm[:, 0]]
-            )
-        )  # fmt: skip
+        turn = LEVEL_GAIN_1_S * dt * turned(self._attitude, rotation_from_attitude(attitude_rad))
+        roll, pitch, yaw = turn.tolist()
+        moves = [(-yaw * y, yaw * x, roll * y - pitch * x) for x, y, _ in (feet - body).tolist()]
+        return np.array(moves)
 
     def untwist_m(self, load_n: Array, seating: bool, dt: float) -> Array:
         """(4) heights, with all feet down, that move load between the diagonals and change nothing else."""
         gain = (SEAT_GAIN_M_S_N if seating else TWIST_GAIN_M_S_N) * self._ease
-        speed = float(np.clip(gain * (self._twist @ load_n), -SEAT_SPEED_M_S, SEAT_SPEED_M_S))
-        return np.asarray(self._twist * speed * dt)
+        speed = min(max(gain * float(self._twist @ load_n), -SEAT_SPEED_M_S), SEAT_SPEED_M_S)
+        return np.asarray(self._twist * (speed * dt))
