@@ -144,18 +144,21 @@ def distribution(
 @benchmarks.command("evaluate-diagnosis")
 def evaluate_diagnosis(
     out: Annotated[Path, typer.Option(help="Folder for evaluation.json and the single rigs; resumed if it exists.")],
-    rigs: Annotated[int, typer.Option(help="How many random rigs.")] = 200,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    rigs: Annotated[int, typer.Option(min=1, help="How many random rigs.")] = 200,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    first_seed: Annotated[int | None, typer.Option(min=0, help="Seed of the first rig; the others follow it.")] = None,
     json: Json = False,
 ) -> None:
     """Test the diagnosis blind on random rigs of an independent simulator."""
+    from testbed.evaluation.diagnosis_trials import FIRST_SEED
     from testbed.evaluation.diagnosis_trials import run as run_trials
     from testbed.report.console import print_json, print_table
     from testbed.report.diagnosis_evaluation import table, write_evaluation
     from testbed.report.progress import counting_progress
 
     with counting_progress(rigs, "rigs") as progress:
-        trials = run_trials(out, rigs, jobs, progress)
+        seed = FIRST_SEED if first_seed is None else first_seed
+        trials = run_trials(out, rigs, jobs, progress, seed)
     result, page = write_evaluation(trials, out)
     if json:
         print_json(result)

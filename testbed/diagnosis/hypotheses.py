@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from testbed.diagnosis.evidence import Key, of_residual
 from testbed.diagnosis.fit import Fit, solve, step_gain
 from testbed.diagnosis.problem import Coordinate, Point, Problem, effect_coordinates
 from testbed.diagnosis.series import BIN, Series
@@ -28,6 +29,7 @@ SHAPES: dict[str, tuple[tuple[str, ...], ...]] = {
     "sensor.gain_a": (("bend",),),
     "sensor.gain_b": (("bend",),),
     "sensor.drift_a": (("decay",),),
+    "sensor.delay": (("lag_share",),),
     "leakage.internal": (("exponent",),),
     "hydraulics.air": (("exponent",),),
 }
@@ -167,11 +169,12 @@ def fit_with(
     at: Fit,
     effect: Effect,
     shapes: Sequence[str] = (),
-    iterations: int = 8,
+    iterations: int = 20,
     replace_effect: bool = False,
 ) -> Fit:
     """`at` with one more effect (or, `replace_effect`, with further shapes of one it has), from every start."""
     best: tuple[float, Fit] | None = None
+    memory = of_residual(problem, at.residual).memory
     residual = at.residual["force"]
     current = {a.effect.name: dict(a.values) for a in at.at.effects}
     options = [current[effect.name]] if replace_effect else starts(effect, problem, at.at, residual)
@@ -187,7 +190,7 @@ def fit_with(
             coordinates = [c for c in coordinates if c.name not in ("amplitude",)]
             fixed = Point(at.at.friction, at.at.edge, (*_others(at.at, effect), Active(effect, effect.complete(start))))
         fit = solve(problem, coordinates, fixed, iterations, at.scale)
-        cost = _log_cost(problem, fit)
+        cost = _log_cost(problem, fit, memory)
         if best is None or cost < best[0]:
             best = (cost, fit)
     assert best is not None
@@ -216,11 +219,10 @@ def _others(at: Point, effect: Effect) -> list[Active]:
     return [a for a in at.effects if a.effect.name != effect.name]
 
 
-def _log_cost(problem: Problem, fit: Fit) -> float:
-    from testbed.diagnosis.evidence import of_residual
-
+def _log_cost(problem: Problem, fit: Fit, memory: Mapping[Key, float]) -> float:
+    """Less is better; `memory`: correlation times that are the same for all that are compared."""
     found = of_residual(problem, fit.residual)
-    return -sum(v / found.memory[k] for k, v in found.log_likelihood.items())
+    return -sum(v / memory[k] for k, v in found.log_likelihood.items())
 
 
 def restarted(c: Coordinate, at: Point) -> Coordinate:
@@ -239,7 +241,7 @@ def bounded(c: Coordinate, problem: Problem) -> Coordinate:
     x = np.concatenate([s.signals.position_m for s in problem.series])
     owner = kind_of(c.owner)
     if (owner, c.name) == ("force.cushion", "start"):
-        low, high = np.percentile(x, [4, 88])
+        low, high = np.percentile(x, [1, 99])
         return replace(
             c,
             low=float(low),

@@ -20,6 +20,8 @@ LEAST_GAIN = 6.0
 MOST_UNLIKELY = 10.0
 LEAST_FALL = 0.012
 """Relative fall of some group's noise that it has to bring."""
+LEFT_COST, LEFT_SHARE = 40.0, 0.04
+"""Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside it that is free."""
 FITTED_FIRST, FITTED_THEN = 9, 5
 """How many of the effects that promise most are fitted in full: as a first effect, as a further one."""
 FAR_FROM_LINEAR = ("friction.presliding", "sensor.line_b")
@@ -53,7 +55,8 @@ class Search:
 
     def price(self, candidate: Candidate) -> float:
         """What flexibility and parameters beyond what is expected of an effect cost a candidate."""
-        return _flexibility(candidate, self.problem) + _unlikely(candidate, self.problem)
+        unlikely = _unlikely(candidate, self.problem) + _never_left(candidate, self.problem)
+        return _flexibility(candidate, self.problem) + unlikely
 
     def fall(self, candidate: Candidate, other: Candidate) -> float:
         """Largest relative fall of a group's noise from one candidate to another."""
@@ -81,6 +84,15 @@ def _unlikely(candidate: Candidate, problem: Problem) -> float:
             beyond = max(low - theta, theta - high, 0.0) / ((high - low) / 3.3)
             total += min(0.5 * beyond**2, MOST_UNLIKELY)
     return float(total)
+
+
+def _never_left(candidate: Candidate, problem: Problem) -> float:
+    """A cushion that the piston hardly ever leaves is a spring: what one costs that begins beyond the travel."""
+    starts = [a.values["start"] for a in candidate.fit.at.effects if kind_of(a.effect.name) == "force.cushion"]
+    if not starts:
+        return 0.0
+    position = np.concatenate([s.signals.position_m for s in problem.series])
+    return LEFT_COST * max(1.0 - float(np.mean(position > starts[0])) / LEFT_SHARE, 0.0)
 
 
 def search(

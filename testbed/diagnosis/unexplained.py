@@ -16,7 +16,8 @@ from testbed.parameters.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class Unexplained:
-    """`excess`: group -> residual scale over floor, for the refit and for the best set.
+    """`excess`: group -> residual scale over floor, for the refit and for the best set; `floors`: the floors.
+    `encoder_m`: standard deviation of the encoder's rounding.
 
     `generic_gain`: held-out log-likelihood that the generic terms add to the best set; `generic_fall`: relative fall.
     """
@@ -26,6 +27,8 @@ class Unexplained:
     generic_gain: float
     generic_fall: float
     generic: Candidate
+    floors: dict[Key, float]
+    encoder_m: float
 
 
 def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
@@ -40,6 +43,8 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
         generic.evidence.gain_over(best.evidence, generic.evidence),
         generic.evidence.largest_fall(best.evidence),
         generic,
+        floors,
+        max(r.position_resolution_m for r in recordings) / 12.0**0.5,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects.base import Array, Effect, ParameterSpec, Signals, Values
+from testbed.effects.sensor_line_b import SMOOTHING_S, flat
 
 
 def _earlier(values: Array | None, time: Array, delay: float) -> Array | None:
@@ -13,12 +14,21 @@ def _earlier(values: Array | None, time: Array, delay: float) -> Array | None:
     return np.asarray(np.interp(time + delay, time, values), dtype=np.float64)
 
 
+def _unlagged(values: Array | None, rate_hz: float, lag: float) -> Array | None:
+    """What a first-order lag was fed with: r + lag dr/dt."""
+    if values is None or lag == 0.0:
+        return values
+    return values + lag * np.gradient(flat(values, SMOOTHING_S * rate_hz)) * rate_hz
+
+
 def _correct(signals: Signals, p: Values) -> Signals:
-    time, delay = signals.time_s, p["delay"]
+    time, rate = signals.time_s, signals.rate_hz
+    lag = p["delay"] * p["lag_share"]
+    delay = p["delay"] - lag
     return signals.with_(
-        pressure_a_pa=_earlier(signals.pressure_a_pa, time, delay),
-        pressure_b_pa=_earlier(signals.pressure_b_pa, time, delay),
-        actuator_force_n=_earlier(signals.actuator_force_n, time, delay),
+        pressure_a_pa=_unlagged(_earlier(signals.pressure_a_pa, time, delay), rate, lag),
+        pressure_b_pa=_unlagged(_earlier(signals.pressure_b_pa, time, delay), rate, lag),
+        actuator_force_n=_unlagged(_earlier(signals.actuator_force_n, time, delay), rate, lag),
     )
 
 
@@ -26,7 +36,10 @@ EFFECT = Effect(
     name="sensor.delay",
     equation="measured p(t) = p(t - delay)",
     text="both pressures (in a drive: the force) arrive late against the encoder",
-    parameters=(ParameterSpec("delay", "s", -0.002, 0.2, (0.003, 0.03), "positive: the pressures are late"),),
+    parameters=(
+        ParameterSpec("delay", "s", -0.002, 0.2, (0.003, 0.03), "positive: the pressures are late"),
+        ParameterSpec("lag_share", "1", 0.0, 1.0, (0.0, 1.0), "share of it that is a first-order lag", 0.0),
+    ),
     correct=_correct,
     seen_in=("force", "flow"),
 )

@@ -25,13 +25,13 @@ def _correct(signals: Signals, p: Values) -> Signals:
     if b is None:
         return signals
     w = 2.0 * math.pi * p["natural_frequency"]
-    smooth = _flat(b, SMOOTHING_S * signals.rate_hz)
+    smooth = flat(b, SMOOTHING_S * signals.rate_hz)
     rate = np.gradient(smooth) * signals.rate_hz
     bend = np.gradient(rate) * signals.rate_hz
     return signals.with_(pressure_b_pa=b + (2.0 * p["damping"] / w) * rate + bend / (w * w))
 
 
-def _flat(values: Array, width: float) -> Array:
+def flat(values: Array, width: float) -> Array:
     """Twice the Gaussian less the Gaussian twice: smooth, and flat to fourth order."""
     from scipy.ndimage import gaussian_filter1d
 

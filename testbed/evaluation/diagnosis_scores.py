@@ -23,6 +23,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     clean = [t for t in trials if t["kind"] == "clean"]
     shares = [share for t in single + double if (share := closed(t)) is not None]
     oracle = [t["oracle_closed_force"] for t in single + double if t["oracle_closed_force"] is not None]
+    added = [share for t in single + double if (share := closed_of_added(t)) is not None]
     generic = [t["closed_force"] for t in outside if t["closed_force"] is not None]
     return {
         "rigs": len(trials), "visible": len(seen),
@@ -36,6 +37,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "outside_confidently_misnamed": rate([_confident(t) for t in outside]),
         "closed_share": quantiles(shares),
         "closed_share_of_the_oracle": quantiles(oracle),
+        "closed_share_of_what_was_added": quantiles(added),
         "closed_share_outside": quantiles(generic),
         "outside_made_worse": quantiles([worsened(t) for t in outside]),
         "accuracy_by_strength": by_strength([t for t in trials if t["kind"] == "single"]),
@@ -56,6 +58,23 @@ def closed(t: Trial) -> float | None:
     force = t["oracle_closed_force"] is not None and t["oracle_closed_force"] >= SHOWS
     share: float | None = t["closed_force"] if force else t["closed_flow"]
     return share
+
+
+def closed_of_added(t: Trial) -> float | None:
+    """Share of the squared error that the hidden effects add which is closed: above the error of the refitted model of
+    the sound twin, not above the sensors' floor; averaged over the recordings where refit > 1.1 of that.
+
+    The floor knows sensors and encoder only; what a friction law of another form leaves over in a sound machine, and
+    landings on the load cell, no effect's name can close.
+    """
+    quantity = "force_n" if (t["oracle_closed_force"] or 0.0) >= SHOWS else "flow_m3_s"
+    shares = []
+    for name, row in (t.get("sound") or {}).items():
+        e, least = t["error"][name].get(quantity), row.get(quantity, 0.0)
+        if e and e["refit"] > 1.1 * max(least, e["floor"]):
+            least = max(least, e["floor"])
+            shares.append((e["refit"] ** 2 - e["after"] ** 2) / (e["refit"] ** 2 - least**2))
+    return float(np.mean(shares)) if shares else None
 
 
 def rate(hits: Sequence[bool]) -> dict[str, float]:

@@ -77,6 +77,10 @@ def _closed(result: dict[str, Any]) -> list[list[str]]:
         rows.append(
             [f"closable squared error closed, {text}", target, f"{share[q]:.3f}", same, "", "0", "0", "", box]
         )
+        added = result["closed_share_of_what_was_added"]
+        if added:
+            label = f"the same of what the hidden effects add to a sound twin's error, {text}"
+            rows.append([label, "", f"{added[q]:.3f}", "", "", "0", "0", "", ""])
     return rows
 
 

@@ -62,7 +62,7 @@ def test_a_wrong_entry_is_refused_with_its_reason(entry: dict[str, object], word
 
 def test_parameters_may_carry_unit_and_interval() -> None:
     active = check({"name": "sensor.delay", "parameters": {"delay": {"value": 0.02, "unit": "s"}}, "place": "fl"})
-    assert active.values == {"delay": 0.02}
+    assert active.values == {"delay": 0.02, "lag_share": 0.0}
     assert by_name("sensor.delay") is active.effect
 
 

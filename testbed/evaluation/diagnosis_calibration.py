@@ -1,0 +1,165 @@
+"""Fit the numbers of `testbed.diagnosis.belief`: `python -m testbed.evaluation.diagnosis_calibration DIR`.
+
+DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
+What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
+by a small ridge. It is fitted on one half of the rigs and judged on the other, both ways, before all of them are used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from testbed.diagnosis.belief import (
+    FILE,
+    Calibration,
+    distribution,
+    outside_signs,
+    presence_signs,
+    second_signs,
+)
+from testbed.diagnosis.signs import Signs
+from testbed.errors import InputError
+from testbed.evaluation.diagnosis_scores import Trial, calibration, truth_set
+
+Array = npt.NDArray[np.float64]
+RIDGE = 1.0
+"""Weight of the squared distances from START against the loss summed over all rigs."""
+LEAST = 1e-3
+"""Probability that counts for a set that was never tried."""
+START = {
+    "outside": {"one": -3.0, "force": 3.0, "flow": 1.5, "closed_force": -1.5, "generic": 0.5, "gain": -0.3},
+    "presence": {"one": -11.0, "gain": 3.0, "fall": 1.9},
+    "second": {"one": 5.7, "more": 1.1, "fall": 2.6, "first": -0.8, "left": -1.0},
+    "rivals": {"slack": 10.0, "share": 0.05, "power_1": 2.0, "power_2": 2.0},
+}
+"""Where the fit starts and what the ridge holds it to: weights fitted before on 141 other rigs."""
+QUESTIONS = ("outside", "presence", "second")
+COMMAND = "python -m testbed.evaluation.diagnosis_calibration"
+
+
+def read_trials(folders: Sequence[Path]) -> list[Trial]:
+    """The single rigs below folders of `testbed evaluate-diagnosis`, by seed. Raises InputError without any."""
+    paths = sorted(path for folder in folders for path in (folder / "rigs").glob("*.json"))
+    trials = [t for path in paths if "signs" in (t := json.loads(path.read_text()))]
+    if not trials:
+        raise InputError("holds no rigs with signs", file=folders[0], allowed="what testbed evaluate-diagnosis wrote")
+    return trials
+
+
+def names_of(example: Signs) -> dict[str, list[str]]:
+    """Question -> its signs."""
+    asked = (outside_signs(example), presence_signs(example), second_signs(example))
+    return {question: list(found) for question, found in zip(QUESTIONS, asked, strict=True)}
+
+
+def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
+    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms."""
+    out: dict[str, dict[str, float]] = {}
+    at = 0
+    for question in QUESTIONS:
+        here = dict(zip(names[question], moved[at : at + len(names[question])], strict=True))
+        out[question] = {k: float(START[question].get(k, 0.0) + v) for k, v in here.items()}
+        at += len(here)
+    rivals = {k: float(v * np.exp(n)) for (k, v), n in zip(START["rivals"].items(), moved[at:], strict=True)}
+    return Calibration(out["outside"], out["presence"], out["second"], rivals)
+
+
+def fit(trials: Sequence[Trial]) -> Calibration:
+    """The numbers with the least loss on these rigs."""
+    from scipy.optimize import minimize
+
+    rigs = [(Signs.from_json(t["signs"]), truth_set(t)) for t in trials]
+    names = names_of(rigs[0][0])
+    size = sum(map(len, names.values())) + len(START["rivals"])
+
+    def loss(moved: Array) -> float:
+        c = unpacked(moved, names)
+        total = sum(np.log(max(given(distribution(s, c), truth), LEAST)) for s, truth in rigs)
+        return float(-total + RIDGE * np.sum(moved**2))
+
+    return unpacked(np.asarray(minimize(loss, np.zeros(size), method="BFGS", options={"maxiter": 200}).x), names)
+
+
+def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
+    """Probability given to a set of names."""
+    return sum(p for names, p in found.items() if frozenset(names) == truth)
+
+
+def restated(trials: Sequence[Trial], c: Calibration) -> list[Trial]:
+    """The trials with the probabilities, the verdict and the names that these numbers would give."""
+    out = []
+    for t in trials:
+        ranked = sorted(distribution(Signs.from_json(t["signs"]), c).items(), key=lambda item: -item[1])
+        top = ranked[0][0]
+        verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
+        hypotheses = [{"names": list(n), "probability": p} for n, p in ranked]
+        names = list(top) if verdict == "effect" else []
+        out.append({**t, "hypotheses": hypotheses, "verdict": verdict, "names": names})
+    return out
+
+
+def halves(trials: Sequence[Trial]) -> list[Trial]:
+    """Every rig restated by numbers that were fitted on the other half (rigs of every kind in each)."""
+    parts = [[t for t in trials if (t["seed"] // 8) % 2 == k] for k in (0, 1)]
+    return restated(parts[0], fit(parts[1])) + restated(parts[1], fit(parts[0]))
+
+
+def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -> str:
+    """The numbers with where they come from."""
+    seeds = [int(t["seed"]) for t in trials]
+    row = {
+        "fitted_by": f"{COMMAND} DIR, DIR of testbed evaluate-diagnosis",
+        "rigs": len(seeds),
+        "seeds": _ranges(seeds),
+        "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
+        "brier_across_halves": round(held_out["brier"], 4),
+        "outside": _rounded(c.outside), "presence": _rounded(c.presence), "second": _rounded(c.second),
+        "rivals": _rounded(c.rivals),
+    }  # fmt: skip
+    return yaml.safe_dump(row, sort_keys=False)
+
+
+def _ranges(seeds: Sequence[int]) -> str:
+    """`1000-1041, 1065`."""
+    out: list[list[int]] = []
+    for seed in sorted(set(seeds)):
+        if out and seed == out[-1][1] + 1:
+            out[-1][1] = seed
+        else:
+            out.append([seed, seed])
+    return ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in out)
+
+
+def _rounded(weights: Any) -> dict[str, float]:
+    return {k: float(f"{v:.4g}") for k, v in weights.items()}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fit, judge across halves, write. Returns the exit status."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser.add_argument("folders", nargs="+", type=Path, help="folders of testbed evaluate-diagnosis")
+    parser.add_argument("--out", type=Path, default=FILE, help="file to write")
+    asked = parser.parse_args(arguments)
+    try:
+        trials = read_trials(asked.folders)
+        held_out = calibration(halves(trials))
+        found = fit(trials)
+        asked.out.write_text(as_yaml(found, trials, held_out))
+    except (InputError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(asked.out.read_text())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,81 @@
+"""Probabilities of the diagnosis: they add up, follow the signs, and their numbers are found again by the fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.belief import Calibration, calibration, distribution
+from testbed.diagnosis.signs import SetSigns, Signs
+from testbed.effects import by_name
+from testbed.effects.base import Signals
+from testbed.evaluation.diagnosis_calibration import fit, restated
+from testbed.evaluation.diagnosis_scores import closed_of_added
+from testbed.parameters.known import Known
+
+NOTHING = SetSigns((), 0.0, 0.0, 0.0, 0.0, 0.0, 1.2, 1.2)
+
+
+def found(gain: float, fall: float, behind: float = 1000.0, left: float = 1.2) -> Signs:
+    """Signs of one good name and one rival."""
+    before = replace(NOTHING, force=left / max(1.0 - fall, 1e-3))
+    first = SetSigns(("a",), gain, gain, fall, gain, 0.0, left, 1.2)
+    gains = (((), 0.0), (("a",), gain), (("b",), gain - behind))
+    return Signs(before, first, None, gains, 1.0, 1e-3, 1.0)
+
+
+def test_probabilities_add_up_to_one() -> None:
+    for s in (found(0.0, 0.0), found(30.0, 0.03, 5.0), found(5000.0, 0.8), found(100.0, 0.1, left=20.0)):
+        assert sum(distribution(s, calibration()).values()) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_without_gain_there_is_nothing_and_with_much_of_it_there_is_the_leader() -> None:
+    assert max((d := distribution(found(1.0, 0.002, 1.0), calibration())), key=lambda n: d[n]) == ()
+    assert distribution(found(5000.0, 0.8, 4000.0), calibration())[("a",)] > 0.9
+
+
+def test_equal_rivals_share_equally_and_one_behind_by_slack_has_a_quarter_of_the_leader_at_power_two() -> None:
+    rivals = dict(slack=10.0, share=0.1, power_1=2.0, power_2=2.0)
+    c = Calibration({"one": -30.0}, {"one": 30.0}, {"one": -30.0}, rivals)
+    even = distribution(found(100.0, 0.5, 0.0), c)
+    assert even[("a",)] == pytest.approx(even[("b",)]) == pytest.approx(0.5, abs=1e-9)
+    apart = distribution(found(100.0, 0.5, 20.0), c)  # slack 10 + 0.1 * 100
+    assert apart[("b",)] / apart[("a",)] == pytest.approx(0.25)
+
+
+def test_signs_are_read_as_they_were_written() -> None:
+    s = found(30.0, 0.03)
+    assert Signs.from_json(s.as_json()) == s
+
+
+def test_the_fit_learns_that_a_gain_of_forty_means_an_effect_only_every_other_time() -> None:
+    trials = [
+        {"seed": k, "visible": True, "kind": "single" if k % 2 else "clean", "truth": ["a"] if k % 2 else [],
+         "signs": found(40.0, 0.05).as_json()}
+        for k in range(60)
+    ]  # fmt: skip
+    stated = restated(trials, fit(trials))
+    nothing = [h["probability"] for t in stated for h in t["hypotheses"] if h["names"] == []]
+    assert len(nothing) == 60 and nothing == pytest.approx([0.5] * 60, abs=0.08)
+
+
+def test_share_of_what_was_added_counts_from_the_sound_twins_error() -> None:
+    e = {"force_n": {"refit": 50.0, "after": 34.0, "floor": 10.0}}
+    trial = {"oracle_closed_force": 0.5, "error": {"sine": e}, "sound": {"sine": {"force_n": 30.0}}}
+    assert closed_of_added(trial) == pytest.approx((50.0**2 - 34.0**2) / (50.0**2 - 30.0**2))
+
+
+def test_a_delay_that_is_a_first_order_lag_is_undone() -> None:
+    rate, lag, w = 250.0, 0.02, 2.0 * np.pi * 1.5
+    t = np.arange(2000) / rate
+    true = 4e6 + 1e6 * np.sin(w * t)
+    read = 4e6 + 1e6 / np.hypot(1.0, w * lag) * np.sin(w * t - np.arctan(w * lag))
+    signals = Signals(t, rate, Known(), t, t, t, pressure_a_pa=read, pressure_b_pa=read)
+    law = by_name("sensor.delay")
+    assert law.correct is not None
+    again = law.correct(signals, law.complete({"delay": lag, "lag_share": 1.0})).pressure_a_pa
+    assert again is not None
+    inside = slice(100, -100)
+    assert np.abs(again - true)[inside].max() < 5e3 < 0.05 * np.abs(read - true)[inside].max()
