@@ -1,68 +1,39 @@
 """Every shipped scenario ends as it expects to, and does not under its mutation.
 
-All runs are made by two processes at once, those of the tests that are asked for; each test waits for its own.
+The runs are made beside the other tests (scenario_runs.py); each test waits for its own.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
+from scenario_runs import Runs
 
 from testbed import resources
 from testbed.evaluation.run import run_scenario
 from testbed.parameters.scenario import load_scenario
 
 NAMES = sorted(p.stem for p in resources.folder("scenarios").glob("*.yaml"))
-Job = tuple[str, bool]
 
 
 def _summary(folder: Path, name: str, *changes: str) -> dict[str, Any]:
     return run_scenario(load_scenario(name, changes), folder / name).summary
 
 
-def _run(folder: Path, job: Job) -> list[str]:
-    """What the scenario's expectation finds unmet, with its mutation if the job says so."""
-    name, mutated = job
-    mutation = load_scenario(name).mutation
-    changes = mutation.overrides() if mutated and mutation is not None else []
-    summary = run_scenario(load_scenario(name, changes), folder / f"{name}{'-mutated' if mutated else ''}").summary
-    return list(summary["expectations"]["unmet"])
-
-
-def _length(job: Job) -> float:
-    return -load_scenario(job[0]).duration_s
-
-
-@pytest.fixture(scope="module")
-def runs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[Job, Future[Any]]]:
-    """The futures of every run that a test of this module waits for; the longest are begun first."""
-    folder = tmp_path_factory.mktemp("runs")
-    asked = [item.callspec.params for item in request.session.items if hasattr(item, "callspec")]
-    jobs: set[Job] = {(p["name"], p["mutated"]) for p in asked if {"name", "mutated"} <= set(p)}
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(min(2, os.cpu_count() or 1), mp_context=context) as pool:
-        yield {job: pool.submit(_run, folder, job) for job in sorted(jobs, key=_length)}
-        pool.shutdown(cancel_futures=True)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("mutated", [False])
-def test_it_ends_as_expected(runs: dict[Job, Future[Any]], name: str, mutated: bool) -> None:
-    assert runs[name, mutated].result() == []
+def test_it_ends_as_expected(scenario_runs: Runs, name: str, mutated: bool) -> None:
+    assert scenario_runs.unmet(name, mutated) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("mutated", [True])
-def test_its_expectation_fails_under_its_mutation(runs: dict[Job, Future[Any]], name: str, mutated: bool) -> None:
-    assert runs[name, mutated].result() != []
+def test_its_expectation_fails_under_its_mutation(scenario_runs: Runs, name: str, mutated: bool) -> None:
+    assert scenario_runs.unmet(name, mutated) != []
 
 
 def test_every_scenario_has_an_expectation_and_a_mutation_that_can_be_read() -> None:

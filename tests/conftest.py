@@ -1,0 +1,17 @@
+"""What is begun once for all tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from scenario_runs import Job, Runs, made_beside
+
+
+@pytest.fixture(scope="session", autouse=True)
+def scenario_runs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Runs]:
+    """The scenario runs that the tests of this session ask for, begun before the first test."""
+    asked = [item.callspec.params for item in request.session.items if hasattr(item, "callspec")]
+    jobs: set[Job] = {(p["name"], p["mutated"]) for p in asked if {"name", "mutated"} <= set(p)}
+    with made_beside(jobs, tmp_path_factory.mktemp("runs")) as runs:
+        yield runs
