@@ -1,4 +1,4 @@
-"""Runs of the shipped scenarios, made by two patient processes beside the other tests."""
+"""Runs of the shipped scenarios, made by a process of its own beside the other tests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Job = tuple[str, bool]
 
 
 class Runs:
-    """What each run finds unmet of its scenario's expectation; a run that nobody has begun is made when asked for."""
+    """What each run finds unmet of its scenario's expectation; a run that is not begun when asked for is made then."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -30,20 +30,19 @@ class Runs:
             self._begun[job] = pool.submit(_unmet, self._folder, job)
 
     def unmet(self, name: str, mutated: bool) -> list[str]:
-        """Waits for the run."""
-        job = name, mutated
-        return self._begun[job].result() if job in self._begun else _unmet(self._folder, job)
+        """Waits for the run, or makes it."""
+        begun = self._begun.get((name, mutated))
+        return _unmet(self._folder, (name, mutated)) if begun is None or begun.cancel() else begun.result()
 
 
 @contextmanager
 def made_beside(jobs: set[Job], folder: Path) -> Iterator[Runs]:
-    """The runs of `jobs`; none is begun for fewer than two, or by one of several test processes."""
+    """The runs of `jobs`, by another process while the tests go on; without it where it would not pay."""
     runs = Runs(folder)
-    if len(jobs) < 2 or "PYTEST_XDIST_WORKER" in os.environ:
+    if len(jobs) < 3 or len(os.sched_getaffinity(0)) < 2 or "PYTEST_XDIST_WORKER" in os.environ:
         yield runs
         return
-    patient = {"mp_context": multiprocessing.get_context("spawn"), "initializer": os.nice, "initargs": (15,)}
-    with ProcessPoolExecutor(min(2, os.cpu_count() or 1), **patient) as pool:
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         pool.submit(_compile).result()
         runs.begin(pool, jobs)
         yield runs
