@@ -227,8 +227,8 @@ class _Cache(NullCache):  # type: ignore[misc]
 
 
 def compile_for(kernel: Any, *arguments: Any) -> None:
-    """Compile a kernel, or load it from the cache, for arguments of these types, without running it."""
-    kernel.compile(tuple(numba.typeof(value) for value in arguments))
+    """Compile a kernel, or load it from the cache, as far as a caller with these arguments needs; nothing is run."""
+    kernel.prepare(tuple(numba.typeof(value) for value in arguments))
 
 
 def is_cached(kernel: Any) -> bool:

@@ -183,6 +183,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             function, self.targetdescr, options, {}, partial(_Pipeline, _LowerPart, named)
         )
 
+    def prepare(self, types: tuple[Any, ...]) -> None:
+        """Do what a caller needs done for these types: its compilation then begins here."""
+        with _patient_collector():
+            self.get_call_template(types, {})
+
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """What a caller's compiler needs to know of a call with these types."""
         if self.apart:

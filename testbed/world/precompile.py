@@ -80,7 +80,7 @@ def finish(process: subprocess.Popen[bytes] | None, arguments: Sequence[Any]) ->
     """Compile the first process's share, then wait for the second one; `arguments` of between_steps, flags aside."""
     if process is not None:
         with suppress(Exception):  # what does not compile here is left to the step that needs it
-            found = [call for call in calls([EVERYTHING, *arguments]) if call[0].apart]
+            found = calls([EVERYTHING, *arguments])
             _compile([call for call in found if call[0].py_func.__name__ not in PLANT_KERNELS])
         process.wait()
 
