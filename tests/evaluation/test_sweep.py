@@ -109,8 +109,8 @@ def test_leaves_of_nested_mappings_get_dotted_paths() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
 def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, blow: signal.Signals) -> None:
-    path = _file(tmp_path, "seeds: [1, 2, 3, 4, 5, 6]\n")
-    path.write_text(path.read_text().replace("0.1", "4"))
+    path = _file(tmp_path, "seeds: [1, 2, 3, 4]\n")
+    path.write_text(path.read_text().replace("0.1", "3"))
     out = tmp_path / "out"
     command = [sys.executable, "-m", "testbed", "sweep", str(path), "--out", str(out), "--jobs", "2"]
     process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -122,9 +122,9 @@ def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, blow: signal.Signa
     assert process.returncode == (130 if blow == signal.SIGINT else -9)
     runs = load_sweep(path)[1]
     done = {r.name for r in runs if summary_of(out / "runs" / r.name) is not None}
-    assert 1 <= len(done) < 6
+    assert 1 <= len(done) < 4
     before = {name: (out / "runs" / name / "summary.json").stat().st_mtime_ns for name in done}
     again = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert again.returncode == 0, again.stderr
     assert {name: (out / "runs" / name / "summary.json").stat().st_mtime_ns for name in done} == before
-    assert len((out / "results.csv").read_text().splitlines()) == 7
+    assert len((out / "results.csv").read_text().splitlines()) == 5
