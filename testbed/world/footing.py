@@ -90,20 +90,21 @@ class Footing:
     def update(self, feet_in_world: Callable[[], Array], load_n: Array, normals: Array, dt: float) -> None:
         """At the end of a tick: loads along the normal (4), N; writes normals (4, 3), world frame.
 
-        Feet (4, 3), m, are asked for where one is in the air, otherwise at every SELDOM-th tick.
+        Feet (4, 3), m, are asked for where one is in the air, otherwise at every SELDOM-th tick if it matters.
         """
         loads = load_n.tolist()
         self._ticks += 1
+        in_air = min(loads) <= AIR_N
+        due = in_air or self._ticks % SELDOM == 1
         local = heights = None
-        if min(loads) <= AIR_N or self._ticks % SELDOM == 1:
-            feet = feet_in_world()
-            local = feet @ self._rotation
-            if not self._ground.flat:
-                heights, normals[:] = self._ground.surface(local[:, :2])
+        if due and (in_air or self._loose or self._circles):
+            local = feet_in_world() @ self._rotation
         if not self._ground.flat:
+            if local is not None and (in_air or self._loose):
+                heights, normals[:] = self._ground.surface(local[:, :2])
             if self._ticks == 1:  # no contacts yet
                 normals[:] = [self._engine.foot_gap(leg)[1] for leg in range(4)]
-            if local is not None or self._ground.heights_m is not None:  # on straight pieces a standing foot keeps it
+            if due or self._ground.heights_m is not None:  # on straight pieces a standing foot keeps its normal
                 self._engine.contact_normals(normals)
         if local is None and not self._loose:
             return
