@@ -131,8 +131,8 @@ class CrawlProgram:
             self._go(dt, measured, command, self._levelling)
         self._correct(dt, measured, command, self._levelling)
         wanted = self._footholds.joints(self._feet, self._body)
-        command.rate[:] = (wanted - command.reference) / dt
-        command.rate[np.abs(command.rate) < 1e-7] = 0.0
+        rates = ((wanted - command.reference) / dt).tolist()
+        command.rate[:] = [rate if abs(rate) >= 1e-7 else 0.0 for rate in rates]
         speed = (self._body - before) / dt
         command.rope_rate_m_s[:] = self._ropes.rates_m_s(self._body, speed, measured.rope_tension_n)
         return command
@@ -218,7 +218,7 @@ class CrawlProgram:
     def _correct(self, dt: float, measured: Measured, command: Command, levelling: Levelling) -> None:
         """Standing feet keep the body level and share its load."""
         standing = command.carrying
-        self._feet[standing] += levelling.turn_m(self._feet, self._body, measured.attitude_rad, dt)[standing]
+        self._feet += levelling.turn_m(self._feet, self._body, measured.attitude_rad, dt) * standing[:, None]
         if standing.all():
             seating = self._phase is not None and self._phase.doing is Doing.SEAT
             self._feet[:, 2] += levelling.untwist_m(measured.load_n, seating, dt)

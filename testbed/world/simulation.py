@@ -235,7 +235,7 @@ class Simulation:
         b = self.machine.board
         b.reference[:] = command.reference
         b.reference_rate[:] = command.rate
-        command.reference += command.rate * self._every_tick * self.dt
+        command.reference += command.rate * (self._every_tick * self.dt)
         b.ropes[:, plant.RATE_COMMAND] = command.rope_rate_m_s
         self._row[CARRYING] = command.carrying
 
