@@ -90,6 +90,143 @@ def _coulomb_add(p: Array, pa: float, pb: float, load: float) -> float:
 
 
 @njit
+def _valve(p: Array, s: float, sd: float, acting: float, h: float) -> tuple[float, float, float]:
+    """(spool, its rate, opening) one semi-implicit step later."""
+    sd += h * (p[VALVE_W] ** 2 * (acting - s) - 2.0 * p[VALVE_DAMPING] * p[VALVE_W] * sd)
+    s += h * sd
+    size = max(abs(s) - p[DEADBAND], 0.0) / (1.0 - p[DEADBAND])
+    if p[DEAD_FORM] == 1.0 and size > 0.0:
+        size = size * size / (size + 0.02)
+    return s, sd, size
+
+
+@njit
+def _edges(
+    p: Array, s: float, size: float, pa: float, pb: float, supply: float, drawn: float
+) -> tuple[float, float, float]:
+    """(flow into A, flow into B, flow drawn from the supply), m3/s; `drawn` before."""
+    per = size * p[RATED] / np.sqrt(p[DROP])
+    tank = p[TANK] + p[TANK_RISE] * drawn**2
+    if s > 0.0:
+        drawn = per * _root(supply - pa, p[EDGE_SMOOTH])
+        return drawn, -per * (1.0 - p[EDGE_GAIN]) * _root(pb - tank, p[EDGE_SMOOTH]), drawn
+    drawn = per * _root(supply - pb, p[EDGE_SMOOTH])
+    return -per * (1.0 - p[EDGE_GAIN]) * _root(pa - tank, p[EDGE_SMOOTH]), drawn, drawn
+
+
+@njit
+def _supply_change(p: Array, supply: float, drawn: float, h: float) -> float:
+    if p[DROOP] <= 0.0:
+        return 0.0
+    fall = p[DROOP] * max(drawn, 0.0)
+    if p[DROOP_FORM] == 1.0:
+        fall = 1.3 * p[DROOP] * max(drawn, 0.0) ** 1.5 / np.sqrt(4e-4)
+    return float(h * ((p[SUPPLY] - supply) - fall) / p[DROOP_TIME])
+
+
+@njit
+def _leak(p: Array, difference: float) -> float:
+    if p[LEAK_FORM] == 1.0:
+        return float(p[LEAK] * 1.8e6 * np.sign(difference) * np.sqrt(abs(difference) / 1.8e6))
+    return float(p[LEAK] * difference)
+
+
+@njit
+def _softness(p: Array, pressure: float) -> float:
+    """Compressibility of the oil and its air, 1/Pa."""
+    soft = 1.0 / p[BETA]
+    if p[AIR] > 0.0:
+        up = max(pressure, 0.0) + 1e5
+        if p[AIR_FORM] == 0.0:
+            soft += p[AIR] / (1.4 * up) * (1e5 / up) ** (1.0 / 1.4)
+        else:
+            soft += p[AIR] * 1e5 / up**2
+    return float(soft)
+
+
+@njit
+def _oil(
+    p: Array, x: float, v: float, pa: float, pb: float, hose: float, qa: float, qb: float, h: float
+) -> tuple[float, float, float]:
+    """(pressure A, pressure B, pressure in the hose) one step later."""
+    leak = _leak(p, pa - pb)
+    soft_a, soft_b = _softness(p, pa), _softness(p, pb)
+    fill = 0.0
+    if p[HOSE] > 0.0:
+        fill = p[HOSE] * (pa - hose) / p[HOSE_TIME]
+        if p[HOSE_FORM] == 1.0:
+            fill *= 1.0 / (1.0 + abs(pa - hose) / 2e6)
+        hose += h * fill / p[HOSE]
+    pa += h * (qa - p[AREA_A] * v - leak - fill) / ((p[DEAD_A] + p[AREA_A] * x) * soft_a)
+    volume_b = p[DEAD_B] + p[AREA_B] * (p[STROKE] - x)
+    pb += h * (qb + p[AREA_B] * v + leak - p[EXTERNAL_LEAK] * pb) / (volume_b * soft_b)
+    return max(pa, -0.9e5), max(pb, -0.9e5), hose
+
+
+@njit
+def _level(p: Array, x: float, v: float, pa: float, pb: float, load: float, aged: float) -> float:
+    """Friction of a slip without its viscous part, N; with the effects on it."""
+    forward = v >= 0.0
+    coulomb = p[COULOMB_P] if forward else p[COULOMB_M]
+    stribeck = p[STRIBECK_P] if forward else p[STRIBECK_M]
+    speed = p[SPEED_P] if forward else p[SPEED_M]
+    level = coulomb * _coulomb_scale(p, x) + _coulomb_add(p, pa, pb, load)
+    level += stribeck * np.exp(-((abs(v) / speed) ** p[BEND]))
+    if p[DWELL] > 0.0:
+        level += p[DWELL] * aged
+    return float(max(level, 5.0))
+
+
+@njit
+def _bristle(p: Array, v: float, z: float, slip: Array, level: float, h: float) -> tuple[float, float]:
+    """(friction without its viscous part, bend); `slip`: bends of four elements, for the other form."""
+    if p[PRE_K] > 0.0 and p[PRE_FORM] == 1.0:
+        # Four elements that slip one after the other.
+        friction = 0.0
+        for e in range(4):
+            limit = level * 0.25 / (p[PRE_K] * 0.25 * (0.4 + 0.4 * e))
+            slip[e] = min(limit, max(-limit, slip[e] + h * v))
+            friction += p[PRE_K] * 0.25 * (0.4 + 0.4 * e) * slip[e]
+        return friction + p[PRE_C] * v * 0.05, z
+    stiff = p[PRE_K] if p[PRE_K] > 0.0 else p[BRISTLE]
+    damp = p[PRE_C] if p[PRE_K] > 0.0 else p[BRISTLE_DAMPING]
+    rate = v - stiff * abs(v) * z / level
+    z += h * rate
+    z = min(level / stiff, max(-level / stiff, z))
+    return stiff * z + damp * rate, z
+
+
+@njit
+def _push(p: Array, x: float, time: float) -> float:
+    """Forces of the effects on the piston along extension, N."""
+    push = 0.0
+    if p[SPRING] != 0.0:
+        stretch = x - p[SPRING_REST]
+        if p[SPRING_FORM] == 0.0:
+            push -= p[SPRING] * stretch
+        else:
+            push -= p[SPRING] * stretch * (0.6 + 12.0 * stretch * stretch)
+    if p[PER_AMP] > 0.0:
+        wave = np.sin(p[PER_W] * time)
+        if p[PER_FORM] == 1.0:
+            wave = np.tanh(3.0 * wave) * 1.05
+        push += p[PER_AMP] * wave
+    if p[CUSH] > 0.0 and x < p[CUSH_START]:
+        into = p[CUSH_START] - x
+        push += p[CUSH] * (into if p[CUSH_FORM] == 0.0 else into * into / 0.06)
+    if p[RIPPLE] > 0.0:
+        push += p[RIPPLE] * np.sin(2.0 * np.pi * x / p[RIPPLE_WAVE])
+    return float(push)
+
+
+@njit
+def _viscosity(p: Array, temperature: float) -> float:
+    """sigma over its value at 20 degC."""
+    warm = temperature - 20.0
+    return float(np.exp(-p[TEMP] * warm) if p[TEMP_FORM] == 0.0 else 1.0 / (1.0 + p[TEMP] * max(warm, -15.0)))
+
+
+@njit
 def simulate(
     p: Array, target: Array, target_rate: Array, temperature: Array, period: float, substeps: int, start: float
 ) -> Array:
@@ -101,118 +238,39 @@ def simulate(
     out = np.zeros((n, len(COLUMNS)))
     h = period / substeps
     x, v = start, 0.0
-    hold = p[MASS] * p[GRAVITY]
     pb = 0.45 * p[SUPPLY]
-    pa = max((pb * p[AREA_B] - hold) / p[AREA_A], 2e5)
+    pa = max((pb * p[AREA_B] - p[MASS] * p[GRAVITY]) / p[AREA_A], 2e5)
     supply = p[SUPPLY]
     s, sd, z, hose, aged, drawn = 0.0, 0.0, 0.0, pa, 0.0, 0.0
     slip = np.zeros(4)
     queue = np.zeros(64)
+    mass = p[MASS] + p[MASS_ADD]
+    weight = (p[MASS] + p[MASS_ADD] * (1.0 if p[MASS_FORM] == 0.0 else 0.3)) * p[GRAVITY]
     for i in range(n):
         u = p[GAIN] * (target[i] - np.floor(x / 1e-4) * 1e-4) + p[FEED] * target_rate[i]
         u = min(1.0, max(-1.0, u))
         queue[i % 64] = u
         late = round(p[VALVE_DELAY] / period)
         acting = queue[(i - late) % 64] if i >= late else 0.0
-        t = i * period
-        warm = temperature[i] - 20.0
-        viscous = np.exp(-p[TEMP] * warm) if p[TEMP_FORM] == 0.0 else 1.0 / (1.0 + p[TEMP] * max(warm, -15.0))
+        viscous = _viscosity(p, temperature[i])
         load = 0.0
         for j in range(substeps):
             depth = x - p[GROUND_AT]
             load = 0.0
             if p[GROUND] > 0.0 and depth > 0.0:
                 load = max(0.0, p[GROUND] * depth + p[GROUND_DAMPING] * v)
-            # spool, semi-implicit
-            sd += h * (p[VALVE_W] ** 2 * (acting - s) - 2.0 * p[VALVE_DAMPING] * p[VALVE_W] * sd)
-            s += h * sd
-            size = max(abs(s) - p[DEADBAND], 0.0) / (1.0 - p[DEADBAND])
-            if p[DEAD_FORM] == 1.0 and size > 0.0:
-                size = size * size / (size + 0.02)
-            per = size * p[RATED] / np.sqrt(p[DROP])
-            tank = p[TANK] + p[TANK_RISE] * drawn**2
-            if s > 0.0:
-                drawn = per * _root(supply - pa, p[EDGE_SMOOTH])
-                qa, qb = drawn, -per * (1.0 - p[EDGE_GAIN]) * _root(pb - tank, p[EDGE_SMOOTH])
-            else:
-                drawn = per * _root(supply - pb, p[EDGE_SMOOTH])
-                qa, qb = -per * (1.0 - p[EDGE_GAIN]) * _root(pa - tank, p[EDGE_SMOOTH]), drawn
-            if p[DROOP] > 0.0:
-                fall = p[DROOP] * max(drawn, 0.0)
-                if p[DROOP_FORM] == 1.0:
-                    fall = 1.3 * p[DROOP] * max(drawn, 0.0) ** 1.5 / np.sqrt(4e-4)
-                supply += h * ((p[SUPPLY] - supply) - fall) / p[DROOP_TIME]
-            difference = pa - pb
-            leak = p[LEAK] * difference
-            if p[LEAK_FORM] == 1.0:
-                leak = p[LEAK] * 1.8e6 * np.sign(difference) * np.sqrt(abs(difference) / 1.8e6)
-            soft_a, soft_b = 1.0 / p[BETA], 1.0 / p[BETA]
-            if p[AIR] > 0.0:
-                up_a, up_b = max(pa, 0.0) + 1e5, max(pb, 0.0) + 1e5
-                if p[AIR_FORM] == 0.0:
-                    soft_a += p[AIR] / (1.4 * up_a) * (1e5 / up_a) ** (1.0 / 1.4)
-                    soft_b += p[AIR] / (1.4 * up_b) * (1e5 / up_b) ** (1.0 / 1.4)
-                else:
-                    soft_a += p[AIR] * 1e5 / up_a**2
-                    soft_b += p[AIR] * 1e5 / up_b**2
-            fill = 0.0
-            if p[HOSE] > 0.0:
-                fill = p[HOSE] * (pa - hose) / p[HOSE_TIME]
-                if p[HOSE_FORM] == 1.0:
-                    fill *= 1.0 / (1.0 + abs(pa - hose) / 2e6)
-                hose += h * fill / p[HOSE]
-            pa += h * (qa - p[AREA_A] * v - leak - fill) / ((p[DEAD_A] + p[AREA_A] * x) * soft_a)
-            volume_b = p[DEAD_B] + p[AREA_B] * (p[STROKE] - x)
-            pb += h * (qb + p[AREA_B] * v + leak - p[EXTERNAL_LEAK] * pb) / (volume_b * soft_b)
-            pa, pb = max(pa, -0.9e5), max(pb, -0.9e5)
-            # friction level with its effects
-            forward = v >= 0.0
-            coulomb = p[COULOMB_P] if forward else p[COULOMB_M]
-            stribeck = p[STRIBECK_P] if forward else p[STRIBECK_M]
-            speed = p[SPEED_P] if forward else p[SPEED_M]
-            sigma = (p[SIGMA_P] if forward else p[SIGMA_M]) * viscous
+            s, sd, size = _valve(p, s, sd, acting, h)
+            qa, qb, drawn = _edges(p, s, size, pa, pb, supply, drawn)
+            supply += _supply_change(p, supply, drawn, h)
+            pa, pb, hose = _oil(p, x, v, pa, pb, hose, qa, qb, h)
+            sigma = (p[SIGMA_P] if v >= 0.0 else p[SIGMA_M]) * viscous
             sigma *= 1.0 + p[SIGMA_POS] * (x / p[STROKE] - 0.5)
-            level = coulomb * _coulomb_scale(p, x) + _coulomb_add(p, pa, pb, load)
-            level += stribeck * np.exp(-((abs(v) / speed) ** p[BEND]))
             if p[DWELL] > 0.0:
                 aged += h * (1.0 - aged * (1.0 + abs(v) / 2e-3)) / p[DWELL_TIME]
-                level += p[DWELL] * aged
-            level = max(level, 5.0)
-            if p[PRE_K] > 0.0 and p[PRE_FORM] == 1.0:
-                # Four elements that slip one after the other.
-                friction = 0.0
-                for e in range(4):
-                    limit = level * 0.25 / (p[PRE_K] * 0.25 * (0.4 + 0.4 * e))
-                    slip[e] = min(limit, max(-limit, slip[e] + h * v))
-                    friction += p[PRE_K] * 0.25 * (0.4 + 0.4 * e) * slip[e]
-                friction += p[PRE_C] * v * 0.05
-            else:
-                stiff = p[PRE_K] if p[PRE_K] > 0.0 else p[BRISTLE]
-                damp = p[PRE_C] if p[PRE_K] > 0.0 else p[BRISTLE_DAMPING]
-                rate = v - stiff * abs(v) * z / level
-                z += h * rate
-                z = min(level / stiff, max(-level / stiff, z))
-                friction = stiff * z + damp * rate
+            level = _level(p, x, v, pa, pb, load, aged)
+            friction, z = _bristle(p, v, z, slip, level, h)
             friction += sigma * v + p[DRAG] * v * abs(v)
-            push = 0.0
-            if p[SPRING] != 0.0:
-                stretch = x - p[SPRING_REST]
-                if p[SPRING_FORM] == 0.0:
-                    push -= p[SPRING] * stretch
-                else:
-                    push -= p[SPRING] * stretch * (0.6 + 12.0 * stretch * stretch)
-            if p[PER_AMP] > 0.0:
-                wave = np.sin(p[PER_W] * (t + j * h))
-                if p[PER_FORM] == 1.0:
-                    wave = np.tanh(3.0 * wave) * 1.05
-                push += p[PER_AMP] * wave
-            if p[CUSH] > 0.0 and x < p[CUSH_START]:
-                into = p[CUSH_START] - x
-                push += p[CUSH] * (into if p[CUSH_FORM] == 0.0 else into * into / 0.06)
-            if p[RIPPLE] > 0.0:
-                push += p[RIPPLE] * np.sin(2.0 * np.pi * x / p[RIPPLE_WAVE])
-            mass = p[MASS] + p[MASS_ADD]
-            weight = (p[MASS] + p[MASS_ADD] * (1.0 if p[MASS_FORM] == 0.0 else 0.3)) * p[GRAVITY]
+            push = _push(p, x, i * period + j * h)
             v += h * (pa * p[AREA_A] - pb * p[AREA_B] + weight + push - friction - load) / mass
             x += h * v
             if x < 0.005 or x > p[STROKE] - 0.005:
