@@ -1,8 +1,8 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Three questions, each a logistic regression on a few signs, and rivalry among sets of the same size:
+Four questions, each a logistic regression on a few signs, and rivalry among sets of the same size:
 
-    P(no name covers it) = L(outside)
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic))
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
 
@@ -30,7 +30,8 @@ Names = tuple[str, ...]
 class Calibration:
     """Question -> sign -> weight; and `rivals`: slack, share, power for single effects, power for larger sets."""
 
-    outside: Mapping[str, float]
+    left: Mapping[str, float]
+    generic: Mapping[str, float]
     presence: Mapping[str, float]
     second: Mapping[str, float]
     rivals: Mapping[str, float]
@@ -42,7 +43,7 @@ def calibration() -> Calibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return Calibration(row["outside"], row["presence"], row["second"], row["rivals"])
+    return Calibration(*(row[question] for question in ("left", "generic", "presence", "second", "rivals")))
 
 
 def _log(value: float, least: float) -> float:
@@ -64,24 +65,45 @@ def second_signs(s: Signs) -> dict[str, float]:
     """What tells whether there is a second effect beside the first.
 
     What a strong first effect's own formula leaves over looks like a small second one: hence the first one's gain, and
-    what is left even with the second.
+    what is left even with the second, and whether others in its place would gain almost as much.
     """
     first, second = s.first or s.refit, s.second or s.refit
     return {
         "one": 1.0, "more": _log(second.more, 0.5), "fall": _log(second.fall, 1e-3), "carried": _size(second.carried),
         "first": _log(first.gain, 0.5), "left": _log(max(second.force, second.flow), 1.0),
-        "worst": _log(1.0 + min(second.worst, 2.0), 1.0),
+        "worst": _log(1.0 + min(second.worst, 2.0), 1.0), "alone": _alone(s),
     }  # fmt: skip
 
 
-def outside_signs(s: Signs) -> dict[str, float]:
-    """What tells that no name covers what is there: what is left, what was closed, what generic terms still find."""
+def _alone(s: Signs) -> float:
+    """Share of the second effect's gain that the next best in its place does not reach, 0 to 1."""
+    first = s.first or s.refit
+    more = sorted((g - first.gain for names, g in s.gains if len(names) > 1), reverse=True)
+    if not more or more[0] <= 0.0:
+        return 0.0
+    return 1.0 - max(more[1] if len(more) > 1 else 0.0, 0.0) / more[0]
+
+
+FORCE_LEFT, FLOW_LEFT = (2.5, 0.05), (2.0, 0.03)
+"""Noise over the sensors' floor that a sound leg may leave, as its friction and its valve are never quite the formulas;
+and the share of what there was that a named effect of another form may leave on top."""
+
+
+def left_signs(s: Signs) -> dict[str, float]:
+    """What tells that no name covers what is there: more is left than the form of a law explains."""
     best = s.best
     return {
-        "one": 1.0, "force": _log(best.force, 1.0), "flow": _log(best.flow, 1.0),
-        "closed_force": _log(s.refit.force / best.force, 1e-3), "closed_flow": _log(s.refit.flow / best.flow, 1e-3),
-        "generic": _log(s.generic_gain, 0.5), "generic_fall": _log(s.generic_fall, 1e-3), "gain": _log(best.gain, 0.5),
-    }  # fmt: skip
+        "one": 1.0,
+        "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * s.refit.force), 1.0),
+        "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * s.refit.flow), 1.0),
+    }
+
+
+def generic_signs(s: Signs) -> dict[str, float]:
+    """The same, told by generic terms: they gain, and not little beside what names gained."""
+    generic = max(s.generic_gain, 0.5)
+    share = generic / (generic + max(s.best.gain, 0.5))
+    return {"one": 1.0, "gain": _log(generic, 0.5), "share": _log(share, 1e-3), "fall": _log(s.generic_fall, 1e-3)}
 
 
 def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
@@ -91,7 +113,7 @@ def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
 
 def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers."""
-    missing = _answer(outside_signs(s), c.outside)
+    missing = 1.0 - (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
     singles = [(n, g) for n, g in s.gains if len(n) == 1]
     larger = [(n, g) for n, g in s.gains if len(n) > 1]
     some = _answer(presence_signs(s), c.presence) if singles else 0.0

@@ -12,6 +12,9 @@ from testbed.diagnosis.fit import held_out
 from testbed.diagnosis.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.unexplained import Unexplained
 
+BENT_M = 1e-3
+"""Bristles that bend less than this before they slip are slipping most of the time."""
+
 
 @dataclass(frozen=True)
 class SetSigns:
@@ -115,7 +118,9 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
 def _bristle_n(candidate: Candidate, found: Unexplained) -> float:
     """What the encoder's rounding does to the force of a bristle that is believed in, N: a part of its floor."""
     stiffness = [a.values["stiffness"] for a in candidate.fit.at.effects if a.effect.name == "friction.presliding"]
-    return sum(stiffness) * found.encoder_m
+    friction = candidate.fit.at.friction
+    slips_at_n = max(friction.coulomb_plus_n, friction.coulomb_minus_n)
+    return found.encoder_m * min(sum(stiffness), slips_at_n / BENT_M)
 
 
 def _by_recording(state: Search, candidate: Candidate) -> Evidence:
