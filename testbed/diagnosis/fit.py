@@ -95,13 +95,15 @@ def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
 def jacobian(
     problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point, at_zero: dict[str, Array]
 ) -> dict[str, Array]:
-    """Forward differences, channel by channel; a coordinate that does not move a channel has a zero column."""
+    """Differences forward (backward at an upper bound), channel by channel; a coordinate that does not move a channel has a zero column."""
     out = {c: np.zeros((len(r), len(theta))) for c, r in at_zero.items()}
     for j, c in enumerate(coordinates):
         moved = [m for m in c.moves if m in at_zero]
         if not moved:
             continue
         step = 1e-3 * c.scale
+        if theta[j] + step > (np.log(c.high) if c.log else c.high):
+            step = -step  # at its upper bound nothing moves forward
         shifted = theta.copy()
         shifted[j] += step
         for channel, r in residuals(problem, point(coordinates, shifted, fixed), moved).items():
@@ -134,7 +136,8 @@ def solve(
         now = _cost(problem, r, scale) + _prior_cost(coordinates, theta)
         accepted = False
         for _ in range(TRIES):
-            step = -np.linalg.solve(h + prior_h + damping * np.diag(np.diag(h) + 1e-9), g + prior_g) * unit
+            damped = h + prior_h + damping * np.diag(np.diag(h + prior_h) + 1e-9)
+            step = -np.linalg.solve(damped, g + prior_g) * unit
             step = np.clip(step, -3.0 * unit * (1 if iteration else 3), 3.0 * unit * (1 if iteration else 3))
             trial = np.clip(theta + step, low, high)
             r_trial = residuals(problem, point(coordinates, trial, fixed), channels)
