@@ -95,7 +95,9 @@ def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
 def jacobian(
     problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point, at_zero: dict[str, Array]
 ) -> dict[str, Array]:
-    """Differences forward (backward at an upper bound), channel by channel; a coordinate that does not move a channel has a zero column."""
+    """Differences forward (backward at an upper bound), channel by channel.
+
+    A coordinate that does not move a channel has a zero column."""
     out = {c: np.zeros((len(r), len(theta))) for c, r in at_zero.items()}
     for j, c in enumerate(coordinates):
         moved = [m for m in c.moves if m in at_zero]
