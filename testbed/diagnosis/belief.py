@@ -90,12 +90,16 @@ and the share of what there was that a named effect of another form may leave on
 
 
 def left_signs(s: Signs) -> dict[str, float]:
-    """What tells that no name covers what is there: more is left than the form of a law explains."""
+    """What tells that no name covers what is there: more is left than the form of a law explains.
+
+    A name that gained much is forgiven more.
+    """
     best = s.best
     return {
         "one": 1.0,
         "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * s.refit.force), 1.0),
         "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * s.refit.flow), 1.0),
+        "gain": _log(best.gain, 6.0),
     }
 
 

@@ -38,7 +38,7 @@ SLIGHT = 0.02
 LEAST = 1e-3
 """Probability that counts for a set that was never tried."""
 START = {
-    "left": {"one": -3.0, "force": 4.0, "flow": 4.0},
+    "left": {"one": -2.5, "force": 4.0, "flow": 5.0, "gain": -0.3},
     "generic": {"one": -3.5, "gain": 0.7, "share": 1.0},
     "presence": {"one": -11.0, "gain": 3.0, "fall": 1.9},
     "second": {"one": 5.7, "more": 1.1, "fall": 2.6, "first": -0.8, "left": -1.0},
