@@ -13,6 +13,7 @@ from testbed.control.mast import DEAD_RAD, GAIN_1_S, KeepMast
 from testbed.control.references import Hold, Measured
 from testbed.laws import drill as d
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
+from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario_drilling import DrillHole, Rock
 from testbed.world import plant
@@ -53,7 +54,37 @@ def test_a_hole_is_drilled_rod_by_rod_and_taken_out_rod_by_rod() -> None:
     # two rods stood in the hole at first, one is in the mast at the end
     assert moved == pytest.approx(10.2)
     assert rows[-1, d.MAST_KG] == pytest.approx(10.2) and rows[-1, d.STRING_KG] == pytest.approx(0.0)
-    assert not rows[-1, d.FORCES].any()
+    assert not rows[-1, d.FORCES].any() and not cycle.ordered.any()
+
+
+def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
+    cycle, _, rows, _ = drilled(hole(extract=False))
+    assert cycle.phase == "done" and not rows[-1, d.FORCES].any() and not cycle.ordered.any()
+
+
+def test_control_counts_the_rods_that_hang_on_the_drill() -> None:
+    """Two of five stood in the hole: 20.4 kg beyond what the store carried at the start, whatever moves afterwards."""
+    task = hole()
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    counted = set()
+    for k in range(6000):
+        cycle.update(k * DT, DT)
+        counted.add(round(cycle.hung_kg, 9))
+    assert cycle.phase == "done" and counted == {20.4}
+
+
+def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
+    from testbed.parameters.scenario import load_scenario
+    from testbed.world.simulation import Simulation
+
+    world = Simulation(load_scenario("drill_deep", duration=1.0))
+    data, truth = world.run_block(1000)
+    world.close()
+    expected, true = (
+        sum(block[-200:, names.index(f"{stem}_{leg}")].mean() for leg in LEGS)
+        for block, names, stem in ((data, world.data_columns, "expected"), (truth, world.truth_columns, "foot_load"))
+    )
+    assert expected == pytest.approx(true, rel=0.003)  # 120 kg of rods would be 3 %
 
 
 def test_the_string_weighs_what_its_rods_weigh_at_any_time() -> None:

@@ -71,9 +71,12 @@ class Machine:
     _drill_belief: Array = field(default_factory=partial(np.zeros, 2))
 
     def drill_belief(self) -> Array:
-        """Thrust (N, + away from the slope) and torque (N m, about body z) as control ordered them; no blows."""
+        """Thrust (N, + away from the slope) and torque (N m, about body z) as control knows them; no blows.
+
+        The thrust is what was ordered, less the weight of the rods that hang on the feed.
+        """
         ordered = self.drill.ordered
-        self._drill_belief[0] = ordered[0]
+        self._drill_belief[0] = ordered[0] + self.drill.hung_kg * self.board.gravity_in_body[2]
         self._drill_belief[1] = -ordered[1]
         return self._drill_belief
 

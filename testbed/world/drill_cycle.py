@@ -72,6 +72,11 @@ class DrillCycle:
         """Rods in the store, kg."""
         return (self.task.rods - self.rods - self._in_hand - self._count["rods_lost"]) * self.task.rod_kg
 
+    @property
+    def hung_kg(self) -> float:
+        """See drilling.Drilling."""
+        return (self.rods + self._in_hand) * self.task.rod_kg + self.store_kg - self.task.stored_kg
+
     def update(self, t: float, dt: float) -> list[Happened]:
         """See drilling.Drilling."""
         self._news = []
@@ -86,6 +91,9 @@ class DrillCycle:
         self._since += dt
         self.store_change_kg += self.store_kg - before
         self._pull_max = max(self._pull_max, float(self.loads[d.PULL]))
+        if self.phase == "done":
+            self.loads[d.FORCES] = 0.0
+            self.ordered[:] = 0.0
         self._weigh()
         return self._news
 
@@ -211,8 +219,6 @@ class DrillCycle:
             self.bit_m = max(self.bit_m - task.feed_speed_m_s * dt, lowest)
         if self.bit_m <= goal + 1e-9:
             self._begin("remove_rod" if self.rods > 1 else "done")
-            if self.phase == "done":
-                self.loads[d.FORCES] = 0.0
 
     def _free(self, dt: float) -> None:
         """Pull harder, jerk and hammer until the string comes, or leave it."""
@@ -233,7 +239,6 @@ class DrillCycle:
             self._news.append({"kind": "rods_lost", "rods": self.rods})
             self.rods, self.bit_m, self._force = 0, 0.0, 0.0
             self._begin("done")
-            self.loads[d.FORCES] = 0.0
 
     def _push(self, force_n: float, torque_nm: float) -> None:
         """Feed (+) or pull (-) and torque of this tick; but for drilling, the controls ordered just that."""

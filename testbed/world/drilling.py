@@ -28,6 +28,11 @@ class Drilling(Protocol):
     ordered: Array
     """(2,) thrust (N, + away from the slope) and torque on the rod (N m) that the drill's controls ask for."""
 
+    @property
+    def hung_kg(self) -> float:
+        """Rods on the drill that the store did not carry at the start, as the drill's controls count them, kg."""
+        ...
+
     def update(self, t: float, dt: float) -> list[Happened]:
         """Set the loads that hold from t to t + dt (s); returns what has happened, without its time."""
         ...
@@ -50,6 +55,11 @@ class DrillProgram:
         self._changed = -1
         if task is not None:
             self._starts = list(accumulate((p.duration_s for p in task.phases), initial=task.start_s))
+
+    @property
+    def hung_kg(self) -> float:
+        """See Drilling: whatever is added to this string comes from the store."""
+        return 0.0
 
     def update(self, t: float, dt: float) -> list[Happened]:
         """See Drilling."""
