@@ -27,8 +27,9 @@ class OwnTuning:
     that no result is taken from; see `testbed estimators`.
 
     `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation of friction at rest,
-    as a share of its set's half width; `*_keep_s`: for how long a deviation lasts; `sd_at_rest`: what is stated of the
-    filter's standard deviation at rest: errors there have long tails, and its own makes 90 % intervals that hold 97 %.
+    as a share of its set's half width; `*_keep_s`: for how long a deviation lasts (the balance's own shorter than
+    friction's: else it takes what a stuck piston hides for an error of the weight); `sd_at_rest`: what is stated of
+    the filter's standard deviation at rest: errors there have long tails, and its own makes intervals too wide.
     """
 
     rich: bool = True
@@ -50,15 +51,15 @@ class OwnTuning:
     rest_share: float = 0.45
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 1.0
-    body_keep_s: float = 5.0
+    body_keep_s: float = 0.3
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
     rope_share: float = 0.005
     drill_share: float = 0.05
     blow_share: float = 0.2
     sd_at_rest: float = 0.7
-    force_sd_n: float = 60.0
-    moment_sd_n_m: float = 90.0
+    force_sd_n: float = 120.0
+    moment_sd_n_m: float = 180.0
     news_share: float = 0.8
     news_noise_n: float = 50.0
     gate: float = 8.0
