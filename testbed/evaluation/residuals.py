@@ -1,7 +1,8 @@
 """Which leg stands out: the model's expected foot loads against the estimated ones.
 
 Where the estimate comes with its set (at rest friction may take any value between the two break-away forces), a leg
-stands out when its expected load lies outside the set: friction cannot explain it.
+stands out when its expected load lies outside the set: friction cannot explain it. The set is laid about what the
+leg's own cylinder says: an estimate that is fused with the other legs may already have learnt that a sensor lies.
 
 Where there is only a value, three combinations of the four loads are compared, those that equilibrium fixes: the sum,
 left against right and front against rear. The fourth, fl + rr against fr + rl, is open (a tenth of a millimetre
@@ -48,10 +49,23 @@ class Suspect:
         return f"{self.leg} stands out: it reads {least}{size} than weight, ropes and drill call for{end}"
 
 
+def leg_alone(data: Mapping[str, Array], method: str, leg: str) -> tuple[Array, Array | None, Array | None]:
+    """Load of a leg from its own cylinder, and the ends of what friction leaves open of it [N], (rows,) each.
+
+    The paper's (7) with the set of `method` about it; without either, `method`'s own value and set, None without a set.
+    """
+    low, high = (data.get(f"estimate_{method}_{end}_{leg}") for end in ("low", "high"))
+    value = data.get(f"estimate_friction_{leg}")
+    if low is None or high is None or value is None:
+        return data[f"estimate_{method}_{leg}"], low, high
+    half = 0.5 * (high - low)
+    return value, value - half, value + half
+
+
 def load_residuals(data: Mapping[str, Array], method: str) -> dict[str, Array]:
-    """Expected minus estimated load per leg [N], (rows,) each; legs without both columns are left out."""
+    """Expected load less that of `leg_alone` [N], (rows,) each; legs without both columns are left out."""
     return {
-        leg: data[f"expected_{leg}"] - data[f"estimate_{method}_{leg}"]
+        leg: data[f"expected_{leg}"] - leg_alone(data, method, leg)[0]
         for leg in LEGS
         if f"expected_{leg}" in data and f"estimate_{method}_{leg}" in data
     }
@@ -81,9 +95,11 @@ def beyond_friction(data: Mapping[str, Array], method: str) -> dict[str, Array]:
     """
     out = {}
     for leg in LEGS:
-        low, high = (data.get(f"estimate_{method}_{end}_{leg}") for end in ("low", "high"))
         expected = data.get(f"expected_{leg}")
-        if low is not None and high is not None and expected is not None:
+        if expected is None or f"estimate_{method}_{leg}" not in data:
+            continue
+        _, low, high = leg_alone(data, method, leg)
+        if low is not None and high is not None:
             out[leg] = np.maximum(expected - high, 0.0) + np.minimum(expected - low, 0.0)
     return out
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.evaluation.metrics import LOSS_FORCE_N, intervals, methods, rms, rope_tension_n
-from testbed.evaluation.residuals import Suspect, load_residuals
+from testbed.evaluation.residuals import Suspect, leg_alone, load_residuals
 from testbed.parameters.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
 from testbed.report.style import (
@@ -94,22 +94,20 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
     """Per leg: expected minus estimated load, over the band of what friction could make of it."""
     t, by_leg = data["t"], load_residuals(data, method)
     figure, axes = new_figure(4, 6.3)
-    sets = [
-        data[f"expected_{leg}"] - data[f"estimate_{method}_{end}_{leg}"]
+    ends = {
+        leg: [data[f"expected_{leg}"] - end for end in leg_alone(data, method, leg)[1:] if end is not None]
         for leg in LEGS
-        for end in ("low", "high")
-        if f"estimate_{method}_{end}_{leg}" in data
-    ]
+    }
+    sets = [end for both in ends.values() for end in both]
     low, high = limits(*by_leg.values(), *sets, np.zeros(1))
     for ax, leg in zip(axes, LEGS, strict=True):
         ax.axhline(0.0, color=BLACK, lw=0.6)
         median = float(np.median(by_leg[leg]))
         named = suspect is not None and suspect.leg == leg
         colour = VERMILION if named else BLUE
-        ends = [data.get(f"estimate_{method}_{end}_{leg}") for end in ("high", "low")]
-        if ends[0] is not None and ends[1] is not None:
-            middle, bottom = course(t, data[f"expected_{leg}"] - ends[0])
-            ax.fill_between(middle, bottom, course(t, data[f"expected_{leg}"] - ends[1])[1], color=BAND, lw=0)
+        if ends[leg]:
+            middle, bottom = course(t, ends[leg][0])
+            ax.fill_between(middle, bottom, course(t, ends[leg][1])[1], color=BAND, lw=0)
         else:
             ax.plot(*envelope(t, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
         ax.plot(*course(t, by_leg[leg]), color=colour, lw=1.2)

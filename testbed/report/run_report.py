@@ -148,7 +148,7 @@ def _parts(
         )
         if len(by_leg) == len(LEGS) and method:
             word = f"Leg {named}." if named else "No leg stands out by itself."
-            word = f"Expected load less the estimate ({method_name(method)}); band: what friction leaves open. {word}"
+            word = f"Expected load less what the leg's own cylinder says; band: what friction leaves open. {word}"
             add("Expected minus estimated", word, figures.residuals(data, method, named, events))
         window = busiest(truth["t"], truth["foot_load_fl"])
         if truth["t"][-1] - truth["t"][0] > 3.0:
