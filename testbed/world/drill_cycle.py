@@ -75,7 +75,7 @@ class DrillCycle:
     @property
     def hung_kg(self) -> float:
         """See drilling.Drilling."""
-        return (self.rods + self._in_hand) * self.task.rod_kg + self.store_kg - self.task.stored_kg
+        return (self.task.rods_at_start - self._count["rods_lost"]) * self.task.rod_kg
 
     def update(self, t: float, dt: float) -> list[Happened]:
         """See drilling.Drilling."""
