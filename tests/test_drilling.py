@@ -18,6 +18,7 @@ from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario_drilling import DrillHole, Rock
 from testbed.world import plant
 from testbed.world.drill_cycle import DrillCycle
+from testbed.world.drilling import drill_known
 from testbed.world.strata import VOID, Strata, sticking_places, strata_of
 
 DT = 0.01
@@ -62,15 +63,21 @@ def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
     assert cycle.phase == "done" and not rows[-1, d.FORCES].any() and not cycle.ordered.any()
 
 
-def test_control_counts_the_rods_that_hang_on_the_drill() -> None:
-    """Two of five stood in the hole: 20.4 kg beyond what the store carried at the start, whatever moves afterwards."""
+def test_control_counts_every_rod_wherever_it_is() -> None:
+    """Two of five stood in the hole: 20.4 kg beyond what the store carried at the start, whatever moves afterwards.
+
+    With one left in the string when it is done, the store has gained one: 10.2 kg.
+    """
     task = hole()
     cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
-    counted = set()
+    known, counted, most_in_mast = np.zeros(d.KNOWN), set(), 0.0
     for k in range(6000):
         cycle.update(k * DT, DT)
-        counted.add(round(cycle.hung_kg, 9))
+        drill_known(cycle, known)
+        counted.add(round(float(known[d.IN_HOLE_KG] + known[d.IN_MAST_KG] + known[d.STORED_KG]), 9))
+        most_in_mast = max(most_in_mast, float(known[d.IN_MAST_KG]))
     assert cycle.phase == "done" and counted == {20.4}
+    assert known[d.STORED_KG] == pytest.approx(10.2) and most_in_mast == pytest.approx(10.2)
 
 
 def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:

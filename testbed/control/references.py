@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.laws.drill import KNOWN
 from testbed.parameters.names import AXES, LEGS, VERTICAL
 from testbed.parameters.scenario_tasks import Event, LiftFoot, Raise, SetRope
 
@@ -47,8 +48,8 @@ class Measured:
     attitude_rad: Array
     supply_pressure_pa: float = 9.0e6
     """Gauge."""
-    drill_n_nm: Array = field(default_factory=lambda: np.zeros(2))
-    """What control itself ordered of the drill: thrust (N, + away from the slope), torque (N m, about body z)."""
+    drill: Array = field(default_factory=lambda: np.zeros(KNOWN))
+    """What the drill's own controls know (KNOWN): see laws/drill.py."""
     pressure_a_pa: Array = field(default_factory=lambda: np.zeros(len(AXES)))
     pressure_b_pa: Array = field(default_factory=lambda: np.zeros(len(AXES)))
     """Gauge (12)."""

@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.references import Measured
+from testbed.laws.drill import THRUST
 from testbed.parameters.names import AXES, JOINTS, LEGS
 from testbed.parameters.provenance import Parameters
 from testbed.robot.compliance import OilColumns
+from testbed.robot.drill_loads import known_wrench
 from testbed.robot.foot_loads import drill_wrench, point_wrench
 from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
 from testbed.robot.model import RobotModel, attitude_gravity
@@ -109,13 +111,11 @@ class Statics:
         if p is None or np.abs(position - p.position).max() > POSTURE_STEP:
             p = self._posture = self._work_out(position.copy())
         gravity = attitude_gravity(float(measured.attitude_rad[0]), float(measured.attitude_rad[1]))
-        drill = self._thrust * measured.drill_n_nm[0]
-        drill[5] += measured.drill_n_nm[1]
         reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(p.arms)
         held = self.model.gravity_forces(position, gravity)
         return Balance(
             balance=p.balance,
-            load=drill - held[:6],
+            load=known_wrench(self.model, measured.drill, gravity) - held[:6],
             joint_map=p.joint_map,
             held=held[6:],
             lowest=-reach * self._area_b,
@@ -123,7 +123,7 @@ class Statics:
             measured=self._unknowns(measured, p, held[6:]),
             carrying=carrying.copy(),
             thrust_map=self._thrust,
-            thrust_n=float(measured.drill_n_nm[0]),
+            thrust_n=float(measured.drill[THRUST]),
             rigid=p.rigid,
             inner=p.inner,
             compliance=p.compliance,

@@ -21,6 +21,7 @@ from testbed.envs.observations import TABLE, Observer, Row
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
 from testbed.errors import InputError
+from testbed.laws.drill import REACTION
 from testbed.parameters.names import LEGS, SIDES
 from testbed.parameters.scenario import Scenario, load_scenario
 
@@ -186,7 +187,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     # ---- reading ------------------------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        orders = np.concatenate([self._ordered(), self._sim.machine.drill_belief()])
+        orders = np.concatenate([self._ordered(), self._sim.machine.drill_known()[: REACTION + 1]])
         return self._observer.look(data.mean(axis=0), orders)
 
     def _truth(self, data: Array, truth: Array) -> Truth:

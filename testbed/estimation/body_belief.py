@@ -109,7 +109,8 @@ def packed(
     body[own.FOOT_Z : own.ROPE_POINTS] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
     body[own.ROPE_POINTS : own.ROPE_DIRECTIONS] = model.rope_attachments_m.ravel()
     body[own.ROPE_DIRECTIONS : own.DRILL_POINT] = np.asarray(rope_directions_in_world).ravel()
-    body[own.DRILL_POINT : own.INERTIA] = model.drill_mount_m
+    body[own.DRILL_POINT : own.STORE_POINT] = model.drill_mount_m
+    body[own.STORE_POINT : own.INERTIA] = model.rod_store_m
     middle = model.limits.mean(axis=1)
     body[own.INERTIA : own.COMMON] = model.mass_matrix(middle)[3:6, 3:6].ravel()
     body[own.COMMON : own.LEGS_AT] = [

@@ -14,7 +14,7 @@ All in N along the vertical joint's axis, positive when the ground pushes the fo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from testbed.estimation.chain_kernel import (
 )
 from testbed.estimation.detectors.table import BEST, by_name
 from testbed.estimation.own_kernel import STATE_SIZE
+from testbed.laws.drill import KNOWN, KNOWN_COLUMNS
 from testbed.parameters.names import AXES, LEGS, SIDES
 
 Array = NDArray[np.float64]
@@ -104,21 +105,21 @@ class EstimatorChain:
         attitude_rad: Array = _NOUGHT[:3],
         inertial: Array = _NOUGHT,
         carrying: Array = _ALL,
-        drill_ordered: Array = _NOUGHT[:2],
+        drill_known: Array = _NOUGHT[:KNOWN],
         supply_pressure_pa: float | None = None,
     ) -> Array:
         """One period. Pressures (Pa, gauge), encoder readings (m, rad) and commands (1) are [12] by axis.
 
         Gravity is [3] in the body frame, m/s2; rope tensions [2] N, roll, pitch, yaw [3], the body's angular rate and
-        specific force [6] rad/s, m/s2, which feet are meant to carry [4] and the drill's ordered thrust N and torque
-        N m [2] serve the body's balance, where one is believed. Returns `output`
+        specific force [6] rad/s, m/s2, which feet are meant to carry [4] and what the drill's controls know
+        [KNOWN, laws/drill.py] serve the body's balance, where one is believed. Returns `output`
         [len(OUTPUTS), 4], the chain's own array.
         """
         self._common[OIL] = oil_temperature_degc
         self._common[SUPPLY] = self.believed.supply_pa if supply_pressure_pa is None else supply_pressure_pa
         step_chain(
             pressure_a_pa, pressure_b_pa, position, gravity_in_body_m_s2, valve_command,
-            rope_tension_n, attitude_rad, inertial, carrying, drill_ordered,
+            rope_tension_n, attitude_rad, inertial, carrying, drill_known,
             self._legs, self._common, self._state, self._body, self._own, self.output,
         )  # fmt: skip
         return self.output
@@ -135,8 +136,8 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     """The chain over the whole-robot recording's columns (n rows each): every name of COLUMNS -> array [n].
 
     Needs `position_*`, `pressure_a_*`, `pressure_b_*` of the vertical joints and `attitude_roll`, `attitude_pitch`;
-    takes `valve_*`, `oil_temperature`, `rope_tension_*`, `attitude_yaw`, `carrying_*` and `ordered_*` where they are
-    there.
+    takes `valve_*`, `oil_temperature`, `rope_tension_*`, `attitude_yaw`, `carrying_*`, `ordered_*` and `rods_*` where
+    they are there.
     Raises InputError naming the column that is missing.
     """
     pa, pb, q = (_by_axis(columns, stem) for stem in ("pressure_a", "pressure_b", "position"))
@@ -153,12 +154,12 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     rope = _stacked(columns, [f"rope_tension_{side}" for side in SIDES], zeros)
     attitude = np.column_stack([roll, pitch, columns.get("attitude_yaw", zeros)])
     carrying = _stacked(columns, [f"carrying_{leg}" for leg in LEGS], ones)
-    ordered = _stacked(columns, ["ordered_thrust", "ordered_torque"], zeros)
+    drill = _stacked(columns, KNOWN_COLUMNS, zeros)
     inertial = np.hstack([_stacked(columns, [f"angular_rate_{k}" for k in "xyz"], zeros), -gravity])
     if "specific_force_x" in columns:
         inertial[:, 3:] = _stacked(columns, [f"specific_force_{k}" for k in "xyz"], zeros)
     replay_chain(
-        pa, pb, q, gravity, u, temperature, supply, rope, attitude, inertial, carrying, ordered, *chain.arrays[:-1], out
+        pa, pb, q, gravity, u, temperature, supply, rope, attitude, inertial, carrying, drill, *chain.arrays[:-1], out
     )  # fmt: skip
     flat = out.reshape(len(roll), -1)
     return {name: np.ascontiguousarray(flat[:, i]) for i, name in enumerate(COLUMNS)}
@@ -181,7 +182,7 @@ def _column(columns: Mapping[str, Array], name: str) -> Array:
     return columns[name]
 
 
-def _stacked(columns: Mapping[str, Array], names: list[str], default: Array) -> Array:
+def _stacked(columns: Mapping[str, Array], names: Sequence[str], default: Array) -> Array:
     """[n, len(names)]; a column that is missing is `default`."""
     return np.column_stack([columns.get(name, default) for name in names])
 

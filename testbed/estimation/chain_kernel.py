@@ -152,13 +152,13 @@ def _standard_deviation(low: float, high: float, v: float, variance: float, f: A
 @njit(apart=True)
 def step_chain(
     pa: Array, pb: Array, q: Array, gravity: Array, u: Array,
-    rope: Array, attitude: Array, inertial: Array, carrying: Array, ordered: Array,
+    rope: Array, attitude: Array, inertial: Array, carrying: Array, drill: Array,
     legs: Array, c: Array, state: Array, body: Array, own: Array, out: Array,
 ) -> None:  # fmt: skip
     """All four legs, one step: pa, pb, q, u [12] by axis, gravity [3] in the body frame, out [len(OUTPUTS), 4].
 
-    rope [2] N, attitude [3] rad, inertial [6] rad/s and m/s2, carrying [4] 0 or 1 and ordered [2] (drill: thrust N,
-    torque N m) serve the whole body's balance (own_kernel.py), where `body` believes in one. The vertical joint
+    rope [2] N, attitude [3] rad, inertial [6] rad/s and m/s2, carrying [4] 0 or 1 and drill [KNOWN]
+    (laws/drill.py) serve the whole body's balance (own_kernel.py), where `body` believes in one. The vertical joint
     extends along -z of the body, so that gravity along extension is -gravity[2].
     """
     for leg in range(4):
@@ -167,7 +167,7 @@ def step_chain(
     if body.size > 0:
         found = np.empty((OUT_ROWS, 4))
         step_own(
-            pa, pb, q, gravity, u, c[OIL], rope, attitude, inertial, carrying, ordered, body, own, found
+            pa, pb, q, gravity, u, c[OIL], rope, attitude, inertial, carrying, drill, body, own, found
         )
         for leg in range(4):
             for k in range(4):
@@ -197,13 +197,13 @@ def contact_words(
 @njit
 def replay_chain(
     pa: Array, pb: Array, q: Array, gravity: Array, u: Array, oil: Array, supply: Array,
-    rope: Array, attitude: Array, inertial: Array, carrying: Array, ordered: Array,
+    rope: Array, attitude: Array, inertial: Array, carrying: Array, drill: Array,
     legs: Array, c: Array, state: Array, body: Array, own: Array, out: Array,
 ) -> None:  # fmt: skip
     """`step_chain` over n rows: measured arguments with a first dimension n, oil [n] degC, supply [n] Pa."""
     for k in range(pa.shape[0]):
         c[OIL], c[SUPPLY] = oil[k], supply[k]
         step_chain(
-            pa[k], pb[k], q[k], gravity[k], u[k], rope[k], attitude[k], inertial[k], carrying[k], ordered[k],
+            pa[k], pb[k], q[k], gravity[k], u[k], rope[k], attitude[k], inertial[k], carrying[k], drill[k],
             legs, c, state, body, own, out[k],
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Expected foot loads, live: posture from the encoders, attitude, rope tensions and the feed that control ordered."""
+"""Expected foot loads, live: posture from the encoders, attitude, rope tensions and what the drill's controls know."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.foot_loads import ExpectedLoads, drill_wrench
+from testbed.robot.drill_loads import known_wrench
+from testbed.robot.foot_loads import ExpectedLoads
 
 Array = NDArray[np.float64]
 
@@ -29,21 +30,20 @@ class Expectation:
         gravity_in_body: Array,
         tension_n: Array,
         attitude_rad: Array,
-        drill_n_nm: Array,
+        drill: Array,
         standing: Array,
     ) -> Array:
-        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill thrust and torque.
+        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill (KNOWN).
 
         `standing` (4): 1 for a foot that is meant to carry, 0 for one in the air.
         """
-        drill = drill_wrench(self._loads.model, float(drill_n_nm[0]), float(drill_n_nm[1]))
         rotation = rotation_from_attitude(attitude_rad)
         self._rope_forces[:] = tension_n[:, None] * (self.rope_directions_in_world @ rotation)
         found = self._loads.solve(
             position,
             gravity_in_body,
             rope_forces_in_body=self._rope_forces,
-            drill_wrench_in_body=drill,
+            drill_wrench_in_body=known_wrench(self._loads.model, drill, gravity_in_body),
             in_contact=standing > 0.5,
         )
         return np.asarray(found.vertical_load_n)

@@ -16,6 +16,7 @@ from testbed.compiled import fill, njit
 from testbed.estimation import axis_kernel as ax
 from testbed.estimation import fusion_kernel as fu
 from testbed.estimation.filters import persistent
+from testbed.laws.drill import IN_HOLE_KG, IN_MAST_KG, MAST_MIDDLE, REACTION, STORED_KG, THRUST
 from testbed.robot import foot_forces as ff
 from testbed.robot.linkage import joint_to_cylinder
 
@@ -42,7 +43,8 @@ FOOT_Z = BASE_CENTRE + 3
 ROPE_POINTS = FOOT_Z + 4
 ROPE_DIRECTIONS = ROPE_POINTS + 6
 DRILL_POINT = ROPE_DIRECTIONS + 6
-INERTIA = DRILL_POINT + 3
+STORE_POINT = DRILL_POINT + 3
+INERTIA = STORE_POINT + 3
 """Of the whole machine about the body's origin, kg m2 (3 x 3)."""
 COMMON = INERTIA + 9
 LEGS_AT = COMMON + ax.AXIS_COMMON
@@ -109,14 +111,14 @@ def add_force(wrench: Array, force: Array, point: Array, sign: float) -> None:
 
 @njit
 def other_wrench(
-    q: Array, gravity: Array, specific: Array, turning: Array, tension: Array, rotation: Array, ordered: Array,
+    q: Array, gravity: Array, specific: Array, turning: Array, tension: Array, rotation: Array, drill: Array,
     body: Array,
 ) -> Array:  # fmt: skip
     """Wrench (6) about the body's origin, body frame, of weight, inertia, ropes and drill at joint positions q (12).
 
     specific (3) m/s2: the body's acceleration less gravity, and turning (3) rad/s2: its angular acceleration, carry
     the body and the inner links; frames and feet stand still and carry gravity (3) m/s2 alone. tension (2) N;
-    rotation (3, 3) body to world; ordered (2): thrust N away from the ground, torque N m about z.
+    rotation (3, 3) body to world; drill (KNOWN): see laws/drill.py.
     """
     wrench, force, point = np.zeros(6), np.empty(3), np.empty(3)
     for k in range(3):
@@ -141,10 +143,24 @@ def other_wrench(
             for j in range(3):
                 force[k] += tension[r] * rotation[j, k] * body[d + j]
         add_force(wrench, force, body[ROPE_POINTS + 3 * r : ROPE_POINTS + 3 * r + 3], 1.0)
-    force[0], force[1], force[2] = 0.0, 0.0, ordered[0]
-    add_force(wrench, force, body[DRILL_POINT:INERTIA], 1.0)
-    wrench[5] += ordered[1]
+    add_drill(wrench, drill, gravity, body)
     return wrench
+
+
+@njit
+def add_drill(wrench: Array, drill: Array, gravity: Array, body: Array) -> None:
+    """wrench (6) += what the drill's controls know (KNOWN): thrust, torque, rods in the hole, mast and store."""
+    force, point = np.zeros(3), body[DRILL_POINT:STORE_POINT].copy()
+    force[2] = drill[THRUST] + drill[IN_HOLE_KG] * gravity[2]
+    add_force(wrench, force, point, 1.0)
+    wrench[5] += drill[REACTION]
+    point[2] += drill[MAST_MIDDLE]
+    for k in range(3):
+        force[k] = drill[IN_MAST_KG] * gravity[k]
+    add_force(wrench, force, point, 1.0)
+    for k in range(3):
+        force[k] = drill[STORED_KG] * gravity[k]
+    add_force(wrench, force, body[STORE_POINT:INERTIA], 1.0)
 
 
 @njit
@@ -161,7 +177,7 @@ def rotation_of(rpy: Array) -> Array:
 
 @njit(apart=True)
 def balance(
-    q: Array, arms: Array, gravity: Array, attitude: Array, carrying: Array, ordered: Array, oil_degc: float,
+    q: Array, arms: Array, gravity: Array, attitude: Array, carrying: Array, drill: Array, oil_degc: float,
     body: Array, s: Array,
 ) -> None:  # fmt: skip
     """One fusion: what the cylinders' forces are off by, from the means since the last one."""
@@ -187,7 +203,7 @@ def balance(
         s[ZERO_VARIANCE + i] = max(variance, s[ZERO_VARIANCE + i])
         margin = 2.0 * a[ax.SPREAD] if a[ax.SLIDES] > 0.0 else 0.0
         low[i], high[i] = a[ax.LOW] - a[ax.FRICTION] - margin, a[ax.HIGH] - a[ax.FRICTION] + margin
-    body_sd[2] += body[DRILL_SHARE] * abs(ordered[0])
+    body_sd[2] += body[DRILL_SHARE] * abs(drill[THRUST])
     for k in range(3):
         body_sd[k] += body[ROPE_SD] * (mean[12] + mean[13])
     first = 1.0 if s[STARTED] == 0.0 else 0.0
@@ -217,7 +233,7 @@ def balance(
         turning = np.zeros(3)
         for k in range(3):
             turning[k] = (mean[14 + k] - s[RATE + k]) / dt if first == 0.0 else 0.0
-        _balance_body(q, gravity, turning, attitude, ordered, mean, maps, on_ground, body, x, p)
+        _balance_body(q, gravity, turning, attitude, drill, mean, maps, on_ground, body, x, p)
     fill(s[RATE:PISTON], mean[14:17])
     fill(s[PISTON:STATE_SIZE], mean[20:32])
     fu.stay_in_sets(x, p, low, high)
@@ -233,11 +249,11 @@ def balance(
 
 @njit
 def _balance_body(
-    q: Array, gravity: Array, turning: Array, attitude: Array, ordered: Array, mean: Array, maps: Array,
+    q: Array, gravity: Array, turning: Array, attitude: Array, drill: Array, mean: Array, maps: Array,
     on_ground: Array, body: Array, x: Array, p: Array,
 ) -> None:  # fmt: skip
     """The six equations: feet that carry, weight, ropes and drill add up to nothing but the balance's own error b."""
-    wrench = other_wrench(q, gravity, mean[17:20], turning, mean[12:14], rotation_of(attitude), ordered, body)
+    wrench = other_wrench(q, gravity, mean[17:20], turning, mean[12:14], rotation_of(attitude), drill, body)
     point, column = np.empty(3), np.empty(3)
     rows = np.zeros((6, fu.N))
     effect = np.empty(6)
@@ -258,17 +274,17 @@ def _balance_body(
         rows[r, fu.B + r] = 1.0
         variance = body[FORCE_R] if r < 3 else body[MOMENT_R]
         if r == 2:
-            variance += (body[BLOW_SHARE] * ordered[0]) ** 2
+            variance += (body[BLOW_SHARE] * drill[THRUST]) ** 2
         fu.observe(x, p, rows[r], wrench[r], variance, body[GATE])
 
 
 @njit
 def step_own(
     pa: Array, pb: Array, q: Array, gravity: Array, u: Array, oil_degc: float, rope: Array, attitude: Array,
-    inertial: Array, carrying: Array, ordered: Array, body: Array, s: Array, out: Array,
+    inertial: Array, carrying: Array, drill: Array, body: Array, s: Array, out: Array,
 ) -> None:  # fmt: skip
     """One step of all: pa, pb Pa, q rad or m, u (12) by axis; gravity (3) m/s2, rope (2) N, attitude (3) rad,
-    inertial (6): angular rate rad/s, specific force m/s2; carrying (4), ordered (2) as in `other_wrench`;
+    inertial (6): angular rate rad/s, specific force m/s2; carrying (4), drill (KNOWN) as in `other_wrench`;
     body (BODY_SIZE), s (STATE_SIZE), out (OUT_ROWS, 4)."""
     axes = s[AXIS:X].reshape(12, ax.AXIS_STATES)
     beliefs = body[AXES_AT:BODY_SIZE].reshape(12, ax.AXIS_BELIEFS)
@@ -307,7 +323,7 @@ def step_own(
             s[SUM + 20 + i] += axes[i, ax.FORCE]
         s[COUNT] += 1.0
     if s[COUNT] >= body[EVERY] or (s[STARTED] == 0.0 and s[COUNT] > 0.0):
-        balance(q, arms, gravity, attitude, carrying, ordered, oil_degc, body, s)
+        balance(q, arms, gravity, attitude, carrying, drill, oil_degc, body, s)
         s[SUM:STARTED] = 0.0
     answer(q, arms, legs, axes, force, body, s, out)
 

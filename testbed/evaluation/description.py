@@ -23,6 +23,8 @@ _UNITS: tuple[tuple[str, str, str], ...] = (
     ("estimate_", "N", "foot load along the vertical joint's axis, by this method"),
     ("own_", "N", "force of the ground on the foot, body frame, by the own estimate; _sd: its standard deviation"),
     ("ordered_", "", "drill as control ordered it: thrust away from the ground, N; torque about body z, N m"),
+    ("rods_mast_height", "m", "middle of the rods in the mast above the drill point, as the drill's controls have it"),
+    ("rods_", "kg", "rods in the hole, in the mast, gained by the store since the start: the drill's own count"),
     ("expected_", "N", "foot load along the vertical joint's axis that the model expects"),
     ("contact_", "1", "the detector's word: 1 the foot carries, 0 it has lost contact"),
     ("carrying_", "1", "the control's wish: 1 the foot is meant to carry, 0 it swings"),

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.laws.drill import KNOWN_COLUMNS
 from testbed.parameters.names import AXES, LEGS, SIDES
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario, load_scenario
@@ -111,8 +112,7 @@ MEASURED: tuple[str, ...] = (
     *(f"specific_force_{a}" for a in "xyz"),
     *(f"carrying_{leg}" for leg in LEGS),
     *(f"expected_{leg}" for leg in LEGS),
-    "ordered_thrust",
-    "ordered_torque",
+    *KNOWN_COLUMNS,
 )
 TRUE: tuple[str, ...] = (
     *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),

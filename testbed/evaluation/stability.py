@@ -67,9 +67,11 @@ def _margins(model: RobotModel, friction: float, data: Columns, truth: Columns, 
     turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{k}"][row] for k in "xyz"])
     load = external_wrench(model, joints, gravity, None, pulls, point_wrench(drill, model.drill_mount_m))
     load[3:] += turn
+    stored = float(data["rods_stored"][row]) * gravity if "rods_stored" in data else np.zeros(3)
+    load += point_wrench(stored, model.rod_store_m)
     centre = model.centre_of_mass_m(joints)
-    forces = np.vstack([model.total_mass_kg * gravity, pulls, drill])
-    points = np.vstack([centre, model.rope_attachments_m, model.drill_mount_m])
+    forces = np.vstack([model.total_mass_kg * gravity, pulls, drill, stored])
+    points = np.vstack([centre, model.rope_attachments_m, model.drill_mount_m, model.rod_store_m])
     up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
     wrench = wrench_margin_n(feet[standing], up, friction, load, centre) if standing else 0.0
     return wrench, tipping_work_j(feet[standing], forces, points)

@@ -18,6 +18,12 @@ from testbed.compiled import njit
 latter's middle above the drill point and depth of the hole, m."""
 FORCES = slice(FEED, STRING_KG)
 """What a phase orders; the rest is where the string is."""
+(THRUST, REACTION, IN_HOLE_KG, IN_MAST_KG, MAST_MIDDLE, STORED_KG, KNOWN) = range(7)
+"""What the drill's own controls know: thrust ordered, N, + away from the slope; torque that the rock answers with, N m,
++ about body z; rods in the hole and in the mast, kg; height of the latter's middle above the drill point, m; what the
+store has gained since the start, kg."""
+KNOWN_COLUMNS = "ordered_thrust", "ordered_torque", "rods_in_hole", "rods_in_mast", "rods_mast_height", "rods_stored"
+"""Their names in a recording."""
 
 
 @njit

@@ -86,6 +86,8 @@ class RobotModel:
             self.rope_attachments_m[:, 2] = rope_height_m
         self.drill_mount_m: Array = self._origin("drill_mast")
         """Lower end of the mast on the drill axis (along body -z), body frame, (3,)."""
+        self.rod_store_m: Array = self._origin("rod_store")
+        """Where the rods in store weigh, body frame, (3,)."""
 
     def with_payload(self, payload: Payload | None) -> RobotModel:
         """The same machine carrying another payload (or none)."""

@@ -32,7 +32,7 @@ from testbed.robot.linkage import RotationLinkage
 from testbed.robot.model import Payload, RobotModel
 from testbed.world import plant, sensing
 from testbed.world.board import Board
-from testbed.world.drilling import Drilling, drilling_of
+from testbed.world.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.footing import Footing
 from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
@@ -68,17 +68,11 @@ class Machine:
     chain: EstimatorChain
     expectation: Expectation
     program: Program
-    _drill_belief: Array = field(default_factory=partial(np.zeros, 2))
+    _drill_known: Array = field(default_factory=partial(np.zeros, d.KNOWN))
 
-    def drill_belief(self) -> Array:
-        """Thrust (N, + away from the slope) and torque (N m, about body z) as control knows them; no blows.
-
-        The thrust is what was ordered, less the weight of the rods that hang on the feed.
-        """
-        ordered = self.drill.ordered
-        self._drill_belief[0] = ordered[0] + self.drill.hung_kg * self.board.gravity_in_body[2]
-        self._drill_belief[1] = -ordered[1]
-        return self._drill_belief
+    def drill_known(self) -> Array:
+        """What the drill's own controls know (KNOWN): ordered thrust and torque, no blows, and where its rods are."""
+        return drill_known(self.drill, self._drill_known)
 
     def limit_thrust(self) -> None:
         """Hold the feed that the drill orders to what the stance allows."""
@@ -143,7 +137,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
             engine.add_store_mass(payload.mass_kg)
         for leg, mass in places.leg_mass_kg.items():
             engine.add_leg_mass(leg, mass)
-        start = find_start(scenario, ground, kinematics, engine, true, drill.loads)
+        start = find_start(scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN)))
         return _build(scenario, model, true, believed, ground, engine, kinematics, start, drill, linkage,
                       params, unit, transducers, sensors, seeds, places.leg_mass_kg)  # fmt: skip
     except BaseException:

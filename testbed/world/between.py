@@ -41,6 +41,7 @@ N_ESTIMATES, N_CONTACT = 60, 4
 _CONTACT_ROW, _FOOT_ROW = 11, 12
 """Rows of the chain's output: the contact word, the foot's force and its standard deviations (6)."""
 _CARRYING = _ESTIMATES + N_ESTIMATES + 2 * N_CONTACT + 12
+_DRILL_KNOWN = _CARRYING + N_CONTACT
 
 
 @njit
@@ -101,7 +102,7 @@ def between_steps(
         chain_common[OIL], chain_common[SUPPLY] = row[sensing.TEMPERATURE], row[sensing.SUPPLY]
         step_chain(
             row[13:25], row[25:37], row[1:13], board[_GRAVITY : _GRAVITY + 3], row[37:49],
-            row[51:53], row[53:56], row[56:62], row[_CARRYING : _CARRYING + 4], row[_CARRYING + 4 : _CARRYING + 6],
+            row[51:53], row[53:56], row[56:62], row[_CARRYING:_DRILL_KNOWN], row[_DRILL_KNOWN : _DRILL_KNOWN + d.KNOWN],
             chain_legs, chain_common, chain_state, chain_body, chain_own, chain_out,
         )  # fmt: skip
         _write_estimates(row, chain_out)

@@ -73,9 +73,9 @@ class DrillCycle:
         return (self.task.rods - self.rods - self._in_hand - self._count["rods_lost"]) * self.task.rod_kg
 
     @property
-    def hung_kg(self) -> float:
+    def stored_kg(self) -> float:
         """See drilling.Drilling."""
-        return (self.task.rods_at_start - self._count["rods_lost"]) * self.task.rod_kg
+        return self.store_kg - self.task.stored_kg
 
     def update(self, t: float, dt: float) -> list[Happened]:
         """See drilling.Drilling."""

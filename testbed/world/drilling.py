@@ -29,8 +29,8 @@ class Drilling(Protocol):
     """(2,) thrust (N, + away from the slope) and torque on the rod (N m) that the drill's controls ask for."""
 
     @property
-    def hung_kg(self) -> float:
-        """Rods on the drill that the store did not carry at the start, as the drill's controls count them, kg."""
+    def stored_kg(self) -> float:
+        """What the store has gained since the start (negative: lost), as the drill's controls count the rods, kg."""
         ...
 
     def update(self, t: float, dt: float) -> list[Happened]:
@@ -49,17 +49,13 @@ class DrillProgram:
         self.loads = loads
         self.phase = "idle"
         self.store_change_kg = 0.0
+        self.stored_kg = 0.0
         self.ordered = np.zeros(2)
         self._task = task
         self._starts = [0.0]
         self._changed = -1
         if task is not None:
             self._starts = list(accumulate((p.duration_s for p in task.phases), initial=task.start_s))
-
-    @property
-    def hung_kg(self) -> float:
-        """See Drilling: whatever is added to this string comes from the store."""
-        return 0.0
 
     def update(self, t: float, dt: float) -> list[Happened]:
         """See Drilling."""
@@ -95,11 +91,20 @@ class DrillProgram:
             self._changed = index
             self.loads[d.STRING_KG] += phase.rod_kg
             self.store_change_kg -= phase.rod_kg
+            self.stored_kg -= phase.rod_kg
         self.phase = phase.kind
 
     def summary(self) -> dict[str, Any]:
         """See Drilling."""
         return {"hole_depth_m": float(self.loads[d.DEPTH])}
+
+
+def drill_known(drill: Drilling, out: Array) -> Array:
+    """What the drill's controls know of it now, into `out` (KNOWN,) of laws/drill.py."""
+    out[d.THRUST], out[d.REACTION] = drill.ordered[0], -drill.ordered[1]
+    out[d.IN_HOLE_KG], out[d.IN_MAST_KG] = drill.loads[d.STRING_KG], drill.loads[d.MAST_KG]
+    out[d.MAST_MIDDLE], out[d.STORED_KG] = drill.loads[d.MAST_HEIGHT], drill.stored_kg
+    return out
 
 
 def drilling_of(task: object, loads: Array, seed: int, numbers: Parameters) -> Drilling:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from testbed.control.references import Command, Measured
 from testbed.errors import SimulationFault
 from testbed.laws import columns as c
+from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.parameters.scenario import Scenario
@@ -42,8 +43,7 @@ DATA_COLUMNS: tuple[str, ...] = (
     *(f"expected_{leg}" for leg in LEGS),
     *(f"reference_{a}" for a in AXES),
     *(f"carrying_{leg}" for leg in LEGS),
-    "ordered_thrust",
-    "ordered_torque",
+    *d.KNOWN_COLUMNS,
 )
 TRUTH_COLUMNS: tuple[str, ...] = (
     "t",
@@ -70,7 +70,7 @@ CONTACT = slice(ESTIMATES.stop, ESTIMATES.stop + 4)
 EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
 REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
 CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
-ORDERED = slice(CARRYING.stop, CARRYING.stop + 2)
+DRILL = slice(CARRYING.stop, CARRYING.stop + d.KNOWN)
 WATCHED = np.array([
     *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
     OFFSETS["base"], OFFSETS["base"] + 3, OFFSETS["axes"] + 2 * c.AXIS_STATES + c.P_A,
@@ -201,7 +201,7 @@ class Simulation:
             m.board.gravity_in_body,
             row[sensing.ROPE],
             row[sensing.ATTITUDE],
-            m.drill_belief(),
+            m.drill_known(),
             row[CARRYING],
         )
 
@@ -214,7 +214,7 @@ class Simulation:
         happened = self._hold.update(m.drill, t, 1.0 / TICK_HZ, self._command.hold_drill)
         self.events += [{"t": t, **news} for news in happened]
         m.limit_thrust()
-        self._row[ORDERED] = m.drill_belief()
+        self._row[DRILL] = m.drill_known()
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
@@ -252,7 +252,7 @@ class Simulation:
         seen, row = self._seen, self._row
         if seen is not None:
             seen.supply_pressure_pa = float(row[sensing.SUPPLY])
-            self.machine.drill_belief()
+            self.machine.drill_known()
             return seen
         self._seen = Measured(
             position=row[sensing.POSITION],
@@ -261,7 +261,7 @@ class Simulation:
             rope_tension_n=row[sensing.ROPE],
             attitude_rad=row[sensing.ATTITUDE],
             supply_pressure_pa=float(row[sensing.SUPPLY]),
-            drill_n_nm=self.machine.drill_belief(),
+            drill=self.machine.drill_known(),
             pressure_a_pa=row[sensing.PRESSURE_A],
             pressure_b_pa=row[sensing.PRESSURE_B],
         )

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.laws import drill as d
 from testbed.parameters.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.parameters.provenance import Parameters
 from testbed.parameters.scenario import Scenario
+from testbed.robot.drill_loads import rods_wrench
 from testbed.robot.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.world.engine import Engine
@@ -52,7 +52,7 @@ def nominal_joints(scenario: Scenario) -> Array:
 
 
 def find_start(
-    scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, parameters: Parameters, drill_loads: Array
+    scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, parameters: Parameters, drill_known: Array
 ) -> Start:
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.
 
@@ -86,7 +86,7 @@ def find_start(
         joints,
         gravity,
         rope_forces_in_body=tension[:, None] * (directions @ rotation),
-        drill_wrench_in_body=string_wrench(model, drill_loads, gravity),
+        drill_wrench_in_body=rods_wrench(model, drill_known, gravity),
     )
     forces = loads.force_in_body_n
     _, jacobians = model.feet(joints)
@@ -96,15 +96,6 @@ def find_start(
             ground.stiffness_n_m if footing is None else footing.stiffness_n_m
         )
     return Start(position, rotation, joints, hold, forces, anchors, directions, tension, footing)
-
-
-def string_wrench(model: RobotModel, loads: Array, gravity_in_body: Array) -> Array:
-    """Weight of the drill string on the machine (6,), force and moment about the body's origin, body frame."""
-    standing = loads[d.MAST_KG] * gravity_in_body
-    hanging = np.array([0.0, 0.0, loads[d.STRING_KG] * gravity_in_body[2]])
-    middle = model.drill_mount_m + np.array([0.0, 0.0, loads[d.MAST_HEIGHT]])
-    moment = np.cross(middle, standing) + np.cross(model.drill_mount_m, hanging)
-    return np.concatenate([standing + hanging, moment])
 
 
 def _tensions(scenario: Scenario, model: RobotModel, gravity: Array, directions_in_body: Array) -> Array:

@@ -37,7 +37,7 @@ def _balance(
     measured = Measured(
         position=_posture(), load_n=np.full(4, WEIGHT_N * np.cos(slope) / 4), contact=np.ones(4),
         rope_tension_n=np.full(2, pull_n), attitude_rad=np.array([0.0, -slope, 0.0]),
-        drill_n_nm=np.array([thrust_n, 0.0]),
+        drill=np.array([thrust_n, 0.0, 0.0, 0.0, 0.0, 0.0]),
     )  # fmt: skip
     return statics.look(measured, np.isin(np.arange(4), legs))
 

@@ -16,6 +16,7 @@ from testbed.estimation.chain import EstimatorChain
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import roboclimber
 from testbed.robot import foot_forces as ff
+from testbed.robot.drill_loads import known_wrench
 from testbed.robot.foot_loads import ExpectedLoads, point_wrench
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.model import attitude_gravity, roboclimber_model
@@ -90,14 +91,12 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     ropes = np.array([[0.98, 0.17, 0.1], [0.98, -0.17, 0.1]])
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]
     numbers = packed(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
-    found = own.other_wrench(
-        q, gravity, -gravity, np.zeros(3), np.array([9e3, 8e3]), np.eye(3), np.array([5e3, -300.0]), numbers
-    )
+    drill = np.array([5e3, -300.0, 40.0, 20.0, 1.5, -60.0])
+    found = own.other_wrench(q, gravity, -gravity, np.zeros(3), np.array([9e3, 8e3]), np.eye(3), drill, numbers)
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k, tension in enumerate((9e3, 8e3)):
         expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])
-    expected += point_wrench([0.0, 0.0, 5e3], MODEL.drill_mount_m)
-    expected[5] -= 300.0
+    expected += known_wrench(MODEL, drill, gravity)
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
