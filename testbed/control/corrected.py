@@ -65,6 +65,7 @@ class Corrected(Quadratic):
         self._planned = np.zeros(UNKNOWNS)
         self._measured: Array | None = None
         self._lacks, self._thrust_n = np.zeros(6), 0.0
+        self._posture: tuple[Array, list[bool], Array] = np.empty(0), [], np.empty(0)
 
     def order(self, action: Array) -> None:
         """Take an action (6,) in [-1, 1]: normal loads of fl fr rl rr and pulls of the left and right rope."""
@@ -78,9 +79,16 @@ class Corrected(Quadratic):
         wanted[NORMALS] += self.load_n
         wanted[ROPES] = np.maximum(wanted[ROPES] + self.pull_n, 0.0)
         beyond = wanted - plan.forces
-        feet = now.balance[:, :FEET] * np.repeat(now.carrying, 3)
-        wanted[:FEET] -= np.linalg.lstsq(feet, now.balance @ beyond)[0]  # the feet take what would move the body
+        wanted[:FEET] -= self._borne(now) @ (now.balance @ beyond)  # the feet take what would move the body
         return replace(plan, forces=wanted)
+
+    def _borne(self, now: Balance) -> Array:
+        """(12, 6) the smallest forces of the carrying feet that bear a unit wrench; worked out once a posture."""
+        balance, carrying, borne = self._posture
+        if balance is not now.balance or carrying != now.carrying.tolist():
+            borne = np.linalg.pinv(now.balance[:, :FEET] * np.repeat(now.carrying, 3))
+            self._posture = now.balance, now.carrying.tolist(), borne
+        return borne
 
     def view(self) -> Array:
         """(len(VIEW),) what the agent sees after the last plan, each row from [low, high] to [-1, 1], clipped."""

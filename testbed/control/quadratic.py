@@ -10,19 +10,20 @@ here). As s is sought and not given, no coefficient of friction has to be believ
 where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it cannot be had.
 
 s * n is not linear: it is taken about the last plan; the plans of following ticks converge.
-Solved by daqp through qpsolvers.
+use_program.py turns it into the arrays that daqp solves.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.distribution import Plan
 from testbed.control.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
+from testbed.control.use_program import About, UseProgram
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import roboclimber
 
@@ -81,12 +82,13 @@ class Quadratic:
         self._rating_n = float(numbers["traction"]["rating_n"])
         self._last: _Last | None = None
         self._cones, self._use_rows = _cones(self.friction), _cones(0.0)
+        self._program = UseProgram(self._use_rows)
 
     def plan(self, now: Balance) -> Plan:
         """See Sharing. Where no plan balances the load without a pulling foot, nothing is asked for."""
         rounds = 1
         if self._last is None:
-            scale = float(np.linalg.norm(now.load[:3]))
+            scale = _size(now.load)
             even = np.where(now.carrying, 1 / 6, 0.0)
             self._last, rounds = _Last(even, now.measured_pull_n / scale, 2 * POOR_FRICTION), FIRST_ROUNDS
         z = None
@@ -100,76 +102,51 @@ class Quadratic:
 
     def constraints(self, now: Balance, lowest_n: float) -> Constraints:
         """What a plan must keep to, with at least `lowest_n` on every carrying foot."""
-        c = self._limits(now, lowest_n)
-        cones, free = np.zeros(len(self._cones)), np.full(len(self._cones), -np.inf)
-        return Constraints(
-            np.vstack([self._cones, c.rows]), np.concatenate([free, c.low]), np.concatenate([cones, c.high]),
-            c.balance, c.value, c.below, c.above, c.scale,
-        )  # fmt: skip
-
-    def taken(self, now: Balance) -> Array:
-        """(4,) change of the normal loads, N, that a plan must stand without warning."""
-        return np.zeros(len(now.carrying))
-
-    def _limits(self, now: Balance, lowest_n: float) -> Constraints:
-        scale = float(np.linalg.norm(now.load[:3]))
+        scale = _size(now.load)
         below, above = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
         below[NORMALS] = np.where(now.carrying, lowest_n / scale, 0.0)
         for leg in np.flatnonzero(~now.carrying):
             below[3 * leg : 3 * leg + 3], above[3 * leg : 3 * leg + 3] = 0.0, 0.0
         below[ROPES], above[ROPES] = 0.0, self._rating_n / scale
         low, high = (now.lowest - now.held) / scale, (now.highest - now.held) / scale
-        return Constraints(now.joint_map, low, high, now.balance, -now.load / scale, below, above, scale)
+        cones, free = np.zeros(len(self._cones)), np.full(len(self._cones), -np.inf)
+        return Constraints(
+            np.vstack([self._cones, now.joint_map]), np.concatenate([free, low]), np.concatenate([cones, high]),
+            now.balance, -now.load / scale, below, above, scale,
+        )  # fmt: skip
+
+    def taken(self, now: Balance) -> Array:
+        """(4,) change of the normal loads, N, that a plan must stand without warning."""
+        return np.zeros(len(now.carrying))
 
     def _solve(self, now: Balance, last: _Last) -> Array | None:
-        c = self._limits(now, self.lowest_n * last.lowest)
-        mean = max(float(last.normals.mean()), 0.02)
-        weights, costs = np.empty(UNKNOWNS + 1), np.zeros(UNKNOWNS + 1)
-        weights[:FEET], weights[NORMALS], weights[ROPES] = mean**-2, EVEN * mean**-2, STEADY
-        weights[UNKNOWNS] = WORST * (1.0 + STRICT * (1.0 - last.doubt))
-        costs[ROPES] = -STEADY * last.pull
-        z = minimise(weights, costs, self._with_use(now, c, last))
+        scale = _size(now.load)
+        taken = self.taken(now) / scale * last.doubt
+        z = self._program.solve(now, last.normals, last.pull, taken, self._about(last, scale))
         if z is None:
             last.lowest = 0.0 if last.lowest < 0.1 else 0.7 * last.lowest
             return None
         last.lowest = min(last.lowest + 0.002, 1.0)
-        use = float(np.max((self._use_rows @ z[:UNKNOWNS]).reshape(4, -1).max(axis=1) / np.maximum(z[:FEET:3], 1e-3)))
+        use = float(((self._use_rows @ z[:UNKNOWNS]).reshape(4, -1).max(axis=1) / np.maximum(z[:FEET:3], 1e-3)).max())
         last.normals, last.pull, last.use = z[:FEET:3].copy(), z[FEET:UNKNOWNS].copy(), max(float(z[UNKNOWNS]), 0.0)
         last.doubt = max(0.8 * last.doubt - 0.01, 0.0) if use > POOR_FRICTION else min(last.doubt + 0.02, 1.0)
-        return z[:UNKNOWNS] * c.scale
+        return np.asarray(z[:UNKNOWNS] * scale)
 
-    def _with_use(self, now: Balance, c: Constraints, last: _Last) -> Constraints:
-        """The limits and, with s as the last unknown, |t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken)."""
-        carrying = np.repeat(now.carrying, CONE_SIDES)
-        taken = np.repeat(self.taken(now), CONE_SIDES) / c.scale * last.doubt
-        about = np.maximum(np.repeat(last.normals, CONE_SIDES) + taken, 0.02)
-        rows = np.hstack([self._use_rows, -about[:, None]])
-        rows[np.arange(len(rows)), 3 * np.repeat(np.arange(len(LEGS)), CONE_SIDES)] = -last.use
-        high = -DOUBT_N * last.doubt / c.scale + last.use * (taken - about)
-        free = np.full(int(carrying.sum()), -np.inf)
-        return Constraints(
-            rows=np.vstack([rows[carrying], np.hstack([c.rows, np.zeros((len(c.rows), 1))])]),
-            low=np.concatenate([free, c.low]),
-            high=np.concatenate([high[carrying], c.high]),
-            balance=np.hstack([c.balance, np.zeros((len(c.balance), 1))]),
-            value=c.value,
-            below=np.append(c.below, max(last.use - CLOSER, 0.0)),
-            above=np.append(c.above, np.inf),
-            scale=c.scale,
-        )
+    def _about(self, last: _Last, scale: float) -> About:
+        """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and n_0."""
+        tangential = max(float(last.normals.mean()), 0.02) ** -2
+        return About(
+            scale=scale, lowest=self.lowest_n * last.lowest / scale, highest_pull=self._rating_n / scale,
+            doubt=DOUBT_N * last.doubt / scale, use=last.use, least_use=max(last.use - CLOSER, 0.0),
+            tangential=tangential, even=EVEN * tangential, steady=STEADY,
+            worst=WORST * (1.0 + STRICT * (1.0 - last.doubt)),
+        )  # fmt: skip
 
 
-def minimise(weights: Array, costs: Array, c: Constraints) -> Array | None:
-    """argmin z.diag(weights).z / 2 + costs.z under constraints, or None if there is no such z."""
-    from qpsolvers import Problem
-    from qpsolvers.solvers.daqp_ import daqp_solve_problem
-
-    bounded = np.isfinite(c.low)
-    rows = np.vstack([c.rows, -c.rows[bounded]])
-    high = np.concatenate([c.high, -c.low[bounded]])
-    problem = Problem(np.diag(weights), costs, rows, high, c.balance, c.value, c.below, c.above)
-    found: Any = daqp_solve_problem(problem)
-    return np.asarray(found.x) if found.found else None
+def _size(load: Array) -> float:
+    """Of a wrench's force, N."""
+    force = load[:3]
+    return math.sqrt(force @ force)
 
 
 def _cones(friction: float) -> Array:

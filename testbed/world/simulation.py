@@ -307,11 +307,10 @@ class Simulation:
 
     def _check_finite(self, data: Array, truth: Array) -> None:
         for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
-            bad = np.argwhere(~np.isfinite(block))
-            if len(bad):
-                raise SimulationFault(
-                    f"{name} column {columns[bad[0, 1]]} is not finite at t = {block[bad[0, 0], 0]:.3f} s"
-                )
+            finite = np.isfinite(block)
+            if not finite.all():
+                row, column = np.argwhere(~finite)[0]
+                raise SimulationFault(f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s")
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from testbed.control.controllers import CONTROLLERS, believed_statics, controller
+from testbed.control.corrected import Corrected
 from testbed.control.distribution import self_balanced
 from testbed.control.drill_sharing import DrillSharing, taken_by_thrust
 from testbed.control.pseudo_inverse import PseudoInverse
@@ -16,6 +17,7 @@ from testbed.control.quadratic import Quadratic
 from testbed.control.references import Measured
 from testbed.control.statics import FEET, NORMALS, ROPES, Balance
 from testbed.control.trim import Trim, rope_rate
+from testbed.control.use_program import About, UseProgram
 from testbed.errors import InputError
 from testbed.parameters.names import VERTICAL
 from testbed.parameters.scenario import load_scenario
@@ -99,6 +101,52 @@ def test_a_plan_needs_no_more_friction_than_the_least_that_a_linear_program_find
         assert plan.feasible and not breaks(plan.forces / wanted.scale, wanted)
         hard += friction > 0.47
     assert hard >= 2
+
+
+@pytest.mark.parametrize("legs", [(0, 1, 2, 3), (0, 1, 3)])
+def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int, ...]) -> None:
+    """Written down in plain arrays and solved by another library's way in, it has the same answer."""
+    from qpsolvers import solve_qp
+
+    now, carrying = _balance(40.0, pull_n=12_000.0, thrust_n=2000.0, legs=legs), np.isin(np.arange(4), legs)
+    scale = float(np.linalg.norm(now.load[:3]))
+    normals, pull, taken = np.array([0.2, 0.15, 0.25, 0.18]), np.array([0.3, 0.28]), np.array([-0.01, -0.02, 0.0, 0.01])
+    sharing = Quadratic()
+    about = About(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
+    found = UseProgram(sharing._use_rows).solve(now, normals, pull, taken, about)
+    rows, high = [], []
+    for leg in legs:
+        for angle in np.arange(8) * np.pi / 4:
+            row = np.zeros(15)
+            row[3 * leg + 1 : 3 * leg + 3] = np.array([np.cos(angle), np.sin(angle)]) / np.cos(np.pi / 8)
+            row[3 * leg], row[14] = -0.4, -(normals[leg] + taken[leg])
+            rows.append(row)
+            high.append(-0.01 - 0.4 * normals[leg])
+    joints, free = np.hstack([now.joint_map, np.zeros((12, 1))]), np.full(15, np.inf)
+    below, above = -free, free.copy()
+    below[0:12:3], below[12:14], above[12:14], below[14] = 0.02, 0.0, 0.8, 0.38
+    below[:12][~np.repeat(carrying, 3)] = above[:12][~np.repeat(carrying, 3)] = 0.0
+    weights = np.array([1.5, 30.0, 30.0] * 4 + [0.02, 0.02, 4.0])
+    wanted = solve_qp(
+        np.diag(weights), np.concatenate([np.zeros(12), -0.02 * pull, [0.0]]),
+        np.vstack([rows, joints, -joints]),
+        np.concatenate([high, (now.highest - now.held) / scale, -(now.lowest - now.held) / scale]),
+        np.hstack([now.balance, np.zeros((6, 1))]), -now.load / scale, below, above, solver="daqp",
+    )  # fmt: skip
+    assert wanted is not None and found is not None
+    assert np.abs(found - wanted).max() < 1e-6
+
+
+def test_orders_of_an_agent_leave_the_body_alone_and_cost_the_least_force() -> None:
+    now, agent = _balance(45.0, pull_n=12_000.0), Corrected()
+    agent.plan(now)
+    agent.order(np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.25]))
+    plan = agent.plan(now)
+    assert np.abs(now.balance @ plan.forces + now.load).max() < 1e-3 * WEIGHT_N
+    beyond = np.zeros(14)
+    beyond[0], beyond[13] = 1000.0, 500.0
+    least = np.linalg.lstsq(now.balance[:, :FEET], now.balance @ beyond)[0]
+    assert np.allclose(plan.forces[:FEET] - agent._planned[:FEET], beyond[:FEET] - least, atol=1e-6)
 
 
 def test_no_plan_pulls_on_a_foot_or_pushes_a_rope_or_leaves_the_cone() -> None:
