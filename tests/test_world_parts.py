@@ -15,7 +15,7 @@ from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import load_scenario
 from testbed.parameters.scenario_tasks import Drill, Hammer, PullOut, RodChange
 from testbed.parameters.scenario_terrain import Terrain
-from testbed.robot.kinematics import LegKinematics
+from testbed.robot.kinematics import LegKinematics, length
 from testbed.robot.model import roboclimber_model
 from testbed.robot.urdf_merge import merged
 from testbed.world import plant, sensing
@@ -99,6 +99,13 @@ def test_legs_forwards_and_backwards_agree_with_pinocchio() -> None:
         feet = legs.feet(joints)
         assert np.allclose(feet, model.foot_positions_m(joints), atol=1e-12)
         assert np.allclose(legs.joints(feet), joints, atol=1e-12)
+
+
+def test_a_legs_reach_is_rounded_as_pythons_own_hypotenuse() -> None:
+    rng = np.random.default_rng(0)
+    for x, y in rng.uniform(-3.0, 3.0, (5000, 2)).tolist():
+        assert length(x, y) == math.hypot(x, y)
+    assert length(0.0, 0.0) == 0.0 and length(3.0, 4.0) == 5.0
 
 
 def test_valve_loop_closes_within_its_tolerance_and_saturates() -> None:

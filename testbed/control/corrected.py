@@ -86,7 +86,7 @@ class Corrected(Quadratic):
         """(12, 6) the smallest forces of the carrying feet that bear a unit wrench; worked out once a posture."""
         balance, carrying, borne = self._posture
         if balance is not now.balance or carrying != now.carrying.tolist():
-            borne = np.linalg.pinv(now.balance[:, :FEET] * np.repeat(now.carrying, 3))
+            borne = np.asarray(np.linalg.pinv(now.balance[:, :FEET] * np.repeat(now.carrying, 3)), dtype=np.float64)
             self._posture = now.balance, now.carrying.tolist(), borne
         return borne
 

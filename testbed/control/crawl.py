@@ -125,14 +125,13 @@ class CrawlProgram:
             self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
             self._levelling = Levelling(measured.attitude_rad, self._lightness)
             self._levelling.stand_on(self._feet)
-        command, before = self._now, self._body.copy()
+        command, before = self._now, self._body
         command.carrying[:] = True
         if t >= self.task.start_s and not self.done:
             self._go(dt, measured, command, self._levelling)
-        self._correct(dt, measured, command, self._levelling)
-        wanted = self._footholds.joints(self._feet, self._body)
-        rates = ((wanted - command.reference) / dt).tolist()
-        command.rate[:] = [rate if abs(rate) >= 1e-7 else 0.0 for rate in rates]
+        seating = self._phase is not None and self._phase.doing is Doing.SEAT
+        self._levelling.correct(self._feet, self._body, command.carrying, measured, seating, dt)
+        self._footholds.rates(self._feet, self._body, command.reference, dt, command.rate)
         speed = (self._body - before) / dt
         command.rope_rate_m_s[:] = self._ropes.rates_m_s(self._body, speed, measured.rope_tension_n)
         return command
@@ -214,14 +213,6 @@ class CrawlProgram:
         self._feet[leg, 2] = self._body[2] + self._legs.feet(position)[leg, 2]
         self._feet[leg, :2] = self._body[:2] + self._legs.feet(position)[leg, :2]
         return True
-
-    def _correct(self, dt: float, measured: Measured, command: Command, levelling: Levelling) -> None:
-        """Standing feet keep the body level and share its load."""
-        standing = command.carrying
-        self._feet += levelling.turn_m(self._feet, self._body, measured.attitude_rad, dt) * standing[:, None]
-        if standing.all():
-            seating = self._phase is not None and self._phase.doing is Doing.SEAT
-            self._feet[:, 2] += levelling.untwist_m(measured.load_n, seating, dt)
 
     # ---- planning ------------------------------------------------------------------------------------------
 

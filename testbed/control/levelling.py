@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
+from testbed.control.references import Measured
 from testbed.robot.attitude import rotation_from_attitude, turned
 from testbed.robot.foot_load_sets import twist_of
 
@@ -30,15 +34,30 @@ class Levelling:
         """The footholds from which the diagonals are reckoned."""
         self._twist = 2.0 * twist_of(feet[:, :2])
 
-    def turn_m(self, feet: Array, body: Array, attitude_rad: Array, dt: float) -> Array:
-        """(4, 3) moves of standing feet that turn the body back to its first attitude, slowly."""
-        turn = LEVEL_GAIN_1_S * dt * turned(self._attitude, rotation_from_attitude(attitude_rad))
-        roll, pitch, yaw = turn.tolist()
-        moves = [(-yaw * y, yaw * x, roll * y - pitch * x) for x, y, _ in (feet - body).tolist()]
-        return np.array(moves)
+    def correct(
+        self, feet: Array, body: Array, standing: NDArray[np.bool_], measured: Measured, seating: bool, dt: float
+    ) -> None:
+        """Move the standing feet by what turns the body back, slowly; with all down, untwist them too.
 
-    def untwist_m(self, load_n: Array, seating: bool, dt: float) -> Array:
-        """(4) heights, with all feet down, that move load between the diagonals and change nothing else."""
+        seating: whether a foot is being seated, which goes faster.
+        """
+        turn = LEVEL_GAIN_1_S * dt * turned(self._attitude, rotation_from_attitude(measured.attitude_rad))
+        lift = self._untwist_m(measured.load_n, seating, dt) if standing.all() else 0.0
+        move_feet(feet, body, standing, turn, self._twist, lift)
+
+    def _untwist_m(self, load_n: Array, seating: bool, dt: float) -> float:
+        """How far to move along the twist: it moves load between the diagonals and changes nothing else."""
         gain = (SEAT_GAIN_M_S_N if seating else TWIST_GAIN_M_S_N) * self._ease
-        speed = min(max(gain * float(self._twist @ load_n), -SEAT_SPEED_M_S), SEAT_SPEED_M_S)
-        return np.asarray(self._twist * (speed * dt))
+        return min(max(gain * float(self._twist @ load_n), -SEAT_SPEED_M_S), SEAT_SPEED_M_S) * dt
+
+
+@njit
+def move_feet(feet: Any, body: Any, standing: Any, turn: Any, twist: Any, lift_m: float) -> None:
+    """Move feet (4, 3) that stand by `turn` (3), rad, about the body, and along `twist` (4) by `lift_m`."""
+    for leg in range(feet.shape[0]):
+        if standing[leg]:
+            x, y = feet[leg, 0] - body[0], feet[leg, 1] - body[1]
+            feet[leg, 0] += -turn[2] * y
+            feet[leg, 1] += turn[2] * x
+            feet[leg, 2] += turn[0] * y - turn[1] * x
+            feet[leg, 2] += twist[leg] * lift_m

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
+
 Array = NDArray[np.float64]
-Vector = tuple[float, float, float]
 TENSION_GAIN_M_S_N = 6.0e-6
 """Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
 CORRECTION_M_S = 0.0018
@@ -39,8 +41,10 @@ class RopeHold:
 
     def __post_init__(self) -> None:
         self._any = bool(self.tension_n.any())
-        self._ways: list[Vector] = [(x, y, z) for x, y, z in (self.anchors_m - self.attachments_m).tolist()]
-        self._pull_n: list[float] = (self.tension_n @ self.directions(np.zeros(3)))[:2].tolist()
+        self.ways_m: Array = self.anchors_m - self.attachments_m
+        """(2, 3) from attachments to anchors with the body at the start."""
+        self.pull_n: Array = (self.tension_n @ self.directions(np.zeros(3)))[:2]
+        """(2,) what is kept: the pull along the slope."""
 
     def lengths_m(self, body: Array) -> Array:
         """(2,) from attachment to anchor with the body at `body` (3), path frame."""
@@ -48,26 +52,24 @@ class RopeHold:
 
     def directions(self, body: Array) -> Array:
         """(2, 3) unit vectors towards the anchors, path frame."""
-        return np.array(self._directions(body))
+        out = np.empty((2, 3))
+        rope_directions(self.ways_m, body, out)
+        return out
 
     def wanted_n(self, body: Array) -> Array:
         """(2,) tensions that keep the pull along the slope."""
-        return np.array(self._wanted(self._directions(body)))
+        return np.array(self._wanted(body))
 
     def rates_m_s(self, body: Array, velocity: Array, measured_n: Array) -> Array:
         """(2,) rates of the unstrained lengths (negative hauls in) for a body moving at `velocity` (3)."""
-        if not self._any:
-            return np.zeros(2)
-        directions, (vx, vy, vz) = self._directions(body), velocity.tolist()
-        rates = []
-        for (x, y, z), wanted, now in zip(directions, self._wanted(directions), measured_n.tolist(), strict=True):
-            excess = min(max(TENSION_GAIN_M_S_N * (now - wanted), -CORRECTION_M_S), CORRECTION_M_S)
-            rates.append(excess - (x * vx + y * vy + z * vz))
-        return np.array(rates)
+        out = np.zeros(2)
+        if self._any:
+            rope_rates(self.ways_m, self.pull_n, body, velocity, measured_n, out)
+        return out
 
     def readiness(self, body: Array, measured_n: Array) -> float:
         """0 to 1: how fast the body may move for the ropes' sake."""
-        wanted = self._wanted(self._directions(body))
+        wanted = self._wanted(body)
         shares = [now / force for now, force in zip(measured_n.tolist(), wanted, strict=True) if force > 0.0]
         if not shares:
             return 1.0
@@ -75,26 +77,45 @@ class RopeHold:
         tight = (TIGHT_SHARE - max(shares)) / (TIGHT_SHARE - FIRM_SHARE)
         return float(min(max(min(slack, tight), 0.0), 1.0))
 
-    def _directions(self, body: Array) -> list[Vector]:
-        bx, by, bz = body.tolist()
-        out = []
-        for x, y, z in self._ways:
-            x, y, z = x - bx, y - by, z - bz
-            length = math.sqrt(x * x + y * y + z * z)
-            out.append((x / length, y / length, z / length))
-        return out
-
-    def _wanted(self, directions: list[Vector]) -> tuple[float, float]:
+    def _wanted(self, body: Array) -> tuple[float, float]:
         if not self._any:
             return 0.0, 0.0
-        (lx, ly, _), (rx, ry, _) = directions
-        px, py = self._pull_n
-        det = lx * ry - rx * ly
-        if abs(det) < MEETING:  # the ropes run side by side: they share the pull
-            shared = max(px / (lx + rx), 0.0)
-            return shared, shared
-        left, right = (px * ry - rx * py) / det, (lx * py - px * ly) / det
-        if min(left, right) >= 0.0:
-            return left, right
-        # one rope cannot do it: the other keeps the pull up the slope as far as it can
-        return (max(lx * px + ly * py, 0.0), 0.0) if left >= right else (0.0, max(rx * px + ry * py, 0.0))
+        left, right = wanted_tensions(self.directions(body), self.pull_n)
+        return float(left), float(right)
+
+
+@njit
+def rope_directions(ways: Any, body: Any, out: Any) -> None:
+    """Fill `out` (2, 3) by unit vectors towards the anchors with the body at `body` (3)."""
+    for k in range(ways.shape[0]):
+        x, y, z = ways[k, 0] - body[0], ways[k, 1] - body[1], ways[k, 2] - body[2]
+        length = math.sqrt(x * x + y * y + z * z)
+        out[k, 0], out[k, 1], out[k, 2] = x / length, y / length, z / length
+
+
+@njit
+def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
+    """Tensions, N, of ropes along `directions` (2, 3) whose pull along the slope is `pull` (2)."""
+    lx, ly, rx, ry = directions[0, 0], directions[0, 1], directions[1, 0], directions[1, 1]
+    px, py = pull[0], pull[1]
+    det = lx * ry - rx * ly
+    if abs(det) < MEETING:  # the ropes run side by side: they share the pull
+        shared = max(px / (lx + rx), 0.0)
+        return shared, shared
+    left, right = (px * ry - rx * py) / det, (lx * py - px * ly) / det
+    if min(left, right) >= 0.0:
+        return left, right
+    # one rope cannot do it: the other keeps the pull up the slope as far as it can
+    return (max(lx * px + ly * py, 0.0), 0.0) if left >= right else (0.0, max(rx * px + ry * py, 0.0))
+
+
+@njit
+def rope_rates(ways: Any, pull: Any, body: Any, velocity: Any, measured_n: Any, out: Any) -> None:
+    """See RopeHold.rates_m_s; `out` (2) is filled."""
+    directions = np.empty((2, 3))
+    rope_directions(ways, body, directions)
+    wanted = wanted_tensions(directions, pull)
+    for k in range(2):
+        x, y, z = directions[k, 0], directions[k, 1], directions[k, 2]
+        excess = min(max(TENSION_GAIN_M_S_N * (measured_n[k] - wanted[k]), -CORRECTION_M_S), CORRECTION_M_S)
+        out[k] = excess - (x * velocity[0] + y * velocity[1] + z * velocity[2])

@@ -9,8 +9,10 @@ import pytest
 
 from testbed.control.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
 from testbed.control.levelling import LEVEL_GAIN_1_S, Levelling
+from testbed.control.references import Measured
 
 DT = 0.01
+EVEN, STAND = [7000.0] * 4, (True, True, True, True)
 FEET = np.array([[1.2, 1.0, -0.4], [1.2, -1.0, -0.4], [-1.2, 1.0, -0.4], [-1.2, -1.0, -0.4]])
 
 
@@ -36,22 +38,33 @@ def test_a_touch_is_a_rise_above_what_the_foot_weighed_in_the_air() -> None:
     assert search.met(1501.0, 0.0, DT)
 
 
+def _moved(start: list[float], now: list[float], load_n: list[float], standing: tuple[bool, ...] = STAND) -> np.ndarray:
+    """How far the feet of a body are moved that stood at attitude `start` and now is at `now`, rad."""
+    levelling, feet = Levelling(np.array(start), 1.0), FEET.copy()
+    levelling.stand_on(feet)
+    measured = Measured(np.zeros(12), np.array(load_n), np.ones(4), np.zeros(2), np.array(now))
+    levelling.correct(feet, np.zeros(3), np.array(standing), measured, False, DT)
+    return feet - FEET
+
+
 def test_a_body_that_leans_is_turned_back_by_its_standing_feet() -> None:
     """Nose down: the front legs lengthen, their feet go down in the body. Left side up: the left legs shorten."""
-    levelling = Levelling(np.array([0.0, -0.7, 0.0]), 1.0)
-    moves = levelling.turn_m(FEET, np.zeros(3), np.array([0.0, -0.69, 0.0]), DT)  # the front went down by 0.01 rad
+    moves = _moved([0.0, -0.7, 0.0], [0.0, -0.69, 0.0], EVEN)  # the front went down by 0.01 rad
     np.testing.assert_allclose(moves[:, 2], -0.01 * LEVEL_GAIN_1_S * DT * FEET[:, 0], rtol=1e-3)
     np.testing.assert_allclose(moves[:, :2], 0.0, atol=1e-9)
-    level = Levelling(np.zeros(3), 1.0)
-    rolled = level.turn_m(FEET, np.zeros(3), np.array([0.01, 0.0, 0.0]), DT)
+    rolled = _moved([0.0, 0.0, 0.0], [0.01, 0.0, 0.0], EVEN)
     np.testing.assert_allclose(rolled[:, 2], 0.01 * LEVEL_GAIN_1_S * DT * FEET[:, 1], rtol=1e-3)
 
 
+def test_a_foot_in_the_air_is_left_to_its_swing() -> None:
+    moves = _moved([0.0, 0.0, 0.0], [0.01, 0.0, 0.02], [9000.0, 5000.0, 5000.0, 0.0], (True, True, True, False))
+    assert not moves[3].any()
+    np.testing.assert_allclose(moves[:3, 0], -0.02 * LEVEL_GAIN_1_S * DT * FEET[:3, 1], rtol=1e-2)
+
+
 def test_a_diagonal_that_carries_too_much_is_shortened_without_a_tilt() -> None:
-    levelling = Levelling(np.zeros(3), 1.0)
-    levelling.stand_on(FEET)
-    even = levelling.untwist_m(np.full(4, 7000.0), False, DT)
-    heights = levelling.untwist_m(np.array([9000.0, 5000.0, 5000.0, 9000.0]), False, DT)
-    np.testing.assert_allclose(even, 0.0, atol=1e-15)
+    level = [0.0, 0.0, 0.0]
+    np.testing.assert_allclose(_moved(level, level, EVEN), 0.0, atol=1e-15)
+    heights = _moved(level, level, [9000.0, 5000.0, 5000.0, 9000.0])[:, 2]
     np.testing.assert_allclose([heights.sum(), *(heights @ FEET[:, :2])], 0.0, atol=1e-15)
     assert heights[0] > 0.0 and heights[1] < 0.0
