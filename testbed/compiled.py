@@ -29,6 +29,8 @@ from numba.core.runtime import _nrt_python as runtime
 
 from testbed.kernel import Kernel
 
+OPTIONS = {"nopython": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
+"""A division by zero gives inf or nan, as NumPy's does: a run looks for these, and no division is looked at twice."""
 KEPT_VERSIONS = 8
 """Versions of one kernel that are kept."""
 KEPT_BYTES = 400_000_000
@@ -244,7 +246,7 @@ def njit(function: Any = None, *, apart: bool = False, **options: Any) -> Any:
         return lambda f: njit(f, apart=apart, **options)
     if numba.config.DISABLE_JIT:  # for a debugger, the Python function stays as it is
         return function
-    kernel = Kernel(function, {"nopython": True, "no_cfunc_wrapper": True, **options}, digest_of, apart)
+    kernel = Kernel(function, {**OPTIONS, **options}, digest_of, apart)
     kernel._cache = _Cache(kernel)
     return kernel
 

@@ -130,6 +130,8 @@ from testbed.compiled import njit
 def part(x):
     if x < 0.0:
         raise ValueError("below zero")
+    if x == 0.0:
+        raise ZeroDivisionError("division by zero")
     return 1.0 / x
 
 @njit(apart=True)

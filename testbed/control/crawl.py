@@ -149,7 +149,9 @@ class CrawlProgram:
         phase = self._phase
         self._clock += dt * (self._readiness(measured) if phase.travels else 1.0)
         share = self._clock / phase.duration_s
-        self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
+        self._body = phase.body_from
+        if phase.travels:
+            self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
         over = share >= 1.0
         if phase.doing is Doing.UNLOAD:
             command.carrying[phase.leg] = False

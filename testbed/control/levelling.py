@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.references import Measured
-from testbed.robot.attitude import rotation_from_attitude, turned
+from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
 from testbed.robot.foot_load_sets import twist_of
 
 Array = NDArray[np.float64]
@@ -29,6 +29,7 @@ class Levelling:
         self._attitude = rotation_from_attitude(attitude_rad)
         self._ease = 1.0 / float(np.sqrt(lightness))
         self._twist: Array = np.zeros(4)
+        self._now, self._turned = np.empty((3, 3)), np.empty((3, 3))
 
     def stand_on(self, feet: Array) -> None:
         """The footholds from which the diagonals are reckoned."""
@@ -41,9 +42,10 @@ class Levelling:
 
         seating: whether a foot is being seated, which goes faster.
         """
-        turn = LEVEL_GAIN_1_S * dt * turned(self._attitude, rotation_from_attitude(measured.attitude_rad))
+        write_rotation(measured.attitude_rad, self._now)
+        np.matmul(self._attitude.T, self._now, out=self._turned)
         lift = self._untwist_m(measured.load_n, seating, dt) if standing.all() else 0.0
-        move_feet(feet, body, standing, turn, self._twist, lift)
+        move_feet(feet, body, standing, self._turned, LEVEL_GAIN_1_S * dt, self._twist, lift)
 
     def _untwist_m(self, load_n: Array, seating: bool, dt: float) -> float:
         """How far to move along the twist: it moves load between the diagonals and changes nothing else."""
@@ -52,12 +54,14 @@ class Levelling:
 
 
 @njit
-def move_feet(feet: Any, body: Any, standing: Any, turn: Any, twist: Any, lift_m: float) -> None:
-    """Move feet (4, 3) that stand by `turn` (3), rad, about the body, and along `twist` (4) by `lift_m`."""
+def move_feet(feet: Any, body: Any, standing: Any, turned: Any, share: float, twist: Any, lift_m: float) -> None:
+    """Move standing feet (4, 3) by a share of what the body has turned by (3, 3), and along `twist` (4) by `lift_m`."""
+    roll, pitch, yaw = small_turn(turned)
+    roll, pitch, yaw = share * roll, share * pitch, share * yaw
     for leg in range(feet.shape[0]):
         if standing[leg]:
             x, y = feet[leg, 0] - body[0], feet[leg, 1] - body[1]
-            feet[leg, 0] += -turn[2] * y
-            feet[leg, 1] += turn[2] * x
-            feet[leg, 2] += turn[0] * y - turn[1] * x
+            feet[leg, 0] += -yaw * y
+            feet[leg, 1] += yaw * x
+            feet[leg, 2] += roll * y - pitch * x
             feet[leg, 2] += twist[leg] * lift_m

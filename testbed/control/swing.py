@@ -37,12 +37,12 @@ class Swing:
     over_s: float = 1.0
     lower_s: float = 1.0
 
-    @property
+    @cached_property
     def duration_s(self) -> float:
         """Of the whole way."""
         return max(CLEAR * (self.rise_s + self.lower_s) + self.over_s, self.rise_s + self.lower_s)
 
-    @property
+    @cached_property
     def arrival(self) -> float:
         """Share of the whole way's time from which the foot slows down towards its end."""
         return 1.0 - SWING_RAMP * self.lower_s / self.duration_s
@@ -68,14 +68,20 @@ class Swing:
         """(3) place t seconds after the start, the body at `body` (3), path frame."""
         total = self.duration_s
         begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
-        first, last = self._ends
         over = progress((t - begin) / (end - begin), SWING_RAMP)
-        own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
-        foot = body + self.legs.leg_foot(self.leg, (first[own] + over * (last[own] - first[own])).tolist())
+        joints = [first + over * (last - first) for first, last in self._own_ends]
+        foot = body + self.legs.leg_foot(self.leg, joints)
         up = progress(t / self.rise_s, SWING_RAMP)
         down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
         foot[2] = self.start[2] + (self.high_m - self.start[2]) * up + (self.end[2] - self.high_m) * down
         return np.asarray(foot)
+
+    @cached_property
+    def _own_ends(self) -> list[tuple[float, float]]:
+        """Start and end of this leg's own three joints."""
+        own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
+        first, last = self._ends
+        return list(zip(first[own].tolist(), last[own].tolist(), strict=True))
 
     @cached_property
     def _ends(self) -> tuple[Array, Array]:

@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from testbed.compiled import njit
 
 Array = NDArray[np.float64]
 
 
 def rotation_from_attitude(rpy: Array) -> Array:
     """Rotation body to world (3, 3) of roll, pitch, yaw, rad: Rz(yaw) Ry(pitch) Rx(roll)."""
-    roll, pitch, yaw = rpy.tolist()
-    cr, cp, cy, sr, sp, sy = cos(roll), cos(pitch), cos(yaw), sin(roll), sin(pitch), sin(yaw)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    out = np.empty((3, 3))
+    write_rotation(rpy, out)
+    return out
 
 
-def turned(start: Array, now: Array) -> Array:
-    """Rotation (3,), rad, small, about the start's body axes that leads from rotation `start` (3, 3) to `now`.
+@njit
+def write_rotation(rpy: Any, out: Any) -> None:
+    """Fill `out` (3, 3) by the rotation body to world of roll, pitch, yaw (3), rad."""
+    cr, cp, cy = cos(rpy[0]), cos(rpy[1]), cos(rpy[2])
+    sr, sp, sy = sin(rpy[0]), sin(rpy[1]), sin(rpy[2])
+    out[0, 0], out[0, 1], out[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    out[1, 0], out[1, 1], out[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    out[2, 0], out[2, 1], out[2, 2] = -sp, cp * sr, cp * cr
+
+
+@njit
+def small_turn(relative: Any) -> tuple[float, float, float]:
+    """Small rotation, rad, about the x, y and z axes of the attitude from which `relative` (3, 3) leads to another.
 
     On a steep slope roll and yaw angles grow together (pitch is near 90 degrees); rotations about body axes do not.
     """
-    (_, xy, xz), (yx, _, yz), (zx, zy, _) = (start.T @ now).tolist()
-    return np.array([0.5 * (zy - yz), 0.5 * (xz - zx), 0.5 * (yx - xy)])
+    return (
+        0.5 * (relative[2, 1] - relative[1, 2]),
+        0.5 * (relative[0, 2] - relative[2, 0]),
+        0.5 * (relative[1, 0] - relative[0, 1]),
+    )

@@ -29,6 +29,8 @@ MOST = 10.0
 """Pushes beyond ten times the load are not told apart."""
 SMOOTH = 1e-5
 """Weight of the quadratic term that makes the linear program strictly convex; it costs less than 1e-3 of the load."""
+_COSINES, _SINES = (part(2.0 * np.pi * np.arange(SIDES) / SIDES)[:, None] for part in (np.cos, np.sin))
+"""(SIDES, 1) of the angles of a pyramid's edges."""
 _ANGLES = 2.0 * np.pi * np.arange(8) / 8
 DIRECTIONS = np.vstack([np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)]), [[0.0, 0.0, 1.0]]])
 """(9, 3) directions of the push, frame of the stance: x up the slope, z off it."""
@@ -78,11 +80,9 @@ def _generators(feet: Array, normals: Array, friction: float) -> Array:
     for point, normal in zip(feet, normals, strict=True):
         across = np.cross(normal, [0.0, 1.0, 0.0])
         across /= np.linalg.norm(across)
-        other = np.cross(normal, across)
-        for angle in 2.0 * np.pi * np.arange(SIDES) / SIDES:
-            force = normal + friction * (np.cos(angle) * across + np.sin(angle) * other)
-            columns.append([*force, *np.cross(point, force)])
-    return np.array(columns).T
+        forces = normal + friction * (_COSINES * across + _SINES * np.cross(normal, across))
+        columns.append(np.hstack([forces, np.cross(point, forces)]))
+    return np.vstack(columns).T
 
 
 def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) -> float:

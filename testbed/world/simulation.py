@@ -252,7 +252,6 @@ class Simulation:
         seen, row = self._seen, self._row
         if seen is not None:
             seen.supply_pressure_pa = float(row[sensing.SUPPLY])
-            self.machine.drill_known()
             return seen
         self._seen = Measured(
             position=row[sensing.POSITION],
