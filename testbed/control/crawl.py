@@ -132,8 +132,7 @@ class CrawlProgram:
         seating = self._phase is not None and self._phase.doing is Doing.SEAT
         self._levelling.correct(self._feet, self._body, command.carrying, measured, seating, dt)
         self._footholds.rates(self._feet, self._body, command.reference, dt, command.rate)
-        speed = (self._body - before) / dt
-        command.rope_rate_m_s[:] = self._ropes.rates_m_s(self._body, speed, measured.rope_tension_n)
+        self._ropes.rates_m_s(self._body, before, dt, measured.rope_tension_n, command.rope_rate_m_s)
         return command
 
     # ---- the order of events -------------------------------------------------------------------------------

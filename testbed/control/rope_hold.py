@@ -60,12 +60,10 @@ class RopeHold:
         """(2,) tensions that keep the pull along the slope."""
         return np.array(self._wanted(body))
 
-    def rates_m_s(self, body: Array, velocity: Array, measured_n: Array) -> Array:
-        """(2,) rates of the unstrained lengths (negative hauls in) for a body moving at `velocity` (3)."""
-        out = np.zeros(2)
+    def rates_m_s(self, body: Array, before: Array, dt: float, measured_n: Array, out: Array) -> None:
+        """Fill `out` (2) by rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s ago."""
         if self._any:
-            rope_rates(self.ways_m, self.pull_n, body, velocity, measured_n, out)
-        return out
+            rope_rates(self.ways_m, self.pull_n, body, before, dt, measured_n, out)
 
     def readiness(self, body: Array, measured_n: Array) -> float:
         """0 to 1: how fast the body may move for the ropes' sake."""
@@ -80,8 +78,8 @@ class RopeHold:
     def _wanted(self, body: Array) -> tuple[float, float]:
         if not self._any:
             return 0.0, 0.0
-        left, right = wanted_tensions(self.directions(body), self.pull_n)
-        return float(left), float(right)
+        wanted: tuple[float, float] = wanted_at(self.ways_m, self.pull_n, body)
+        return wanted
 
 
 @njit
@@ -110,12 +108,21 @@ def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
 
 
 @njit
-def rope_rates(ways: Any, pull: Any, body: Any, velocity: Any, measured_n: Any, out: Any) -> None:
-    """See RopeHold.rates_m_s; `out` (2) is filled."""
+def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
+    """Wanted tensions, N, with the body at `body` (3)."""
+    directions = np.empty((2, 3))
+    rope_directions(ways, body, directions)
+    left, right = wanted_tensions(directions, pull)
+    return left, right
+
+
+@njit
+def rope_rates(ways: Any, pull: Any, body: Any, before: Any, dt: float, measured_n: Any, out: Any) -> None:
+    """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))
     rope_directions(ways, body, directions)
     wanted = wanted_tensions(directions, pull)
+    vx, vy, vz = (body[0] - before[0]) / dt, (body[1] - before[1]) / dt, (body[2] - before[2]) / dt
     for k in range(2):
-        x, y, z = directions[k, 0], directions[k, 1], directions[k, 2]
         excess = min(max(TENSION_GAIN_M_S_N * (measured_n[k] - wanted[k]), -CORRECTION_M_S), CORRECTION_M_S)
-        out[k] = excess - (x * velocity[0] + y * velocity[1] + z * velocity[2])
+        out[k] = excess - (directions[k, 0] * vx + directions[k, 1] * vy + directions[k, 2] * vz)

@@ -70,11 +70,17 @@ class Swing:
         begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
         over = progress((t - begin) / (end - begin), SWING_RAMP)
         joints = [first + over * (last - first) for first, last in self._own_ends]
-        foot = body + self.legs.leg_foot(self.leg, joints)
+        x, y, _ = self.legs.leg_foot(self.leg, joints)
         up = progress(t / self.rise_s, SWING_RAMP)
         down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
-        foot[2] = self.start[2] + (self.high_m - self.start[2]) * up + (self.end[2] - self.high_m) * down
-        return np.asarray(foot)
+        start, end = self._heights
+        height = start + (self.high_m - start) * up + (end - self.high_m) * down
+        return np.array([body[0] + x, body[1] + y, height])
+
+    @cached_property
+    def _heights(self) -> tuple[float, float]:
+        """Of start and end, m."""
+        return float(self.start[2]), float(self.end[2])
 
     @cached_property
     def _own_ends(self) -> list[tuple[float, float]]:

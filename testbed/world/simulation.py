@@ -169,10 +169,12 @@ class Simulation:
 
     def _slow_step(self, k: int, due: int, data: Array, truth: Array, count: int) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
-        self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
         if k % self._every_expected == 0:
+            self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
             self._expect()
-        self._do(due & RECORD, data, truth, count)
+            self._do(due & RECORD, data, truth, count)
+        else:
+            self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), data, truth, count)
         if k >= self._last:
             self.finished = True
         if k % self._every_tick == 0:

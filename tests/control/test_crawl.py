@@ -106,10 +106,14 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
     pull = (TENSION @ ropes.directions(np.zeros(3)))[:2]
     for body in (np.array([10.0, 0.0, 0.0]), np.array([3.0, 1.5, 0.0])):
         np.testing.assert_allclose((ropes.wanted_n(body) @ ropes.directions(body))[:2], pull, rtol=1e-9, atol=1e-6)
-    assert np.all(ropes.rates_m_s(np.zeros(3), np.array([0.05, 0.0, 0.0]), TENSION) < -0.045)
+    before, rates = np.array([-0.05, 0.0, 0.0]), np.zeros(2)
+    ropes.rates_m_s(np.zeros(3), before, 1.0, TENSION, rates)
+    assert np.all(rates < -0.045)
     assert ropes.readiness(np.zeros(3), 0.5 * TENSION) == 0.0 and ropes.readiness(np.zeros(3), TENSION) == 1.0
     slack = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, np.zeros(2))
-    assert not slack.rates_m_s(np.zeros(3), np.array([0.05, 0.0, 0.0]), np.zeros(2)).any()
+    rates[:] = 0.0
+    slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2), rates)
+    assert not rates.any()
 
 
 def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
