@@ -65,8 +65,7 @@ class Footing:
         self._under = [self._place_at(foot) for foot in start]
         for leg, place in enumerate(self._under):
             engine.set_footing(leg, place.friction, place.stiffness_n_m, place.damping_n_s_m)
-        self.settlement_m = np.zeros(4)
-        self._set = np.zeros(4)
+        self._depth, self._set = [0.0] * len(LEGS), [0.0] * len(LEGS)
         self._ticks = 0
         self._print = start[:, :2].copy()
 
@@ -74,6 +73,11 @@ class Footing:
     def loose(self) -> bool:
         """Whether any of the ground settles."""
         return self._loose
+
+    @property
+    def settlement_m(self) -> Array:
+        """How far the ground has given way under each foot (4), m."""
+        return np.array(self._depth)
 
     @property
     def stiffness_n_m(self) -> Array:
@@ -125,14 +129,14 @@ class Footing:
 
     def _settle(self, leg: int, foot: Array | None, height_m: float, load_n: float, dt: float) -> None:
         """Under load the ground goes down; a foot that is set down elsewhere finds it where it was."""
-        now = float(self.settlement_m[leg])
+        now = self._depth[leg]
         if load_n > AIR_N:
             if foot is not None:
                 self._print[leg] = foot[:2]
             now = settled(now, load_n, self._under[leg].plastic_n_m, self._terrain.settle_s, dt)
         elif foot is not None and np.hypot(*(foot[:2] - self._print[leg])) > FOOTPRINT_M:
             now = min(now, max(0.0, height_m - float(foot[2])))
-        self.settlement_m[leg] = now
+        self._depth[leg] = now
         if abs(now - self._set[leg]) > MOVED_M:
             self._set[leg] = now
             self._engine.sink_ground(leg, now)
