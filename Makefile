@@ -21,7 +21,7 @@ test: $(VENV)/.stamp-dev
 	@$(PYTEST)
 
 test-fast: $(VENV)/.stamp-dev
-	@$(PYTEST) -m "not slow"
+	@$(PYTEST) -m "not slow" --numprocesses logical --maxprocesses 4 --dist loadfile
 
 lint: $(VENV)/.stamp-dev
 	@$(BIN)/ruff check .

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -25,10 +26,16 @@ def _room(path: Path) -> str:
     return first.removesuffix(".py")
 
 
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+@cache
 def _imports(path: Path) -> set[str]:
     """Every module that a file imports, inside functions too; `from a import b` counts as `a.b`."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(_tree(path)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -95,7 +102,7 @@ def test_belief_wall_undeclared_effects_reach_the_world_only() -> None:
     """Below the world nobody may even ask a scenario for its undeclared effects; the recording must not hold them."""
     readers = set()
     for path in FILES:
-        names = {node.attr for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Attribute)}
+        names = {node.attr for node in ast.walk(_tree(path)) if isinstance(node, ast.Attribute)}
         if "undeclared" in names:
             readers.add(path.relative_to(PACKAGE).as_posix())
     assert {name.split("/")[0] for name in readers} <= {"world", "evaluation", "envs"}

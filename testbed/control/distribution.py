@@ -14,33 +14,22 @@ that grows while the error stays. The ropes are hauled until their tensions are 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from time import thread_time
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.references import Command, Measured, Program
-from testbed.control.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
-from testbed.control.trim import rope_rate
-from testbed.parameters.names import LEGS, VERTICAL
+from testbed.control.squeeze import add_pull, add_squeeze
+from testbed.control.statics import FEET, Balance, Statics
+from testbed.parameters.names import LEGS
 
 Array = NDArray[np.float64]
-VERTICAL_AXES = list(VERTICAL)
-TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
-"""Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding friction."""
 HIDDEN: Array = np.tile([60.0, 350.0, 150.0], len(LEGS))
 """What friction hides of the joints' forces, one standard deviation, N m, N, N (E); the vertical ones are estimated."""
-GAIN_1_S = 1.8
-EDGE_START: Array = np.tile([5.0e-3, 1.0e-3, 5.0e-4], len(LEGS))
-EDGE_GROWTH_1_S, EDGE_LIMIT = 1.5, 6.0
-"""Speed that the dead band swallows: first guess (rad/s, m/s), growth (in first guesses) while nothing comes, most."""
-SPEED_LIMIT: Array = np.tile([2.5e-2, 5.0e-3, 4.0e-3], len(LEGS))
 SMOOTH_S = 0.03
 """Time constant of the measured forces and tensions (E); 0.08 and more hunts."""
-HANGING_SHARE, SEEK_M_S = 0.25, 2.0e-3
-"""A foot that has less than this share of its load seeks the ground at this speed: in the air no force tells it (E)."""
-PULL_SLEW_N_S = 4000.0
-"""Fastest change of a wanted pull (E)."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +61,9 @@ class Distribution:
         """The last plan."""
         self.balance: Balance | None = None
         """What it was made for."""
+        self.timed = False
         self.solve_s: list[float] = []
-        """Processor time of each plan, s."""
+        """Processor time of each plan, s, if `timed`: to ask for it takes as long as a part of the plan."""
         self._statics = statics
         self._now = Command()
         self._smooth: Array | None = None
@@ -83,54 +73,40 @@ class Distribution:
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
-        from time import thread_time
-
         command, out = self.inner.update(t, dt, measured), self._now
         out.reference[:], out.rate[:] = command.reference, command.rate
         out.carrying[:], out.rope_rate_m_s[:] = command.carrying, command.rope_rate_m_s
         self.balance = now = self._statics.look(measured, command.carrying)
-        before = thread_time()
+        before = thread_time() if self.timed else 0.0
         self.plan = plan = self.sharing.plan(now)
-        self.solve_s.append(thread_time() - before)
-        smooth = self._smoothed(now.measured, dt)
-        if plan.feasible:
-            self._haul(plan.forces[FEET:], smooth[FEET:], dt, out)
-            if command.carrying.all():
-                self._squeeze(smooth - plan.forces, now, dt, measured, out)
-                hanging = smooth[NORMALS] < HANGING_SHARE * plan.forces[NORMALS]
-                out.rate[VERTICAL_AXES] += np.where(hanging, SEEK_M_S, 0.0)
-        command.reference += command.rate * dt
+        if self.timed:
+            self.solve_s.append(thread_time() - before)
+        self._follow(plan, now, dt, measured, command)
         return out
 
-    def _smoothed(self, z: Array, dt: float) -> Array:
+    def _follow(self, plan: Plan, now: Balance, dt: float, measured: Measured, command: Command) -> None:
+        """What is wanted, in set points; the inner command moves on."""
+        out = self._now
         if self._smooth is None:
-            self._smooth = z.copy()
-            self._pull = z[FEET:UNKNOWNS].copy()
-        self._smooth += min(1.0, dt / SMOOTH_S) * (z - self._smooth)
-        return self._smooth
+            self._smooth, self._pull = now.measured.copy(), now.measured_pull_n.copy()
+        smooth = self._smooth
+        smooth += min(1.0, dt / SMOOTH_S) * (now.measured - smooth)
+        if plan.feasible:
+            add_pull(plan.forces[FEET:], smooth[FEET:], dt, self._pull, out.rope_rate_m_s)
+            if command.carrying.all():
+                force = self._squeezing(smooth - plan.forces, now, measured.position)
+                add_squeeze(force, now.compliance, smooth, plan.forces, dt, self._edge, self._side, out.rate)
+        command.reference += command.rate * dt
 
-    def _haul(self, wanted: Array, tension: Array, dt: float, out: Command) -> None:
-        step = PULL_SLEW_N_S * dt
-        self._pull += np.clip(wanted - self._pull, -step, step)
-        out.rope_rate_m_s += rope_rate(tension, self._pull)
-
-    def _squeeze(self, excess: Array, now: Balance, dt: float, measured: Measured, out: Command) -> None:
+    def _squeezing(self, excess: Array, now: Balance, position: Array) -> Array:
+        """(12,) joint forces that squeeze the feet wrongly; the loops are left the body's motion only."""
         if now.inner is not self._inner:  # another posture
             self._inner, self._jacobian = now.inner, -now.joint_map[:, :FEET].T
             moved = np.linalg.solve(self._jacobian, now.rigid)
             self._whole, self._balanced = moved @ (now.rigid.T @ self._jacobian), self_balanced(now, self._jacobian)
-        whole = self._whole @ (out.reference - measured.position)
-        out.reference[:] = measured.position + whole  # the loops see the body's motion only
-        out.rate += self._speed(self._jacobian.T @ (self._balanced @ excess), now.compliance, dt)
-
-    def _speed(self, force: Array, compliance: Array, dt: float) -> Array:
-        side = np.where(np.abs(force) < TOLERANCE, 0.0, np.sign(force))
-        same = (side == self._side) & (side != 0.0)
-        grown = np.minimum(self._edge + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
-        self._edge = np.where(same, grown, np.maximum(1.0, np.where(side == 0.0, 1.0, 0.7 * self._edge)))
-        self._side = side
-        speed = GAIN_1_S * compliance * np.abs(force) + self._edge * EDGE_START
-        return np.asarray(side * np.minimum(speed, SPEED_LIMIT))
+        reference = self._now.reference
+        reference[:] = position + self._whole @ (reference - position)
+        return np.asarray(self._jacobian.T @ (self._balanced @ excess))
 
 
 def self_balanced(now: Balance, jacobian: Array) -> Array:

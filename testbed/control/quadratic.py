@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from testbed.control.distribution import Plan
 from testbed.control.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
-from testbed.control.use_program import About, UseProgram
+from testbed.control.use_program import About, UseProgram, highest_use
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import roboclimber
 
@@ -127,14 +127,14 @@ class Quadratic:
             last.lowest = 0.0 if last.lowest < 0.1 else 0.7 * last.lowest
             return None
         last.lowest = min(last.lowest + 0.002, 1.0)
-        use = float(((self._use_rows @ z[:UNKNOWNS]).reshape(4, -1).max(axis=1) / np.maximum(z[:FEET:3], 1e-3)).max())
+        use = highest_use(z, self._use_rows)
         last.normals, last.pull, last.use = z[:FEET:3].copy(), z[FEET:UNKNOWNS].copy(), max(float(z[UNKNOWNS]), 0.0)
         last.doubt = max(0.8 * last.doubt - 0.01, 0.0) if use > POOR_FRICTION else min(last.doubt + 0.02, 1.0)
         return np.asarray(z[:UNKNOWNS] * scale)
 
     def _about(self, last: _Last, scale: float) -> About:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and n_0."""
-        tangential = max(float(last.normals.mean()), 0.02) ** -2
+        tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
         return About(
             scale=scale, lowest=self.lowest_n * last.lowest / scale, highest_pull=self._rating_n / scale,
             doubt=DOUBT_N * last.doubt / scale, use=last.use, least_use=max(last.use - CLOSER, 0.0),

@@ -87,6 +87,8 @@ class _Posture:
     inner: Array
     compliance: Array
     arms: Array
+    legs: Array
+    """(4, 3, 3) each leg's own part of joint_map."""
 
 
 class Statics:
@@ -139,7 +141,8 @@ class Statics:
         extension, arms = np.empty(len(AXES)), np.empty(len(AXES))
         joint_to_cylinder(position, self._linkage, extension, arms)
         compliance = self._oil.joint_compliance(position)
-        return _Posture(position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms)
+        legs = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
+        return _Posture(position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms, legs)
 
     def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
         """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators know better."""
@@ -149,8 +152,7 @@ class Statics:
             z[:FEET] = measured.foot_force_in_body_n[:, _ORDER].ravel()
             return z
         joint = (measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b) * p.arms
-        maps = p.joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
-        z[:FEET] = np.linalg.solve(maps, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
+        z[:FEET] = np.linalg.solve(p.legs, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
         z[NORMALS] = measured.load_n
         return z
 

@@ -6,11 +6,14 @@ measured tension lacks of its wanted pull.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
 from testbed.control.references import Command, Measured, Program
-from testbed.parameters.names import LEGS, VERTICAL
+from testbed.parameters.names import LEGS
 
 Array = NDArray[np.float64]
 PULL_GAIN_M_S_N = 1.0e-5
@@ -23,11 +26,23 @@ OFFSET_SPEED_M_S = 0.05
 """Fastest change of an offset (E)."""
 
 
-def rope_rate(tension_n: Array, wanted_n: Array) -> Array:
-    """Rate (2,) of the ropes' unstrained lengths, m/s (negative hauls in), that brings the tensions to those wanted."""
-    excess = tension_n - wanted_n
-    excess = np.where(np.abs(excess) < PULL_TOLERANCE_N, 0.0, excess)
-    return np.asarray(np.clip(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S, PULL_SPEED_M_S))
+@njit
+def haul(tension_n: Any, wanted_n: Any, rates: Any) -> None:
+    """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions (2) there, N."""
+    for k in range(rates.shape[0]):
+        excess = tension_n[k] - wanted_n[k]
+        if abs(excess) >= PULL_TOLERANCE_N:
+            rates[k] += min(max(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S), PULL_SPEED_M_S)
+
+
+@njit
+def move_offsets(goal: Any, offset: Any, dt: float, reference: Any, rate: Any) -> None:
+    """Lay `offset` (4) over the vertical set points and rates (12), and let it follow its goal (4)."""
+    for leg in range(len(LEGS)):
+        step = min(max(goal[leg] - offset[leg], -OFFSET_SPEED_M_S * dt), OFFSET_SPEED_M_S * dt)
+        reference[3 * leg + 2] += offset[leg]
+        rate[3 * leg + 2] += step / dt
+        offset[leg] += step
 
 
 class Trim:
@@ -45,15 +60,12 @@ class Trim:
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         command, out = self.inner.update(t, dt, measured), self._now
-        step = np.clip(self.goal_m - self._offset, -OFFSET_SPEED_M_S * dt, OFFSET_SPEED_M_S * dt)
         out.reference[:] = command.reference
         out.rate[:] = command.rate
-        out.reference[list(VERTICAL)] += self._offset
-        out.rate[list(VERTICAL)] += step / dt
+        move_offsets(self.goal_m, self._offset, dt, out.reference, out.rate)
         out.carrying[:] = command.carrying
         out.rope_rate_m_s[:] = command.rope_rate_m_s
         if self.pull_n is not None:
-            out.rope_rate_m_s[:] += rope_rate(measured.rope_tension_n, self.pull_n)
-        self._offset += step
+            haul(measured.rope_tension_n, self.pull_n, out.rope_rate_m_s)
         command.reference += command.rate * dt
         return out

@@ -121,3 +121,14 @@ def write_program(
         kind[SIZE + count] = EQUALITY
         count += 1
     return count
+
+
+@njit
+def highest_use(z: Any, sides: Any) -> float:
+    """Highest use of friction of a plan (14 and more), as the pyramids of `sides` measure it."""
+    highest, each = 0.0, sides.shape[0] // len(LEGS)
+    for leg in range(len(LEGS)):
+        for side in range(leg * each, (leg + 1) * each):
+            across = sides[side, 3 * leg + 1] * z[3 * leg + 1] + sides[side, 3 * leg + 2] * z[3 * leg + 2]
+            highest = max(highest, across / max(z[3 * leg], 1e-3))
+    return highest

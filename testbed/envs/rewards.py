@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from testbed.compiled import njit
 
 Array = NDArray[np.float64]
 LOST_N = 200.0
@@ -32,21 +36,35 @@ class Truth:
 
 def truth_of_step(truth: Array, columns: dict[str, slice | int], friction: float, carrying: Array) -> Truth:
     """Sum up the truth rows (n, ..) of a step. `columns` says where foot_force (12), normal (4), position (3) stand."""
-    normal = truth[:, columns["normal"]]
-    forces = truth[:, columns["foot_force"]].reshape(-1, 4, 3)
-    meant = carrying > 0.5
-    along = np.sqrt(np.maximum((forces**2).sum(axis=2) - normal**2, 0.0))
-    use = np.where(meant, along / (friction * np.maximum(normal, LOST_N)), 0.0)
-    lowest = np.where(meant, normal.min(axis=0), np.inf)
+    normal, meant = truth[:, columns["normal"]], carrying > 0.5
+    lowest, use = np.full(normal.shape[1], np.inf), np.zeros(len(truth))
+    feet_of_rows(truth[:, columns["foot_force"]], normal, friction, meant, lowest, use)
     position = truth[:, columns["position"]]
+    way = position[-1] - position[0]
     return Truth(
         lowest_normal_n=float(lowest.min()) if meant.any() else 0.0,
-        friction_use=float(use.max(axis=1).mean()),
+        friction_use=float(use.mean()),
         feet_lost=int((lowest < LOST_N).sum()),
-        moved_m=float(np.linalg.norm(position[-1] - position[0])),
-        way_in_world_m=position[-1] - position[0],
+        moved_m=float(np.linalg.norm(way)),
+        way_in_world_m=way,
         loads_n=normal[-1].copy(),
     )
+
+
+@njit
+def feet_of_rows(force: Any, normal: Any, friction: float, meant: Any, lowest: Any, use: Any) -> None:
+    """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use (n,) of friction.
+
+    force (n, 12) and normal (n, 4) of the feet, N; meant (4,).
+    """
+    for row in range(normal.shape[0]):
+        for leg in range(normal.shape[1]):
+            if not meant[leg]:
+                continue
+            n, x, y, z = normal[row, leg], force[row, 3 * leg], force[row, 3 * leg + 1], force[row, 3 * leg + 2]
+            along = math.sqrt(max(x * x + y * y + z * z - n * n, 0.0))
+            use[row] = max(use[row], along / (friction * max(n, LOST_N)))
+            lowest[leg] = min(lowest[leg], n)
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,7 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Sharing | Non
     statics = believed_statics(spec, ropes)
     oracle = Informed(statics) if name == ORACLE else None
     machine.program = program = Distribution(trim, oracle or statics, sharing)
+    program.timed = True
     judge, checked, infeasible = Quadratic(spec.terrain.friction), 0, 0
     while not sim.finished:
         if oracle is not None:

@@ -55,11 +55,11 @@ def test_the_fit_learns_that_a_gain_of_forty_means_an_effect_only_every_other_ti
     trials = [
         {"seed": k, "visible": True, "kind": "single" if k % 2 else "clean", "truth": ["a"] if k % 2 else [],
          "signs": found(40.0, 0.05).as_json()}
-        for k in range(60)
+        for k in range(24)
     ]  # fmt: skip
     stated = restated(trials, fit(trials))
     nothing = [h["probability"] for t in stated for h in t["hypotheses"] if h["names"] == []]
-    assert len(nothing) == 60 and nothing == pytest.approx([0.5] * 60, abs=0.08)
+    assert len(nothing) == 24 and nothing == pytest.approx([0.5] * 24, abs=0.08)
 
 
 def test_share_of_what_was_added_counts_from_the_sound_twins_error() -> None:
