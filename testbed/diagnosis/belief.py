@@ -1,8 +1,8 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Four questions, each a logistic regression on a few signs, and rivalry among sets of the same size:
+Five questions, each a logistic regression on a few signs, and rivalry among sets of the same size:
 
-    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic))
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
 
@@ -14,7 +14,7 @@ wrong name for a law of another form. The numbers are in `calibration.yaml`, wit
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 
@@ -32,6 +32,7 @@ class Calibration:
 
     left: Mapping[str, float]
     generic: Mapping[str, float]
+    flow_terms: Mapping[str, float]
     presence: Mapping[str, float]
     second: Mapping[str, float]
     rivals: Mapping[str, float]
@@ -43,7 +44,7 @@ def calibration() -> Calibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return Calibration(*(row[question] for question in ("left", "generic", "presence", "second", "rivals")))
+    return Calibration(*(row[f.name] for f in fields(Calibration)))
 
 
 def _log(value: float, least: float) -> float:
@@ -104,10 +105,30 @@ def left_signs(s: Signs) -> dict[str, float]:
 
 
 def generic_signs(s: Signs) -> dict[str, float]:
-    """The same, told by generic terms: they gain, and not little beside what names gained."""
+    """The same, told by generic terms of the force balance: they gain, and not little beside what names gained; or they
+    alone gain more than the names do."""
     generic = max(s.generic_gain, 0.5)
     share = generic / (generic + max(s.best.gain, 0.5))
-    return {"one": 1.0, "gain": _log(generic, 0.5), "share": _log(share, 1e-3), "fall": _log(s.generic_fall, 1e-3)}
+    ahead = s.alone_gain - s.best.gain if s.best.names else 0.0
+    return {
+        "one": 1.0, "gain": _log(generic, 0.5), "share": _log(share, 1e-3), "fall": _log(s.generic_fall, 1e-3),
+        "alone": _log(ahead / AHEAD, 1.0),
+    }  # fmt: skip
+
+
+AHEAD, FLOW_GAIN, FLOW_FALL = 5.0, 1000.0, 0.3
+"""Log-likelihood that generic terms may lead names by for nothing; and what linear terms gain, and how far they lower
+the noise, in the flow balances of a sound leg, whose edges and spool are never quite the formulas."""
+
+
+def flow_terms_signs(s: Signs) -> dict[str, float]:
+    """The same, told by linear terms of the flow balances, again beside what names gained."""
+    gain = max(s.flow_gain, 1.0)
+    share = gain / (gain + max(s.best.gain, 0.5))
+    return {
+        "one": 1.0, "gain": _log(gain / FLOW_GAIN, 0.1), "fall": _log(s.flow_fall / FLOW_FALL, 0.1),
+        "share": _log(share, 1e-3),
+    }  # fmt: skip
 
 
 def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
@@ -117,7 +138,8 @@ def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
 
 def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers."""
-    missing = 1.0 - (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
+    covered = (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
+    missing = 1.0 - covered * (1.0 - _answer(flow_terms_signs(s), c.flow_terms))
     singles = [(n, g) for n, g in s.gains if len(n) == 1]
     larger = [(n, g) for n, g in s.gains if len(n) > 1]
     some = _answer(presence_signs(s), c.presence) if singles else 0.0

@@ -8,6 +8,7 @@ from testbed.diagnosis.base_models import declared, fit_base
 from testbed.diagnosis.errors import errors
 from testbed.diagnosis.evidence import Evidence
 from testbed.diagnosis.findings import Diagnosis, entries_of
+from testbed.diagnosis.fit import block_covariance
 from testbed.diagnosis.generic import correction
 from testbed.diagnosis.problem import Point, Problem
 from testbed.diagnosis.search import Progress, search
@@ -21,6 +22,10 @@ from testbed.parameters.recording import Rig
 
 MOST_EFFECTS = {"vertical-leg": 2, "cylinder": 3, "drive": 3}
 """How many effects are looked for: bench axes of the measured kind are less well declared than legs."""
+
+AMPLITUDE_FORM = 0.035
+"""Half of the interval of a narrow band's amplitude, as a share of it, at least: smoothing damps it not exactly as
+reckoned."""
 
 
 def diagnose(rig: Rig, progress: Progress | None = None, model: LegModel | None = None) -> Diagnosis:
@@ -50,7 +55,8 @@ def diagnose(rig: Rig, progress: Progress | None = None, model: LegModel | None 
     new = {*verdict.chosen.names}
     if verdict.kind == "effect":
         chosen = verdict.chosen
-        entries = _with_amplitude(problem, entries_of(chosen.fit, _memory(chosen.evidence)), chosen.fit.at)
+        entries = entries_of(chosen.fit, _memory(chosen.evidence), block_covariance(problem, chosen.fit))
+        entries = _with_amplitude(problem, entries, chosen.fit.at)
         models["after"] = _model(refit, verdict, entries)
     generic = correction(problem, fit) if verdict.kind == "unnamed" else None
     if generic is not None:
@@ -116,4 +122,4 @@ def _amplitude(problem: Problem, friction: Friction, effects: tuple[Active, ...]
             weight.append(float(s.trusted.sum()))
     mean = float(np.average(found, weights=weight))
     spread = 1.645 * float(np.sqrt(np.average((np.array(found) - mean) ** 2, weights=weight) / len(found)))
-    return mean, max(spread, 0.02 * mean)
+    return mean, max(spread, AMPLITUDE_FORM * mean)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from testbed.diagnosis.errors import Errors
 from testbed.diagnosis.fit import Fit
@@ -22,9 +23,10 @@ from testbed.parameters.leg_model import EffectEntry, LegModel, Parameter, write
 from testbed.parameters.recording import Rig
 
 FORMAT = "roboclimber-findings/1"
-CAUTION, OTHER_FORM = 2.0, 0.10
-"""Intervals are wider than least squares believes: by this factor, and by this share of the value, as friction and
-sensors are never exactly what their formulas say. Set on the rigs that `calibration.yaml` was fitted on."""
+CAUTION, OTHER_FORM = 2.0, {"force": 0.12, "flow": 0.05}
+"""Intervals are wider than the data alone say: by this factor, and by this share of the value for what the force
+balance shows and what only flows show, as friction and sensors are never exactly what their formulas say. Set on the
+rigs that `calibration.yaml` was fitted on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +49,15 @@ class Diagnosis:
         return self.state.left_out
 
 
-def entries_of(fit: Fit, memory: float) -> tuple[EffectEntry, ...]:
-    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins."""
-    widen = CAUTION * np.sqrt(max(memory, 1.0))
-    sigma = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) * widen
+def entries_of(
+    fit: Fit, memory: float, by_blocks: npt.NDArray[np.float64] | None = None
+) -> tuple[EffectEntry, ...]:
+    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins;
+    `by_blocks`: covariance with blocks as witnesses. The wider of both counts."""
+    variance = np.diag(fit.covariance) * max(memory, 1.0)
+    if by_blocks is not None:
+        variance = np.maximum(variance, np.diag(by_blocks))
+    sigma = CAUTION * np.sqrt(np.maximum(variance, 0.0))
     spread = {(c.owner, c.name): (c, t, s) for c, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)}
     out = []
     for active in fit.at.effects:
@@ -71,7 +78,8 @@ def _interval(spread: dict[tuple[str, str], Any], owner: str, name: str, value: 
     if (owner, name) not in spread:
         return None
     c, t, s = spread[(owner, name)]
-    half = np.hypot(1.645 * s, OTHER_FORM * (1.0 if c.log else abs(t)))
+    form = OTHER_FORM["force" if "force" in c.moves else "flow"]
+    half = np.hypot(1.645 * s, form * (1.0 if c.log else abs(t)))
     low, high = t - half, t + half
     if c.log:
         low, high = float(np.exp(low)), float(np.exp(high))

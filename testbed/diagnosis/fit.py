@@ -191,6 +191,31 @@ def _started(coordinates: Sequence[Coordinate], theta: Array, at: Fit) -> Point:
     return point(coordinates, theta, at.at)
 
 
+def block_covariance(problem: Problem, fit: Fit) -> Array:
+    """Covariance (k, k) of the fitted coordinates that takes whole blocks of time as witnesses, not bins.
+
+    H^-1 (sum of g_b g_b') H^-1 with the cost's gradient g_b over block b: what is left inside a block may be as
+    coloured, and as unlike in size from block to block, as it likes.
+    """
+    h, _, unit = normal_equations(problem, fit)
+    w = weights(problem, fit.residual, fit.scale)
+    blocks = 1 + max(int(problem.layout[c].block.max()) for c in fit.residual)
+    gradient = np.zeros((blocks, len(unit)))
+    for channel, j in fit.jacobian.items():
+        pull = w[channel] ** 2 * fit.residual[channel]
+        np.add.at(gradient, problem.layout[channel].block, j * unit * pull[:, None])
+    inverse = np.linalg.pinv(h + 1e-9 * np.eye(len(unit)))
+    return np.asarray(inverse @ (gradient.T @ gradient) @ inverse * np.outer(unit, unit), dtype=np.float64)
+
+
+def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:
+    """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of the scales."""
+    unit = np.array([c.scale for c in fit.coordinates])
+    h, g = _normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
+    prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
+    return h + prior_h, g + prior_g, unit
+
+
 def _normal(jac: dict[str, Array], r: dict[str, Array], w: dict[str, Array], unit: Array) -> tuple[Array, Array]:
     size = len(unit)
     h, g = np.zeros((size, size)), np.zeros(size)

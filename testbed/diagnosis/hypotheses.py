@@ -236,6 +236,10 @@ def restarted(c: Coordinate, at: Point) -> Coordinate:
     return replace(c, start=float(np.clip(value, c.low, c.high)))
 
 
+MOST_DAMPED_N_S_M = 1e4
+"""A bristle with more damping, several times what lip seals show, is a lag and no seal."""
+
+
 def bounded(c: Coordinate, problem: Problem) -> Coordinate:
     """Bounds that depend on the rig: a cushion must begin and end inside the travel, a spring rest near it."""
     x = np.concatenate([s.signals.position_m for s in problem.series])
@@ -260,6 +264,8 @@ def bounded(c: Coordinate, problem: Problem) -> Coordinate:
         # One leg of four: it may stick more than the others, not less than nothing. (With the diagonal open, one leg
         # that sticks and three with the opposite of it look alike.)
         return replace(c, low=0.0)
+    if (owner, c.name) == ("friction.presliding", "damping") and problem.kind == "vertical-leg":
+        return replace(c, high=MOST_DAMPED_N_S_M)
     if owner == "valve.deadband":
         return replace(c, low=0.0, high=0.6, prior=None)
     return c

@@ -14,6 +14,7 @@ from testbed.diagnosis.problem import Problem
 from testbed.effects import by_name
 from testbed.effects.base import Effect
 from testbed.effects.placed import kind_of
+from testbed.estimation.leg_force import PRESLIDING_M
 
 LEAST_GAIN = 6.0
 """Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""
@@ -22,6 +23,8 @@ LEAST_FALL = 0.012
 """Relative fall of some group's noise that it has to bring."""
 LEFT_COST, LEFT_SHARE = 40.0, 0.04
 """Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside it that is free."""
+SOUND_COST = 1000.0
+"""Log-likelihood that a bristle costs which does not bend at all."""
 FITTED_FIRST, FITTED_THEN = 9, 5
 """How many of the effects that promise most are fitted in full: as a first effect, as a further one."""
 FAR_FROM_LINEAR = ("friction.presliding", "sensor.line_b")
@@ -56,7 +59,7 @@ class Search:
     def price(self, candidate: Candidate) -> float:
         """What flexibility and parameters beyond what is expected of an effect cost a candidate."""
         unlikely = _unlikely(candidate, self.problem) + _never_left(candidate, self.problem)
-        return _flexibility(candidate, self.problem) + unlikely
+        return _flexibility(candidate, self.problem) + unlikely + _sound_seal(candidate, self.problem)
 
     def fall(self, candidate: Candidate, other: Candidate) -> float:
         """Largest relative fall of a group's noise from one candidate to another."""
@@ -93,6 +96,19 @@ def _never_left(candidate: Candidate, problem: Problem) -> float:
         return 0.0
     position = np.concatenate([s.signals.position_m for s in problem.series])
     return LEFT_COST * max(1.0 - float(np.mean(position > starts[0])) / LEFT_SHARE, 0.0)
+
+
+def _sound_seal(candidate: Candidate, problem: Problem) -> float:
+    """Every seal bends by some hundredths of a millimetre before it slips, and on a leg whose friction at rest counts
+    as a set that is no finding: what one costs that bends by less than PRESLIDING_M."""
+    stiffness = [a.values["stiffness"] for a in candidate.fit.at.effects if a.effect.name == "friction.presliding"]
+    if not stiffness or problem.kind != "vertical-leg":
+        return 0.0
+    friction = candidate.fit.at.friction
+    slips_at_n = max(
+        friction.coulomb_plus_n + friction.stribeck_plus_n, friction.coulomb_minus_n + friction.stribeck_minus_n
+    )
+    return SOUND_COST * max(1.0 - slips_at_n / (stiffness[0] * PRESLIDING_M), 0.0)
 
 
 def search(

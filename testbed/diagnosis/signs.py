@@ -39,7 +39,8 @@ class SetSigns:
 @dataclass(frozen=True)
 class Signs:
     """`refit`, `first`, `second`: no effect, the best single one, the best larger set; `gains`: every set that was
-    tried with its gain. `generic_*`: what generic terms add to the best set. `memory`: correlation time of what the
+    tried with its gain. `generic_*`: what generic terms add to the best set, `alone_gain`: to the refit; `flow_*`: what
+    linear terms add to the best set's flow balances. `memory`: correlation time of what the
     best set leaves of the force, bins."""
 
     refit: SetSigns
@@ -49,6 +50,9 @@ class Signs:
     generic_gain: float
     generic_fall: float
     memory: float
+    alone_gain: float = 0.0
+    flow_gain: float = 0.0
+    flow_fall: float = 0.0
 
     @property
     def best(self) -> SetSigns:
@@ -91,6 +95,9 @@ def signs(state: Search, found: Unexplained) -> Signs:
         generic_gain=found.generic_gain,
         generic_fall=found.generic_fall,
         memory=float(np.median(memory)) if memory else 1.0,
+        alone_gain=found.alone_gain,
+        flow_gain=found.flow_gain,
+        flow_fall=found.flow_fall,
     )
 
 

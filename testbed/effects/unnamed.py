@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from testbed.compiled import njit
 from testbed.effects.base import Array, Effect, ForceTerms, ParameterSpec, Signals, Values
+
+REST_S, SLOW_M_S = 1.0, 2e-3
+"""Time in which a piston counts as rested, and the speed at which that is forgotten as fast as it is learnt."""
 
 
 def basis(signals: Signals) -> dict[str, Array]:
@@ -18,6 +24,7 @@ def basis(signals: Signals) -> dict[str, Array]:
         "direction_position": direction * xi,
         "velocity_2": velocity * abs(velocity) / 0.01,
         "velocity_position": velocity * xi / 0.1,
+        "direction_rested": direction * rested(np.abs(velocity), 1.0 / signals.rate_hz),
     }
     for name, pressure in (("a", signals.pressure_a_pa), ("b", signals.pressure_b_pa)):
         if pressure is not None:
@@ -27,6 +34,19 @@ def basis(signals: Signals) -> dict[str, Array]:
         warmth = (signals.oil_temperature_degc - 30.0) / 20.0
         terms |= {"warmth": warmth, "direction_warmth": direction * warmth}
     return terms
+
+
+@njit
+def rested(speed_m_s: Array, period_s: float) -> Array:
+    """How long ago the piston rested: 1 after a long rest, near 0 after some sliding; shape (n,)."""
+    out = np.empty(speed_m_s.size)
+    age = 0.0
+    for k in range(speed_m_s.size):
+        out[k] = age
+        rate = (1.0 + speed_m_s[k] / SLOW_M_S) / REST_S
+        settled = 1.0 / (1.0 + speed_m_s[k] / SLOW_M_S)
+        age = settled + (age - settled) * np.exp(-rate * period_s)
+    return out
 
 
 def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
@@ -43,6 +63,7 @@ NAMES = (
     "direction_position",
     "velocity_2",
     "velocity_position",
+    "direction_rested",
     "pressure_a",
     "pressure_a_2",
     "direction_pressure_a",

@@ -22,6 +22,7 @@ from testbed.diagnosis.belief import (
     FILE,
     Calibration,
     distribution,
+    flow_terms_signs,
     generic_signs,
     left_signs,
     presence_signs,
@@ -39,13 +40,14 @@ LEAST = 1e-3
 """Probability that counts for a set that was never tried."""
 START = {
     "left": {"one": -2.5, "force": 4.0, "flow": 5.0, "gain": -0.3},
-    "generic": {"one": -3.5, "gain": 0.7, "share": 1.0},
+    "generic": {"one": -3.5, "gain": 0.7, "share": 1.0, "alone": 0.5},
+    "flow_terms": {"one": -2.5, "gain": 1.5, "fall": 1.5, "share": 0.7},
     "presence": {"one": -11.0, "gain": 3.0, "fall": 1.9},
     "second": {"one": 5.7, "more": 1.1, "fall": 2.6, "first": -0.8, "left": -1.0},
     "rivals": {"slack": 10.0, "share": 0.05, "power_1": 2.0, "power_2": 2.0},
 }
 """Where the fit starts and what the ridge holds it to: weights fitted before on 141 other rigs."""
-QUESTIONS = ("left", "generic", "presence", "second")
+QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
 COMMAND = "python -m testbed.evaluation.diagnosis_calibration"
 
 
@@ -60,7 +62,7 @@ def read_trials(folders: Sequence[Path]) -> list[Trial]:
 
 def names_of(example: Signs) -> dict[str, list[str]]:
     """Question -> its signs."""
-    asked = (left_signs, generic_signs, presence_signs, second_signs)
+    asked = (left_signs, generic_signs, flow_terms_signs, presence_signs, second_signs)
     return {question: list(ask(example)) for question, ask in zip(QUESTIONS, asked, strict=True)}
 
 

@@ -39,7 +39,7 @@ def test_without_gain_there_is_nothing_and_with_much_of_it_there_is_the_leader()
 def test_equal_rivals_share_equally_and_one_behind_by_slack_has_a_quarter_of_the_leader_at_power_two() -> None:
     rivals = dict(slack=10.0, share=0.1, power_1=2.0, power_2=2.0)
     never = {"one": -30.0}
-    c = Calibration(never, never, {"one": 30.0}, never, rivals)
+    c = Calibration(never, never, never, {"one": 30.0}, never, rivals)
     even = distribution(found(100.0, 0.5, 0.0), c)
     assert even[("a",)] == pytest.approx(even[("b",)]) == pytest.approx(0.5, abs=1e-9)
     apart = distribution(found(100.0, 0.5, 20.0), c)  # slack 10 + 0.1 * 100

@@ -1,0 +1,106 @@
+"""What is left where no name fits: flow terms, rest, bristles of a sound seal, and intervals from blocks."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from testbed.diagnosis.base_models import declared, fit_base
+from testbed.diagnosis.evidence import evidence
+from testbed.diagnosis.fit import Fit, block_covariance
+from testbed.diagnosis.flow_structure import flow_structure
+from testbed.diagnosis.problem import Coordinate, Layout, Point, Problem
+from testbed.diagnosis.search import SOUND_COST, Candidate, Search
+from testbed.diagnosis.series import series_of
+from testbed.diagnosis.unexplained import fit_generic
+from testbed.effects import Active, by_name
+from testbed.effects.unnamed import rested
+from testbed.estimation.leg_flow import Edge
+from testbed.estimation.leg_force import PRESLIDING_M
+from testbed.evaluation.reference_rigs import Hidden, make_rig
+from testbed.parameters.leg_model import Friction
+
+Array = npt.NDArray[np.float64]
+
+
+def problem_of(monkeypatch: pytest.MonkeyPatch, numbers: dict[str, float]) -> tuple[Problem, Fit]:
+    hidden = Hidden(("outside.some",), (1.0,), numbers, (0,))
+    monkeypatch.setattr("testbed.evaluation.reference_rigs.draw_hidden", lambda rng, kind: hidden)
+    rig, _ = make_rig(12, "outside")
+    base = declared(rig)
+    problem = Problem(series_of(rig.identify, base.known), base, True)
+    return problem, fit_base(problem)[0]
+
+
+def test_edges_of_unlike_size_show_in_linear_flow_terms_and_a_sound_valve_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sound, _ = flow_structure(*problem_of(monkeypatch, {}))
+    unlike, fall = flow_structure(*problem_of(monkeypatch, {"edge_gain": 0.1}))
+    assert unlike > 5.0 * sound and fall > 0.5
+
+
+def test_a_drag_with_the_square_of_the_speed_is_told_with_its_size_although_friction_imitates_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem, refit = problem_of(monkeypatch, {"drag": 4e4})
+    before = evidence(problem, refit)
+    fit = fit_generic(problem, refit, seal=True)
+    found = evidence(problem, fit)
+    assert found.gain_over(before, found) > 200.0
+    # The term is in N at 0.1 m/s: 4e4 * 0.1^2.
+    assert fit.at.effects[-1].values["velocity_2"] == pytest.approx(400.0, rel=0.15)
+
+
+def test_a_piston_has_rested_after_a_long_rest_and_forgets_it_as_it_slides() -> None:
+    speed = np.concatenate([np.zeros(2000), np.full(2000, 0.02)])
+    age = rested(speed, 0.004)
+    assert age[1999] == pytest.approx(1.0, abs=1e-3)
+    assert age[-1] == pytest.approx(1.0 / 11.0, rel=1e-3)  # 1 / (1 + 0.02 / 0.002)
+
+
+def some_fit(effects: tuple[Active, ...], **changes: Any) -> Fit:
+    friction = Friction(
+        viscous_plus_n_s_m=2e3, coulomb_plus_n=400.0, stribeck_plus_n=100.0, stribeck_speed_plus_m_s=0.01,
+        viscous_minus_n_s_m=2e3, coulomb_minus_n=300.0, stribeck_minus_n=100.0, stribeck_speed_minus_m_s=0.01,
+    )  # fmt: skip
+    empty: dict[str, Array] = {}
+    return Fit(
+        changes.get("coordinates", ()), np.zeros(1), Point(friction, Edge(), effects), changes.get("residual", empty),
+        changes.get("jacobian", empty), changes.get("scale", empty), np.zeros((1, 1)),
+    )  # fmt: skip
+
+
+def test_a_bristle_that_bends_less_than_a_sound_seal_s_costs_by_what_it_lacks() -> None:
+    effect = by_name("friction.presliding")
+    cost = {}
+    for bend_m in (2.0 * PRESLIDING_M, 0.5 * PRESLIDING_M):
+        values = effect.complete({"stiffness": 500.0 / bend_m, "damping": 1e3})  # slips at 400 N + 100 N
+        candidate = Candidate((effect.name,), some_fit((Active(effect, values),)), evidence=None)  # type: ignore[arg-type]
+        state = Search(SimpleNamespace(kind="vertical-leg"), candidate)  # type: ignore[arg-type]
+        cost[bend_m] = state.price(candidate)
+    assert list(cost.values()) == pytest.approx([0.0, 0.5 * SOUND_COST])
+
+
+def test_a_series_held_for_a_block_is_one_witness_a_block() -> None:
+    rng = np.random.default_rng(5)
+    n, block = 8000, 20
+    numbers = np.arange(n)
+    layout = Layout(
+        ("force",), np.zeros(n, dtype=np.int64), numbers // block, np.ones(n), np.ones(n), (("force", "one"),)
+    )
+    problem: Any = SimpleNamespace(layout={"force": layout})
+    white = rng.standard_normal(n)
+    variance = {}
+    for name, residual in (("white", white), ("held", np.repeat(white[: n // block], block))):
+        fit = some_fit(
+            (), coordinates=(Coordinate("friction", "level", 0.0, -9.0, 9.0, 1.0),), residual={"force": residual},
+            jacobian={"force": np.ones((n, 1))}, scale={"force": np.ones(1)},
+        )  # fmt: skip
+        variance[name] = float(block_covariance(problem, fit)[0, 0])
+    assert variance["white"] == pytest.approx(1.0 / n, rel=0.2)
+    assert variance["held"] == pytest.approx(block / n, rel=0.2)
