@@ -137,6 +137,7 @@ DEFINITIONS = {
         f"after the warning; every warning counts, of feet that bore {LOADED_N:.0f} N or more in the 5 s before it; a "
         f"shorter touch or a load that stops above {LOSS_N:.0f} N makes it false (near: it fell below {NEAR_N:.0f} N)"
     ),
+    "early_warning": f"a right warning {LEAD_S:g} s or more before the foot is lost",
     "late_warning": f"the foot was below {LOSS_N:.0f} N in the 0.5 s before: the alarm has spoken; not counted",
 }
 
@@ -259,11 +260,12 @@ def _curve(r: Records, name: str) -> list[list[float | None]]:
 
 
 def _warning(scenes: Sequence[Tree]) -> Tree:
-    """The early warning, the same rule on the true load, and the trade-off over the load to warn at."""
+    """The early warning, on the true load, without the thrust's plan, and the trade-off over the load to warn at."""
     curve = [{"warn_at_n": n} | marks([s["warning"]["curve"][str(n)] for s in scenes], wilson) for n in CURVE_N]
     return marks([s["warning"]["own"] for s in scenes], wilson) | {
         "warn_at_n": WARNING.numbers[WARN_AT_N],
         "on_true_load": marks([s["warning"]["true"] for s in scenes], wilson),
+        "without_plan": marks([s["warning"]["unplanned"] for s in scenes], wilson),
         "curve": curve,
     }
 

@@ -10,7 +10,10 @@ again. A warning speaks of the two seconds after it, and is judged only while th
 - every warning counts, also a second one of the same fall;
 - feet that bore 1600 N or more in the last 5 s count, as losses of such feet do; lighter feet are told apart.
 
-A gradual loss is warned of in time by a warning 0.1 to 2 s before it.
+A gradual loss is warned of in time by a warning 0.1 to 2 s before it. Of the warnings that came true, those that came
+0.1 s or more before the foot was lost are told apart as `early`: the others say little that the alarm does not.
+
+The thrust that the drill's program orders is drawn again with its scene.
 """
 
 from __future__ import annotations
@@ -23,10 +26,11 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.thrust_plan import planned_thrust
 from testbed.estimation.detectors import signals as sg
 from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
-from testbed.estimation.detectors.warning import WARN_AT_N
-from testbed.evaluation.contact_loss_scenes import SETTLE_S
+from testbed.estimation.detectors.warning import LOAD, RISING, SIGNALS, THRUST, WARN_AT_N
+from testbed.evaluation.contact_loss_scenes import SETTLE_S, Scene, draw
 from testbed.evaluation.contact_loss_score import (
     CARRIED_S,
     GRADUAL_S,
@@ -46,7 +50,7 @@ ROWS = (sg.OWN, sg.CARRIED, sg.BALANCE)
 UNIT_N = 5.0
 """Resolution of what is kept."""
 WITHIN_S, LEAD_S = 2.0, 0.1
-CURVE_N = (400, 500, 600, 700, 800, 900, 1000, 1300)
+CURVE_N = (250, 300, 350, 400, 450, 500, 560, 600, 700, 800)
 """Predicted loads to warn at, for the trade-off of precision against time, N."""
 
 
@@ -76,17 +80,25 @@ def read_loads(path: Path) -> dict[str, Array] | None:
         return None
 
 
-def raised(loads_n: Array, numbers: Sequence[float]) -> list[tuple[int, float]]:
-    """The warnings a rule with these numbers raises on loads (m, 4): foot, time s."""
-    signals, score = np.zeros((len(loads_n), len(sg.SIGNALS), 4)), np.zeros((len(loads_n), 4))
-    signals[:, sg.OWN] = loads_n
+def looked_at(loads_n: Array, plan: Array | None = None) -> Array:
+    """What the warning looks at, [m, SIGNALS, 4]: loads (m, 4) and the thrust's plan (m, 2); None: unknown."""
+    signals = np.zeros((len(loads_n), len(SIGNALS), 4))
+    signals[:, LOAD] = loads_n
+    if plan is not None:
+        signals[:, THRUST], signals[:, RISING] = plan[:, :1], plan[:, 1:]
+    return signals
+
+
+def raised(signals: Array, numbers: Sequence[float]) -> list[tuple[int, float]]:
+    """The warnings a rule with these numbers raises on what it looks at: foot, time s."""
+    score = np.zeros((len(signals), 4))
     WARNING.run(signals, WARNING.start(), np.array(numbers), score)
     found = [(foot, (a + 1) * WARNING_STEP_S) for foot in range(4) for a, _ in stretches(score[:, foot] > 0.5)]
     return [(foot, round(t, 3)) for foot, t in found if t >= SETTLE_S]
 
 
 def judged(foot: int, t: float, off: Sequence[Sequence[float]], true_n: Array) -> tuple[bool, str] | None:
-    """Whether the foot was loaded, and `lost`, `near` or `false`; `late` where it was off just before.
+    """Whether the foot was loaded, and `early`, `lost`, `near` or `false`; `late` where it was off just before.
 
     None for a warning whose two seconds the scene cuts off.
     """
@@ -99,18 +111,20 @@ def judged(foot: int, t: float, off: Sequence[Sequence[float]], true_n: Array) -
     if at + ahead > len(true_n):
         return None
     soon = [s for s in mine if t < s[1] <= t + WITHIN_S]
-    if any(meant and end - start >= LOSS_S - 1e-9 for _, start, end, meant in soon):
-        return loaded, "lost"
+    lost = [start for _, start, end, meant in soon if meant and end - start >= LOSS_S - 1e-9]
+    if lost:
+        return loaded, "early" if min(lost) - t >= LEAD_S - 1e-9 else "lost"
     return loaded, "near" if soon or true_n[at : at + ahead, foot].min() < NEAR_N else "false"
 
 
-def outcome(scene: Tree, loads: dict[str, Array], kind: str, numbers: Sequence[float]) -> Tree:
-    """What a scene says of a rule on one kind of load: counts, and the lead before each gradual loss, s."""
-    given = raised(loads[kind], numbers)
-    words = [judged(foot, t, scene["off"], loads["true"]) for foot, t in given]
-    counts = {word: sum(w == (True, word) for w in words) for word in ("lost", "near", "false", "late")}
+def outcome(scene: Tree, signals: Array, true_n: Array, numbers: Sequence[float]) -> Tree:
+    """What a scene says of a rule on what it looks at: counts, and the lead before each gradual loss, s."""
+    given = raised(signals, numbers)
+    words = [judged(foot, t, scene["off"], true_n) for foot, t in given]
+    counts = {word: sum(w == (True, word) for w in words) for word in ("early", "lost", "near", "false", "late")}
+    counts["lost"] += counts["early"]
     counts["light"] = sum(w is not None and not w[0] for w in words)
-    counts["light_lost"] = sum(w == (False, "lost") for w in words)
+    counts["light_lost"] = sum(w in ((False, "lost"), (False, "early")) for w in words)
     leads = []
     for loss in scene["losses"]:
         if gradual(loss):
@@ -125,12 +139,15 @@ def gradual(loss: Tree) -> bool:
 
 
 def outcomes(scene: Tree, loads: dict[str, Array]) -> Tree:
-    """What a scene says of the warning, of the same rule on the true load, and of other thresholds."""
-    own = list(WARNING.numbers)
-    curve = {str(n): outcome(scene, loads, "own", [*own[:WARN_AT_N], n, *own[WARN_AT_N + 1 :]]) for n in CURVE_N}
+    """What a scene says of the warning, of other thresholds, and of what it would be with more and with less known."""
+    true = loads["true"]
+    plan = planned_thrust(draw(Scene(**scene["scene"])).scenario.task, len(true), WARNING_STEP_S)
+    own, seen = list(WARNING.numbers), looked_at(loads["own"], plan)
+    curve = {str(n): outcome(scene, seen, true, [*own[:WARN_AT_N], n, *own[WARN_AT_N + 1 :]]) for n in CURVE_N}
     return {
-        "own": outcome(scene, loads, "own", own),
-        "true": outcome(scene, loads, "true", WARNING_ON_TRUTH),
+        "own": outcome(scene, seen, true, own),
+        "unplanned": outcome(scene, looked_at(loads["own"]), true, own),
+        "true": outcome(scene, looked_at(true, plan), true, WARNING_ON_TRUTH),
         "curve": curve,
     }
 
@@ -138,15 +155,16 @@ def outcomes(scene: Tree, loads: dict[str, Array]) -> Tree:
 def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
     """What all scenes say, added up; `intervals(hits, of)` gives the 95 % interval of a share."""
     leads = [lead for o in found for lead in o["leads_s"]]
-    lost, near, false, late, light, light_lost = (
-        sum(o[word] for o in found) for word in ("lost", "near", "false", "late", "light", "light_lost")
-    )
-    early, given = sum(lead >= LEAD_S - 1e-9 for lead in leads), lost + near + false
+    words = ("lost", "early", "near", "false", "late", "light", "light_lost")
+    lost, early, near, false, late, light, light_lost = (sum(o[word] for o in found) for word in words)
+    in_time, given = sum(lead >= LEAD_S - 1e-9 for lead in leads), lost + near + false
+    wrong = near + false
     return {
-        "gradual_losses": len(leads), "warned_100_ms_ahead": early / len(leads) if leads else None,
-        "warned_interval95": intervals(early, len(leads)),
+        "gradual_losses": len(leads), "warned_100_ms_ahead": in_time / len(leads) if leads else None,
+        "warned_interval95": intervals(in_time, len(leads)),
         "lead_median_s": float(np.median(leads)) if leads else None,
         "warnings": given, "lost": lost, "near": near, "false": false, "late": late,
         "precision": lost / given if given else None, "precision_interval95": intervals(lost, given),
+        "early": early, "precision_of_early": early / (early + wrong) if early + wrong else None,
         "light_feet": {"warnings": light, "lost": light_lost},
     }  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.thrust_plan import ramp_share
 from testbed.laws import drill as d
 from testbed.parameters.provenance import Parameters
 from testbed.parameters.scenario_drilling import DrillHole
@@ -78,7 +79,7 @@ class DrillProgram:
         k = bisect_right(self._starts, self._starts[0] + since) - 1
         phase = task.phases[k]
         begun = since - (self._starts[k] - self._starts[0])
-        ramp = min(1.0, begun / task.ramp_s, (phase.duration_s - begun) / task.ramp_s) if task.ramp_s > 0 else 1.0
+        ramp = ramp_share(begun, phase.duration_s, task.ramp_s)
         if isinstance(phase, Push | Hammer):
             self.loads[d.FEED], self.loads[d.TORQUE] = ramp * phase.feed_n, ramp * phase.torque_nm
         if isinstance(phase, Hammer):
