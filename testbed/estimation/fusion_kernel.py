@@ -71,13 +71,12 @@ def predict(
 def observe(x: Array, p: Array, h: Array, y: float, r: float, gate: float) -> float:
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it fits. Returns y - h . x
     over its standard deviation."""
-    ph = np.empty(N)
+    ph = np.zeros(N)
     s, error = r, y
-    for i in range(N):
-        total = 0.0
-        for j in range(N):
-            total += p[i, j] * h[j]
-        ph[i] = total
+    for j in range(N):
+        if h[j] != 0.0:  # most are
+            for i in range(N):
+                ph[i] += p[i, j] * h[j]
     for i in range(N):
         s += h[i] * ph[i]
         error -= h[i] * x[i]
