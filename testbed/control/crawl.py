@@ -71,9 +71,12 @@ class Phase:
     tries: int = 1
     """Which search for this foothold it is, or was before this seat."""
     travels: bool = field(init=False)
+    ends: list[tuple[float, float]] = field(init=False)
+    """The body's start and end along x, y and z."""
 
     def __post_init__(self) -> None:
-        self.travels = bool((self.body_to != self.body_from).any())
+        self.ends = list(zip(self.body_from.tolist(), self.body_to.tolist(), strict=True))
+        self.travels = any(start != end for start, end in self.ends)
 
 
 class CrawlProgram:
@@ -150,7 +153,8 @@ class CrawlProgram:
         share = self._clock / phase.duration_s
         self._body = phase.body_from
         if phase.travels:
-            self._body = phase.body_from + (phase.body_to - phase.body_from) * progress(share)
+            way = progress(share)
+            self._body = np.array([start + (end - start) * way for start, end in phase.ends])
         over = share >= 1.0
         if phase.doing is Doing.UNLOAD:
             command.carrying[phase.leg] = False

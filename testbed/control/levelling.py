@@ -44,7 +44,7 @@ class Levelling:
         """
         write_rotation(measured.attitude_rad, self._now)
         np.matmul(self._attitude.T, self._now, out=self._turned)
-        lift = self._untwist_m(measured.load_n, seating, dt) if standing.all() else 0.0
+        lift = self._untwist_m(measured.load_n, seating, dt) if all(standing.tolist()) else 0.0
         move_feet(feet, body, standing, self._turned, LEVEL_GAIN_1_S * dt, self._twist, lift)
 
     def _untwist_m(self, load_n: Array, seating: bool, dt: float) -> float:

@@ -67,13 +67,8 @@ class RopeHold:
 
     def readiness(self, body: Array, measured_n: Array) -> float:
         """0 to 1: how fast the body may move for the ropes' sake."""
-        wanted = self._wanted(body)
-        shares = [now / force for now, force in zip(measured_n.tolist(), wanted, strict=True) if force > 0.0]
-        if not shares:
-            return 1.0
-        slack = (min(shares) - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
-        tight = (TIGHT_SHARE - max(shares)) / (TIGHT_SHARE - FIRM_SHARE)
-        return float(min(max(min(slack, tight), 0.0), 1.0))
+        share: float = rope_readiness(self.ways_m, self.pull_n, body, measured_n) if self._any else 1.0
+        return share
 
     def _wanted(self, body: Array) -> tuple[float, float]:
         if not self._any:
@@ -114,6 +109,18 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
     rope_directions(ways, body, directions)
     left, right = wanted_tensions(directions, pull)
     return left, right
+
+
+@njit
+def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+    """See RopeHold.readiness."""
+    least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
+    for k in range(2):
+        if wanted[k] > 0.0:
+            least, most = min(least, measured_n[k] / wanted[k]), max(most, measured_n[k] / wanted[k])
+    slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
+    tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
+    return min(max(min(slack, tight), 0.0), 1.0)
 
 
 @njit

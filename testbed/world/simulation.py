@@ -213,8 +213,8 @@ class Simulation:
         m = self.machine
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
-        happened = self._hold.update(m.drill, t, 1.0 / TICK_HZ, self._command.hold_drill)
-        self.events += [{"t": t, **news} for news in happened]
+        for news in self._hold.update(m.drill, t, 1.0 / TICK_HZ, self._command.hold_drill):
+            self.events.append({"t": t, **news})
         m.limit_thrust()
         self._row[DRILL] = m.drill_known()
         if m.drill.store_change_kg:
