@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import settings
 from scenario_runs import Job, Runs, made_beside
+
+settings.register_profile("testbed", deadline=None)  # the first example loads or compiles its kernels
+settings.load_profile("testbed")
 
 
 @pytest.fixture(scope="session", autouse=True)
