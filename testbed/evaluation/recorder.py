@@ -23,6 +23,7 @@ import numpy.typing as npt
 import yaml
 
 from testbed.errors import InputError
+from testbed.parameters.table import read_parquet
 
 Array = npt.NDArray[np.float64]
 
@@ -119,7 +120,7 @@ class RunRecorder:
         waiting: list[Any] = []
         with pq.ParquetWriter(single, self._schemas[name], **_OPTIONS) as writer:
             for part in sorted(folder.glob("part-*.parquet")):
-                waiting.append(pq.read_table(part))
+                waiting.append(read_parquet(part))
                 if sum(map(len, waiting)) >= _ROWS_PER_GROUP:
                     writer.write_table(pa.concat_tables(waiting).combine_chunks())
                     waiting.clear()

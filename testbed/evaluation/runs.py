@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.parameters.table import read_parquet
 from testbed.parameters.yaml_files import read_yaml
 
 Columns = dict[str, npt.NDArray[np.float64]]
@@ -81,7 +82,7 @@ def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Co
     try:
         schema = pq.read_schema(path if path.is_file() else min(path.glob("part-*.parquet")))
         known = None if columns is None else [c for c in columns if c in schema.names]
-        table = pq.read_table(path, columns=known)
+        table = read_parquet(path, known) if path.is_file() else pq.read_table(path, columns=known)
     except (OSError, pa.ArrowException) as error:
         raise InputError(f"is not a readable Parquet file: {error}", file=path) from error
     return {c: table.column(c).to_numpy().astype(np.float64) for c in table.column_names}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +31,22 @@ def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> di
                 allowed=", ".join(table.column_names),
             )
         try:
-            values = table.column(column).cast("float64").to_numpy(zero_copy_only=False)
+            found = table.column(column)
+            if str(found.type) != "double":  # a cast loads all that Arrow computes with
+                found = found.cast("float64")
+            values = found.to_numpy(zero_copy_only=False)
         except Exception as error:
             raise InputError(f"column {column!r} is not numbers: {error}", file=path) from error
         out[column] = np.ascontiguousarray(values, dtype=np.float64)
     return out
+
+
+def read_parquet(path: Path, columns: Sequence[str] | None = None) -> Any:
+    """The columns named (None: all) of a Parquet file as an Arrow table; quicker to start than Arrow's data sets."""
+    import pyarrow.parquet
+
+    with pyarrow.parquet.ParquetFile(path) as file:
+        return file.read(columns=None if columns is None else list(columns), use_threads=False)
 
 
 def write_columns(path: Path, columns: Mapping[str, Array]) -> None:
@@ -63,7 +74,6 @@ def write_columns(path: Path, columns: Mapping[str, Array]) -> None:
 
 def _open(path: Path) -> Any:
     import pyarrow.csv
-    import pyarrow.parquet
 
     if not path.is_file():
         raise InputError("no such file", file=path)
@@ -71,7 +81,7 @@ def _open(path: Path) -> Any:
         if path.suffix == ".csv":
             return pyarrow.csv.read_csv(path)
         if path.suffix == ".parquet":
-            return pyarrow.parquet.read_table(path, use_threads=False)
+            return read_parquet(path)
     except Exception as error:
         raise InputError(f"is not a readable table: {error}", file=path) from error
     raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
