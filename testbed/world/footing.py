@@ -112,9 +112,13 @@ class Footing:
                 self._engine.contact_normals(normals)
         if local is None and not self._loose:
             return
-        for leg in range(4):
-            foot = None if local is None else local[leg]
-            if self._circles and foot is not None:
+        if local is None:  # no foot changes its place, and under load only loose ground changes
+            for leg, place in enumerate(self._under):
+                if place.plastic_n_m < np.inf:
+                    self._settle(leg, None, 0.0, loads[leg], dt)
+            return
+        for leg, foot in enumerate(local):
+            if self._circles:
                 self._step_on(leg, foot, loads[leg] > AIR_N)
             if self._loose:
                 self._settle(leg, foot, 0.0 if heights is None else float(heights[leg]), loads[leg], dt)
