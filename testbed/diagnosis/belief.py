@@ -149,14 +149,15 @@ def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
         (singles, c.rivals["power_1"], some * (1.0 - two)),
         (larger, c.rivals["power_2"], some * two),
     ):
-        for names, share in _rivalry(group, c.rivals["slack"], c.rivals["share"], power):
+        for names, share in rivalry(group, c.rivals["slack"], c.rivals["share"], power):
             out[names] = out.get(names, 0.0) + (1.0 - missing) * whole * share
     return out
 
 
-def _rivalry(
+def rivalry(
     group: Sequence[tuple[Names, float]], slack: float, share: float, power: float
 ) -> list[tuple[Names, float]]:
+    """Shares of the sets of one size, adding up to 1: (names, gain) -> (names, share)."""
     if not group:
         return []
     gains = np.array([g for _, g in group])

@@ -12,8 +12,9 @@ import numpy.typing as npt
 from testbed.diagnosis.base_models import EDGE
 from testbed.diagnosis.findings import entries_of
 from testbed.diagnosis.fit import Fit, residuals, solve
-from testbed.diagnosis.hypotheses import LeftOut, available, bounded
+from testbed.diagnosis.hypotheses import LeftOut, available, bounded, restarted
 from testbed.diagnosis.problem import Coordinate, Point, effect_coordinates, friction_coordinates
+from testbed.diagnosis.robot_belief import calibration, distribution, signs_of
 from testbed.diagnosis.robot_problem import RobotProblem
 from testbed.diagnosis.robot_rig import (
     believed_model,
@@ -24,7 +25,7 @@ from testbed.diagnosis.robot_rig import (
 )
 from testbed.diagnosis.search import Search, search
 from testbed.diagnosis.series import series_of
-from testbed.diagnosis.verdict import Verdict, decide_among
+from testbed.diagnosis.verdict import Verdict, verdict_of
 from testbed.effects import Active, Effect, at, by_name
 from testbed.parameters.leg_model import EffectEntry, LegModel
 from testbed.parameters.provenance import Parameters
@@ -37,6 +38,9 @@ SLIDING_BINS = 150
 NOT_FOR_A_LEG = ("supply.droop", "force.periodic", "friction.presliding", "sensor.line_b", "friction.temperature",
                  "force.cushion")  # fmt: skip
 MOST_EFFECTS = 2
+RESTARTS, SETTLED = 4, 0.02
+"""Fits of what all legs share, each from the answer of the one before, until no number moves by this share of its
+scale: whatever it has not found yet would count as the gain of any effect."""
 Progress = Callable[[str], None]
 
 
@@ -91,7 +95,7 @@ def diagnose_robot(
     before = Point(model.friction, declared_edge(machine), (*everywhere, *granted))
     fit = _common(problem, before, slides)
     state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, taken))
-    verdict = decide_among(state, _strange(state))
+    verdict = verdict_of(state, distribution(signs_of(state), calibration()))
     chosen = verdict.chosen.fit if verdict.kind == "effect" else fit
     memory = float(np.median([v for k, v in verdict.chosen.evidence.memory.items() if k[0].startswith("force")]))
     entries = entries_of(chosen, memory)
@@ -126,7 +130,13 @@ def _common(problem: RobotProblem, before: Point, slides: bool) -> Fit:
         start = {effect.required[0]: number or 0.0}
         before = replace(before, effects=(*before.effects, Active(effect, effect.complete(start))))
         coordinates += [bounded(c, problem) for c in effect_coordinates(effect, (), start)]
-    return solve(problem, coordinates, before, iterations=20)
+    fit = solve(problem, coordinates, before, iterations=20)
+    for _ in range(RESTARTS):  # the noise of all groups is estimated on the way: from the answer it is another one
+        before_it, fit = fit, solve(problem, [restarted(c, fit.at) for c in fit.coordinates], fit.at, iterations=20)
+        moved = np.abs(fit.theta - before_it.theta) / [c.scale for c in fit.coordinates]
+        if moved.max(initial=0.0) < SETTLED:
+            break
+    return fit
 
 
 def _hypotheses(
@@ -143,18 +153,6 @@ def _hypotheses(
             placed += [at(effect, s.name) for s in problem.series]
     out += [LeftOut(name, "the model has it already") for name in granted if "@" in name]
     return [e for e in placed if e.name not in granted], out
-
-
-def _strange(state: Search) -> float:
-    """Probability that something without a name is left: one leg's residual stays far above the others'."""
-    best = state.best or state.refit
-    worst = 1.0
-    for channel in ("force", "force_held", "flow_a", "flow_b"):
-        unsure = state.problem.unsure[channel]
-        scales = sorted(float(np.hypot(v, unsure)) for k, v in best.evidence.scale.items() if k[0] == channel)
-        if len(scales) == 4:
-            worst = max(worst, scales[-1] / (0.5 * (scales[0] + scales[1])))
-    return float(1.0 / (1.0 + np.exp(-5.0 * np.log(worst / 3.0))))
 
 
 def _rms(problem: RobotProblem, point: Point) -> dict[str, float]:

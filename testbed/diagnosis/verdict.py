@@ -4,7 +4,8 @@ For legs with declared sensors and valve the probabilities come from `belief`, w
 independent reference leg (`testbed evaluate-diagnosis` judges on others); no number was fitted to an outside recording.
 Three constants of the balances were chosen on outside rigs, which are therefore no blind test of them: the orifice's
 smoothing (0.5 bar), the command's lead (0.75 sample), the pre-sliding travel (0.12 mm). For measured benches, which
-declare less, and for one leg of the robot the numbers below are set by hand: probabilities there are not calibrated.
+declare less, the numbers below are set by hand: probabilities there are not calibrated. A leg of the robot has its own
+(`robot_belief`).
 """
 
 from __future__ import annotations
@@ -68,17 +69,18 @@ small its residual could be is not known."""
 def decide(state: Search, found: Unexplained) -> Verdict:
     """The distribution over sets and the verdict."""
     if state.problem.kind == "vertical-leg":
-        return _verdict(state, distribution(signs(state, found), calibration()))
+        return verdict_of(state, distribution(signs(state, found), calibration()))
     return decide_among(state, NAMED if state.best and state.best.names else NOTHING)
 
 
 def decide_among(state: Search, missing: float) -> Verdict:
     """The same for what is not calibrated, given the probability `missing` that what is there has no name."""
     weights = {names: w * (1.0 - missing) for names, w in _weights(state).items()}
-    return _verdict(state, {**weights, ("unnamed",): missing})
+    return verdict_of(state, {**weights, ("unnamed",): missing})
 
 
-def _verdict(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdict:
+def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdict:
+    """The verdict that weights of sets of names make; ("unnamed",) is what no name covers."""
     total = sum(weights.values())
     ranked = sorted(((n, w / total) for n, w in weights.items()), key=lambda item: -item[1])
     top = ranked[0][0]

@@ -124,15 +124,15 @@ def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -
     row = {
         "fitted_by": f"{COMMAND} DIR, DIR of testbed evaluate-diagnosis",
         "rigs": len(seeds),
-        "seeds": _ranges(seeds),
+        "seeds": ranges(seeds),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
-        **{question: _rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals")},
+        **{question: rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals")},
     }
     return yaml.safe_dump(row, sort_keys=False)
 
 
-def _ranges(seeds: Sequence[int]) -> str:
+def ranges(seeds: Sequence[int]) -> str:
     """`1000-1041, 1065`."""
     out: list[list[int]] = []
     for seed in sorted(set(seeds)):
@@ -143,7 +143,8 @@ def _ranges(seeds: Sequence[int]) -> str:
     return ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in out)
 
 
-def _rounded(weights: Any) -> dict[str, float]:
+def rounded(weights: Any) -> dict[str, float]:
+    """Weights to four digits, as the files have them."""
     return {k: float(f"{v:.4g}") for k, v in weights.items()}
 
 
