@@ -28,8 +28,6 @@ from testbed.parameters.names import LEGS
 Array = NDArray[np.float64]
 HIDDEN: Array = np.tile([60.0, 350.0, 150.0], len(LEGS))
 """What friction hides of the joints' forces, one standard deviation, N m, N, N (E); the vertical ones are estimated."""
-SMOOTH_S = 0.03
-"""Time constant of the measured forces and tensions (E); 0.08 and more hunts."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +64,7 @@ class Distribution:
         """Processor time of each plan, s, if `timed`: to ask for it takes as long as a part of the plan."""
         self._statics = statics
         self._now = Command()
-        self._smooth: Array | None = None
-        self._pull = np.zeros(2)
+        self._pull: Array | None = None
         self._edge, self._side = np.ones(FEET), np.zeros(FEET)
         self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
@@ -87,15 +84,14 @@ class Distribution:
     def _follow(self, plan: Plan, now: Balance, dt: float, measured: Measured, command: Command) -> None:
         """What is wanted, in set points; the inner command moves on."""
         out = self._now
-        if self._smooth is None:
-            self._smooth, self._pull = now.measured.copy(), now.measured_pull_n.copy()
-        smooth = self._smooth
-        smooth += min(1.0, dt / SMOOTH_S) * (now.measured - smooth)
+        measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
+        if self._pull is None:
+            self._pull = now.measured_pull_n.copy()
         if plan.feasible:
-            add_pull(plan.forces[FEET:], smooth[FEET:], dt, self._pull, out.rope_rate_m_s)
+            add_pull(plan.forces[FEET:], measured_n[FEET:], dt, self._pull, out.rope_rate_m_s)
             if command.carrying.all():
-                force = self._squeezing(smooth - plan.forces, now, measured.position)
-                add_squeeze(force, now.compliance, smooth, plan.forces, dt, self._edge, self._side, out.rate)
+                force = self._squeezing(measured_n - plan.forces, now, measured.position)
+                add_squeeze(force, now.compliance, measured_n, plan.forces, dt, self._edge, self._side, out.rate)
         command.reference += command.rate * dt
 
     def _squeezing(self, excess: Array, now: Balance, position: Array) -> Array:
