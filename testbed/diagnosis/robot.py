@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from testbed.diagnosis.robot_rig import (
     granted_effects,
     recordings_of,
 )
+from testbed.diagnosis.robot_zeros import without_zeros, zeros
 from testbed.diagnosis.search import Search, search
 from testbed.diagnosis.series import series_of
 from testbed.diagnosis.verdict import Verdict, verdict_of
@@ -92,13 +93,14 @@ def diagnose_robot(
     granted = granted_effects(start) if start is not None else ()
     taken = {a.effect.name for a in granted}
     everywhere = tuple(a for a in declared_effects(machine) if a.effect.name not in taken)
-    before = Point(model.friction, declared_edge(machine), (*everywhere, *granted))
-    fit = _common(problem, before, slides)
+    offsets, free = zeros(problem, machine)
+    before = Point(model.friction, declared_edge(machine), (*everywhere, *granted, *offsets))
+    fit = _common(problem, before, slides, free)
     state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, taken))
     verdict = verdict_of(state, distribution(signs_of(state), calibration()))
     chosen = verdict.chosen.fit if verdict.kind == "effect" else fit
     memory = float(np.median([v for k, v in verdict.chosen.evidence.memory.items() if k[0].startswith("force")]))
-    entries = entries_of(chosen, memory)
+    entries = entries_of(without_zeros(chosen), memory)
     points = {"before": before, "refit": fit.at, "after": chosen.at}
     named = tuple(e for e in entries if e.place)
     models = {
@@ -112,9 +114,10 @@ def diagnose_robot(
     return RobotDiagnosis(name, problem, kept_back, state, verdict, models, entries, table, slides, points)
 
 
-def _common(problem: RobotProblem, before: Point, slides: bool) -> Fit:
-    """What all four legs share: friction (where pistons slide), the declared effects' sizes, the valve's edges."""
-    coordinates: list[Coordinate] = []
+def _common(problem: RobotProblem, before: Point, slides: bool, free: Sequence[Coordinate]) -> Fit:
+    """What all four legs share: friction (where pistons slide), the declared effects' sizes, the valve's edges; and
+    what is free in each leg without being a finding."""
+    coordinates: list[Coordinate] = list(free)
     if slides:
         coordinates += friction_coordinates(before.friction, 100.0)
         for active in before.effects:
@@ -169,4 +172,4 @@ def _rms(problem: RobotProblem, point: Point) -> dict[str, float]:
 
 
 def _placed(fit: Fit, memory: float) -> tuple[EffectEntry, ...]:
-    return tuple(e for e in entries_of(fit, memory) if e.place)
+    return tuple(e for e in entries_of(without_zeros(fit), memory) if e.place)

@@ -50,10 +50,12 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
 
 
 def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    columns = basis(signals)
-    for name, value in p.items():
-        if value and name in columns:
-            terms.force_n = terms.force_n - value * columns[name]
+    used = {name: value for name, value in p.items() if value}
+    terms.force_n = terms.force_n - used.pop("bias", 0.0)
+    if used:
+        columns = basis(signals)
+        for name in (n for n in used if n in columns):
+            terms.force_n = terms.force_n - used[name] * columns[name]
 
 
 NAMES = (
