@@ -44,10 +44,10 @@ def _logistic(x: float) -> float:
     return float(1.0 / (1.0 + np.exp(-np.clip(x, -30.0, 30.0))))
 
 
-def presence(gain: float, fall: float, kind: str) -> float:
+def presence(gain: float, fall: float) -> float:
     """Probability that an effect is there at all: held-out gain, and how far it lowers some group's noise."""
     g, f = np.log(max(gain, 0.1)), np.log(max(fall, 1e-4))
-    least, falls = (8.0, 0.15) if kind == "robot" else (25.0, 0.04)
+    least, falls = 25.0, 0.04
     return _logistic(2.0 * (g - np.log(least)) + 4.0 * (f - np.log(falls)))
 
 
@@ -70,11 +70,7 @@ def decide(state: Search, found: Unexplained) -> Verdict:
     """The distribution over sets and the verdict."""
     if state.problem.kind == "vertical-leg":
         return verdict_of(state, distribution(signs(state, found), calibration()))
-    return decide_among(state, NAMED if state.best and state.best.names else NOTHING)
-
-
-def decide_among(state: Search, missing: float) -> Verdict:
-    """The same for what is not calibrated, given the probability `missing` that what is there has no name."""
+    missing = NAMED if state.best and state.best.names else NOTHING
     weights = {names: w * (1.0 - missing) for names, w in _weights(state).items()}
     return verdict_of(state, {**weights, ("unnamed",): missing})
 
@@ -97,7 +93,7 @@ def _weights(state: Search) -> dict[tuple[str, ...], float]:
         return {(): 1.0}
     first = max(singles, key=state.gain)
     kind = state.problem.kind
-    some = presence(state.gain(first), state.fall(first, state.refit), kind)
+    some = presence(state.gain(first), state.fall(first, state.refit))
     out: dict[tuple[str, ...], float] = {(): 1.0 - some}
     more = [c for c in state.tried.values() if len(c.names) > 1]
     two = 0.0
