@@ -25,8 +25,9 @@ from testbed.parameters.scenario import Scenario, load_scenario
 Array = NDArray[np.float64]
 Kind = Literal["quiet", "losses", "supervised"]
 Split = Literal["tuning", "scoring"]
-FIRST_SEED = {"tuning": 410_000, "scoring": 870_000}
-"""Seeds of the two splits never meet; constants and thresholds are set on `tuning` alone."""
+FIRST_SEED = {"tuning": 410_000, "scoring": 930_000}
+"""Seeds of the two splits never meet; constants and thresholds are set on `tuning` alone. Scoring seeds from 870 000 on
+have been looked at: a drifting sensor was found there."""
 SETTLE_S = 2.0
 LOSS_SCENE_S = 60.0
 QUIET_SCENE_S = 300.0

@@ -7,7 +7,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.believed import Believed
-from testbed.estimation.detectors import cusum, glr, momentum, signals
+from testbed.estimation.detectors import combined, cusum, glr, momentum, signals
 from testbed.estimation.detectors.table import BEST, DETECTORS, by_name
 from testbed.parameters.provenance import roboclimber
 
@@ -51,6 +51,28 @@ def test_one_detector_is_the_best_and_an_unknown_name_is_refused() -> None:
     assert [d.name for d in DETECTORS if d.best] == [BEST]
     with pytest.raises(InputError, match="no such detector"):
         by_name("combinde")
+
+
+def _combined(own: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Load that the combined detector sees where `balance` and `carried` read `others` (n,) and the estimate `own`."""
+    rows, score = _signals(others), np.zeros((len(own), 4))
+    rows[:, signals.OWN] = own[:, None]
+    combined.run(rows, by_name(BEST).start(), np.array(by_name(BEST).numbers), score)
+    return -score[:, 0]
+
+
+def test_a_drifting_sensor_is_given_back_what_friction_cannot_explain() -> None:
+    """Drifted by 4 kN, 800 N of them friction's: 0.35 * 4000 + (0.3 + 0.35) * 3200 = 3480 N, not 1400."""
+    own = np.full(100_000, 4000.0)
+    assert _combined(own, np.zeros(100_000))[-1] == pytest.approx(3480.0, abs=1.0)
+    assert _combined(own, np.full(100_000, 3300.0))[-1] == pytest.approx(0.35 * 4000.0 + 0.65 * 3300.0)
+
+
+def test_a_foot_lost_after_a_drift_is_still_seen_within_a_hundredth_of_a_second() -> None:
+    lost = np.concatenate([np.full(60_000, 4000.0), np.zeros(20)])
+    seen = _combined(lost, lost - 3000.0)
+    assert seen[59_999] > 3000.0
+    assert seen[60_010] < seen[59_999] - 3900.0
 
 
 def test_cusum_gains_the_log_likelihood_ratio_of_each_sample() -> None:

@@ -4,6 +4,10 @@ They differ in the friction of a piston that hardly moves: none (`balance`, the 
 drifts to the middle), `carried` (followed through the oil, signals.py). Each is wrong by up to the break-away force,
 seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of them. The score is
 how far it lies below zero, N.
+
+A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the whole machine weighs.
+Friction can tell them apart by no more than the break-away force: what they differ from `own` beyond that, over many
+seconds, is taken for the sensor's and given back.
 """
 
 from __future__ import annotations
@@ -15,16 +19,30 @@ from testbed.compiled import njit
 from testbed.estimation.detectors.signals import BALANCE, CARRIED, OWN
 
 Array = NDArray[np.float64]
-MEAN, STARTED, STATE_SIZE = range(3)
+MEAN, STARTED, BEHIND_BALANCE, BEHIND_CARRIED, STATE_SIZE = range(5)
+
+
+@njit
+def beyond(difference_n: float, break_away_n: float) -> float:
+    """What of a difference (N) friction does not explain."""
+    if difference_n > break_away_n:
+        return difference_n - break_away_n
+    return min(difference_n + break_away_n, 0.0)
 
 
 @njit
 def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [time of the mean s, weights of balance, own and carried, step s]."""
-    share = p[4] / (p[0] + p[4])
+    """p = [time of the mean s, weights of balance, own and carried, step s, time over which a difference is taken for
+    a sensor's s, break-away force N]."""
+    share, slow = p[4] / (p[0] + p[4]), p[4] / (p[5] + p[4])
     for foot in range(4):
         s = state[foot]
-        load = p[1] * signals[BALANCE, foot] + p[2] * signals[OWN, foot] + p[3] * signals[CARRIED, foot]
+        balance, own, carried = signals[BALANCE, foot], signals[OWN, foot], signals[CARRIED, foot]
+        s[BEHIND_BALANCE] += slow * (own - balance - s[BEHIND_BALANCE])
+        s[BEHIND_CARRIED] += slow * (own - carried - s[BEHIND_CARRIED])
+        balance += beyond(s[BEHIND_BALANCE], p[6])
+        carried += beyond(s[BEHIND_CARRIED], p[6])
+        load = p[1] * balance + p[2] * own + p[3] * carried
         s[MEAN] = load if s[STARTED] == 0.0 else s[MEAN] + share * (load - s[MEAN])
         s[STARTED] = 1.0
         score[foot] = -s[MEAN]

@@ -36,9 +36,9 @@ DETECTORS: tuple[Detector, ...] = (
     Detector("multiple_model", "two models, Bayes", multiple_model.run, multiple_model.STATE_SIZE,
              (OWN, 1600.0, 250.0, 60.0, 1.0e-6, 4.0)),
     Detector(BEST, "mean of three loads", combined.run, combined.STATE_SIZE,
-             (6.7e-4, 0.3, 0.35, 0.35, STEP_S), best=True),
+             (6.7e-4, 0.3, 0.35, 0.35, STEP_S, 10.0, 800.0), best=True),
 )  # fmt: skip
-"""Numbers: see each detector's `step`. 1600 N is twice the believed break-away force."""
+"""Numbers: see each detector's `step`. 800 N is the believed break-away force, 620 + 180, 1600 N twice that."""
 
 WARNING = Detector("warning", "low, falling, and not to be stopped by what is known", warning.run, warning.STATE_SIZE,
                    (0.08, 0.325, 0.2, 0.35, 560.0, 3.0, 0.0, 0.7, WARNING_STEP_S, 1600.0))  # fmt: skip
