@@ -27,6 +27,8 @@ SOUND_COST = 1000.0
 """Log-likelihood that a bristle costs which does not bend at all."""
 FITTED_FIRST, FITTED_THEN = 9, 5
 """How many of the effects that promise most are fitted in full: as a first effect, as a further one."""
+SHAPED_BY_PROMISE = 2
+"""How many of the effects that promise most get their shapes as a first effect, whatever their plain law gains."""
 FAR_FROM_LINEAR = ("friction.presliding", "sensor.line_b")
 Progress = Callable[[str], None]
 
@@ -149,6 +151,8 @@ def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate
         return None
     # Shapes may turn the tables between the first few: all of them get theirs.
     leaders = [c for c in ranked[:3] if _between(c, current, state) > 0.5 * _between(ranked[0], current, state)]
+    if not current.names:  # a law of another form may carry over to no other block, but its right shape does
+        leaders += [c for c in options[:SHAPED_BY_PROMISE] if c not in leaders]
     shaped = [_shape(state, c) for c in leaders]
     best = max(shaped, key=lambda c: _between(c, current, state))
     for c in shaped:

@@ -87,10 +87,10 @@ CASES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-def climbs(cases: Sequence[str], seeds: int) -> list[Climb]:
-    """Every case with seeds 1 .. seeds, seed by seed, so that a part of them is a fair sample."""
+def climbs(cases: Sequence[str], seeds: int, first: int = 1) -> list[Climb]:
+    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample."""
     out = []
-    for seed in range(1, seeds + 1):
+    for seed in range(first, seeds + 1):
         for case in cases:
             friction = float(np.random.default_rng([seed, 77]).uniform(*FRICTION))
             drawn = [f"terrain.friction={friction:.4f}"]
@@ -139,13 +139,13 @@ def _travelled(world: Any) -> float:
 
 def evaluate(
     out: Path, cases: Sequence[str], seeds: int, jobs: int, way_m: float = WAY_M,
-    progress: Callable[[int], None] | None = None,
+    progress: Callable[[int], None] | None = None, first_seed: int = 1,
 ) -> list[Outcome]:
     """Run what is not in `out` yet; returns everything that is there of these cases, in order."""
     out.mkdir(parents=True, exist_ok=True)
     lines = out / "climbs.jsonl"
     done = {(o.case, o.seed): o for o in read(lines) if o.goal_m == way_m}
-    wanted = climbs(cases, seeds)
+    wanted = climbs(cases, seeds, first_seed)
     todo = [c for c in wanted if (c.case, c.seed) not in done]
     with ProcessPoolExecutor(max_workers=jobs) as pool, lines.open("a") as file:
         if todo and file.tell() and not lines.read_text().endswith("\n"):
@@ -195,7 +195,8 @@ def table(outcomes: Sequence[Outcome]) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; exit status 2 on bad input."""
     parser = argparse.ArgumentParser(prog="python -m testbed.evaluation.climbs", description=__doc__.split("\n")[0])
-    parser.add_argument("--seeds", type=int, default=20, help="runs of each case")
+    parser.add_argument("--seeds", type=int, default=20, help="last seed of each case")
+    parser.add_argument("--first-seed", type=int, default=1, help="first seed of each case")
     parser.add_argument("--out", type=Path, required=True, help="folder of climbs.jsonl and climbs.md")
     parser.add_argument("--jobs", type=int, default=1, help="processes at work")
     parser.add_argument("--way", type=float, default=WAY_M, help="how far up the slope, m")
@@ -205,10 +206,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for name in given.cases:
             if name not in CASES:
                 raise InputError("no such case", field="--cases", value=name, allowed=", ".join(CASES))
-        total = given.seeds * len(given.cases)
+        total = (given.seeds - given.first_seed + 1) * len(given.cases)
+        if not 1 <= given.first_seed <= given.seeds:
+            raise InputError("no such seed", field="--first-seed", value=given.first_seed, allowed="1 to --seeds")
         outcomes = evaluate(
             given.out, given.cases, given.seeds, given.jobs, given.way,
             progress=lambda done: print(f"\r{done} of {total} climbs", end="", file=sys.stderr, flush=True),
+            first_seed=given.first_seed,
         )  # fmt: skip
     except InputError as error:
         parser.exit(2, f"{error}\n")
