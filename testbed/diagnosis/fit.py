@@ -98,7 +98,7 @@ def jacobian(
     """Differences forward (backward at an upper bound), channel by channel.
 
     A coordinate that does not move a channel has a zero column."""
-    out = {c: np.zeros((len(r), len(theta))) for c, r in at_zero.items()}
+    out = {c: np.zeros((len(r), len(theta)), order="F") for c, r in at_zero.items()}
     for j, c in enumerate(coordinates):
         moved = [m for m in c.moves if m in at_zero]
         if not moved:

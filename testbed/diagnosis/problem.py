@@ -11,14 +11,15 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.series import Series
+from testbed.compiled import njit
+from testbed.diagnosis.series import BIN, Series
 from testbed.effects import Active, by_name
 from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals
 from testbed.effects.placed import kind_of
 from testbed.estimation.leg_balance import corrected, external_n, force_terms, without_friction_n
 from testbed.estimation.leg_flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg_force import narrow_band
-from testbed.estimation.leg_friction import friction_n
+from testbed.estimation.leg_friction import friction_n, static_one_n, static_parts
 from testbed.parameters.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
@@ -165,11 +166,39 @@ class Problem:
 def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
     """Binned force residual of one series, N."""
     signals, terms, total = balance
+    mask = s.trusted & s.clear
+    plain = terms.load_coefficient == 0.0 or terms.load_exponent == 1.0
+    if plain and terms.presliding is None and not terms.narrow_bands:
+        reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
+        packed, *changes = static_parts(friction, signals, terms)
+        v = signals.velocity_m_s
+        return np.asarray(_plain_error(total, v, reference, mask, packed, *changes, float(terms.load_coefficient), BIN))
     value = external_n(total - friction_n(friction, signals, terms), np.sign(signals.velocity_m_s), terms)
     error = value - (s.reference_n if s.reference_n is not None else 0.0)
     for frequency, amplitude, harmonics in terms.narrow_bands:
-        error = error - narrow_band(error, s.trusted & s.clear, signals, frequency, harmonics, amplitude)
-    return s.binned(error, s.trusted & s.clear)[0]
+        error = error - narrow_band(error, mask, signals, frequency, harmonics, amplitude)
+    return s.binned(error, mask)[0]
+
+
+@njit
+def _plain_error(
+    total: Array, v: Array, reference: Array, mask: npt.NDArray[np.bool_], friction: Array, scale: Array, add: Array,
+    thin: Array, load: float, width: int,
+) -> Array:
+    """The same in one pass, for friction without memory that grows straight with the load; shape (n // width,)."""
+    out = np.zeros(len(total) // width)
+    for b in range(len(out)):
+        count = 0
+        for i in range(b * width, (b + 1) * width):
+            if not mask[i]:
+                continue
+            rest = total[i] - static_one_n(v[i], friction, scale[i], add[i], thin[i])
+            if rest > 0.0:
+                rest /= 1.0 + np.sign(v[i]) * load
+            out[b] += rest - reference[i]
+            count += 1
+        out[b] /= max(count, 1)
+    return out
 
 
 def effect_coordinates(

@@ -107,41 +107,65 @@ def flow_balance(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge = 
     assert k.supply_pressure_nominal_pa and k.bulk_modulus_pa and k.stroke_m
     rated, drop, tank = edge.gain * k.valve_rated_flow_m3_s, k.valve_rated_drop_per_edge_pa, k.tank_pressure_pa or 0.0
     o = open_
-    out = o > 0.0
     nominal = k.supply_pressure_nominal_pa
     supply: Array | float = nominal
     if terms.droop_pa_s_m3 > 0.0:
         supply = _supply(
             o, pa, pb, nominal, rated, drop, terms.droop_pa_s_m3, terms.droop_time_s, 1.0 / signals.rate_hz
         )
-    flow_a = np.where(
-        out,
-        edge_flow(o, supply - pa, rated, drop, edge.smooth_pa),
-        -edge_flow(o, pa - tank, rated, drop, edge.smooth_pa),
-    )
-    flow_b = np.where(
-        out,
-        -edge_flow(o, pb - tank, edge.share_b * rated, drop, edge.smooth_pa),
-        edge_flow(o, supply - pb, edge.share_b * rated, drop, edge.smooth_pa),
-    )
-    leak = leak_m3_s(pa - pb, terms.leakage_m3_s_pa, terms.leakage_exponent)
+    leak: Array | float = 0.0
+    if terms.leakage_m3_s_pa:
+        leak = leak_m3_s(pa - pb, terms.leakage_m3_s_pa, terms.leakage_exponent)
     x, v = signals.position_m, signals.velocity_m_s
-    volume_a = (k.dead_volume_a_m3 or 0.0) + k.area_a_m2 * x
-    volume_b = (k.dead_volume_b_m3 or 0.0) + k.area_b_m2 * (k.stroke_m - x)
     soft_a: Array | float = 1.0 / k.bulk_modulus_pa
     soft_b: Array | float = soft_a
     if terms.gas_fraction > 0.0:
         soft_a = soft_a + compliance_1_pa(pa.clip(0.0), terms.gas_fraction, terms.gas_exponent)
         soft_b = soft_b + compliance_1_pa(pb.clip(0.0), terms.gas_fraction, terms.gas_exponent)
-    rate_a, rate_b = np.gradient(pa) * signals.rate_hz, np.gradient(pb) * signals.rate_hz
-    a = flow_a - k.area_a_m2 * v - leak - volume_a * soft_a * rate_a
-    b = flow_b + k.area_b_m2 * v + leak - volume_b * soft_b * rate_b
+    sizes = np.array([rated, edge.share_b, drop, edge.smooth_pa, tank, signals.rate_hz])
+    chambers = np.array(
+        [k.area_a_m2, k.area_b_m2, k.dead_volume_a_m3 or 0.0, k.dead_volume_b_m3 or 0.0, k.stroke_m], dtype=np.float64
+    )
+    varied = [np.broadcast_to(np.asarray(c, dtype=np.float64), pa.shape) for c in (supply, leak, soft_a, soft_b)]
+    a, b = _chambers(o, pa, pb, x, v, *varied, sizes, chambers)
     if terms.hose_capacity_m3_pa > 0.0:
         a = a - _hose(pa, terms.hose_capacity_m3_pa, terms.hose_time_s, 1.0 / signals.rate_hz)
     evidence = None
     if signals.supply_pressure_pa is not None:
         evidence = signals.supply_pressure_pa - supply
     return FlowBalance(a, b, evidence)
+
+
+@njit
+def _chambers(
+    o: Array, pa: Array, pb: Array, x: Array, v: Array, supply: Array, leak: Array, soft_a: Array, soft_b: Array,
+    sizes: Array, chambers: Array,
+) -> tuple[Array, Array]:
+    """Both balances but the hose, m3/s, each of shape (n,).
+
+    `sizes`: rated flow, share of the edges at B, rated drop, smooth drop, tank pressure, rate in Hz; `chambers`: both
+    areas, both dead volumes, stroke.
+    """
+    rated, share, drop, smooth_pa, tank, rate_hz = sizes
+    area_a, area_b, dead_a, dead_b, stroke = chambers
+    a, b = np.empty_like(pa), np.empty_like(pa)
+    last = len(pa) - 1
+    for i in range(len(pa)):
+        before, after = max(i - 1, 0), min(i + 1, last)
+        rate = rate_hz / max(after - before, 1)
+        open_ = rated * abs(o[i])
+        if o[i] > 0.0:
+            drop_a, drop_b, way = supply[i] - pa[i], pb[i] - tank, 1.0
+        else:
+            drop_a, drop_b, way = pa[i] - tank, supply[i] - pb[i], -1.0
+        flow_a = way * open_ * drop_a / np.sqrt((abs(drop_a) + smooth_pa) * drop)
+        flow_b = -way * share * open_ * drop_b / np.sqrt((abs(drop_b) + smooth_pa) * drop)
+        swept_a = area_a * v[i] + leak[i] + (dead_a + area_a * x[i]) * soft_a[i] * (pa[after] - pa[before]) * rate
+        swept_b = area_b * v[i] + leak[i] - (dead_b + area_b * (stroke - x[i])) * soft_b[i] * (
+            pb[after] - pb[before]
+        ) * rate
+        a[i], b[i] = flow_a - swept_a, flow_b + swept_b
+    return a, b
 
 
 @njit

@@ -32,10 +32,7 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
     """F_f in N, shape (n,), without the part that needs the load; positive against extension."""
     v = signals.velocity_m_s
     if terms.presliding is None:
-        packed = np.array([getattr(friction, name) for name in FIELDS])
-        changes = (terms.coulomb_scale, terms.coulomb_add_n, terms.viscous_scale)
-        scale, add, thin = (np.broadcast_to(np.asarray(c, dtype=np.float64), v.shape) for c in changes)
-        return np.asarray(_static(v, packed, scale, add, thin))
+        return np.asarray(_static(v, *static_parts(friction, signals, terms)))
     sigma, coulomb, stribeck, speed = coefficients(friction, v >= 0.0)
     level = coulomb * terms.coulomb_scale + terms.coulomb_add_n + stribeck * np.exp(-np.abs(v) / speed)
     viscous = sigma * terms.viscous_scale * v
@@ -47,14 +44,29 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
     )
 
 
+def static_parts(friction: Friction, signals: Signals, terms: ForceTerms) -> tuple[Array, Array, Array, Array]:
+    """(`friction` in the order of FIELDS, `scale`, `add`, `thin`: see `ForceTerms`) as `static_one_n` takes them."""
+    packed = np.array([getattr(friction, name) for name in FIELDS])
+    changes = (terms.coulomb_scale, terms.coulomb_add_n, terms.viscous_scale)
+    shape = signals.velocity_m_s.shape
+    scale, add, thin = (np.broadcast_to(np.asarray(c, dtype=np.float64), shape) for c in changes)
+    return packed, scale, add, thin
+
+
+@njit
+def static_one_n(v: float, friction: Array, scale: float, add: float, thin: float) -> float:
+    """Equation (5) at one speed, N."""
+    at = 0 if v >= 0.0 else 4
+    level = friction[at + 1] * scale + add + friction[at + 2] * np.exp(-abs(v) / friction[at + 3])
+    return friction[at] * thin * v + (level if v > 0.0 else -level if v < 0.0 else 0.0)
+
+
 @njit
 def _static(v: Array, friction: Array, scale: Array, add: Array, thin: Array) -> Array:
     """Equation (5), N; `friction` in the order of FIELDS, `scale`, `add`, `thin`: see `ForceTerms`."""
     out = np.empty_like(v)
     for i in range(len(v)):
-        at = 0 if v[i] >= 0.0 else 4
-        level = friction[at + 1] * scale[i] + add[i] + friction[at + 2] * np.exp(-abs(v[i]) / friction[at + 3])
-        out[i] = friction[at] * thin[i] * v[i] + (level if v[i] > 0.0 else -level if v[i] < 0.0 else 0.0)
+        out[i] = static_one_n(v[i], friction, scale[i], add[i], thin[i])
     return out
 
 
