@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.problem import Coordinate, Point, Problem, point, start_vector
+from testbed.diagnosis.problem import STRAIGHT, Coordinate, Point, Problem, point, start_vector
 from testbed.parameters.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
@@ -95,11 +95,15 @@ def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
 def jacobian(
     problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point, at_zero: dict[str, Array]
 ) -> dict[str, Array]:
-    """Differences forward (backward at an upper bound), channel by channel.
+    """Differences forward (backward at an upper bound), channel by channel; exact where friction enters straight.
 
     A coordinate that does not move a channel has a zero column."""
     out = {c: np.zeros((len(r), len(theta)), order="F") for c, r in at_zero.items()}
+    exact = _exact(problem, coordinates, theta, fixed) if "force" in at_zero else {}
     for j, c in enumerate(coordinates):
+        if j in exact:
+            out["force"][:, j] = exact[j]
+            continue
         moved = [m for m in c.moves if m in at_zero]
         if not moved:
             continue
@@ -111,6 +115,17 @@ def jacobian(
         for channel, r in residuals(problem, point(coordinates, shifted, fixed), moved).items():
             out[channel][:, j] = (r - at_zero[channel]) / step
     return out
+
+
+def _exact(problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> dict[int, Array]:
+    """Index of a coordinate -> its column of the force's Jacobian, for friction that enters straight."""
+    friction = {j: c.name for j, c in enumerate(coordinates) if c.owner == "friction"}
+    wanted = {j: STRAIGHT.index(name) for j, name in friction.items() if name in STRAIGHT}
+    if not wanted:
+        return {}
+    at = point(coordinates, theta, fixed)
+    found = problem.straight_columns(problem.base.model_copy(update={"friction": at.friction}), at.effects)
+    return {} if found is None else {j: found[:, k] for j, k in wanted.items()}
 
 
 def solve(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,8 @@ from testbed.parameters.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
 FRICTION_NAMES = tuple(Friction.model_fields)
+STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
+"""Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of retraction."""
 Balance = tuple[Signals, ForceTerms, Array]
 """One recording's corrected signals, its terms, and F_ext + F_f in N."""
 
@@ -96,6 +99,18 @@ class Problem:
         rows = zip(self.series, self._balances(model, effects), strict=True)
         return np.concatenate([_force_one(s, balance, model.friction) for s, balance in rows])
 
+    def straight_columns(self, model: LegModel, effects: Sequence[Active]) -> Array | None:
+        """d(force residual) / d(STRAIGHT), shape (bins, 6): friction's levels and viscous numbers enter straight.
+
+        None where they do not: the friction has a memory, or bends with the load, or a band is taken out.
+        """
+        parts = []
+        for s, balance in zip(self.series, self._balances(model, effects), strict=True):
+            if not _plain(balance[1]):
+                return None
+            parts.append(_plain_columns(*_plain_parts(s, balance, model.friction), BIN))
+        return np.concatenate(parts)
+
     def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
         """The balance without friction of every series; kept while only friction is varied."""
         key = (id(model.known), [(a.effect.name, dict(a.values)) for a in effects])
@@ -167,17 +182,26 @@ def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
     """Binned force residual of one series, N."""
     signals, terms, total = balance
     mask = s.trusted & s.clear
-    plain = terms.load_coefficient == 0.0 or terms.load_exponent == 1.0
-    if plain and terms.presliding is None and not terms.narrow_bands:
-        reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
-        packed, *changes = static_parts(friction, signals, terms)
-        v = signals.velocity_m_s
-        return np.asarray(_plain_error(total, v, reference, mask, packed, *changes, float(terms.load_coefficient), BIN))
+    if _plain(terms):
+        return np.asarray(_plain_error(*_plain_parts(s, balance, friction), BIN))
     value = external_n(total - friction_n(friction, signals, terms), np.sign(signals.velocity_m_s), terms)
     error = value - (s.reference_n if s.reference_n is not None else 0.0)
     for frequency, amplitude, harmonics in terms.narrow_bands:
         error = error - narrow_band(error, mask, signals, frequency, harmonics, amplitude)
     return s.binned(error, mask)[0]
+
+
+def _plain(terms: ForceTerms) -> bool:
+    """Whether friction has no memory and grows straight with the load, and no band is taken out."""
+    straight = terms.load_coefficient == 0.0 or terms.load_exponent == 1.0
+    return straight and terms.presliding is None and not terms.narrow_bands
+
+
+def _plain_parts(s: Series, balance: Balance, friction: Friction) -> tuple[Any, ...]:
+    signals, terms, total = balance
+    reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
+    parts = static_parts(friction, signals, terms)
+    return total, signals.velocity_m_s, reference, s.trusted & s.clear, *parts, float(terms.load_coefficient)
 
 
 @njit
@@ -197,6 +221,31 @@ def _plain_error(
                 rest /= 1.0 + np.sign(v[i]) * load
             out[b] += rest - reference[i]
             count += 1
+        out[b] /= max(count, 1)
+    return out
+
+
+@njit
+def _plain_columns(
+    total: Array, v: Array, reference: Array, mask: npt.NDArray[np.bool_], friction: Array, scale: Array, add: Array,
+    thin: Array, load: float, width: int,
+) -> Array:
+    """Derivatives of `_plain_error` for STRAIGHT; shape (n // width, 6)."""
+    out = np.zeros((len(total) // width, 6))
+    for b in range(len(out)):
+        count = 0
+        for i in range(b * width, (b + 1) * width):
+            if not mask[i]:
+                continue
+            count += 1
+            at, way = (0, np.sign(v[i])) if v[i] >= 0.0 else (3, -1.0)
+            fade = np.exp(-abs(v[i]) / friction[3 if at == 0 else 7])
+            level = friction[1 if at == 0 else 5] * scale[i] + add[i] + friction[2 if at == 0 else 6] * fade
+            viscous = friction[0 if at == 0 else 4] * thin[i] * v[i]
+            share = -1.0 / (1.0 + way * load) if total[i] - viscous - way * level > 0.0 else -1.0
+            out[b, at] += share * thin[i] * v[i]
+            out[b, at + 1] += share * way * scale[i]
+            out[b, at + 2] += share * way * fade
         out[b] /= max(count, 1)
     return out
 

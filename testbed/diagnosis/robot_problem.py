@@ -62,6 +62,9 @@ class RobotProblem(Problem):
         legs = np.stack([_one(s, balance, model) for s, balance in rows])
         return np.asarray((legs - np.outer(DIAGONAL, DIAGONAL @ legs)).reshape(-1))
 
+    def straight_columns(self, model: LegModel, effects: Sequence[Active]) -> None:
+        """None: a piston that rests leaves a set, and the open diagonal mixes the legs."""
+
     def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
         """Stacked binned flow residuals, slowed down: the encoder's error is bounded, so in the mean over FLOW_S it
         falls much faster than chance, while a leak stays."""

@@ -58,7 +58,8 @@ def static_one_n(v: float, friction: Array, scale: float, add: float, thin: floa
     """Equation (5) at one speed, N."""
     at = 0 if v >= 0.0 else 4
     level = friction[at + 1] * scale + add + friction[at + 2] * np.exp(-abs(v) / friction[at + 3])
-    return friction[at] * thin * v + (level if v > 0.0 else -level if v < 0.0 else 0.0)
+    value: float = friction[at] * thin * v + (level if v > 0.0 else -level if v < 0.0 else 0.0)
+    return value
 
 
 @njit
