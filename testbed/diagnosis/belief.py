@@ -1,10 +1,13 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Five questions, each a logistic regression on a few signs, and rivalry among sets of the same size:
+Five questions L, each a logistic regression on a few signs, and rivalry among sets of the same size:
 
     P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
+
+A question may be answered wrongly however clear its signs are: instead of L, the probability is
+missed + (1 - missed - ghost) L, with the rates at which a sure "no" and a sure "yes" turn out to be wrong.
 
 The last falls as a power, not exponentially: the noise's model is not exact, and a leader far ahead may still be the
 wrong name for a law of another form. The numbers are in `calibration.yaml`, with the rigs they were fitted on;
@@ -14,7 +17,7 @@ wrong name for a law of another form. The numbers are in `calibration.yaml`, wit
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 
@@ -28,7 +31,8 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Calibration:
-    """Question -> sign -> weight; and `rivals`: slack, share, power for single effects, power for larger sets."""
+    """Question -> sign -> weight; `rivals`: slack, share, power for single effects, power for larger sets; `lapses`:
+    rates at which a sure "no" (`..._missed`) and a sure "yes" (`..._ghost`) are wrong, for LAPSING."""
 
     left: Mapping[str, float]
     generic: Mapping[str, float]
@@ -36,6 +40,16 @@ class Calibration:
     presence: Mapping[str, float]
     second: Mapping[str, float]
     rivals: Mapping[str, float]
+    lapses: Mapping[str, float] = field(default_factory=dict)
+
+    def lapsed(self, question: str, answer: float) -> float:
+        """The probability of a yes, as far from certain as this question's answers have been."""
+        missed, ghost = (self.lapses.get(f"{question}_{kind}", 0.0) for kind in ("missed", "ghost"))
+        return missed + (1.0 - missed - ghost) * answer
+
+
+LAPSING = ("unnamed", "presence", "second")
+"""Is there what no name covers? Is there an effect? Is there a second one?"""
 
 
 @cache
@@ -44,7 +58,7 @@ def calibration() -> Calibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return Calibration(*(row[f.name] for f in fields(Calibration)))
+    return Calibration(**{f.name: row[f.name] for f in fields(Calibration) if f.name in row})
 
 
 def _log(value: float, least: float) -> float:
@@ -139,11 +153,11 @@ def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
 def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers."""
     covered = (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
-    missing = 1.0 - covered * (1.0 - _answer(flow_terms_signs(s), c.flow_terms))
+    missing = c.lapsed("unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(s), c.flow_terms)))
     singles = [(n, g) for n, g in s.gains if len(n) == 1]
     larger = [(n, g) for n, g in s.gains if len(n) > 1]
-    some = _answer(presence_signs(s), c.presence) if singles else 0.0
-    two = _answer(second_signs(s), c.second) if larger else 0.0
+    some = c.lapsed("presence", _answer(presence_signs(s), c.presence)) if singles else 0.0
+    two = c.lapsed("second", _answer(second_signs(s), c.second)) if larger else 0.0
     out: dict[Names, float] = {("unnamed",): missing, (): (1.0 - missing) * (1.0 - some)}
     for group, power, whole in (
         (singles, c.rivals["power_1"], some * (1.0 - two)),

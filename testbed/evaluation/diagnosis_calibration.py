@@ -20,6 +20,7 @@ import yaml
 
 from testbed.diagnosis.belief import (
     FILE,
+    LAPSING,
     Calibration,
     distribution,
     flow_terms_signs,
@@ -39,14 +40,20 @@ SLIGHT = 0.02
 LEAST = 1e-3
 """Probability that counts for a set that was never tried."""
 START = {
-    "left": {"one": -2.5, "force": 4.0, "flow": 5.0, "gain": -0.3},
-    "generic": {"one": -3.5, "gain": 0.7, "share": 1.0, "alone": 0.5},
-    "flow_terms": {"one": -2.5, "gain": 1.5, "fall": 1.5, "share": 0.7},
-    "presence": {"one": -11.0, "gain": 3.0, "fall": 1.9},
-    "second": {"one": 5.7, "more": 1.1, "fall": 2.6, "first": -0.8, "left": -1.0},
-    "rivals": {"slack": 10.0, "share": 0.05, "power_1": 2.0, "power_2": 2.0},
+    "left": {"one": -1.791, "force": 4.627, "flow": 4.948, "gain": -0.5859},
+    "generic": {"one": -4.4, "gain": 0.415, "share": 0.922, "fall": 0.08916, "alone": 1.197},
+    "flow_terms": {"one": -3.739, "gain": 2.046, "fall": 1.722, "share": 0.9052},
+    "presence": {"one": -7.823, "gain": 2.794, "fall": 2.017, "carried": 0.4325},
+    "second": {
+        "one": 1.311, "more": 1.525, "fall": 1.423, "carried": -0.02039,
+        "first": -0.5, "left": -1.93, "worst": -0.4948, "alone": 0.6172,
+    },
+    "rivals": {"slack": 17.68, "share": 0.007985, "power_1": 3.233, "power_2": 3.052},
 }
-"""Where the fit starts and what the ridge holds it to: weights fitted before on 141 other rigs."""
+"""Where the fit starts and what the ridge holds it to: weights fitted before on 277 other rigs."""
+LAPSES = tuple(f"{question}_{kind}" for question in LAPSING for kind in ("missed", "ghost"))
+LAPSE_START = -3.5
+"""Logarithm of the odds of a lapse from which the fit starts: one in 33."""
 QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
 COMMAND = "python -m testbed.evaluation.diagnosis_calibration"
 
@@ -67,15 +74,17 @@ def names_of(example: Signs) -> dict[str, list[str]]:
 
 
 def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
-    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms."""
+    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of lapses in log odds."""
     out: dict[str, dict[str, float]] = {}
     at = 0
     for question in QUESTIONS:
         here = dict(zip(names[question], moved[at : at + len(names[question])], strict=True))
         out[question] = {k: float(START[question].get(k, 0.0) + v) for k, v in here.items()}
         at += len(here)
-    rivals = {k: float(v * np.exp(n)) for (k, v), n in zip(START["rivals"].items(), moved[at:], strict=True)}
-    return Calibration(**out, rivals=rivals)
+    rest, last = START["rivals"], moved[at + len(START["rivals"]) :]
+    rivals = {k: float(v * np.exp(n)) for (k, v), n in zip(rest.items(), moved[at : at + len(rest)], strict=True)}
+    lapses = {k: float(1.0 / (1.0 + np.exp(-LAPSE_START - n))) for k, n in zip(LAPSES, last, strict=True)}
+    return Calibration(**out, rivals=rivals, lapses=lapses)
 
 
 def fit(trials: Sequence[Trial]) -> Calibration:
@@ -84,7 +93,8 @@ def fit(trials: Sequence[Trial]) -> Calibration:
 
     rigs = [(Signs.from_json(t["signs"]), truth_set(t)) for t in trials]
     names = names_of(rigs[0][0])
-    held = np.array([name != "one" for signs in names.values() for name in signs] + [True] * len(START["rivals"]))
+    others = len(START["rivals"]) + len(LAPSES)
+    held = np.array([name != "one" for signs in names.values() for name in signs] + [True] * others)
 
     def loss(moved: Array) -> float:
         c = unpacked(moved, names)
@@ -127,7 +137,7 @@ def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -
         "seeds": ranges(seeds),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
-        **{question: rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals")},
+        **{question: rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals", "lapses")},
     }
     return yaml.safe_dump(row, sort_keys=False)
 

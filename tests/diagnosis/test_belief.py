@@ -46,6 +46,17 @@ def test_equal_rivals_share_equally_and_one_behind_by_slack_has_a_quarter_of_the
     assert apart[("b",)] / apart[("a",)] == pytest.approx(0.25)
 
 
+def test_a_sure_yes_is_held_back_by_the_rate_of_ghosts_and_a_sure_no_by_the_rate_of_what_was_missed() -> None:
+    rivals = dict(slack=10.0, share=0.1, power_1=40.0, power_2=2.0)
+    never = {"one": -30.0}
+    lapses = {"unnamed_missed": 0.04, "presence_ghost": 0.1, "presence_missed": 0.2}
+    sure = distribution(found(1000.0, 0.5), Calibration(never, never, never, {"one": 30.0}, never, rivals, lapses))
+    assert sure[("unnamed",)] == pytest.approx(0.04) and sure[()] == pytest.approx(0.96 * 0.1)
+    assert sure[("a",)] == pytest.approx(0.96 * 0.9, abs=1e-6)
+    none = distribution(found(1000.0, 0.5), Calibration(never, never, never, never, never, rivals, lapses))
+    assert none[()] == pytest.approx(0.96 * 0.8)
+
+
 def test_signs_are_read_as_they_were_written() -> None:
     s = found(30.0, 0.03)
     assert Signs.from_json(s.as_json()) == s

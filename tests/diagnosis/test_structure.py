@@ -13,7 +13,7 @@ from testbed.diagnosis.base_models import declared, fit_base
 from testbed.diagnosis.evidence import evidence
 from testbed.diagnosis.fit import Fit, block_covariance
 from testbed.diagnosis.flow_structure import flow_structure
-from testbed.diagnosis.problem import Coordinate, Layout, Point, Problem
+from testbed.diagnosis.problem import FRICTION_NAMES, STRAIGHT, Coordinate, Layout, Point, Problem
 from testbed.diagnosis.search import SOUND_COST, Candidate, Search
 from testbed.diagnosis.series import series_of
 from testbed.diagnosis.unexplained import fit_generic
@@ -54,6 +54,27 @@ def test_a_drag_with_the_square_of_the_speed_is_told_with_its_size_although_fric
     assert found.gain_over(before, found) > 200.0
     # The term is in N at 0.1 m/s: 4e4 * 0.1^2.
     assert fit.at.effects[-1].values["velocity_2"] == pytest.approx(400.0, rel=0.15)
+
+
+def test_where_friction_enters_straight_the_exact_columns_are_what_differences_give(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem, refit = problem_of(monkeypatch, {})
+    load = Active(effect := by_name("friction.load"), effect.complete({"coefficient": 0.05}))
+    at = {name: refit.at.friction.model_dump()[name] for name in FRICTION_NAMES}
+    own = problem.base.model_copy(update={"friction": Friction(**at)})
+    for effects in ((), (load,)):
+        exact = problem.straight_columns(own, effects)
+        assert exact is not None and exact.shape == (len(refit.residual["force"]), len(STRAIGHT))
+        for k, name in enumerate(STRAIGHT):
+            sides = [
+                problem.force(problem.base.model_copy(update={"friction": Friction(**{**at, name: value})}), effects)
+                for value in (at[name] + 1e-3, at[name])
+            ]
+            off = np.abs(exact[:, k] - (sides[0] - sides[1]) / 1e-3)
+            assert np.mean(off > 1e-5) < 1e-3  # but where the load passes through zero and its friction begins
+    bristle = Active(effect := by_name("friction.presliding"), effect.complete({"stiffness": 1e7, "damping": 0.0}))
+    assert problem.straight_columns(problem.base, (bristle,)) is None
 
 
 def test_a_piston_has_rested_after_a_long_rest_and_forgets_it_as_it_slides() -> None:
