@@ -109,12 +109,23 @@ def parameters(json: Json = False) -> None:
 @app.command()
 def view(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
-    open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the report in a browser.")] = True,
+    open_: Annotated[bool, typer.Option("--open/--no-open", help="Open it in a browser, or in the viewer.")] = True,
+    scene: Annotated[
+        bool, typer.Option("--scene", help="The run in three dimensions instead: scene.rrd (needs the extra view).")
+    ] = False,
 ) -> None:
-    """Open a run's report.
+    """Open a run's report, or the run in three dimensions.
 
-    A killed run gets its report now. Prints where the report is.
+    A killed run gets its report now. Prints where the file is.
     """
+    if scene:
+        from testbed.report.scene3d import show, write_scene
+
+        made = write_scene(folder)
+        print(made)
+        if open_ and sys.stdout.isatty():
+            show(made)
+        return
     from testbed.report.run_report import write_report
 
     report = folder / "report.html"

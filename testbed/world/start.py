@@ -17,11 +17,9 @@ from testbed.robot.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.world.engine import Engine
 from testbed.world.footing import Footing, footing_of
-from testbed.world.terrain import Ground
+from testbed.world.terrain import Ground, anchors_in_world
 
 Array = NDArray[np.float64]
-ANCHOR_HEIGHT_M = 0.5
-"""Anchors stand this far off the mean slope (E)."""
 TRIES, TOUCH_M = 40, 1.0e-6
 """A foot is brought down onto uneven ground to within this distance."""
 
@@ -74,7 +72,7 @@ def find_start(
         _check_range(joints, model, "terrain")
     undersides = position + model.foot_positions_m(joints) @ rotation.T
     footing = footing_of(scenario.terrain, ground, engine, undersides)
-    anchors = _anchors(scenario, rotation)
+    anchors = anchors_in_world(scenario.ropes, rotation)
     points = position + model.rope_attachments_m @ rotation.T
     directions = anchors - points
     directions /= np.linalg.norm(directions, axis=1)[:, None]
@@ -107,14 +105,6 @@ def _tensions(scenario: Scenario, model: RobotModel, gravity: Array, directions_
         return np.array(r.tension_n)
     along = -gravity[0] * model.total_mass_kg
     return np.full(2, max(r.share * along / directions_in_body[:, 0].sum(), 0.0))
-
-
-def _anchors(scenario: Scenario, rotation: Array) -> Array:
-    r = scenario.ropes
-    half, azimuth = r.anchor_spread_m / 2, math.radians(r.azimuth_deg)
-    up, left = r.anchor_distance_m * math.cos(azimuth), r.anchor_distance_m * math.sin(azimuth)
-    local = np.array([[up, left + half, ANCHOR_HEIGHT_M], [up, left - half, ANCHOR_HEIGHT_M]])
-    return np.asarray(local @ rotation.T)
 
 
 def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array, q: Array) -> None:

@@ -12,12 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.parameters.scenario_parts import Ropes
 from testbed.parameters.scenario_terrain import Terrain
 
 Array = NDArray[np.float64]
 FIELD_LENGTH_M = 24.0
 PROFILE_REACH_M = 60.0
 """How far a profile goes on at its ends, and half its width."""
+ANCHOR_HEIGHT_M = 0.5
+"""Anchors of the ropes stand this far off the mean slope (E)."""
 BOX_M = 0.6
 """Thickness of the boxes that a profile is made of."""
 
@@ -114,6 +117,14 @@ def make_ground(t: Terrain) -> Ground:
     return Ground(
         t.kind, math.radians(t.slope_deg), t.friction, t.stiffness_n_m, t.damping_n_s_m, t.cell_m, heights, profile
     )
+
+
+def anchors_in_world(ropes: Ropes, rotation_slope_to_world: Array) -> Array:
+    """Where the left and the right rope hang, world frame, (2, 3), m."""
+    half, azimuth = ropes.anchor_spread_m / 2, math.radians(ropes.azimuth_deg)
+    up, left = ropes.anchor_distance_m * math.cos(azimuth), ropes.anchor_distance_m * math.sin(azimuth)
+    local = np.array([[up, left + half, ANCHOR_HEIGHT_M], [up, left - half, ANCHOR_HEIGHT_M]])
+    return np.asarray(local @ rotation_slope_to_world.T)
 
 
 def rough_surface(rows: int, columns: int, cell_m: float, sigma_m: float, seed: int, hurst: float = 0.8) -> Array:

@@ -1,0 +1,287 @@
+"""A run in three dimensions, to be turned and wound back: `scene.rrd` for the viewer of rerun-sdk (extra `view`).
+
+The machine is drawn as the URDF draws it, on its ground, with ropes, the ground's forces on the feet and the drill's
+thrust as arrows; beside it, on the same time, loads, pressures and rope tensions with what the estimators made of
+them. World frame: x towards the slope, y left, z up; m, N, Pa, s.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.evaluation.metrics import methods
+from testbed.evaluation.residuals import best_method
+from testbed.evaluation.runs import Run, read_run
+from testbed.evaluation.stability import rotation
+from testbed.parameters.names import AXES, LEGS, SIDES
+from testbed.parameters.provenance import roboclimber
+from testbed.parameters.scenario import Scenario, load_scenario
+from testbed.parameters.scenario_terrain import Patch
+from testbed.report.style import LEG_COLOUR, LEG_NAME, method_name
+from testbed.robot.drawing import visuals
+from testbed.robot.kinematics import LegKinematics
+from testbed.robot.shapes import COLOURS, Shape
+from testbed.robot.urdf import Joint, drill_mount_m, rope_attachment_m, structure
+from testbed.world.terrain import Ground, anchors_in_world, make_ground
+
+Array = npt.NDArray[np.float64]
+Columns = Mapping[str, Array]
+FRAME_HZ, MOST_ROWS = 50.0, 60_000
+M_A_NEWTON, ASIDE_M = 1e-4, 0.25
+"""Length of an arrow for a newton: a foot's ten kilonewtons are a metre; and how far beside the foot it stands."""
+CELL_M, ROOM_M = 0.1, 3.0
+"""Of the drawn ground: cell, and how far it goes on beyond the machine's way."""
+ROPE_M = 5.0
+"""As much of a rope is drawn: the anchors are far, and the view would hold them too."""
+GROUND, PATCH, ROPE, DRILL, TRUE = (150, 140, 125), (190, 120, 80), (190, 190, 200), (220, 60, 40), (225, 175, 40)
+
+
+def library() -> Any:
+    """rerun. Raises InputError with the command that installs it."""
+    try:
+        import rerun
+    except ImportError as error:
+        raise InputError("needs the extra `view`", allowed="pip install 'roboclimber-testbed[view]'") from error
+    return rerun
+
+
+def write_scene(folder: str | Path) -> Path:
+    """Write `scene.rrd` into a run's folder and return its path; works for a killed run too.
+
+    Raises InputError where the folder holds no readable run, the run has no poses, or rerun is not installed.
+    """
+    rr = library()
+    run = read_run(folder)
+    if "body_pose_in_world_x" not in run.truth or f"position_{AXES[0]}" not in run.data or len(run.truth["t"]) < 2:
+        raise InputError("has no poses to draw", file=run.folder, allowed="a run with data, truth and two rows")
+    scenario = load_scenario(run.folder / "scenario.yaml")
+    path = run.folder / "scene.rrd"
+    hidden = path.with_name(f".{path.name}")
+    recording = rr.RecordingStream("roboclimber", recording_id=f"{scenario.name}, seed {scenario.seed}")
+    recording.save(str(hidden), default_blueprint=_blueprint())
+    _still(rr, recording, scenario, run.truth)
+    _moving(rr, recording, scenario, run)
+    _signals(rr, recording, run)
+    recording.flush()
+    recording.disconnect()
+    os.replace(hidden, path)
+    return path
+
+
+def show(path: Path) -> None:
+    """Open a scene in rerun's viewer, in a process of its own."""
+    import subprocess
+    import sys
+
+    subprocess.Popen([sys.executable, "-m", "rerun", str(path)], start_new_session=True)
+
+
+def _blueprint() -> Any:
+    import rerun.blueprint as rrb
+
+    def lines(name: str, *origins: str) -> Any:
+        return rrb.TimeSeriesView(name=name, origin="/", contents=[f"+ /{o}/**" for o in origins])
+
+    loads = [lines(f"load {LEG_NAME[leg]} [N]", f"load/{leg}") for leg in LEGS]
+    rest = [
+        lines("rope tension [N]", "rope"), lines("vertical cylinders [Pa]", "pressure"), lines("thrust [N]", "drill"),
+    ]  # fmt: skip
+    tabs = [rrb.Vertical(*loads, name="foot loads"), rrb.Vertical(*rest, name="ropes, pressures, drill")]
+    plots = rrb.Tabs(*tabs)
+    scene = rrb.Spatial3DView(name="robot", origin="/world")
+    return rrb.Blueprint(rrb.Horizontal(scene, plots, column_shares=[3, 2]), collapse_panels=True)
+
+
+def link_paths(joints: list[Joint]) -> dict[str, str]:
+    """Link -> where it stands in the tree of what is drawn, below its parent."""
+    paths = {"body": "world/body"}
+    for joint in joints:
+        paths[joint.child] = f"{paths[joint.parent]}/{joint.child}"
+    return paths
+
+
+def joint_pose(joint: Joint, position: Array) -> tuple[Array, Array]:
+    """(translation (n, 3) m, turn about z (n) rad) of the child in its parent at joint positions (n), m or rad."""
+    slid = position if joint.kind == "prismatic" else np.zeros_like(position)
+    turned = joint.yaw_rad + (position if joint.kind == "revolute" else np.zeros_like(position))
+    c, s = np.cos(joint.yaw_rad), np.sin(joint.yaw_rad)
+    axis = np.array([c * joint.axis[0] - s * joint.axis[1], s * joint.axis[0] + c * joint.axis[1], joint.axis[2]])
+    return np.array(joint.origin_m) + slid[:, None] * axis, turned
+
+
+def _about_z(turned: Array) -> Array:
+    return np.column_stack([0.0 * turned, 0.0 * turned, np.sin(turned / 2.0), np.cos(turned / 2.0)])
+
+
+def _still(rr: Any, recording: Any, scenario: Scenario, truth: Columns) -> None:
+    parameters = roboclimber()
+    recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+    links, joints = structure(parameters)
+    paths = link_paths(joints)
+    for link in links:
+        _shapes(rr, recording, paths[link.name], visuals(parameters, link.name))
+    for joint in joints:
+        if joint.kind == "fixed":
+            place, turned = joint_pose(joint, np.zeros(1))
+            recording.log(
+                paths[joint.child], rr.Transform3D(translation=place[0], quaternion=_about_z(turned)[0]), static=True
+            )
+    ground = make_ground(scenario.terrain)
+    points, normals, triangles, colours = ground_mesh(ground, scenario.terrain.patches, _way(ground, truth))
+    mesh = rr.Mesh3D(
+        vertex_positions=points, vertex_normals=normals, triangle_indices=triangles, vertex_colors=colours
+    )
+    recording.log("world/ground", mesh, static=True)
+
+
+def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
+    for kind in ("box", "cylinder", "sphere"):
+        here = [s for s in drawn if s.kind == kind]
+        if not here:
+            continue
+        common: dict[str, Any] = {
+            "centers": [s.centre for s in here], "quaternions": [_quaternion(*s.rpy) for s in here],
+            "colors": [[round(255 * c) for c in COLOURS[s.colour]] for s in here], "fill_mode": "solid",
+        }  # fmt: skip
+        if kind == "box":
+            solid = rr.Boxes3D(sizes=[s.size for s in here], **common)
+        elif kind == "cylinder":
+            solid = rr.Cylinders3D(radii=[s.size[0] for s in here], lengths=[s.size[1] for s in here], **common)
+        else:
+            solid = rr.Ellipsoids3D(half_sizes=[[s.size[0]] * 3 for s in here], **common)
+        recording.log(f"{path}/{kind}", solid, static=True)
+
+
+def _quaternion(roll: float, pitch: float, yaw: float) -> list[float]:
+    """xyzw of URDF's roll, pitch, yaw about fixed axes, rad."""
+    (sr, cr), (sp, cp), (sy, cy) = ((np.sin(a / 2.0), np.cos(a / 2.0)) for a in (roll, pitch, yaw))
+    return [
+        float(sr * cp * cy - cr * sp * sy), float(cr * sp * cy + sr * cp * sy), float(cr * cp * sy - sr * sp * cy),
+        float(cr * cp * cy + sr * sp * sy),
+    ]  # fmt: skip
+
+
+def _way(ground: Ground, truth: Columns) -> tuple[float, float, float, float]:
+    """(least x, greatest x, least y, greatest y) of the body in the slope's frame, with room."""
+    body = np.column_stack([truth[f"body_pose_in_world_{k}"] for k in "xyz"]) @ ground.rotation_slope_to_world
+    low, high = np.nanmin(body, axis=0) - ROOM_M, np.nanmax(body, axis=0) + ROOM_M
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def ground_mesh(
+    ground: Ground, patches: Sequence[Patch], way: tuple[float, float, float, float]
+) -> tuple[Array, Array, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """(points (n, 3), normals (n, 3), triangles (m, 3), colours (n, 3)) of the ground within `way`, in the world.
+
+    `way`: least and greatest x, least and greatest y in the slope's frame, m. Patches that are given by a place, not
+    by a foot, have a colour of their own.
+    """
+    x, y = (np.arange(low, high + CELL_M, CELL_M) for low, high in (way[:2], way[2:]))
+    flat = np.column_stack([np.repeat(x, len(y)), np.tile(y, len(x))])
+    heights, normals = ground.surface(flat)
+    points = np.column_stack([flat, heights])
+    colours = np.tile(GROUND, (len(flat), 1))
+    for patch in patches:
+        if patch.foot is None:
+            inside = np.hypot(flat[:, 0] - patch.x_m, flat[:, 1] - patch.y_m) <= patch.radius_m
+            colours[inside] = PATCH
+    first = (np.arange(len(x) - 1)[:, None] * len(y) + np.arange(len(y) - 1)[None, :]).ravel()
+    lower = np.column_stack([first, first + len(y), first + 1])
+    upper = np.column_stack([first + 1, first + len(y), first + len(y) + 1])
+    return points @ ground.rotation_slope_to_world.T, normals, np.concatenate([lower, upper]), colours
+
+
+def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
+    data, truth = run.data, run.truth
+    rows = min(len(data["t"]), len(truth["t"]))
+    step = max(round(1.0 / (FRAME_HZ * float(np.median(np.diff(truth["t"]))))), -(-rows // MOST_ROWS), 1)
+    at = np.arange(0, rows, step)
+    when = [rr.TimeColumn("time", duration=truth["t"][at])]
+    parameters = roboclimber()
+    joints = structure(parameters)[1]
+    paths = link_paths(joints)
+    body, turned = _vectors(truth, "body_pose_in_world", at), _columns(truth, "body_pose_in_world_q", "xyzw", at)
+    recording.send_columns("world/body", when, rr.Transform3D.columns(translation=body, quaternion=turned))
+    for joint in joints:
+        if joint.kind != "fixed":
+            place, angle = joint_pose(joint, data[f"position_{joint.name}"][at])
+            columns = rr.Transform3D.columns(translation=place, quaternion=_about_z(angle))
+            recording.send_columns(paths[joint.child], when, columns)
+    turns = np.array([rotation(*q) for q in turned])
+    legs = LegKinematics.from_parameters(parameters)
+    positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
+    feet = body[:, None] + np.array([legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)])
+    for k, leg in enumerate(LEGS):
+        force = _vectors(truth, f"foot_force_in_world_{leg}", at)
+        beside = feet[:, k] + turns[:, :, 1] * (ASIDE_M if leg.endswith("l") else -ASIDE_M)
+        _arrow(rr, recording, when, f"world/force/{leg}", beside, force, _rgb(LEG_COLOUR[leg]))
+    bit = body + turns @ np.array(drill_mount_m(parameters))
+    _arrow(rr, recording, when, "world/force/drill", bit, _vectors(truth, "drill_wrench_in_world_f", at, ""), DRILL)
+    if scenario.ropes.enabled:
+        ground = make_ground(scenario.terrain)
+        anchors = anchors_in_world(scenario.ropes, ground.rotation_slope_to_world)
+        for k, side in enumerate(SIDES):
+            sheave = np.array(rope_attachment_m(parameters, side))
+            if scenario.ropes.attachment_height_m is not None:
+                sheave[2] = scenario.ropes.attachment_height_m
+            lower = body + turns @ sheave
+            along = anchors[k] - lower
+            far = np.linalg.norm(along, axis=1)[:, None]
+            ends = np.stack([lower, lower + along * np.minimum(ROPE_M / far, 1.0)], axis=1)
+            path = f"world/rope/{side}"
+            recording.log(path, rr.LineStrips3D.from_fields(colors=[ROPE], radii=[0.012]), static=True)
+            recording.send_columns(path, when, rr.LineStrips3D.columns(strips=list(ends)))
+
+
+def _vectors(columns: Columns, name: str, at: Any, joint: str = "_") -> Array:
+    return _columns(columns, name + joint, "xyz", at)
+
+
+def _columns(columns: Columns, name: str, ends: str, at: Any) -> Array:
+    return np.asarray(np.nan_to_num(np.column_stack([columns[f"{name}{end}"][at] for end in ends])))
+
+
+def _arrow(
+    rr: Any, recording: Any, when: Any, path: str, origin: Array, force_n: Array, colour: tuple[int, int, int]
+) -> None:
+    recording.log(path, rr.Arrows3D.from_fields(colors=[colour], radii=[0.025]), static=True)
+    recording.send_columns(path, when, rr.Arrows3D.columns(vectors=force_n * M_A_NEWTON, origins=origin))
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def _signals(rr: Any, recording: Any, run: Run) -> None:
+    """What is plotted beside the scene: at the recorded rate, thinned evenly where a run is very long."""
+    data, truth = run.data, run.truth
+    method = best_method(methods(data))
+    wanted: list[tuple[str, str, tuple[int, int, int], Columns, str]] = []
+    for leg in LEGS:
+        wanted.append((f"load/{leg}/true", "true", TRUE, truth, f"foot_load_{leg}"))
+        wanted.append((f"load/{leg}/expected", "expected", (150, 150, 150), data, f"expected_{leg}"))
+        if method:
+            name = f"estimate: {method_name(method)}"
+            wanted.append((f"load/{leg}/estimate", name, _rgb(LEG_COLOUR[leg]), data, f"estimate_{method}_{leg}"))
+        for chamber in "ab":
+            column = f"pressure_{chamber}_{leg}_vertical"
+            name = f"{leg} {chamber.upper()}"
+            wanted.append((f"pressure/{leg}_{chamber}", name, _rgb(LEG_COLOUR[leg]), data, column))
+    wanted.append(("pressure/supply", "supply", TRUE, data, "supply_pressure"))
+    for side, colour in zip(SIDES, (_rgb(LEG_COLOUR["fl"]), _rgb(LEG_COLOUR["fr"])), strict=True):
+        wanted.append((f"rope/{side}", side, colour, data, f"rope_tension_{side}"))
+    wanted.append(("drill/thrust", "ordered thrust", DRILL, data, "ordered_thrust"))
+    for path, name, colour, columns, column in wanted:
+        if column not in columns:
+            continue
+        step = -(-len(columns["t"]) // MOST_ROWS)
+        recording.log(path, rr.SeriesLines(colors=[colour], names=[name]), static=True)
+        when = [rr.TimeColumn("time", duration=columns["t"][::step])]
+        recording.send_columns(path, when, rr.Scalars.columns(scalars=columns[column][::step]))
