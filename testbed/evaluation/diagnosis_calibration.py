@@ -34,8 +34,9 @@ from testbed.errors import InputError
 from testbed.evaluation.diagnosis_scores import Trial, calibration, truth_set
 
 Array = npt.NDArray[np.float64]
-RIDGE = 1.0
-"""Weight of the squared distances from START against the loss summed over all rigs; of constants it is SLIGHT."""
+RIDGE = 3.0
+"""Weight of the squared distances from START, which rests on more rigs, against the loss summed over all rigs; of
+constants it is SLIGHT."""
 SLIGHT = 0.02
 LEAST = 1e-3
 """Probability that counts for a set that was never tried."""
