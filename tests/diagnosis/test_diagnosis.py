@@ -92,6 +92,13 @@ def test_a_clean_rig_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+def test_a_spring_that_stiffens_is_named_although_a_straight_one_carries_over_to_no_other_block() -> None:
+    rig, hidden = make_rig(8157, "single")
+    assert hidden.names == ("force.spring",)
+    assert [e.name for e in diagnose(rig).entries] == ["force.spring"]
+
+
+@pytest.mark.slow
 def test_an_answered_outside_rig_is_named() -> None:
     data = os.environ.get("TESTBED_DATA")
     if not data or not (Path(data) / "recordings" / "rig-09").is_dir():
