@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -83,12 +84,12 @@ def _following(command: Array, yy: float, yr: float, ry: float, rr: float) -> Ar
     return out
 
 
+@njit
 def edge_flow(
-    open_: Array, drop_pa: Array, rated_m3_s: float, rated_drop_pa: float, smooth_pa: float = SMOOTH_DROP_PA
-) -> Array:
-    """Q = rated |o| sign(dp) sqrt(|dp| / rated drop), smooth near dp = 0; m3/s, shape (n,)."""
-    root = drop_pa / np.sqrt((np.abs(drop_pa) + smooth_pa) * rated_drop_pa)
-    return np.asarray(rated_m3_s * np.abs(open_) * root, dtype=np.float64)
+    open_: Any, drop_pa: Any, rated_m3_s: float, rated_drop_pa: float, smooth_pa: float = SMOOTH_DROP_PA
+) -> Any:
+    """Q = rated |o| sign(dp) sqrt(|dp| / rated drop), smooth near dp = 0; m3/s; for one sample or shape (n,)."""
+    return rated_m3_s * np.abs(open_) * (drop_pa / np.sqrt((np.abs(drop_pa) + smooth_pa) * rated_drop_pa))
 
 
 def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step: int = 1) -> Array:
@@ -153,13 +154,12 @@ def _chambers(
     for i in range(len(pa)):
         before, after = max(i - 1, 0), min(i + 1, last)
         rate = rate_hz / max(after - before, 1)
-        open_ = rated * abs(o[i])
         if o[i] > 0.0:
-            drop_a, drop_b, way = supply[i] - pa[i], pb[i] - tank, 1.0
+            flow_a = edge_flow(o[i], supply[i] - pa[i], rated, drop, smooth_pa)
+            flow_b = -edge_flow(o[i], pb[i] - tank, share * rated, drop, smooth_pa)
         else:
-            drop_a, drop_b, way = pa[i] - tank, supply[i] - pb[i], -1.0
-        flow_a = way * open_ * drop_a / np.sqrt((abs(drop_a) + smooth_pa) * drop)
-        flow_b = -way * share * open_ * drop_b / np.sqrt((abs(drop_b) + smooth_pa) * drop)
+            flow_a = -edge_flow(o[i], pa[i] - tank, rated, drop, smooth_pa)
+            flow_b = edge_flow(o[i], supply[i] - pb[i], share * rated, drop, smooth_pa)
         swept_a = area_a * v[i] + leak[i] + (dead_a + area_a * x[i]) * soft_a[i] * (pa[after] - pa[before]) * rate
         swept_b = area_b * v[i] + leak[i] - (dead_b + area_b * (stroke - x[i])) * soft_b[i] * (
             pb[after] - pb[before]
