@@ -55,7 +55,7 @@ FILTER = 10  # Q, R, e_max, hold
 CONTACT = 14  # on, off, dwell on, dwell off
 SUPPLY = 18  # measured, Pa
 COMBINED = 19  # numbers of the combined detector
-WATCH = COMBINED + 5  # numbers of detectors/signals.py
+WATCH = COMBINED + combined.NUMBERS  # numbers of detectors/signals.py
 # a leg's state: encoder, the three filters, contact, friction at rest, time
 ENCODER = 0
 KBF = ENCODER + encoder.STATE_SIZE

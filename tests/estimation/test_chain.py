@@ -10,6 +10,8 @@ from testbed.errors import InputError
 from testbed.estimation import contact, encoder
 from testbed.estimation.believed import Believed, Leg, Tuning
 from testbed.estimation.chain import COLUMNS, EstimatorChain, forces, gravity_in_body, replay
+from testbed.estimation.chain_kernel import COMBINED, WATCH
+from testbed.estimation.detectors.table import BEST, STEP_S, by_name
 from testbed.estimation.friction_set import friction_set, published
 from testbed.parameters.leg_model import EffectEntry, Friction
 from testbed.parameters.names import LEGS
@@ -172,6 +174,14 @@ def test_replay_equals_the_live_steps():
         a, c, q = (axes(columns[f"{stem}_fl_vertical"][k]) for stem in ("pressure_a", "pressure_b", "position"))
         chain.step(a, c, q, STILL, axes(0.0))
     assert [out[name][-1] for name in COLUMNS] == list(chain.row)
+
+
+def test_numbers_of_the_contact_word_are_where_the_kernel_reads_them() -> None:
+    b, best = believed(), by_name(BEST)
+    common = EstimatorChain(b).arrays[1]
+    assert len(best.numbers) == WATCH - COMBINED and best.numbers[-1] == STEP_S
+    assert list(common[COMBINED:WATCH]) == [*best.numbers[:-1], b.dt_s]  # its step is the chain's, the rest the table's
+    assert list(common[WATCH:]) == list(b.valve)
 
 
 def test_believed_gain_error_is_taken_out():

@@ -20,6 +20,8 @@ from testbed.estimation.detectors.signals import BALANCE, CARRIED, OWN
 
 Array = NDArray[np.float64]
 MEAN, STARTED, BEHIND_BALANCE, BEHIND_CARRIED, STATE_SIZE = range(5)
+NUMBERS = 7
+"""How many numbers `step` takes."""
 
 
 @njit
@@ -32,16 +34,16 @@ def beyond(difference_n: float, break_away_n: float) -> float:
 
 @njit
 def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [time of the mean s, weights of balance, own and carried, step s, time over which a difference is taken for
-    a sensor's s, break-away force N]."""
-    share, slow = p[4] / (p[0] + p[4]), p[4] / (p[5] + p[4])
+    """p = [time of the mean s, weights of balance, own and carried, time over which a difference is taken for a
+    sensor's s, break-away force N, step s]."""
+    share, slow = p[6] / (p[0] + p[6]), p[6] / (p[4] + p[6])
     for foot in range(4):
         s = state[foot]
         balance, own, carried = signals[BALANCE, foot], signals[OWN, foot], signals[CARRIED, foot]
         s[BEHIND_BALANCE] += slow * (own - balance - s[BEHIND_BALANCE])
         s[BEHIND_CARRIED] += slow * (own - carried - s[BEHIND_CARRIED])
-        balance += beyond(s[BEHIND_BALANCE], p[6])
-        carried += beyond(s[BEHIND_CARRIED], p[6])
+        balance += beyond(s[BEHIND_BALANCE], p[5])
+        carried += beyond(s[BEHIND_CARRIED], p[5])
         load = p[1] * balance + p[2] * own + p[3] * carried
         s[MEAN] = load if s[STARTED] == 0.0 else s[MEAN] + share * (load - s[MEAN])
         s[STARTED] = 1.0

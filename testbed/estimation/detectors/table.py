@@ -36,7 +36,7 @@ DETECTORS: tuple[Detector, ...] = (
     Detector("multiple_model", "two models, Bayes", multiple_model.run, multiple_model.STATE_SIZE,
              (OWN, 1600.0, 250.0, 60.0, 1.0e-6, 4.0)),
     Detector(BEST, "mean of three loads", combined.run, combined.STATE_SIZE,
-             (6.7e-4, 0.3, 0.35, 0.35, STEP_S, 10.0, 800.0), best=True),
+             (6.7e-4, 0.3, 0.35, 0.35, 10.0, 800.0, STEP_S), best=True),
 )  # fmt: skip
 """Numbers: see each detector's `step`. 800 N is the believed break-away force, 620 + 180, 1600 N twice that."""
 
