@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -16,7 +15,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.evaluation.outputs import check_out, claim_out
-from testbed.evaluation.recorder import RunRecorder, plain
+from testbed.evaluation.recorder import RunRecorder
 from testbed.evaluation.runs import read_run
 
 META = {"format": "roboclimber-recording/1", "rig": "robot", "data": "data.parquet"}
@@ -149,7 +148,3 @@ def test_a_file_in_the_way_is_refused(tmp_path: Path, out: str) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(InputError, match="--out"):
         check_out(tmp_path / out)
-
-
-def test_json_knows_no_infinity() -> None:
-    assert json.dumps(plain({"a": [np.float32(np.inf), np.arange(2)]})) == '{"a": [null, [0, 1]]}'

@@ -15,7 +15,7 @@ from testbed.parameters.names import AXES, LEGS
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import load_scenario
 from testbed.parameters.scenario_terrain import Patch
-from testbed.report.scene3d import _quaternion, ground_mesh, joint_pose, link_paths, write_scene
+from testbed.report.scene3d import ground_mesh, joint_pose, link_paths, write_scene
 from testbed.robot.model import roboclimber_model
 from testbed.robot.urdf import structure
 from testbed.world.terrain import make_ground
@@ -44,12 +44,6 @@ def test_every_link_hangs_below_its_parent() -> None:
     paths = link_paths(structure(roboclimber())[1])
     assert paths["fl_foot"] == "world/body/fl_rotation/fl_radial/fl_vertical/fl_foot"
     assert len(set(paths.values())) == len(structure(roboclimber())[0])
-
-
-def test_roll_pitch_yaw_of_a_quarter_turn_each() -> None:
-    assert _quaternion(np.pi / 2, 0.0, 0.0) == pytest.approx([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
-    # Roll then pitch then yaw about fixed axes by a quarter turn each is a quarter turn about y.
-    assert _quaternion(np.pi / 2, np.pi / 2, np.pi / 2) == pytest.approx([0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)])
 
 
 def test_the_drawn_ground_lies_on_the_slope_and_shows_a_patch() -> None:

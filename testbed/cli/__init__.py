@@ -207,12 +207,12 @@ def loop(
     json: Json = False,
 ) -> None:
     """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
-    from testbed.diagnosis.findings import prepare
+    from testbed.files import make_folder
     from testbed.report.console import print_json, print_table
     from testbed.report.loop import SCENARIOS, close_loop, table
     from testbed.report.progress import working
 
-    prepare(out)
+    make_folder(out)
     with working("closing the loop") as tell:
         result = close_loop(out, scenario or SCENARIOS, tell)
     if json:

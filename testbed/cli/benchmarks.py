@@ -226,12 +226,13 @@ def paper(
 ) -> None:
     """Run the paper's experiments and set its claims beside what is measured."""
     from testbed.evaluation.paper.run import chosen, run_figures
+    from testbed.files import make_folder
     from testbed.report.console import print_json, print_table
-    from testbed.report.paper_page import prepare, rows, write_paper
+    from testbed.report.paper_page import rows, write_paper
     from testbed.report.progress import counting_progress
 
     wanted = chosen(figures or [])
-    prepare(out)
+    make_folder(out)
     with counting_progress(len(wanted), "figures") as progress:
         experiments = run_figures(wanted, progress)
     claims, page = write_paper(experiments, out)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from testbed.diagnosis.search import Search
 from testbed.diagnosis.unexplained import Unexplained
 from testbed.diagnosis.verdict import Verdict
 from testbed.effects import by_name, kind_of, place_of
-from testbed.errors import InputError
+from testbed.files import make_folder, write_json
 from testbed.parameters.leg_model import EffectEntry, LegModel, Parameter, write_model
 from testbed.parameters.recording import Rig
 
@@ -124,17 +123,6 @@ def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
     return [{"names": list(names), "probability": p} for (names, _), p in zip(kept, rounded, strict=True)]
 
 
-def prepare(out: Path) -> None:
-    """Make the output folder before the work begins. Raises InputError where that cannot be."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".writable"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
-
-
 def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
     """(header, rows) of a short table: what is missing, and the errors on verify."""
     rows = []
@@ -154,11 +142,7 @@ def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
 
 def write_findings(d: Diagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        text = json.dumps(as_json(d), indent=1)
-        (out / "findings.json").write_text(text + "\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    make_folder(out)
+    write_json(out / "findings.json", as_json(d))
     for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
         write_model(out / f"{name}.yaml", d.models[stage])

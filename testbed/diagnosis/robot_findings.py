@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.findings import FORMAT, hypotheses_json
 from testbed.diagnosis.robot import RobotDiagnosis
 from testbed.effects import by_name, kind_of, place_of
-from testbed.errors import InputError
+from testbed.files import make_folder, write_json
 from testbed.parameters.leg_model import EffectEntry, write_model
 
 
@@ -50,11 +49,8 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
 
 def write_findings(d: RobotDiagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "findings.json").write_text(json.dumps(as_json(d), indent=1) + "\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    make_folder(out)
+    write_json(out / "findings.json", as_json(d))
     for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
         write_model(out / f"{name}.yaml", d.models[stage])
 

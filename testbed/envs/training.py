@@ -17,6 +17,7 @@ import numpy as np
 
 from testbed.envs import ENVIRONMENTS
 from testbed.errors import InputError
+from testbed.files import make_folder, whole, write_json
 
 TASKS = {re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS}
 """stand, climb, drill, force-distribution -> id."""
@@ -152,18 +153,15 @@ def _write_gif(pictures: list[Any], file: Path) -> None:
     from PIL import Image
 
     first, *others = [Image.fromarray(picture).quantize(64) for picture in pictures]
-    first.save(file, save_all=True, append_images=others, duration=1000 // PICTURES_HZ, loop=0)
+    with whole(file) as hidden:
+        first.save(hidden, save_all=True, append_images=others, duration=1000 // PICTURES_HZ, loop=0)
 
 
 def _claim(out: Path, what: dict[str, Any]) -> None:
-    file = out / "training.json"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        if file.is_file() and json.loads(file.read_text())["task"] != what["task"]:
-            raise InputError("holds another task's training", file=out, field="--out", allowed="a new folder")
-        file.write_text(json.dumps(what, indent=1))
-    except OSError as error:
-        raise InputError("cannot be written", file=out, field="--out", allowed="a folder you may write to") from error
+    file = make_folder(out) / "training.json"
+    if file.is_file() and json.loads(file.read_text())["task"] != what["task"]:
+        raise InputError("holds another task's training", file=out, field="--out", allowed="a new folder")
+    write_json(file, what)
 
 
 def _reporter(progress: Callable[[int], None] | None) -> Any:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError, SimulationFault
+from testbed.files import make_folder, write_text
 from testbed.parameters.scenario import Scenario, load_scenario
 
 SCENARIO = "crawl_slope_45"
@@ -142,7 +143,7 @@ def evaluate(
     progress: Callable[[int], None] | None = None, first_seed: int = 1,
 ) -> list[Outcome]:
     """Run what is not in `out` yet; returns everything that is there of these cases, in order."""
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     lines = out / "climbs.jsonl"
     done = {(o.case, o.seed): o for o in read(lines) if o.goal_m == way_m}
     wanted = climbs(cases, seeds, first_seed)
@@ -155,11 +156,11 @@ def evaluate(
             done[outcome.case, outcome.seed] = outcome
             file.write(json.dumps(asdict(outcome)) + "\n")
             file.flush()
-            (out / "climbs.md").write_text(table([done[c.case, c.seed] for c in wanted if (c.case, c.seed) in done]))
+            write_text(out / "climbs.md", table([done[c.case, c.seed] for c in wanted if (c.case, c.seed) in done]))
             if progress is not None:
                 progress(len(wanted) - len(todo) + sum((c.case, c.seed) in done for c in todo))
     found = [done[c.case, c.seed] for c in wanted]
-    (out / "climbs.md").write_text(table(found))
+    write_text(out / "climbs.md", table(found))
     return found
 
 

@@ -21,8 +21,8 @@ from testbed.estimation.detectors.table import DETECTORS
 from testbed.evaluation.contact_loss_scenes import SETTLE_S, Moves, Scene, draw, scenes
 from testbed.evaluation.contact_loss_score import LOSS_N, score_scene
 from testbed.evaluation.contact_loss_warning import KEPT, ROWS, means, off_ground, outcomes, read_loads
-from testbed.evaluation.recorder import write_whole
 from testbed.evaluation.workers import work_through
+from testbed.files import make_folder, write_text
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import roboclimber
 
@@ -155,7 +155,7 @@ def do_scene(job: Job) -> bool:
     """Run one scene into its files, whole or not at all. False: nothing can interrupt it half-way."""
     found, loads = run_scene(job.scene)
     np.savez_compressed(job.path.with_suffix(".npz"), **loads)  # type: ignore[arg-type]
-    write_whole(job.path, json.dumps(found))
+    write_text(job.path, json.dumps(found))
     return False
 
 
@@ -174,11 +174,7 @@ def run(
     Raises InputError where `out` cannot be written or the numbers make no sense.
     """
     count_scenes(split, hours)
-    folder = out / "scenes"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out, field="--out") from error
+    folder = make_folder(out / "scenes")
     wanted = [Job(scene, folder / f"{scene.name}.json") for scene in scenes(split, hours)]  # type: ignore[arg-type]
     todo = [job for job in wanted if not _there(job.path)]
     done = len(wanted) - len(todo)

@@ -32,6 +32,7 @@ from testbed.diagnosis.belief import (
 from testbed.diagnosis.signs import Signs
 from testbed.errors import InputError
 from testbed.evaluation.diagnosis_scores import Trial, calibration, truth_set
+from testbed.files import write_text
 
 Array = npt.NDArray[np.float64]
 RIDGE = 3.0
@@ -169,7 +170,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         trials = read_trials(asked.folders)
         held_out = calibration(halves(trials))
         found = fit(trials)
-        asked.out.write_text(as_yaml(found, trials, held_out))
+        write_text(asked.out, as_yaml(found, trials, held_out))
     except (InputError, OSError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -23,8 +23,8 @@ from testbed.diagnosis.series import series_of
 from testbed.diagnosis.signs import signs
 from testbed.diagnosis.unexplained import generic_names
 from testbed.effects import NAMES, by_name, unnamed
-from testbed.errors import InputError
 from testbed.evaluation.reference_rigs import Hidden, make_rig
+from testbed.files import make_folder
 from testbed.parameters.leg_model import LegModel
 
 KINDS = ("single", "single", "clean", "double", "outside", "single", "double", "outside")
@@ -144,11 +144,7 @@ def run(
 ) -> list[dict[str, Any]]:
     """Trials `first_seed` and on, one JSON file each in `out/rigs`; existing ones are kept, and what another process
     is at is left to it. Returns what is there. Raises InputError for a bad folder."""
-    folder = out / "rigs"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=folder) from error
+    folder = make_folder(out / "rigs")
     seeds = range(first_seed, first_seed + rigs)
     todo = [(str(folder), seed) for seed in seeds if not (folder / f"{seed:05d}.json").is_file()]
     done = rigs - len(todo)

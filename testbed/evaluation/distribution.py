@@ -24,6 +24,7 @@ from testbed.errors import InputError
 from testbed.evaluation.distribution_cases import Case, Outcome, draw_cases
 from testbed.evaluation.distribution_compare import BASE, against_base
 from testbed.evaluation.distribution_run import ORACLE, run_case
+from testbed.files import make_folder, write_json, write_text
 
 Array = NDArray[np.float64]
 ROOMS = ("parameters", "laws", "effects", "robot", "estimation", "world")
@@ -76,9 +77,7 @@ def _read(file: Path) -> dict[str, Any]:
 
 
 def _keep(file: Path, name: str, outcome: Outcome) -> None:
-    partial = file.with_suffix(".part")
-    partial.write_text(json.dumps(_read(file) | {name: {"mark": mark(name), "outcome": asdict(outcome)}}))
-    partial.replace(file)
+    write_text(file, json.dumps(_read(file) | {name: {"mark": mark(name), "outcome": asdict(outcome)}}))
 
 
 def _case(work: tuple[Path | None, Case, tuple[str, ...]]) -> tuple[str, list[Outcome]]:
@@ -109,7 +108,7 @@ def benchmark(
         if value < 1:
             raise InputError("must be at least 1", field=field, value=value)
     if folder is not None:
-        _make(folder)
+        make_folder(folder)
     cases = draw_cases(count, seeds)
     work = [(folder, case, (*names, ORACLE)) for case in cases]
     found: dict[str, list[Outcome]] = {}
@@ -182,15 +181,8 @@ def check(folder: Path, names: Sequence[str] | None) -> tuple[str, ...]:
     chosen = tuple(names) if names else tuple(CONTROLLERS)
     for name in chosen:
         controller(name)
-    _make(folder)
+    make_folder(folder)
     return chosen
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("cannot be made", file=folder, field="--out", allowed="a folder you may write to") from error
 
 
 def table(result: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
@@ -213,10 +205,6 @@ def table(result: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
 
 def write(result: dict[str, Any], folder: Path) -> Path:
     """Write DIR/distribution.json; returns its path. Raises InputError where it cannot be written."""
-    _make(folder)
-    path = folder / "distribution.json"
-    try:
-        path.write_text(json.dumps(result, indent=1))
-    except OSError as error:
-        raise InputError("cannot be written", file=path, field="--out", allowed="a folder you may write to") from error
+    path = make_folder(folder) / "distribution.json"
+    write_json(path, result)
     return path

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.errors import InputError
 from testbed.estimation.believed import Believed
 from testbed.estimation.body_belief import OwnTuning, packed, without
 from testbed.estimation.chain import replay
 from testbed.estimation.filters import persistent
 from testbed.estimation.motion import motion, through_steps
 from testbed.evaluation.estimator_trials import BASE_C, DITHERED, JUDGE, LIARS, Series, Trial, simulate
+from testbed.files import make_folder, write_text
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.robot.model import RobotModel, roboclimber_model
@@ -190,20 +190,13 @@ def one_trial(folder: Path, trial: Trial) -> dict[str, Any]:
         "format": FORMAT, "name": trial.name, "kind": trial.kind, "oil_degc": trial.oil_degc,
         "scores": scores(series, roboclimber(), roboclimber_model()),
     }  # fmt: skip
-    partial = path.with_suffix(".part")
-    partial.write_text(json.dumps(found))
-    partial.replace(path)
+    write_text(path, json.dumps(found))
     return found
 
 
 def run(out: Path, progress: Callable[[int], None] | None = None, few: bool = False) -> list[dict[str, Any]]:
     """All runs' scores, one file each in `out/runs`; those that are there are kept. InputError: cannot be written."""
-    folder = out / "runs"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / ".writable").touch()
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    folder = make_folder(out / "runs")
     found = []
     for k, trial in enumerate(trials(few)):
         found.append(one_trial(folder, trial))

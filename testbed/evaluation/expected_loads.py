@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.files import make_folder, write_text
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.parameters.scenario import load_scenario
 from testbed.robot.attitude import rotation_from_attitude
@@ -225,7 +226,7 @@ def evaluate(cases: int, jobs: int, out: Path | None = None) -> list[Case]:
     done = _read(lines)
     todo = [k for k in range(cases) if k not in done]
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
+        make_folder(out)
     with ProcessPoolExecutor(max_workers=jobs) as pool:
         for count, future in enumerate(as_completed([pool.submit(stand, k) for k in todo]), len(done) + 1):
             case = future.result()
@@ -237,7 +238,7 @@ def evaluate(cases: int, jobs: int, out: Path | None = None) -> list[Case]:
             print(f"\r{count} of {cases} stands", end="", file=sys.stderr, flush=True)
     found = [done[k] for k in sorted(done) if k < cases]
     if out is not None:
-        (out / "expected_loads.md").write_text(table(found))
+        write_text(out / "expected_loads.md", table(found))
     return found
 
 

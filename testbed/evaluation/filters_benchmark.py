@@ -6,16 +6,15 @@ a rival counts with the constant that suits it best there; the testbed's own fil
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.errors import InputError
 from testbed.estimation.filters.table import OWN, RIVALS, Filter
 from testbed.evaluation.filter_scenes import NOISE_N, RATE_HZ, SCENES, scene
+from testbed.files import make_folder, write_json
 
 Q_N2, R_N2 = 9.0, NOISE_N**2
 """R is the noise; Q gives the plain filter a time constant of 20 ms at 1 kHz."""
@@ -100,18 +99,14 @@ def step_trial(steps: int = 10_000) -> list[StepResult]:
 
 def run_benchmark(out: Path, seeds: int = 5, steps: int = 10_000) -> dict[str, object]:
     """Run everything; writes `filters.json` into `out` and returns its contents. InputError: cannot be written."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "filters.json").touch()
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    make_folder(out)
     answer: dict[str, object] = {
         "q_n2": Q_N2,
         "r_n2": R_N2,
         "scenes": [asdict(compare_scene(name, seeds)) for name in SCENES],
         "steps": [asdict(r) for r in step_trial(steps)],
     }
-    (out / "filters.json").write_text(json.dumps(answer, indent=1).replace("Infinity", "null"))
+    write_json(out / "filters.json", answer)
     return answer
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.errors import InputError
 from testbed.evaluation.hydraulics_balance import balance
 from testbed.evaluation.hydraulics_creep import creep
 from testbed.evaluation.hydraulics_manoeuvres import HOLD_S, KINDS, Manoeuvre, manoeuvre
 from testbed.evaluation.hydraulics_reference import solve
+from testbed.files import make_folder, write_json, write_text
 from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.parameters.scenario_parts import Rates
@@ -135,12 +134,9 @@ def run_check(
         "creep_tight": asdict(creep(leakage=False)),
     }
     heads, rows = table(found)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "hydraulics.json").write_text(json.dumps(answer, indent=2))
-        (out / "hydraulics.csv").write_text("\n".join(",".join(row) for row in [heads, *rows]) + "\n")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error}", file=out) from error
+    make_folder(out)
+    write_json(out / "hydraulics.json", answer)
+    write_text(out / "hydraulics.csv", "\n".join(",".join(row) for row in [heads, *rows]) + "\n")
     return answer
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from testbed.files import whole
 
 LARGE = (840, 560)
 SMALL = (360, 240)
@@ -42,11 +43,9 @@ class Album:
 
         self.folder.mkdir(exist_ok=True)
         path = self.folder / f"{now_s:09.3f}-{kind}.png"
-        hidden = path.with_name(f".{path.name}")
-        Image.fromarray(np.ascontiguousarray(camera.picture(*size), dtype=np.uint8)).save(
-            hidden, "PNG", compress_level=4
-        )
-        os.replace(hidden, path)
+        picture = Image.fromarray(np.ascontiguousarray(camera.picture(*size), dtype=np.uint8))
+        with whole(path) as hidden:
+            picture.save(hidden, "PNG", compress_level=4)
 
 
 def pictures(folder: Path, kind: str) -> list[tuple[float, Path]]:

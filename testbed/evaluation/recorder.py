@@ -8,8 +8,6 @@ Time is kept as float64, everything else as float32: 24 bits resolve 0.5 Pa at 8
 
 from __future__ import annotations
 
-import json
-import math
 import os
 import queue
 import shutil
@@ -23,6 +21,7 @@ import numpy.typing as npt
 import yaml
 
 from testbed.errors import InputError
+from testbed.files import make_folder, whole, write_json, write_text
 from testbed.parameters.table import read_parquet
 
 Array = npt.NDArray[np.float64]
@@ -50,14 +49,12 @@ class RunRecorder:
         self._parts = dict.fromkeys(SERIES, 0)
         self._fault: Exception | None = None
         self._queue: queue.Queue[tuple[str, int, npt.NDArray[Any]] | None] = queue.Queue(maxsize=64)
-        try:
-            self.out_dir.mkdir(parents=True, exist_ok=True)
-            text = yaml.safe_dump(dict(recording_meta), sort_keys=False, allow_unicode=True, width=110)
-            write_whole(self.out_dir / "recording.yaml", text)
-            for name in SERIES:
-                (self.out_dir / f"{name}.parquet").mkdir()
-        except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror}", file=self.out_dir) from error
+        for name in SERIES:
+            if (self.out_dir / f"{name}.parquet").exists():
+                raise InputError("is there already", file=self.out_dir / f"{name}.parquet", allowed="a new folder")
+            make_folder(self.out_dir / f"{name}.parquet")
+        text = yaml.safe_dump(dict(recording_meta), sort_keys=False, allow_unicode=True, width=110)
+        write_text(self.out_dir / "recording.yaml", text)
         self._thread = threading.Thread(target=self._write_parts, name="recorder", daemon=True)
         self._thread.start()
 
@@ -106,9 +103,8 @@ class RunRecorder:
         import pyarrow.parquet as pq
 
         folder = self.out_dir / f"{name}.parquet"
-        hidden = folder / f".part-{number:05d}.parquet"  # readers of a folder skip names with a dot
-        pq.write_table(_table(block, self._schemas[name]), hidden, **_OPTIONS)
-        os.replace(hidden, folder / f"part-{number:05d}.parquet")
+        with whole(folder / f"part-{number:05d}.parquet") as hidden:  # readers of a folder skip names with a dot
+            pq.write_table(_table(block, self._schemas[name]), hidden, **_OPTIONS)
 
     def _compact(self, name: str) -> None:
         """One file in place of the folder; for an instant only `<name>.parquet.parts` is there."""
@@ -155,28 +151,6 @@ def _table(block: npt.NDArray[Any], schema: Any) -> Any:
     return pa.Table.from_arrays(arrays, schema=schema)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a file that is there whole or not at all."""
-    hidden = path.with_name(f".{path.name}")
-    hidden.write_text(text, encoding="utf-8")
-    os.replace(hidden, path)
-
-
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> None:
     """`summary.json`, whole or not at all; what is not a finite number becomes null."""
-    write_whole(folder / "summary.json", json.dumps(plain(summary), indent=2, ensure_ascii=False) + "\n")
-
-
-def plain(value: Any) -> Any:
-    """`value` as JSON knows it: numpy numbers unwrapped, nan and infinity null."""
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    write_json(folder / "summary.json", summary)

@@ -22,6 +22,7 @@ from testbed.diagnosis.robot_belief import FILE, RobotSigns, distribution
 from testbed.errors import InputError
 from testbed.evaluation.diagnosis_calibration import LEAST, RIDGE, SLIGHT, given, ranges, rounded
 from testbed.evaluation.diagnosis_scores import Trial, calibration, truth_set
+from testbed.files import write_text
 
 Array = npt.NDArray[np.float64]
 Weights = dict[str, dict[str, float]]
@@ -109,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         trials = read_trials(asked.folders)
         held_out = calibration(halves(trials))
-        asked.out.write_text(as_yaml(fit(trials), trials, held_out), encoding="utf-8")
+        write_text(asked.out, as_yaml(fit(trials), trials, held_out))
     except (InputError, OSError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -22,8 +22,8 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.evaluation.diagnosis_scores import Trial, calibration, confusion, quantiles, rate
-from testbed.evaluation.recorder import write_whole
 from testbed.evaluation.workers import work_through
+from testbed.files import make_folder, write_json, write_text
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario, load_scenario
@@ -146,17 +146,13 @@ def _visible(found: RobotDiagnosis, truth: str) -> bool:
 
 def do(job: Job) -> bool:
     """One run into its file. False: nothing can interrupt it half-way."""
-    write_whole(job.path, json.dumps(trial(job.seed)))
+    write_text(job.path, json.dumps(trial(job.seed)))
     return False
 
 
 def run(out: Path, runs: int, first_seed: int = 1, jobs: int = 1) -> list[Trial]:
     """Trials of these seeds; those whose files are there are not run again. Raises InputError for a bad folder."""
-    folder = out / "runs"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out, field="--out") from error
+    folder = make_folder(out / "runs")
     all_jobs = [Job(seed, folder / f"{seed:05d}.json") for seed in range(first_seed, first_seed + runs)]
     todo = [job for job in all_jobs if not job.path.is_file()]
     for done, _ in enumerate(work_through(do, todo, jobs, bool), start=1):
@@ -227,8 +223,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(arguments)
     try:
         found = scores(run(asked.out, asked.runs, asked.first_seed, asked.jobs))
-        write_whole(asked.out / "robot_trials.json", json.dumps(found, indent=1) + "\n")
-        write_whole(asked.out / "robot_trials.md", table(found))
+        write_json(asked.out / "robot_trials.json", found)
+        write_text(asked.out / "robot_trials.md", table(found))
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

@@ -18,9 +18,10 @@ from testbed.evaluation.expectations import unmet
 from testbed.evaluation.metrics import run_metrics, wanted_columns
 from testbed.evaluation.outputs import check_out, claim_out
 from testbed.evaluation.pictures import Album
-from testbed.evaluation.recorder import RunRecorder, plain, write_summary, write_whole
+from testbed.evaluation.recorder import RunRecorder, write_summary
 from testbed.evaluation.runs import read_series
 from testbed.evaluation.stability import stability_summary
+from testbed.files import plain, write_text
 from testbed.parameters.scenario import Scenario
 
 SUMMARY_FORMAT = "roboclimber-summary/1"
@@ -62,7 +63,7 @@ def run_scenario(
 
 
 def _record(scenario: Scenario, simulation: Any, folder: Path, progress: Progress | None, started: float) -> RunResult:
-    write_whole(folder / "scenario.yaml", yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False))
+    write_text(folder / "scenario.yaml", yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False))
     columns = list(simulation.data_columns), list(simulation.truth_columns)
     recorder = RunRecorder(folder, *columns, recording_meta(scenario, columns[0], simulation.surveyed()))
     result = RunResult(folder, {}, False)

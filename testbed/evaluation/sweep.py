@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError, SimulationFault
-from testbed.evaluation.recorder import plain, write_whole
 from testbed.evaluation.run import run_scenario
 from testbed.evaluation.workers import work_through
+from testbed.files import make_folder, write_json, write_text
 from testbed.parameters.sweep import Sweep, SweepRun
 
 Progress = Callable[[int], None]
@@ -73,11 +73,7 @@ def _claimed(out: Path) -> Path:
                 f"holds files of something else ({foreign[0]})", file=out, field="--out",
                 allowed="a new or empty folder, or an earlier sweep",
             )  # fmt: skip
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out, field="--out") from error
-    return folder
+    return make_folder(folder)
 
 
 def make_run(job: Job) -> bool:
@@ -124,14 +120,14 @@ def collect(runs: Sequence[SweepRun], folder: Path) -> list[dict[str, Any]]:
 def write_results(results: Sequence[Mapping[str, Any]], out: Path) -> None:
     """Write out/results.json and out/results.csv, whole or not at all."""
     tree = {"format": "roboclimber-sweep-results/1", "runs": list(results)}
-    write_whole(out / "results.json", json.dumps(plain(tree), indent=1, ensure_ascii=False))
+    write_json(out / "results.json", tree)
     flat = [_row(entry) for entry in results]
     heads = list(dict.fromkeys(head for row in flat for head in row))
     text = io.StringIO()
     writer = csv.DictWriter(text, heads, lineterminator="\n")
     writer.writeheader()
     writer.writerows(flat)
-    write_whole(out / "results.csv", text.getvalue())
+    write_text(out / "results.csv", text.getvalue())
 
 
 def _row(entry: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.files import whole
 
 Array = npt.NDArray[np.float64]
 
@@ -61,15 +62,11 @@ def write_columns(path: Path, columns: Mapping[str, Array]) -> None:
     if path.suffix not in (".parquet", ".csv"):
         raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
     table = pa.table({name: np.asarray(values) for name, values in columns.items()})
-    partial = path.with_name(path.name + ".part")
-    try:
+    with whole(path) as hidden:
         if path.suffix == ".csv":
-            pa.csv.write_csv(table, partial)
+            pa.csv.write_csv(table, hidden)
         else:
-            pa.parquet.write_table(table, partial)
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}", file=path) from error
+            pa.parquet.write_table(table, hidden)
 
 
 def _open(path: Path) -> Any:

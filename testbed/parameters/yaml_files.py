@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Hashable, Mapping
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import yaml
 
 from testbed.errors import InputError
+from testbed.files import write_text
 
 _Base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -95,11 +95,5 @@ def read_mapping(path: str | Path) -> dict[str, Any]:
 
 def write_yaml(path: str | Path, tree: Mapping[str, Any]) -> None:
     """Write a mapping as YAML, whole or not at all. Raises InputError where it cannot be written."""
-    path, text = Path(path), io.StringIO()
-    yaml.safe_dump(dict(tree), text, sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_text(text.getvalue(), encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from error
+    text = yaml.safe_dump(dict(tree), sort_keys=False, default_flow_style=None, width=110, allow_unicode=True)
+    write_text(path, text)

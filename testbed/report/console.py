@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def print_json(value: object) -> None:
     """One JSON value on standard output."""
-    from testbed.evaluation.recorder import plain
+    from testbed.files import plain
 
     print(json.dumps(plain(value), indent=2, ensure_ascii=False))
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from testbed import __version__
-from testbed.errors import InputError
 from testbed.evaluation.contact_loss_summary import summarise, tuned
 from testbed.evaluation.contact_loss_thresholds import read_thresholds, thresholds_text
+from testbed.files import whole, write_json, write_text
+from testbed.report.page import render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
 
 Tree = dict[str, Any]
@@ -30,26 +30,22 @@ def write_contact_loss(scenes: Sequence[Tree], hours: float, out: Path, tune: bo
     thresholds = tuned(scenes) if tune else read_thresholds()
     result = summarise(scenes, hours, thresholds)
     page = out / "contact_loss.html"
-    try:
-        (out / "contact_loss.json").write_text(json.dumps(result, indent=1, allow_nan=False) + "\n")
-        page.write_text(_page(result), encoding="utf-8")
-        _curves(result).savefig(out / "contact_loss_curves.png", dpi=110)
-        if tune:
-            (out / "thresholds.yaml").write_text(thresholds_text(thresholds, hours))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out, field="--out") from error
+    write_json(out / "contact_loss.json", result)
+    write_text(page, _page(result))
+    with whole(out / "contact_loss_curves.png") as hidden:
+        _curves(result).savefig(hidden, dpi=110)
+    if tune:
+        write_text(out / "thresholds.yaml", thresholds_text(thresholds, hours))
     return result, page
 
 
 def _page(result: Tree) -> str:
-    from jinja2 import Environment, PackageLoader
-
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
-    environment.filters |= {"ms": _ms, "share": _share, "span": _span, "rate": _rate}
     best = next(d for d in result["detectors"] if d["best"])
-    return environment.get_template("contact_loss.html.j2").render(
-        r=result, best=best, curves=svg(_curves(result), "curves"), targets=targets(result, best), version=__version__
-    )
+    contents = {
+        "r": result, "best": best, "curves": svg(_curves(result), "curves"), "targets": targets(result, best),
+        "version": __version__,
+    }  # fmt: skip
+    return render("contact_loss.html.j2", contents, {"ms": _ms, "share": _share, "span": _span, "rate": _rate})
 
 
 def _ms(value: float | None) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError
+from testbed.files import make_folder
 
 Table = tuple[list[str], list[list[str]]]
 
@@ -36,7 +37,7 @@ def _axis(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:
     from testbed.diagnosis.diagnose import diagnose
-    from testbed.diagnosis.findings import as_json, prepare, summary_rows, write_findings
+    from testbed.diagnosis.findings import as_json, summary_rows, write_findings
     from testbed.diagnosis.suggest import write_motion
     from testbed.parameters.leg_model import read_model
     from testbed.parameters.recording import read_rig
@@ -44,7 +45,7 @@ def _axis(
 
     rig = read_rig(folder)
     start = read_model(model) if model is not None else None
-    prepare(out)
+    make_folder(out)
     found = diagnose(rig, tell, start)
     write_findings(found, out)
     if suggest is not None:
@@ -56,7 +57,6 @@ def _axis(
 def _robot(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:
-    from testbed.diagnosis.findings import prepare
     from testbed.diagnosis.robot import diagnose_robot
     from testbed.diagnosis.robot_findings import as_json, summary_rows, write_findings
     from testbed.evaluation.estimates import believed_machine
@@ -69,7 +69,7 @@ def _robot(
     start = read_model(model) if model is not None else None
     run = read_run(folder, truth=False)
     machine = believed_machine(run.meta, folder / "recording.yaml")
-    prepare(out)
+    make_folder(out)
     name = str(run.meta.get("scenario", folder.name))
     found = diagnose_robot(name, run.data, machine, folder, tell, start)
     write_findings(found, out)

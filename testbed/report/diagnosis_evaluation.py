@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from testbed.errors import InputError
 from testbed.evaluation.diagnosis_scores import scores
+from testbed.files import write_json, write_text
+from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
 
 TARGETS = {
@@ -27,11 +27,8 @@ def write_evaluation(trials: Sequence[dict[str, Any]], out: Path) -> tuple[dict[
     """Write evaluation.json and evaluation.html. Raises InputError where `out` cannot be written."""
     result = scores(trials)
     page = out / "evaluation.html"
-    try:
-        (out / "evaluation.json").write_text(json.dumps(result, indent=1) + "\n")
-        page.write_text(_page(result))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    write_json(out / "evaluation.json", result)
+    write_text(page, _page(result))
     return result, page
 
 
@@ -85,14 +82,12 @@ def _closed(result: dict[str, Any]) -> list[list[str]]:
 
 
 def _page(result: dict[str, Any]) -> str:
-    from jinja2 import Environment, PackageLoader
-
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
     heads, rows = table(result)
     confusion = [(h, sorted(said.items(), key=lambda i: -i[1])) for h, said in sorted(result["confusion"].items())]
-    return environment.get_template("diagnosis_evaluation.html.j2").render(
-        rigs=result["rigs"], heads=heads, rows=rows, confusion=confusion, figure=_figure(result)
-    )
+    contents = {
+        "rigs": result["rigs"], "heads": heads, "rows": rows, "confusion": confusion, "figure": _figure(result)
+    }  # fmt: skip
+    return render("diagnosis_evaluation.html.j2", contents)
 
 
 def _figure(result: dict[str, Any]) -> str:

@@ -10,8 +10,9 @@ from testbed.diagnosis.findings import Diagnosis, as_json
 from testbed.diagnosis.search import Candidate
 from testbed.diagnosis.suggest import experiments
 from testbed.effects import by_name
-from testbed.errors import InputError
+from testbed.files import write_text
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
+from testbed.report.page import render
 
 HEADLINES = {
     "none": "The model lacks nothing that these recordings can show.",
@@ -21,15 +22,8 @@ HEADLINES = {
 
 def write_page(d: Diagnosis, out: Path) -> Path:
     """Write `report.html` into `out` and return its path. Raises InputError where it cannot be written."""
-    from jinja2 import Environment, PackageLoader
-
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
-    text = environment.get_template("diagnosis.html.j2").render(**contents(d))
     path = out / "report.html"
-    try:
-        path.write_text(text)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from error
+    write_text(path, render("diagnosis.html.j2", contents(d)))
     return path
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from testbed.errors import InputError
 from testbed.evaluation.estimators import BIN_N, BINS, FLOOR, FULL_SCALE_N, NAMES, WHOLE, result
+from testbed.files import write_json, write_text
 
 TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
     ("load while moving, one temperature: RMSE", "at the calibration's temperature", "moving", "rmse_n", 0.01),
@@ -25,11 +24,8 @@ def write_estimators(found: list[dict[str, Any]], out: Path) -> tuple[dict[str, 
     answer = result(found)
     answer["targets"] = targets(answer)
     page = out / "estimators.html"
-    try:
-        (out / "estimators.json").write_text(json.dumps(answer, indent=1) + "\n")
-        page.write_text(_page(answer))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    write_json(out / "estimators.json", answer)
+    write_text(page, _page(answer))
     return answer, page
 
 

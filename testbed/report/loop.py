@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from testbed.errors import InputError
+from testbed.files import write_json, write_text
 from testbed.parameters.names import LEGS
+from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
 
 SCENARIOS = (
@@ -31,11 +32,8 @@ def close_loop(out: Path, scenarios: Sequence[str] = SCENARIOS, tell: Progress |
     say = tell or (lambda _: None)
     rows = [_row(name, out / name, say) for name in scenarios]
     result = {"scenarios": rows}
-    try:
-        (out / "loop.json").write_text(json.dumps(result, indent=1) + "\n")
-        (out / "loop.html").write_text(page(rows))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    write_json(out / "loop.json", result)
+    write_text(out / "loop.html", page(rows))
     return result
 
 
@@ -91,10 +89,7 @@ def _errors(found: Mapping[str, Any], first: Mapping[str, Any], after: Mapping[s
 
 def page(rows: Sequence[Mapping[str, Any]]) -> str:
     """The page's text."""
-    from jinja2 import Environment, PackageLoader
-
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
-    return environment.get_template("loop.html.j2").render(rows=rows, figure=figure(rows))
+    return render("loop.html.j2", {"rows": rows, "figure": figure(rows)})
 
 
 def figure(rows: Sequence[Mapping[str, Any]]) -> str:

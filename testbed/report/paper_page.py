@@ -2,42 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from testbed import __version__
-from testbed.errors import InputError
 from testbed.evaluation.paper.experiment import Claim, Experiment, Panel
+from testbed.files import make_folder, write_json, write_text
+from testbed.report.page import render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, VERMILION, WIDTH_IN, svg
 
 PALETTE = (BLUE, VERMILION, GREEN, GREY, ORANGE, PURPLE, BLACK)
 PANEL_IN = 2.0
 
 
-def prepare(out: Path) -> None:
-    """Make the folder before the work begins. Raises InputError where it cannot be written."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".paper.part"
-        probe.write_text("")
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
-
-
 def write_paper(experiments: Sequence[Experiment], out: Path) -> tuple[list[dict[str, Any]], Path]:
     """Write paper.json and paper.html. Raises InputError where `out` cannot be written."""
-    prepare(out)
+    make_folder(out)
     claims = [claim.tree() for e in experiments for claim in e.claims]
     page = out / "paper.html"
-    try:
-        (out / "paper.json").write_text(json.dumps(claims, indent=1, allow_nan=False) + "\n")
-        page.write_text(_page(experiments))
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=out) from error
+    write_json(out / "paper.json", claims)
+    write_text(page, _page(experiments))
     return claims, page
 
 
@@ -57,18 +43,16 @@ def shown(claim: Claim) -> str:
 
 
 def _page(experiments: Sequence[Experiment]) -> str:
-    from jinja2 import Environment, PackageLoader
-
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
     claims = [c for e in experiments for c in e.claims]
-    return environment.get_template("paper_page.html.j2").render(
-        experiments=[(e, drawn(e)) for e in experiments],
-        shown=shown,
-        held=sum(c.holds for c in claims),
-        total=len(claims),
-        failed=[c for c in claims if not c.holds],
-        version=__version__,
-    )
+    contents = {
+        "experiments": [(e, drawn(e)) for e in experiments],
+        "shown": shown,
+        "held": sum(c.holds for c in claims),
+        "total": len(claims),
+        "failed": [c for c in claims if not c.holds],
+        "version": __version__,
+    }
+    return render("paper_page.html.j2", contents)
 
 
 def drawn(experiment: Experiment) -> str:

@@ -14,7 +14,8 @@ from testbed.diagnosis.robot_findings import as_json, spoken
 from testbed.diagnosis.robot_problem import FLOW_S
 from testbed.diagnosis.series import BIN
 from testbed.effects import by_name
-from testbed.errors import InputError
+from testbed.files import write_text
+from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
 
 Array = npt.NDArray[np.float64]
@@ -22,15 +23,8 @@ Array = npt.NDArray[np.float64]
 
 def write_page(d: RobotDiagnosis, out: Path) -> Path:
     """Write `report.html` into `out` and return its path. Raises InputError where it cannot be written."""
-    from jinja2 import Environment, PackageLoader
-
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
-    text = environment.get_template("robot_diagnosis.html.j2").render(**contents(d))
     path = out / "report.html"
-    try:
-        path.write_text(text)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}", file=path) from error
+    write_text(path, render("robot_diagnosis.html.j2", contents(d)))
     return path
 
 

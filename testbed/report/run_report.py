@@ -15,12 +15,13 @@ import numpy.typing as npt
 from testbed import __version__
 from testbed.evaluation.metrics import methods, stability_margin, tilt_deg
 from testbed.evaluation.pictures import pictures
-from testbed.evaluation.recorder import write_whole
 from testbed.evaluation.residuals import Suspect, best_method, load_residuals
 from testbed.evaluation.runs import Run, read_run
+from testbed.files import write_text
 from testbed.parameters.names import LEGS
 from testbed.report.animation import animation
 from testbed.report.console import summary_rows
+from testbed.report.page import render
 from testbed.report.style import RC, method_name, svg
 
 Array = npt.NDArray[np.float64]
@@ -34,13 +35,8 @@ def write_report(folder: str | Path) -> Path:
 
     Raises InputError where the folder holds no readable run.
     """
-    from jinja2 import Environment, PackageLoader
-
-    run = read_run(folder)
-    environment = Environment(loader=PackageLoader("testbed.report", "."), autoescape=True, trim_blocks=True)
-    text = environment.get_template("run_report.html.j2").render(**_contents(run))
     path = Path(folder) / "report.html"
-    write_whole(path, text)
+    write_text(path, render("run_report.html.j2", _contents(read_run(folder))))
     return path
 
 

@@ -7,7 +7,6 @@ them. World frame: x towards the slope, y left, z up; m, N, Pa, s.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from testbed.evaluation.metrics import methods
 from testbed.evaluation.residuals import best_method
 from testbed.evaluation.runs import Run, read_run
 from testbed.evaluation.stability import rotation
+from testbed.files import whole
 from testbed.parameters.names import AXES, LEGS, SIDES
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario, load_scenario
@@ -63,15 +63,14 @@ def write_scene(folder: str | Path) -> Path:
         raise InputError("has no poses to draw", file=run.folder, allowed="a run with data, truth and two rows")
     scenario = load_scenario(run.folder / "scenario.yaml")
     path = run.folder / "scene.rrd"
-    hidden = path.with_name(f".{path.name}")
     recording = rr.RecordingStream("roboclimber", recording_id=f"{scenario.name}, seed {scenario.seed}")
-    recording.save(str(hidden), default_blueprint=_blueprint())
-    _still(rr, recording, scenario, run.truth)
-    _moving(rr, recording, scenario, run)
-    _signals(rr, recording, run)
-    recording.flush()
-    recording.disconnect()
-    os.replace(hidden, path)
+    with whole(path) as hidden:
+        recording.save(str(hidden), default_blueprint=_blueprint())
+        _still(rr, recording, scenario, run.truth)
+        _moving(rr, recording, scenario, run)
+        _signals(rr, recording, run)
+        recording.flush()
+        recording.disconnect()
     return path
 
 
@@ -142,12 +141,15 @@ def _still(rr: Any, recording: Any, scenario: Scenario, truth: Columns) -> None:
 
 
 def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
+    from scipy.spatial.transform import Rotation
+
     for kind in ("box", "cylinder", "sphere"):
         here = [s for s in drawn if s.kind == kind]
         if not here:
             continue
         common: dict[str, Any] = {
-            "centers": [s.centre for s in here], "quaternions": [_quaternion(*s.rpy) for s in here],
+            "centers": [s.centre for s in here],
+            "quaternions": Rotation.from_euler("xyz", [s.rpy for s in here]).as_quat(),
             "colors": [[round(255 * c) for c in COLOURS[s.colour]] for s in here], "fill_mode": "solid",
         }  # fmt: skip
         if kind == "box":
@@ -157,15 +159,6 @@ def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
         else:
             solid = rr.Ellipsoids3D(half_sizes=[[s.size[0]] * 3 for s in here], **common)
         recording.log(f"{path}/{kind}", solid, static=True)
-
-
-def _quaternion(roll: float, pitch: float, yaw: float) -> list[float]:
-    """xyzw of URDF's roll, pitch, yaw about fixed axes, rad."""
-    (sr, cr), (sp, cp), (sy, cy) = ((np.sin(a / 2.0), np.cos(a / 2.0)) for a in (roll, pitch, yaw))
-    return [
-        float(sr * cp * cy - cr * sp * sy), float(cr * sp * cy + sr * cp * sy), float(cr * cp * sy - sr * sp * cy),
-        float(cr * cp * cy + sr * sp * sy),
-    ]  # fmt: skip
 
 
 def _way(ground: Ground, truth: Columns) -> tuple[float, float, float, float]:

@@ -15,6 +15,7 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
+from testbed.files import write_text
 from testbed.parameters.names import LEGS, SIDES
 from testbed.parameters.provenance import Parameters, roboclimber
 from testbed.robot.drawing import visuals
@@ -192,8 +193,7 @@ def _numbers(values: tuple[float, ...]) -> str:
 def main() -> None:
     """Rewrite the URDF of the checkout from the parameter file."""
     target = Path(__file__).resolve().parents[2] / "urdf" / "roboclimber.urdf"
-    target.parent.mkdir(exist_ok=True)
-    target.write_text(urdf_text(roboclimber()))
+    write_text(target, urdf_text(roboclimber()))
     print(f"wrote {target}")
 
 

@@ -82,7 +82,7 @@ def test_wrong_counts_and_folders_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="at least 1"):
         benchmark(0)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be made"):
+    with pytest.raises(InputError, match="cannot be written"):
         write({}, tmp_path / "file")
 
 
