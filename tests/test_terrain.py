@@ -72,6 +72,7 @@ def test_npy_in_the_slopes_frame_is_taken_as_it_is(tmp_path: Path) -> None:
     assert make_ground(terrain).heights_m == pytest.approx(grid, abs=1e-9)
 
 
+@pytest.mark.geo
 def test_geotiff_gives_the_same_as_esri_ascii(tmp_path: Path) -> None:
     rasterio = pytest.importorskip("rasterio")
     ascii_grid = read_elevation(hill(tmp_path / "hill.asc", 35.0, 20.0))
