@@ -26,6 +26,8 @@ EDGE = (
     Coordinate("nuisance", "smooth_pa", 5e4, 1e3, 3e5, 0.5, True, ("flow", "supply"), (float(np.log(5e4)), 0.7)),
 )
 """A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
+ZERO = (Coordinate("zero", "zero_n", 0.0, -1e3, 1e3, 1.0),)
+"""Of a bench's pressure sensor and load cell: nobody declares them, and they are no finding."""
 
 
 def declared(rig: Rig) -> LegModel:
@@ -88,6 +90,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
         coordinates += EDGE
+    if problem.kind == "cylinder":
+        coordinates += ZERO
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         mass = by_name("inertia.mass")
         unknown = [replace(c, start=10.0, low=0.0, scale=10.0, prior=None) for c in effect_coordinates(mass)]
@@ -103,4 +107,4 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
-    return fit, problem.base.model_copy(update={"friction": fit.at.friction})
+    return fit, fit.model(problem.base)

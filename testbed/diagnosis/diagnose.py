@@ -14,7 +14,7 @@ from testbed.diagnosis.problem import Point, Problem
 from testbed.diagnosis.search import Progress, search
 from testbed.diagnosis.series import series_of
 from testbed.diagnosis.unexplained import unexplained
-from testbed.diagnosis.verdict import Verdict, decide
+from testbed.diagnosis.verdict import decide
 from testbed.effects import Active, build
 from testbed.errors import InputError
 from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
@@ -57,11 +57,10 @@ def diagnose(rig: Rig, progress: Progress | None = None, model: LegModel | None 
         chosen = verdict.chosen
         entries = entries_of(chosen.fit, _memory(chosen.evidence), block_covariance(problem, chosen.fit))
         entries = _with_amplitude(problem, entries, chosen.fit.at)
-        models["after"] = _model(refit, verdict, entries)
+        models["after"] = chosen.fit.model(problem.base).model_copy(update={"effects": entries})
     generic = correction(problem, fit) if verdict.kind == "unnamed" else None
     if generic is not None:
-        changes = {"friction": generic.at.friction, "effects": entries_of(generic, 1.0)}
-        models["after"] = refit.model_copy(update=changes)
+        models["after"] = generic.model(problem.base).model_copy(update={"effects": entries_of(generic, 1.0)})
     tell("errors on verify")
     checks = series_of(rig.verify, refit.known)
     table = errors(rig.verify, checks, models, with_flow and all(s.opening is not None for s in checks))
@@ -74,10 +73,6 @@ def believed(rig: Rig, model: LegModel) -> LegModel:
     if model.rig != rig.kind:
         raise InputError("is a model of another kind of rig", field="--model rig", value=model.rig, allowed=rig.kind)
     return model
-
-
-def _model(refit: LegModel, verdict: Verdict, entries: tuple[EffectEntry, ...]) -> LegModel:
-    return refit.model_copy(update={"friction": verdict.chosen.fit.at.friction, "effects": entries})
 
 
 def _memory(found: Evidence) -> float:

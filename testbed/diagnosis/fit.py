@@ -36,12 +36,12 @@ class Fit:
 
     def model(self, base: LegModel) -> LegModel:
         """The base model with this fit's friction (no effects)."""
-        return base.model_copy(update={"friction": self.at.friction})
+        return self.at.model(base)
 
 
 def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str, Array]:
     """Stacked residuals of some channels."""
-    model = problem.base.model_copy(update={"friction": at.friction})
+    model = at.model(problem.base)
     out: dict[str, Array] = {}
     if "force" in channels:
         out["force"] = problem.force(model, at.effects)
@@ -124,7 +124,7 @@ def _exact(problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fi
     if not wanted:
         return {}
     at = point(coordinates, theta, fixed)
-    found = problem.straight_columns(problem.base.model_copy(update={"friction": at.friction}), at.effects)
+    found = problem.straight_columns(at.model(problem.base), at.effects)
     return {} if found is None else {j: found[:, k] for j, k in wanted.items()}
 
 
@@ -139,8 +139,7 @@ def solve(
     """Levenberg-Marquardt with bounds, robust weights and group noise that is re-estimated on the way."""
     channels = problem.channels()
     theta = start_vector(coordinates)
-    low = np.array([np.log(c.low) if c.log else c.low for c in coordinates])
-    high = np.array([np.log(c.high) if c.log else c.high for c in coordinates])
+    low, high = _bounds(coordinates)
     unit = np.array([c.scale for c in coordinates])
     r = residuals(problem, point(coordinates, theta, fixed), channels)
     scale = scale or scales(problem, r)
@@ -154,7 +153,7 @@ def solve(
         accepted = False
         for _ in range(TRIES):
             damped = h + prior_h + damping * np.diag(np.diag(h + prior_h) + 1e-9)
-            step = -np.linalg.solve(damped, g + prior_g) * unit
+            step = _step(damped, g + prior_g, theta, low, high) * unit
             step = np.clip(step, -3.0 * unit * (1 if iteration else 3), 3.0 * unit * (1 if iteration else 3))
             trial = np.clip(theta + step, low, high)
             r_trial = residuals(problem, point(coordinates, trial, fixed), channels)
@@ -182,6 +181,29 @@ def solve(
     return Fit(tuple(coordinates), theta, point(coordinates, theta, fixed), r, jac, scale, covariance)
 
 
+def _bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
+    """(lowest, highest) of every coordinate in fitted units."""
+    with np.errstate(divide="ignore"):
+        low = np.array([np.log(c.low) if c.log else c.low for c in coordinates])
+        high = np.array([np.log(c.high) if c.log else c.high for c in coordinates])
+    return low, high
+
+
+def _step(h: Array, g: Array, theta: Array, low: Array, high: Array) -> Array:
+    """-h^-1 g with the coordinates held that stand at a bound and would go beyond it.
+
+    To clip a step that they were part of would leave the others where they make sense with them only.
+    """
+    free = np.ones(len(g), dtype=bool)
+    while True:
+        step = np.zeros(len(g))
+        step[free] = -np.linalg.lstsq(h[np.ix_(free, free)], g[free], rcond=None)[0]
+        beyond = ((theta <= low) & (step < 0.0)) | ((theta >= high) & (step > 0.0))
+        if not beyond.any():
+            return step
+        free &= ~beyond
+
+
 def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extra: int) -> float:
     """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra` more coordinates.
 
@@ -197,8 +219,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     h, g = _normal(jac, r, w, unit)
     prior_h, prior_g = _prior(coordinates, theta, unit)
     ridge = (1e-8 * np.trace(h) / len(unit) + 1e-9) * np.eye(len(unit))
-    step = np.linalg.lstsq(h + prior_h + ridge, g + prior_g, rcond=None)[0]
-    promised = 0.5 * float((g + prior_g) @ step)
+    step = _step(h + prior_h + ridge, g + prior_g, theta, *_bounds(coordinates))
+    promised = -0.5 * float((g + prior_g) @ step)
     return _cost(problem, at.residual, at.scale) - _cost(problem, r, at.scale) + promised
 
 
@@ -277,8 +299,11 @@ def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6, by_recording: bool
     """
     unit = np.array([c.scale for c in fit.coordinates])
     w = weights(problem, fit.residual, fit.scale)
-    h, _ = _normal(fit.jacobian, fit.residual, w, unit)
-    prior_h, _ = _prior(fit.coordinates, fit.theta, unit)
+    h, g = _normal(fit.jacobian, fit.residual, w, unit)
+    prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
+    low, high = _bounds(fit.coordinates)
+    pull = g + prior_g
+    free = ~(((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0)))  # the others stay at a bound
     total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
     out = {c: r.copy() for c, r in fit.residual.items()}
     folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
@@ -291,7 +316,8 @@ def held_out(problem: Problem, fit: Fit, ridge: float = 1e-6, by_recording: bool
             weighted = j[here] * unit * w[channel][here, None]
             h_fold += weighted.T @ weighted
             g_fold += weighted.T @ (w[channel][here] * fit.residual[channel][here])
-        delta = np.linalg.solve(total - h_fold, g_fold)
+        delta = np.zeros(len(unit))
+        delta[free] = np.linalg.solve((total - h_fold)[np.ix_(free, free)], g_fold[free])
         for channel, j in fit.jacobian.items():
             out[channel][rows[channel]] += (j[rows[channel]] * unit) @ delta
     return out

@@ -9,7 +9,7 @@ import numpy as np
 from testbed.diagnosis.evidence import of_residual
 from testbed.diagnosis.fit import Fit, held_out, solve
 from testbed.diagnosis.hypotheses import restarted
-from testbed.diagnosis.problem import Point, Problem, effect_coordinates
+from testbed.diagnosis.problem import Problem, effect_coordinates
 from testbed.diagnosis.unexplained import generic_names
 from testbed.effects import Active, unnamed
 
@@ -38,7 +38,7 @@ def _shrunk(problem: Problem, refit: Fit, size_n: float) -> Fit:
     for c in effect_coordinates(unnamed.EFFECT, generic_names(problem), {}):
         coordinates.append(replace(c, prior=(0.0, size_n / np.sqrt(_memory(problem, refit)))))
     effects = (*refit.at.effects, Active(unnamed.EFFECT, unnamed.EFFECT.complete({})))
-    return solve(problem, coordinates, Point(refit.at.friction, refit.at.edge, effects), 5, refit.scale)
+    return solve(problem, coordinates, replace(refit.at, effects=effects), 5, refit.scale)
 
 
 def _memory(problem: Problem, fit: Fit) -> float:

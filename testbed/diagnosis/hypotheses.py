@@ -188,7 +188,7 @@ def fit_with(
         fixed = at.at
         if kind_of(effect.name) == "force.periodic":
             coordinates = [c for c in coordinates if c.name not in ("amplitude",)]
-            fixed = Point(at.at.friction, at.at.edge, (*_others(at.at, effect), Active(effect, effect.complete(start))))
+            fixed = replace(at.at, effects=(*_others(at.at, effect), Active(effect, effect.complete(start))))
         fit = solve(problem, coordinates, fixed, iterations, at.scale)
         cost = _log_cost(problem, fit, memory)
         if best is None or cost < best[0]:
@@ -231,6 +231,8 @@ def restarted(c: Coordinate, at: Point) -> Coordinate:
         value = float(getattr(at.friction, c.name))
     elif c.owner == "nuisance":
         value = float(getattr(at.edge, c.name))
+    elif c.owner == "zero":
+        value = at.zero_n
     else:
         value = next(a.values[c.name] for a in at.effects if a.effect.name == c.owner)
     return replace(c, start=float(np.clip(value, c.low, c.high)))

@@ -113,7 +113,7 @@ class Problem:
 
     def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
         """The balance without friction of every series; kept while only friction is varied."""
-        key = (id(model.known), [(a.effect.name, dict(a.values)) for a in effects])
+        key = (id(model.known), model.force_offset_n, [(a.effect.name, dict(a.values)) for a in effects])
         if self._balanced is None or self._balanced[0] != key:
             found = []
             for signals in self._signals(effects):
@@ -341,11 +341,20 @@ class Point:
     friction: Friction
     edge: Edge
     effects: tuple[Active, ...]
+    zero_n: float = 0.0
+    """Of the sensors together, as a force downwards; see base_models.ZERO."""
+
+    def model(self, base: LegModel) -> LegModel:
+        """The base model with this friction and zero, and no effect of these."""
+        changes: dict[str, Any] = {"friction": self.friction}
+        if self.zero_n != 0.0:
+            changes["force_offset_n"] = base.force_offset_n + self.zero_n
+        return base.model_copy(update=changes)
 
 
 def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
     """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
-    friction = dict(fixed.friction)
+    friction, zero = dict(fixed.friction), fixed.zero_n
     edge = {"gain": fixed.edge.gain, "smooth_pa": fixed.edge.smooth_pa, "share_b": fixed.edge.share_b}
     values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
     for c, t in zip(coordinates, theta, strict=True):
@@ -355,10 +364,12 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
             friction[c.name] = number
         elif c.owner == "nuisance":
             edge[c.name] = number
+        elif c.owner == "zero":
+            zero = number
         else:
             values.setdefault(c.owner, {})[c.name] = number
     effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
-    return Point(Friction.model_construct(**friction), Edge(**edge), effects)
+    return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero)
 
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:

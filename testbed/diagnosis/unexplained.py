@@ -81,7 +81,7 @@ def fit_generic(problem: Problem, at: Fit, seal: bool) -> Fit:
         coordinates = [_like_a_seal(c, at.at) for c in coordinates]
     coordinates += effect_coordinates(unnamed.EFFECT, generic_names(problem), {})
     effects = (*at.at.effects, Active(unnamed.EFFECT, unnamed.EFFECT.complete({})))
-    return solve(problem, coordinates, Point(at.at.friction, at.at.edge, effects), 15 if seal else 5, at.scale)
+    return solve(problem, coordinates, replace(at.at, effects=effects), 15 if seal else 5, at.scale)
 
 
 def _like_a_seal(c: Coordinate, at: Point) -> Coordinate:

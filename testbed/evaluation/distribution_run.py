@@ -133,7 +133,7 @@ def _measure(
         valve_effort=float(np.abs(valves).mean()),
         plans_checked=checked,
         infeasible=infeasible,
-        solve_p99_s=float(np.quantile(program.solve_s[2:], 0.99)),
+        solve_p99_s=float(np.quantile(program.solve_s[2:] or [0.0], 0.99)),  # lost before it planned: nothing to time
         verdict=str(sim.verdict),
     )
 

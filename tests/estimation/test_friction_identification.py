@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic_bench import bench
 
 from testbed.errors import InputError
 from testbed.estimation.friction_evidence import gather
@@ -19,7 +20,6 @@ from testbed.evaluation.identification_trials import (
     coverage,
     eight,
     random_friction,
-    recording_of,
     speed_profile,
 )
 from testbed.parameters.leg_model import read_model, write_model
@@ -187,23 +187,6 @@ def test_rig_without_a_missing_effect_is_predicted_to_a_per_cent_of_its_friction
     moving = np.abs(signals_of(sine).velocity_m_s) > 3e-3
     error = estimate(sine, found.model).force_n[moving]
     assert math.sqrt(np.mean(error**2)) < 10.0
-
-
-def bench(speeds, seed=0, zero_n=25.0, area=1.03):
-    """Recordings of a bench: load cell, one chamber, area 3 % above the declared one, a zero of 25 N, Coulomb 80 N."""
-    known = KNOWN.model_copy(update={"rod_m": None, "moving_mass_kg": None, "inclination_deg": 90.0})
-    out = []
-    for k, level in enumerate((1e5, 3e5, 7e5)):
-        rng = np.random.default_rng([seed, k])
-        v = speed_profile(speeds, longest_s=1.0, travel_m=0.02)
-        t = np.arange(v.size) * 1e-3
-        pa = level + 2e4 * np.sin(t) + rng.normal(0.0, 200.0, t.size)
-        reference = area * known.area_a_m2 * pa + zero_n - 80.0 * np.sign(v) + rng.normal(0.0, 1.7, t.size)
-        x = 0.2 + np.cumsum(v) * 1e-3
-        r = recording_of(t, x, pa, 0 * pa, reference, known, "load-cell")
-        header = r.header.model_copy(update={"rig": "cylinder"})
-        out.append(replace(r, name=f"level{k}", header=header, pressure_b_pa=None))
-    return out, known
 
 
 def test_bench_gives_back_area_zero_and_coulomb_friction():
