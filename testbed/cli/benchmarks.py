@@ -49,6 +49,7 @@ def _bench_scenarios(names: list[str], json: bool) -> None:
 @benchmarks.command("identify-measured")
 def identify_measured(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of rigs, each with identify/ and verify/.")],
+    diagnose: Annotated[bool, typer.Option("--diagnose", help="Judge what the diagnosis adds, too.")] = False,
     json: Json = False,
 ) -> None:
     """Identify every rig below a folder and judge it on its other recordings: relative force errors, one table."""
@@ -58,7 +59,7 @@ def identify_measured(
     from testbed.report.console import print_json, print_table, waiting
 
     with waiting("identifying"):
-        found = mark_all(folder)
+        found = mark_all(folder, diagnose)
     if json:
         print_json([asdict(m) for m in found])
     else:

@@ -1,4 +1,4 @@
-"""Identification judged on really measured rigs: relative force error on what was not identified on.
+"""Identification, and diagnosis, judged on really measured rigs: relative force error on recordings kept back.
 
 A cylinder with a load cell: error of the estimated force over the force, root mean squares, where the piston moves.
 A drive: the model's force from the position against the drive's, as the drive's own benchmark does it (Janot, Gautier,
@@ -9,7 +9,7 @@ force decimated by 25; the first 5 and the last 10 samples dropped. Decimating n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +26,9 @@ Array = NDArray[np.float64]
 CUT_HZ, ORDER, DECIMATED = 100.0, 4, 25
 FIRST, LAST = 5, 10
 SEAL_LIMIT, DRIVE_LIMIT = 0.006, 0.054
-"""What is wanted: at most, median of the seals; the drive."""
+"""What is wanted of the identified model: at most, median of the seals; the drive."""
+SEAL_AFTER, DRIVE_AFTER = 0.004, 0.032
+"""The same of the diagnosed model's estimate."""
 
 
 @dataclass(frozen=True)
@@ -38,30 +40,41 @@ class Marked:
     recording: str
     relative_error: float
     by_estimate: float
+    effects: tuple[str, ...] = ()
+    """What the diagnosis added, where it was asked."""
+    by_diagnosed: float | None = None
+    """Relative error of the estimate that uses the diagnosed model."""
 
 
-def mark(rig: Rig) -> list[Marked]:
-    """Identify on `identify`, judge on `verify`."""
+def mark(rig: Rig, diagnosed: bool = False) -> list[Marked]:
+    """Identify on `identify` (and, `diagnosed`, find what the model lacks), judge on `verify`."""
+    from testbed.diagnosis.diagnose import diagnose
+
     model = identify_rig(rig).model
+    found = diagnose(rig) if diagnosed else None
     out = []
     for r in rig.verify:
         by_estimate = estimate_error(r, model)
         own = drive_error(r, model) if rig.kind == "drive" else by_estimate
-        out.append(Marked(rig.name, rig.kind, r.name, own, by_estimate))
+        marked = Marked(rig.name, rig.kind, r.name, own, by_estimate)
+        if found is not None:
+            names = tuple(entry.name for entry in found.entries)
+            marked = replace(marked, effects=names, by_diagnosed=estimate_error(r, found.models["after"]))
+        out.append(marked)
     return out
 
 
-def mark_all(folder: Path) -> list[Marked]:
+def mark_all(folder: Path, diagnosed: bool = False) -> list[Marked]:
     """Every rig below `folder`. Raises InputError where there is none."""
     rigs = sorted(p for p in folder.iterdir() if (p / "identify").is_dir()) if folder.is_dir() else []
     if not rigs:
         raise InputError("holds no rig", file=folder, allowed="folders with identify/ and verify/")
-    return [m for path in rigs for m in mark(read_rig(path))]
+    return [m for path in rigs for m in mark(read_rig(path), diagnosed)]
 
 
-def median_error(found: list[Marked], kind: str) -> float:
-    """Median relative error over the recordings of one kind of rig."""
-    return float(np.median([m.relative_error for m in found if m.kind == kind]))
+def median_error(found: list[Marked], kind: str, diagnosed: bool = False) -> float:
+    """Median relative error over the recordings of one kind of rig; `diagnosed`: with the diagnosed model."""
+    return float(np.median([m.by_diagnosed if diagnosed else m.relative_error for m in found if m.kind == kind]))
 
 
 def estimate_error(recording: Recording, model: LegModel) -> float:
@@ -108,11 +121,23 @@ def friction(f: Friction, v_m_s: Array) -> Array:
 
 def table(found: list[Marked]) -> tuple[list[str], list[list[str]]]:
     """Heads and rows, relative errors in per cent."""
+    heads = ["rig", "recording", "model's force, %", "estimate's, %"]
     rows = [[m.rig, m.recording, f"{100 * m.relative_error:.2f}", f"{100 * m.by_estimate:.2f}"] for m in found]
-    for kind, label, limit in (("cylinder", "seals, median", SEAL_LIMIT), ("drive", "drive", DRIVE_LIMIT)):
+    diagnosed = any(m.by_diagnosed is not None for m in found)
+    if diagnosed:
+        heads += ["diagnosed, %", "with"]
+        rows = [
+            [*row, f"{100 * (m.by_diagnosed or 0.0):.2f}", ", ".join(m.effects) or "nothing"]
+            for row, m in zip(rows, found, strict=True)
+        ]
+    wanted = (("cylinder", "seals, median", SEAL_LIMIT, SEAL_AFTER), ("drive", "drive", DRIVE_LIMIT, DRIVE_AFTER))
+    for kind, label, limit, after in wanted:
         if any(m.kind == kind for m in found):
             rows.append([label, f"wanted: at most {100 * limit:.1f}", f"{100 * median_error(found, kind):.2f}", ""])
-    return ["rig", "recording", "model's force, %", "estimate's, %"], rows
+            if diagnosed:
+                error = f"{100 * median_error(found, kind, diagnosed=True):.2f}"
+                rows[-1] += [error, f"wanted: at most {100 * after:.1f}"]
+    return heads, rows
 
 
 def _rms(values: Array) -> float:

@@ -11,7 +11,9 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.evaluation.measured_rigs import (
+    DRIVE_AFTER,
     DRIVE_LIMIT,
+    SEAL_AFTER,
     SEAL_LIMIT,
     drive_error,
     friction,
@@ -62,7 +64,9 @@ def test_a_folder_without_rigs_is_named(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not DATA or not (Path(DATA) / "real").is_dir(), reason="needs the measured recordings")
 def test_measured_seals_and_drive_are_within_what_is_wanted() -> None:
-    found = mark_all(Path(str(DATA)) / "real")
+    found = mark_all(Path(str(DATA)) / "real", diagnosed=True)
+    assert median_error(found, "cylinder", diagnosed=True) <= SEAL_AFTER
+    assert median_error(found, "drive", diagnosed=True) <= DRIVE_AFTER
     assert median_error(found, "cylinder") <= SEAL_LIMIT
     assert median_error(found, "drive") <= DRIVE_LIMIT
     assert all(m.by_estimate <= DRIVE_LIMIT for m in found if m.kind == "drive")
