@@ -12,7 +12,7 @@ import pytest
 from testbed.control.quadratic import Quadratic
 from testbed.errors import InputError
 from testbed.evaluation.distribution import benchmark, kept, mark, summarise, write
-from testbed.evaluation.distribution_cases import Outcome, draw_cases
+from testbed.evaluation.distribution_cases import Case, Outcome, draw_cases
 from testbed.evaluation.distribution_compare import against_base
 from testbed.evaluation.distribution_run import breaks, count_losses, possible, run_case
 
@@ -76,6 +76,13 @@ def test_savings_are_case_by_case_against_the_quadratic_program_with_an_interval
         assert found["half"][kind]["interval95"] == pytest.approx([0.5, 0.5])
         assert set(found["half"][kind]["by_seed"]) == {0, 1}
     assert against_base(cases, [[outcome("half", use)] for use in uses]) == {}
+
+
+def test_a_robot_that_slides_before_anything_is_planned_has_lost() -> None:
+    poor = ("duration_s=6", "terrain.slope_deg=79", "terrain.friction=0.4", "ropes.share=0.92", "ropes.azimuth_deg=5.2")
+    found = run_case(Case(1, (*poor, "robot.payload_kg=730"), (0.0,) * 4), "qp")
+    assert found.verdict == "slid" and found.losses == 1 and found.hours * 3600.0 < 1.0
+    assert found.plans_checked == 0 and found.solve_p99_s == 0.0
 
 
 def test_wrong_counts_and_folders_are_refused(tmp_path: Path) -> None:
