@@ -13,7 +13,7 @@ from testbed.errors import InputError
 from testbed.laws import drill as d
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import load_scenario
-from testbed.parameters.scenario_tasks import Drill, Hammer, PullOut, RodChange
+from testbed.parameters.scenario_tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.parameters.scenario_terrain import Terrain
 from testbed.robot.kinematics import LegKinematics, length
 from testbed.robot.model import roboclimber_model
@@ -156,6 +156,26 @@ def test_drill_program_ramps_moves_rods_and_ends() -> None:
     assert program.loads[d.PULL] == pytest.approx(8000.0)
     assert program.update(9.5, 0.01)
     assert program.loads[d.PULL] == 0.0 and program.phase == "done"
+
+
+def test_a_drill_that_begins_again_finds_its_phase_where_the_sum_of_times_rounds_up() -> None:
+    push = Push(kind="push", duration_s=11.2)
+    program = DrillProgram(Drill(kind="drill", start_s=6.4, repeat=True, phases=(push,)), np.zeros(d.DRILL_COLUMNS))
+    assert divmod(40.0 - 6.4, (6.4 + 11.2) - 6.4)[1] + 6.4 >= 6.4 + 11.2
+    program.update(40.0, 0.01)
+    assert program.phase == "push"
+
+
+def test_a_machine_whose_feet_have_left_the_ground_and_gone_on_has_fallen() -> None:
+    none, every, feet = np.zeros(4, dtype=bool), np.ones(4, dtype=bool), np.zeros((4, 3))
+    judge = Judge(np.eye(3), 4e4, raised=True)
+    down = np.array([0.0, 0.0, -0.3])
+    assert judge.look(0.0, np.eye(3), feet, every, none, 0.0) is None
+    assert judge.look(0.1, np.eye(3), feet + down, every, none, 0.0) is None
+    assert judge.look(0.2, np.eye(3), feet + 2 * down, every, every, 0.0) is None  # it has come down: a jump
+    assert judge.look(0.3, np.eye(3), feet + 3 * down, every, none, 0.0) is None
+    assert judge.look(0.4, np.eye(3), feet + 5 * down, every, none, 0.0) is not None
+    assert judge.verdict == "fell"
 
 
 def test_judge_tells_fall_and_slide() -> None:

@@ -11,9 +11,9 @@ from testbed.robot.model import Payload, RobotModel
 
 
 def believed_model(scenario: Scenario) -> RobotModel:
-    """The scenario's URDF with its declared payload at the believed place of the rod store."""
+    """The scenario's URDF with its declared payload and rods at the believed place of the rod store."""
     parameters = roboclimber().replaced(scenario.model.parameters)
-    mass = scenario.robot.payload_kg
+    mass = scenario.carried_kg
     payload = Payload(mass, parameters["rod_store_body"]["position_m"]) if mass > 0 else None
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
     return RobotModel(urdf, payload, scenario.ropes.attachment_height_m)

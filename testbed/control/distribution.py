@@ -71,8 +71,7 @@ class Distribution:
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         command, out = self.inner.update(t, dt, measured), self._now
-        out.reference[:], out.rate[:] = command.reference, command.rate
-        out.carrying[:], out.rope_rate_m_s[:] = command.carrying, command.rope_rate_m_s
+        out.follow(command)
         self.balance = now = self._statics.look(measured, command.carrying)
         before = thread_time() if self.timed else 0.0
         self.plan = plan = self.sharing.plan(now)

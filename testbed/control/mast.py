@@ -1,9 +1,10 @@
 """Keeps the mast at right angles to the slope: the vertical joints turn the body back to where it stood at first.
 
-    d extension / dt = gain (pitch x - roll y),  x, y: where the foot stands in the body frame
+    d extension / dt = gain (turn_y x - turn_x y),  x, y: where the foot stands in the body frame
 
-Roll and pitch are those of the inertial unit less their mean over the first second, when the body lies parallel to the
-mean slope. The four heights move as one plane: nothing is squeezed, no load goes from one diagonal to the other.
+The tilt is the turn from the mean attitude of the first second, when the body lies parallel to the mean slope, about
+the body's own axes: on a steep slope a turn about its normal changes the roll angle, but tilts nothing. The four
+heights move as one plane: nothing is squeezed, no load goes from one diagonal to the other.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from testbed.control.references import Command, Measured, Program
 from testbed.parameters.names import VERTICAL
+from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
 
 Array = NDArray[np.float64]
 
@@ -34,8 +36,9 @@ class KeepMast:
         self._inner = inner
         self._arm = feet_in_body[:, :2].copy()
         self._arm -= self._arm.mean(axis=0)
-        self._level = 0.0, 0.0
+        self._level = np.zeros(3)
         self._ticks = 0
+        self._upright, self._turned = np.eye(3), np.empty((3, 3))
         self._tilt = 0.0, 0.0
         self._added = np.zeros(4)
         self._now = Command()
@@ -43,23 +46,19 @@ class KeepMast:
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         given = self._inner.update(t, dt, measured)
-        seen_roll, seen_pitch, _ = measured.attitude_rad.tolist()
-        (level_roll, level_pitch), (roll, pitch) = self._level, self._tilt
         if t < LEARN_S:
             self._ticks += 1
-            share = 1.0 / self._ticks
-            self._level = (
-                level_roll + share * (seen_roll - level_roll),
-                level_pitch + share * (seen_pitch - level_pitch),
-            )
+            self._level += (measured.attitude_rad - self._level) / self._ticks
+            self._upright = rotation_from_attitude(self._level)
             return given
+        write_rotation(measured.attitude_rad, self._turned)
+        seen_x, seen_y, _ = small_turn(self._upright.T @ self._turned)
         share = dt / (SMOOTH_S + dt)
-        roll += share * (seen_roll - level_roll - roll)
-        pitch += share * (seen_pitch - level_pitch - pitch)
-        self._tilt = roll, pitch
+        x, y = self._tilt
+        self._tilt = x, y = x + share * (seen_x - x), y + share * (seen_y - y)
         rate = _NO_RATE
-        if abs(roll) > DEAD_RAD or abs(pitch) > DEAD_RAD:
-            rate = GAIN_1_S * (pitch * self._arm[:, 0] - roll * self._arm[:, 1])
+        if abs(x) > DEAD_RAD or abs(y) > DEAD_RAD:
+            rate = GAIN_1_S * (y * self._arm[:, 0] - x * self._arm[:, 1])
             rate[np.abs(self._added + rate * dt) > MOST_M] = 0.0
         elif given.still and self._now.still:
             return self._now
@@ -68,16 +67,14 @@ class KeepMast:
     def _with(self, given: Command, rate: Array, dt: float) -> Command:
         """The inner command with the heights as they are and as they change now."""
         now, feet = self._now, list(VERTICAL)
-        now.reference[:] = given.reference
-        now.rate[:] = given.rate
+        stood = not now.rate.any()
+        now.follow(given)
         if given.still:
             now.rate[:] = 0.0
         else:  # the caller moves on the command that it is given; the inner one is moved on here
             given.reference += given.rate * dt
         now.reference[feet] += self._added
         now.rate[feet] += rate
-        now.rope_rate_m_s[:] = given.rope_rate_m_s
-        now.carrying[:] = given.carrying
-        now.still = given.still and not rate.any()
+        now.still = given.still and stood and not rate.any()
         self._added += rate * dt
         return now

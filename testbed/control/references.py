@@ -34,6 +34,12 @@ class Command:
     still: bool = False
     """Nothing differs from the last tick's command."""
 
+    def follow(self, given: Command) -> None:
+        """Take another program's command over, to lay something on it; `still` stays as it was."""
+        self.reference[:], self.rate[:] = given.reference, given.rate
+        self.rope_rate_m_s[:], self.carrying[:] = given.rope_rate_m_s, given.carrying
+        self.hold_drill = given.hold_drill
+
 
 @dataclass(slots=True)
 class Measured:
@@ -92,7 +98,8 @@ class Hold:
                 leg = LEGS.index(event.leg)
                 lift = event.height_m * window(t + dt, event.at_s, event.duration_s, 0.4)
                 wanted[VERTICAL[leg]] -= lift
-                command.carrying[leg] = not event.at_s <= t <= event.at_s + event.duration_s
+                if event.at_s <= t <= event.at_s + event.duration_s:
+                    command.carrying[leg] = False
             elif isinstance(event, SetRope) and event.at_s <= t < event.at_s + event.duration_s:
                 side = ("left", "right").index(event.rope)
                 command.rope_rate_m_s[side] += event.pay_out_m / event.duration_s

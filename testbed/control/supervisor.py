@@ -47,10 +47,9 @@ class Supervisor:
         longest = int(np.argmax(self._lost_s))
         if self._lost_s[longest] >= PATIENCE_S:
             step[longest] = min(LOWER_M_S * dt, LOWEST_M - self._offset[longest])
-        out.reference[:], out.rate[:] = command.reference, command.rate
+        out.follow(command)
         out.reference[list(VERTICAL)] += self._offset
         out.rate[list(VERTICAL)] += step / dt
-        out.carrying[:], out.rope_rate_m_s[:] = command.carrying, command.rope_rate_m_s
         out.hold_drill = command.hold_drill or self._calm_s < CALM_S
         self._offset += step
         command.reference += command.rate * dt

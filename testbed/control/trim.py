@@ -60,11 +60,8 @@ class Trim:
     def update(self, t: float, dt: float, measured: Measured) -> Command:
         """See Program."""
         command, out = self.inner.update(t, dt, measured), self._now
-        out.reference[:] = command.reference
-        out.rate[:] = command.rate
+        out.follow(command)
         move_offsets(self.goal_m, self._offset, dt, out.reference, out.rate)
-        out.carrying[:] = command.carrying
-        out.rope_rate_m_s[:] = command.rope_rate_m_s
         if self.pull_n is not None:
             haul(measured.rope_tension_n, self.pull_n, out.rope_rate_m_s)
         command.reference += command.rate * dt

@@ -36,6 +36,9 @@ def diagnose(rig: Rig, progress: Progress | None = None, model: LegModel | None 
     or for a model of another kind of rig.
     """
     tell = progress or (lambda _: None)
+    for recording in (*rig.identify, *rig.verify):
+        if recording.reference_force_n is None:
+            raise InputError("the external force is not known", file=recording.folder, field="reference_force")
     base = declared(rig) if model is None else believed(rig, model)
     granted = build(base.effects)
     series = series_of(rig.identify, base.known)
@@ -111,7 +114,7 @@ def _amplitude(problem: Problem, friction: Friction, effects: tuple[Active, ...]
         frequency, _, _ = terms.narrow_bands[0]
         band = narrow_band(raw, s.trusted, signals, frequency)
         # Every channel went through the same smoothing: the band was damped by it.
-        damped = float(np.exp(-0.5 * (2.0 * np.pi * frequency * 0.005) ** 2))
+        damped = float(np.exp(-0.5 * (2.0 * np.pi * frequency * s.width_s) ** 2))
         if s.trusted.sum() > 200:
             found.append(float(np.sqrt(2.0 * np.mean(band[s.trusted] ** 2))) / damped)
             weight.append(float(s.trusted.sum()))

@@ -46,12 +46,15 @@ class LeftOut:
 
 def available(problem: Problem) -> tuple[list[Effect], list[LeftOut]]:
     """Effects that the rig's channels and motions can show, and those left out with the reason."""
-    first = problem.series[0].signals
+    signals = [s.signals for s in problem.series]
     has = {
-        "position": True, "pressure_a": first.pressure_a_pa is not None, "pressure_b": first.pressure_b_pa is not None,
-        "oil_temperature": first.oil_temperature_degc is not None, "valve_command": problem.with_flow,
-        "supply_pressure": first.supply_pressure_pa is not None,
-    }  # fmt: skip
+        "position": True,
+        "pressure_a": all(s.pressure_a_pa is not None for s in signals),
+        "pressure_b": all(s.pressure_b_pa is not None for s in signals),
+        "oil_temperature": all(s.oil_temperature_degc is not None for s in signals),
+        "valve_command": problem.with_flow,
+        "supply_pressure": all(s.supply_pressure_pa is not None for s in signals),
+    }
     use: list[Effect] = []
     out: list[LeftOut] = []
     for effect in ALL:
@@ -152,7 +155,9 @@ def peaks(problem: Problem, residual: Array, count: int = 1) -> list[tuple[float
         # A line stands out of its own neighbourhood, not out of a spectrum that falls with frequency.
         at = int(np.argmax(power / np.maximum(_neighbourhood(power), 1e-30)))
         amplitude = float(np.sqrt(power[at] / max(weight, 1.0)))
-        attenuation = np.sinc(grid[at] * BIN * 0.004) * np.exp(-0.5 * (2.0 * np.pi * grid[at] * 0.005) ** 2)
+        s = problem.series[0]
+        damped = np.exp(-0.5 * (2.0 * np.pi * grid[at] * s.width_s) ** 2)
+        attenuation = np.sinc(grid[at] * BIN / s.signals.rate_hz) * damped
         out.append((float(grid[at]), max(amplitude / max(float(attenuation), 0.2), 1.0)))
         power[np.abs(grid - grid[at]) < 0.3] = 0.0
     return out

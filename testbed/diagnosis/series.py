@@ -20,6 +20,9 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 RATE_HZ = 250.0
 SLOW_S = 0.02
+GAP_STEPS, GAP_S, BESIDE_GAP_S = 3.5, 0.02, 0.06
+"""Samples farther apart than so many usual steps, and than this, have a gap between them; what is left out beside it.
+A straight line across a gap is a motion at one speed that nobody saw, with a jerk at both ends."""
 BIN = 3
 """Samples at RATE_HZ that are averaged into one residual."""
 BLOCK_S = 2.5
@@ -28,7 +31,7 @@ BLOCK_S = 2.5
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording. `trusted`: direction of friction is certain; `clear`: no saturated sensor; shape (n,)."""
+    """One recording. `trusted`: direction of friction is certain; `clear`: nothing saturated or missing; (n,)."""
 
     name: str
     signals: Signals
@@ -49,6 +52,11 @@ class Series:
         return replace(self, signals=self.signals.with_(known=known))
 
     @property
+    def width_s(self) -> float:
+        """Standard deviation of the smoothing that every channel went through."""
+        return smoothing_s(self.full_rate_hz)
+
+    @property
     def bins(self) -> int:
         """Number of whole bins."""
         return len(self.signals.time_s) // BIN
@@ -57,7 +65,7 @@ class Series:
         """The valve's smoothed opening for another deadband."""
         if self.spool_full is None:
             return None
-        return smoothed_opening(self.spool_full, deadband, WIDTH_S * self.full_rate_hz, self.step)
+        return smoothed_opening(self.spool_full, deadband, self.width_s * self.full_rate_hz, self.step)
 
     def binned(self, values: Array, mask: Mask) -> tuple[Array, Array]:
         """(mean over the masked samples of each bin, number of them), each of shape (bins,)."""
@@ -87,6 +95,21 @@ class Series:
         return np.sqrt(np.maximum(smooth(values**2, 0.06 * per_second), 0.0))
 
 
+def smoothing_s(rate_hz: float) -> float:
+    """Standard deviation of the smoothing of channels sampled at a rate: a little more than one sample, at least."""
+    return max(WIDTH_S, 1.2 / rate_hz)
+
+
+def in_gaps(sampled_s: Array, time_s: Array) -> Mask:
+    """Which of `time_s` (n,) lie in a gap of the samples, or so near to one that smoothing carries it there."""
+    steps = np.diff(sampled_s)
+    far = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
+    out = np.zeros(len(time_s), dtype=np.bool_)
+    for k in far:
+        out |= (time_s > sampled_s[k] - BESIDE_GAP_S) & (time_s < sampled_s[k + 1] + BESIDE_GAP_S)
+    return out
+
+
 def series_of(recordings: Sequence[Recording], known: Known | None = None) -> tuple[Series, ...]:
     """Prepare recordings; blocks are numbered through all of them."""
     out: list[Series] = []
@@ -102,7 +125,7 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     time, rate = grid(recording)
     step = max(1, round(rate / RATE_HZ))
     signals = signals_of(recording, known, step=step).with_(place=recording.name)
-    width = max(WIDTH_S, 1.2 / rate) * rate
+    width = smoothing_s(rate) * rate
     once = smooth(signals.acceleration_m_s2, SLOW_S * signals.rate_hz)
     # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not shrunk.
     slow = 2.0 * once - smooth(once, SLOW_S * signals.rate_hz)
@@ -118,7 +141,7 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     if recording.reference_force_n is not None:
         reference = smooth(even(recording.reference_force_n), width)[::step]
     saturated = (recording.saturated_a | recording.saturated_b).astype(np.float64)
-    clear = smooth(even(saturated), width)[::step] < 1e-3
+    clear = (smooth(even(saturated), width)[::step] < 1e-3) & ~in_gaps(recording.time_s, signals.time_s)
     stroke_full, open_ = None, None
     k = signals.known
     if recording.valve_command is not None and k.declares_flow and signals.pressure_b_pa is not None:

@@ -84,6 +84,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.actions),), np.float32)
         self._sim: Any = None
         self._ended = True
+        self._last: tuple[Array, Array] | None = None
+        """Data and truth rows of the step before, (1, ..) each."""
 
     # ---- gymnasium's five -----------------------------------------------------------------------------------
 
@@ -122,7 +124,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._rows = round(self._step_s * spec.rates.record_hz)
         if self._rows < 1:
             raise InputError("no row in a step", field="rates.record_hz", value=spec.rates.record_hz, allowed=">= 100")
-        return self._settle()
+        self._last = None
+        data, truth = self._settle()
+        if not len(data) and self._sim.verdict == "stood":
+            raise InputError("leaves no step", field="duration_s", value=spec.duration_s, allowed="a longer episode")
+        return data, truth
 
     def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """One step. Raises InputError for an action that is no (6,) vector of finite numbers."""
@@ -134,6 +140,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         wanted = np.clip(wanted, -1.0, 1.0)
         self._order(wanted)
         data, truth = self._sim.run_block(self._rows)
+        if not len(data):  # the run ended before the next row
+            assert self._last is not None
+            data, truth = self._last
         known = self._truth(data, truth)
         lost = self._sim.verdict != "stood"
         over = bool(self._sim.finished and not lost)
@@ -166,7 +175,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def _settle(self) -> tuple[Array, Array]:
         """The run's first rows, after which orders hold; the wanted pulls begin at the ropes' tensions."""
         data, truth = self._sim.run_block(self._rows)
-        self._trim.pull_n = data[:, self._tension].mean(axis=0)
+        if len(data):
+            self._trim.pull_n = data[:, self._tension].mean(axis=0)
         return data, truth
 
     def _order(self, action: Array) -> None:
@@ -191,7 +201,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return self._observer.look(data.mean(axis=0), orders)
 
     def _truth(self, data: Array, truth: Array) -> Truth:
-        return truth_of_step(truth, self._places, self._friction, data[-1, self._carrying])
+        before = (truth if self._last is None else self._last[1])[0, self._places["position"]]
+        self._last = data[-1:], truth[-1:]
+        return truth_of_step(truth, self._places, self._friction, data[-1, self._carrying], before)
 
     def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
         return {

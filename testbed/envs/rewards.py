@@ -34,13 +34,17 @@ class Truth:
     """(4,) normal loads at the end of the step."""
 
 
-def truth_of_step(truth: Array, columns: dict[str, slice | int], friction: float, carrying: Array) -> Truth:
-    """Sum up the truth rows (n, ..) of a step. `columns` says where foot_force (12), normal (4), position (3) stand."""
+def truth_of_step(
+    truth: Array, columns: dict[str, slice | int], friction: float, carrying: Array, before: Array
+) -> Truth:
+    """Sum up the truth rows (n, ..) of a step. `columns` says where foot_force (12), normal (4), position (3) stand.
+
+    `before`: the body's position (3) at the end of the step before, m.
+    """
     normal, meant = truth[:, columns["normal"]], carrying > 0.5
     lowest, use = np.full(normal.shape[1], np.inf), np.zeros(len(truth))
     feet_of_rows(truth[:, columns["foot_force"]], normal, friction, meant, lowest, use)
-    position = truth[:, columns["position"]]
-    way = position[-1] - position[0]
+    way = truth[-1, columns["position"]] - before
     return Truth(
         lowest_normal_n=float(lowest.min()) if meant.any() else 0.0,
         friction_use=float(use.mean()),

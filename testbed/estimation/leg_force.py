@@ -68,16 +68,16 @@ class ForceEstimate:
 def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
     """External force from a recording. Raises InputError for a model with an unknown effect or parameter."""
     build(model.effects)
-    oil = not causal and can_fuse(recording, model)
-    signals = fused(recording, model, FUSED_WIDTH_S) if oil else signals_of(recording, model.known, causal=causal)
-    margin = FUSED_MARGIN_S if oil else MARGIN_S
+    by_oil = fused(recording, model, FUSED_WIDTH_S) if not causal and can_fuse(recording, model) else None
+    signals = signals_of(recording, model.known, causal=causal) if by_oil is None else by_oil
+    margin = MARGIN_S if by_oil is None else FUSED_MARGIN_S
     travel = unseen_travel_m(recording)
     value, low, high = force_of(signals, model, causal, margin_s=margin, travel_m=travel)
     if not causal:
-        width = QUICK_OUTPUT_WIDTH_S if oil else QUICK_WIDTH_S
-        quick = (
-            fused(recording, model, QUICK_FUSED_WIDTH_S) if oil else signals_of(recording, model.known, QUICK_WIDTH_S)
-        )
+        quick = None if by_oil is None else fused(recording, model, QUICK_FUSED_WIDTH_S)
+        width = QUICK_WIDTH_S if quick is None else QUICK_OUTPUT_WIDTH_S
+        if quick is None:
+            quick = signals_of(recording, model.known, QUICK_WIDTH_S)
         sharp, _, _ = force_of(quick, model, output_width_s=width, margin_s=margin, travel_m=QUICK_TRAVEL_M)
         shift = share_of_quick(value, signals.rate_hz) * (sharp - value)
         value, low, high = value + shift, low + shift, high + shift

@@ -35,8 +35,11 @@ def can_fuse(recording: Recording, model: LegModel) -> bool:
     return model.known.declares_flow and all(c is not None for c in channels)
 
 
-def fused(recording: Recording, model: LegModel, width_s: float) -> Signals:
-    """Signals smoothed by `width_s`, with velocity and acceleration from encoder and oil together."""
+def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | None:
+    """Signals smoothed by `width_s`, with velocity and acceleration from encoder and oil together.
+
+    None where the believed flow balance is too far from the encoder to be of use.
+    """
     signals = signals_of(recording, model.known, width_s)
     k, rate = signals.known, signals.rate_hz
     effects = build(model.effects)
@@ -51,7 +54,7 @@ def fused(recording: Recording, model: LegModel, width_s: float) -> Signals:
     size = float(np.sqrt(np.mean(gap[going] ** 2))) if going.any() else 0.0
     share = 1.0 / (1.0 + (size / DISAGREEMENT_M_S) ** 4)
     if share < 0.05:
-        return signals_of(recording, model.known)
+        return None
     oil = signals.velocity_m_s + difference
     slow = signals_of(recording, model.known, CROSSOVER_S).velocity_m_s
     velocity = slow + oil - smooth(oil, CROSSOVER_S * rate)

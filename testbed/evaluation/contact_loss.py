@@ -106,7 +106,7 @@ def _rows(simulation: Any, watch: Watch) -> tuple[Array, NDArray[np.bool_], str]
     names, given = simulation.truth_columns, simulation.data_columns
     wanted = [names.index(f"{kind}_{leg}") for kind in ("contact_normal", "foot_load") for leg in LEGS]
     carry = [given.index(f"carrying_{leg}") for leg in LEGS]
-    truth, carrying, fault = [], [], ""
+    truth, carrying, fault = [np.empty((0, len(wanted)))], [np.empty((0, len(carry)), dtype=bool)], ""
     while not simulation.finished:
         try:
             data, true = simulation.run_block(BLOCK_ROWS)

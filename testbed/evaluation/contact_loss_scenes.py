@@ -275,11 +275,9 @@ class Moves:
         """See Program."""
         command, out = self.inner.update(t, dt, measured), self._now
         before, after = self._at(t), self._at(t + dt)
-        out.reference[:], out.rate[:] = command.reference, command.rate
+        out.follow(command)
         out.reference[list(VERTICAL)] += before
         out.rate[list(VERTICAL)] += (after - before) / dt
-        out.carrying[:] = command.carrying
-        out.rope_rate_m_s[:] = command.rope_rate_m_s
         command.reference += command.rate * dt
         return out
 

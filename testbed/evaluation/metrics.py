@@ -201,7 +201,7 @@ def rope_tension_n(truth: Columns, side: str) -> Array:
 def wanted_columns(columns: list[str]) -> list[str]:
     """The columns out of `columns` that the metrics read."""
     heads = ("estimate_", "expected_", "contact_", "carrying_", "foot_load_", "body_pose_", "rope_force_",
-             "position_", "drill_wrench_")
+             "position_", "drill_wrench_", "rods_stored")
     return ["t", *(c for c in columns if c.startswith(heads))]
 
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from testbed.errors import InputError
-from testbed.parameters.checked import Checked, Numbers, Sequence, checked
+from testbed.parameters.checked import Checked, Numbers, Sequence, checked, impossible
 from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_parts import (
@@ -27,7 +28,18 @@ from testbed.parameters.scenario_parts import (
     Terrain,
     Undeclared,
 )
-from testbed.parameters.scenario_tasks import Event, Stand, Task
+from testbed.parameters.scenario_tasks import (
+    Crawl,
+    Drill,
+    Event,
+    LiftFoot,
+    Payload,
+    RodChange,
+    SetRope,
+    Stand,
+    Sway,
+    Task,
+)
 from testbed.parameters.yaml_files import parse_yaml, read_yaml
 from testbed.resources import scenario as scenario_path
 
@@ -67,6 +79,34 @@ class Scenario(Checked):
     mutation: Mutation | None = Field(
         default=None, description="a change under which `expect` must fail; tests apply it, a run does not"
     )
+
+    @model_validator(mode="after")
+    def _events_can_happen(self) -> Scenario:
+        if isinstance(self.task, Crawl | Sway):
+            for event in self.events:
+                if isinstance(event, LiftFoot | SetRope):
+                    raise impossible(
+                        f"events: {event.kind} moves what the task {self.task.kind} moves itself",
+                        "it in tasks that hold or raise the body",
+                    )
+        return self
+
+    @model_validator(mode="after")
+    def _store_holds_the_rods(self) -> Scenario:
+        taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
+        if isinstance(self.task, Drill):
+            laps = 1
+            if self.task.repeat:
+                lap_s = sum(p.duration_s for p in self.task.phases)
+                laps = math.ceil(max(self.duration_s - self.task.start_s, 0.0) / lap_s)
+            taken += laps * sum(p.rod_kg for p in self.task.phases if isinstance(p, RodChange))
+        held = self.carried_kg + float(roboclimber()["rod_store_body"]["mass_kg"])
+        if taken >= held:
+            raise impossible(
+                f"{taken:g} kg are taken off a rod store of {held:g} kg",
+                "less of it, or a larger robot.payload_kg",
+            )
+        return self
 
     @property
     def carried_kg(self) -> float:

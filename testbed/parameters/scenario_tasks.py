@@ -206,14 +206,11 @@ class SetRope(Checked):
 
 
 class Payload(Checked):
-    """A load is put on the platform (or, negative, taken off)."""
+    """A load is put on the rod store (or, negative, taken off)."""
 
     kind: Literal["payload"]
     at_s: float = Field(ge=0, description="time of the event [s]")
-    mass_kg: float = Field(ge=-2000, le=2000, description="mass added at the place [kg]")
-    position_in_body_m: Triple = Field(
-        default=(0.0, 0.0, 0.3), description="place in the body frame x forward, y left, z up [m]"
-    )
+    mass_kg: float = Field(ge=-2000, le=2000, description="mass put on the rod store [kg]")
 
 
 class Shove(Checked):
@@ -222,7 +219,7 @@ class Shove(Checked):
     kind: Literal["shove"]
     at_s: float = Field(ge=0, description="time of the event [s]")
     duration_s: float = Field(default=0.2, gt=0, description="how long it lasts [s]")
-    force_in_world_n: Triple = Field(description="force on the body's origin in the world frame [N]")
+    force_in_world_n: Triple = Field(description="force on the body's centre of mass in the world frame [N]")
 
 
 class LiftFoot(Checked):

@@ -76,7 +76,7 @@ class DrillProgram:
         if lap > 0 and not task.repeat:
             self.phase = "done"
             return
-        k = bisect_right(self._starts, self._starts[0] + since) - 1
+        k = min(bisect_right(self._starts, self._starts[0] + since), len(task.phases)) - 1  # the sum may round up
         phase = task.phases[k]
         begun = since - (self._starts[k] - self._starts[0])
         ramp = ramp_share(begun, phase.duration_s, task.ramp_s)

@@ -213,7 +213,7 @@ class Simulation:
         m = self.machine
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
-        for news in self._hold.update(m.drill, t, 1.0 / TICK_HZ, self._command.hold_drill):
+        for news in self._hold.update(m.drill, t, self._every_tick * self.dt, self._command.hold_drill):
             self.events.append({"t": t, **news})
         m.limit_thrust()
         self._row[DRILL] = m.drill_known()

@@ -16,6 +16,8 @@ BELLY_SHARE = 0.10
 """Belly carrying this share of the weight while raised: fallen (E)."""
 SLIDE_M = 0.30
 """Feet that moved this far along the ground while meant to stand: slid (E)."""
+ALOFT_M = 0.5
+"""Feet that moved this far on the whole since any of them bore: fallen (E)."""
 
 
 LOOK_TICKS = 10
@@ -30,6 +32,8 @@ class Judge:
         self._weight = weight_n
         self._raised = raised
         self._anchor: list[list[float] | None] = [None] * 4
+        self._left: Array | None = None
+        """Middle of the feet when the last of them ceased to bear."""
         self.slip_m = 0.0
         self.tilt_rad = 0.0
         self.verdict = "stood"
@@ -57,10 +61,20 @@ class Judge:
             first = self._anchor[leg] = self._anchor[leg] or places[leg]
             slip = max(slip, math.dist(places[leg], first))
         self.slip_m = max(self.slip_m, slip)
-        if tilt > TILT_FALL_RAD or (self._raised and belly_n > BELLY_SHARE * self._weight):
+        aloft = self._aloft_m(feet.mean(axis=0), bool(loaded.any()))
+        if tilt > TILT_FALL_RAD or aloft > ALOFT_M or (self._raised and belly_n > BELLY_SHARE * self._weight):
             self.verdict = "fell"
         elif slip > SLIDE_M:
             self.verdict = "slid"
         else:
             return None
         return {"t": t, "kind": self.verdict, "tilt_deg": math.degrees(tilt), "slip_m": slip}
+
+    def _aloft_m(self, middle: Array, bears: bool) -> float:
+        """How far the feet have come on the whole since any of them bore, m."""
+        if bears:
+            self._left = None
+            return 0.0
+        if self._left is None:
+            self._left = middle
+        return float(np.linalg.norm(middle - self._left))

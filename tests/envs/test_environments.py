@@ -82,10 +82,10 @@ def test_truth_of_a_step_by_hand() -> None:
     rows[0, 15] = 50.0
     rows[:, 4] = 1000.0
     rows[1, 16] = 0.003
-    truth = truth_of_step(rows, columns, 0.5, np.ones(4))
+    truth = truth_of_step(rows, columns, 0.5, np.ones(4), np.array([0.001, 0.0, 0.0]))
     assert (truth.friction_use, truth.feet_lost, truth.lowest_normal_n) == pytest.approx((0.5, 1, 50.0))
-    assert truth.moved_m == pytest.approx(0.003)
-    assert truth_of_step(rows, columns, 0.5, np.array([1.0, 1.0, 1.0, 0.0])).feet_lost == 0
+    assert truth.moved_m == pytest.approx(0.002)  # from where the step before ended
+    assert truth_of_step(rows, columns, 0.5, np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(3)).feet_lost == 0
 
 
 def test_wanted_loads_beyond_the_plan_come_about() -> None:
