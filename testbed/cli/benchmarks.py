@@ -109,7 +109,7 @@ def estimators(
 
 @benchmarks.command()
 def distribution(
-    out: Annotated[Path, typer.Option(help="Folder for distribution.json and the single cases.")],
+    out: Annotated[Path, typer.Option(help="Folder for distribution.json, .csv, .png and the single cases.")],
     jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,

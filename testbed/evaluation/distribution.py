@@ -6,8 +6,10 @@ another controller runs that one only. Runs of other source code are not taken o
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import inspect
+import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
@@ -130,7 +132,7 @@ def _results(work: Sequence[Any], jobs: int) -> Iterator[tuple[str, list[Outcome
 
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
-    """The object of distribution.json, and every single outcome under `runs`."""
+    """The object of distribution.json; beside it what was drawn of each case, and every outcome under `runs`."""
     affected = np.array([case.affected for case in cases])
     best = np.array([row[-1].friction_use for row in outcomes])
     table = []
@@ -143,6 +145,7 @@ def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> d
         "friction_use_regret": "friction use over the oracle's, less 1; _absolute: less the oracle's",
         "controllers": table,
         f"against_{BASE}": against_base(cases, outcomes),
+        "drawn": [_drawn(case) for case in cases],
         "runs": [[asdict(outcome) for outcome in row] for row in outcomes],
     }
 
@@ -204,7 +207,34 @@ def table(result: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
 
 
 def write(result: dict[str, Any], folder: Path) -> Path:
-    """Write DIR/distribution.json; returns its path. Raises InputError where it cannot be written."""
+    """Write DIR/distribution.json (without the single runs) and DIR/distribution.csv (a run a line).
+
+    Returns the first one's path. Raises InputError where they cannot be written.
+    """
     path = make_folder(folder) / "distribution.json"
-    write_json(path, result)
+    write_json(path, {key: value for key, value in result.items() if key not in ("drawn", "runs")})
+    lines = [
+        case | {key: _short(value) for key, value in outcome.items()}
+        for case, row in zip(result["drawn"], result["runs"], strict=True)
+        for outcome in row
+    ]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(lines[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    write_text(folder / "distribution.csv", text.getvalue())
     return path
+
+
+def _drawn(case: Case) -> dict[str, Any]:
+    """What a case's lines of the table begin with."""
+    spec = case.scenario()
+    return {
+        "set": case.block, "case": case.number, "slope_deg": _short(spec.terrain.slope_deg),
+        "friction": _short(spec.terrain.friction), "payload_kg": _short(spec.robot.payload_kg),
+        "undeclared": " ".join(f"{u.effect}@{u.at}" for u in spec.undeclared),
+    }  # fmt: skip
+
+
+def _short(value: Any) -> Any:
+    return f"{value:.6g}" if isinstance(value, float) else value

@@ -100,6 +100,10 @@ def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Pa
     assert benchmark(1, names=("qp",), folder=cases)["runs"][0][0] == result["runs"][0][1]  # kept, not run again
     path = write(result, tmp_path / "out")
     read = json.loads(path.read_text())
+    lines = (tmp_path / "out" / "distribution.csv").read_text().splitlines()
+    assert lines[0].startswith("set,case,slope_deg,") and [line.split(",")[6] for line in lines[1:]] == [
+        "position_hold", "qp", "oracle",
+    ]  # fmt: skip
     table = {entry["name"]: entry for entry in read["controllers"]}
     assert read["cases"] == 1 and set(table) == {"position_hold", "qp", "oracle"}
     assert table["qp"]["friction_use_median"] < table["position_hold"]["friction_use_median"]
