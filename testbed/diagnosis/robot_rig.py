@@ -21,9 +21,12 @@ from testbed.parameters.known import Known
 from testbed.parameters.leg_model import Friction, LegModel
 from testbed.parameters.names import LEGS
 from testbed.parameters.provenance import Parameters
-from testbed.parameters.recording import Header, Recording
+from testbed.parameters.recording import Recording
+from testbed.parameters.recording_header import Header
 
 Array = npt.NDArray[np.float64]
+NEEDED = ("supply_pressure", *(name for leg in LEGS for name in (f"valve_{leg}_vertical", f"expected_{leg}")))
+"""What a diagnosis needs beyond an estimate."""
 CLIPPED = 0.998
 """Share of the transducers' range above which a reading may be clipped."""
 

@@ -30,7 +30,7 @@ from testbed.estimation.friction_evidence import (
 from testbed.estimation.friction_posterior import C_HIGH, C_LOW, correlation_inflation
 from testbed.estimation.leg_signals import signals_of
 from testbed.parameters.known import Known
-from testbed.parameters.recording import Recording
+from testbed.parameters.recording import Recording, check_same_machine
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -145,8 +145,7 @@ def _check_same(recordings: Sequence[Recording]) -> None:
     for r in recordings:
         if r.rig == "drive":
             raise InputError("a drive has no pressure sensors", file=r.folder, field="rig", value=r.rig)
-        if r.known.bore_m != first.known.bore_m or r.known.rod_m != first.known.rod_m:
-            raise InputError("is another rig than the first recording", file=r.folder, field="known.bore_m")
+        check_same_machine(first, r, ("bore_m", "rod_m"))
         if r.reference_force_n is None:
             raise InputError("has no reference force to calibrate against", file=r.folder, field="reference_force")
         check_alive(r, moving=False)

@@ -14,7 +14,8 @@ from testbed.estimation.friction_identification import identify
 from testbed.estimation.friction_posterior import curve
 from testbed.parameters.known import Known
 from testbed.parameters.leg_model import Friction
-from testbed.parameters.recording import Calibration, Channel, Header, Recording, ReferenceForce
+from testbed.parameters.recording import Recording
+from testbed.parameters.recording_header import Calibration, Channel, Header, ReferenceForce
 
 Array = NDArray[np.float64]
 RATE_HZ = 1000.0

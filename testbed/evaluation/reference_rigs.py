@@ -13,7 +13,8 @@ import numpy.typing as npt
 from testbed.evaluation.reference_leg import parameters, simulate
 from testbed.evaluation.reference_motions import DURATION_S, IDENTIFY, VERIFY, target
 from testbed.parameters.known import Known
-from testbed.parameters.recording import Header, Recording, Rig
+from testbed.parameters.recording import Recording, Rig
+from testbed.parameters.recording_header import Header
 
 Array = npt.NDArray[np.float64]
 Draw = Callable[[np.random.Generator, float], dict[str, float]]

@@ -5,93 +5,23 @@ A rig is a folder with `identify/<name>/` and `verify/<name>/`, each a recording
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, field_validator, model_validator
 
 from testbed.errors import InputError
-from testbed.parameters.checked import Checked, Pair, checked
 from testbed.parameters.known import Known
+from testbed.parameters.recording_checks import check_finite, check_span, check_time, pressure
+from testbed.parameters.recording_header import Header, read_header
 from testbed.parameters.table import read_columns
-from testbed.parameters.yaml_files import read_mapping
-
-FORMAT = "roboclimber-recording/1"
-MINIMUM_SAMPLES = 50
-"""Fewer rows than this carry no velocity worth the name."""
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-
-UNITS: dict[str, tuple[str, ...]] = {
-    "time": ("s",),
-    "valve_command": ("1",),
-    "position": ("m",),
-    "pressure_a": ("V", "Pa"),
-    "pressure_b": ("V", "Pa"),
-    "supply_pressure": ("Pa",),
-    "oil_temperature": ("degC",),
-    "actuator_force": ("N",),
-}
-
-
-class Calibration(Checked):
-    """p = k_pa_per_v (a V + b), equation (2) of the paper."""
-
-    k_pa_per_v: Annotated[float, Field(gt=0.0)]
-    a: float
-    b: float
-
-
-class Channel(Checked):
-    """Where a quantity is in the table, and what its sensor can do."""
-
-    column: Annotated[str, Field(min_length=1)]
-    unit: str
-    resolution: Annotated[float, Field(gt=0.0)] | None = None
-    range_pa: Pair | None = None
-    calibration: Calibration | None = None
-
-    @field_validator("range_pa")
-    @classmethod
-    def _rising(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not value[0] < value[1]:
-            raise ValueError("the lower end of the range must be below the upper end")
-        return value
-
-
-class ReferenceForce(Checked):
-    """What is known of the true external force."""
-
-    kind: Literal["foot-in-air", "free", "load-cell"]
-    column: str | None = None
-    unit: Literal["N"] | None = None
-    standard_deviation: Annotated[float, Field(ge=0.0)] | None = None
-    resolution: Annotated[float, Field(ge=0.0)] | None = None
-
-    @model_validator(mode="after")
-    def _load_cell_has_column(self) -> ReferenceForce:
-        if self.kind == "load-cell" and (self.column is None or self.unit is None):
-            raise ValueError("a load-cell needs column and unit (N)")
-        return self
-
-
-class Header(Checked):
-    """The contents of recording.yaml."""
-
-    format: Literal["roboclimber-recording/1"]
-    rig: Literal["vertical-leg", "cylinder", "drive"]
-    data: Annotated[str, Field(min_length=1)]
-    sample_rate_hz: Annotated[float, Field(gt=0.0, le=1e6)]
-    channels: dict[str, Channel]
-    known: Known
-    reference_force: ReferenceForce | None = None
-    description: str | None = None
-    source: str | None = None
-    licence: str | None = None
+SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
+"""What is declared of a machine and cannot change from one recording to the next."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,26 +104,37 @@ class Rig:
 
 def read_recording(folder: str | Path) -> Recording:
     """Read and check one recording folder (or its recording.yaml). Every fault is an InputError, one line."""
-    folder = Path(folder)
-    folder = folder.parent if folder.name == "recording.yaml" else folder
-    if not folder.is_dir():
-        raise InputError("no such recording folder", file=folder)
-    header = _read_header(folder / "recording.yaml")
+    folder = recording_folder(folder)
+    file = folder / "recording.yaml"
+    header = read_header(file)
     wanted = {c.column: f"channels.{q}.column" for q, c in header.channels.items()}
     reference = header.reference_force
     if reference is not None and reference.column is not None:
         wanted[reference.column] = "reference_force.column"
     data = folder / header.data
-    columns = read_columns(data, wanted, folder / "recording.yaml")
-    time = columns[header.channels["time"].column]
-    _check_time(time, data)
+    columns = read_columns(data, wanted, file)
+    at, position = header.channels["time"].column, header.channels["position"]
+    check_time(columns[at], header.sample_rate_hz, data, file, at)
     for name, values in columns.items():
-        _check_finite(name, values, time, data)
+        check_finite(name, values, columns[at], data)
+    check_span("channels.position.unit", position.unit, columns[position.column], header.known.stroke_m, file)
     return _build(folder, header, columns)
 
 
+def recording_folder(place: str | Path) -> Path:
+    """The folder of a recording, given it or its recording.yaml. Raises InputError where there is no such folder."""
+    folder = Path(place)
+    folder = folder.parent if folder.name == "recording.yaml" else folder
+    if not folder.is_dir():
+        raise InputError("no such recording folder", file=folder)
+    return folder
+
+
 def read_rig(folder: str | Path) -> Rig:
-    """Read a rig folder with `identify/` and `verify/`. InputError where one of them is missing or empty."""
+    """Read a rig folder with `identify/` and `verify/`.
+
+    Raises InputError where one of them is missing or empty, and for recordings of different machines.
+    """
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError("no such rig folder", file=folder)
@@ -217,71 +158,22 @@ def read_rig(folder: str | Path) -> Rig:
                 value=other.rig,
                 allowed=rig.kind,
             )
+        check_same_machine(rig.identify[0], other)
     return rig
 
 
-def _read_header(path: Path) -> Header:
-    tree = read_mapping(path)
-    if tree.get("format") != FORMAT:
-        raise InputError(
-            "is not a recording's format", file=path, field="format", value=tree.get("format"), allowed=FORMAT
-        )
-    if tree.get("rig") == "robot":
-        raise InputError(
-            "is a run of the whole robot, not of one axis",
-            file=path,
-            field="rig",
-            value="robot",
-            allowed="vertical-leg, cylinder, drive",
-        )
-    header = checked(Header, tree, path)
-    for quantity, channel in header.channels.items():
-        if quantity not in UNITS:
+def check_same_machine(first: Recording, other: Recording, names: Sequence[str] = SAME) -> None:
+    """Refuse a recording of another machine than the first one's: one of the declared `names` differs."""
+    for name in names:
+        mine, theirs = getattr(first.known, name), getattr(other.known, name)
+        if mine != theirs:
             raise InputError(
-                f"unknown quantity {quantity!r}", file=path, field="channels", allowed=", ".join(UNITS)
+                f"is another rig than {first.folder}",
+                file=other.folder / "recording.yaml",
+                field=f"known.{name}",
+                value="nothing" if theirs is None else theirs,
+                allowed=f"{'nothing' if mine is None else mine}, or a rig of its own",
             )
-        if channel.unit not in UNITS[quantity]:
-            raise InputError(
-                "wrong unit",
-                file=path,
-                field=f"channels.{quantity}.unit",
-                value=channel.unit,
-                allowed=" or ".join(UNITS[quantity]),
-            )
-        if channel.unit == "V" and channel.calibration is None:
-            raise InputError(f"channels.{quantity} is in V and needs a calibration", file=path)
-    for needed in ("time", "position"):
-        if needed not in header.channels:
-            raise InputError(f"channels.{needed} is missing", file=path)
-    if header.rig == "drive" and "actuator_force" not in header.channels:
-        raise InputError("channels.actuator_force is missing: a drive needs it", file=path)
-    if header.rig != "drive" and "pressure_a" not in header.channels:
-        raise InputError(f"channels.pressure_a is missing: a {header.rig} needs it", file=path)
-    if header.rig != "drive" and header.known.bore_m is None:
-        raise InputError("known.bore_m is missing: the piston area is not known", file=path)
-    return header
-
-
-def _check_time(time: Array, file: Path) -> None:
-    if len(time) < MINIMUM_SAMPLES:
-        raise InputError(f"too few samples: {len(time)}", file=file, allowed=f"at least {MINIMUM_SAMPLES}")
-    _check_finite("time", time, time, file)
-    steps = np.diff(time)
-    if (steps <= 0).any():
-        row = int(np.argmax(steps <= 0)) + 1
-        how = "goes backwards" if steps[row - 1] < 0 else "stands still"
-        raise InputError(f"time {how} at row {row}: {time[row - 1]:.6g} s, then {time[row]:.6g} s", file=file)
-
-
-def _check_finite(name: str, values: Array, time: Array, file: Path) -> None:
-    bad = ~np.isfinite(values)
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise InputError(
-            f"column {name!r} is not finite at row {row} (t = {time[row]:.6g} s): {values[row]} "
-            f"({int(bad.sum())} such rows)",
-            file=file,
-        )
 
 
 def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording:
@@ -289,8 +181,8 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         channel = header.channels.get(quantity)
         return None if channel is None else columns[channel.column]
 
-    a, saturated_a = _pressure(header.channels.get("pressure_a"), series("pressure_a"))
-    b, saturated_b = _pressure(header.channels.get("pressure_b"), series("pressure_b"))
+    a, saturated_a = pressure(header.channels.get("pressure_a"), series("pressure_a"))
+    b, saturated_b = pressure(header.channels.get("pressure_b"), series("pressure_b"))
     time, position = series("time"), series("position")
     assert time is not None and position is not None
     n = len(time)
@@ -315,20 +207,3 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         saturated_a=never if saturated_a is None else saturated_a,
         saturated_b=never if saturated_b is None else saturated_b,
     )
-
-
-def _pressure(channel: Channel | None, raw: Array | None) -> tuple[Array | None, Mask | None]:
-    """Pressure in Pa through its calibration, and where the sensor is at the end of its range."""
-    if channel is None or raw is None:
-        return None, None
-    c = channel.calibration
-    pressure = raw if c is None else c.k_pa_per_v * (c.a * raw + c.b)
-    if channel.range_pa is None:
-        return pressure, None
-    low, high = channel.range_pa
-    # The clip happens before the voltage is rounded to the converter's step: 0.1 % of the range is tolerance.
-    margin = 1e-3 * (high - low)
-    at_end = pressure >= high - margin
-    if low != 0.0:
-        at_end |= pressure <= low + margin
-    return pressure, at_end

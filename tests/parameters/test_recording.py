@@ -35,7 +35,7 @@ def header() -> dict[str, Any]:
                 "calibration": {"k_pa_per_v": 2e6, "a": 1.1, "b": 0.01},
             },
         },
-        "known": {"bore_m": 0.07, "rod_m": 0.04},
+        "known": {"bore_m": 0.07, "rod_m": 0.04, "stroke_m": 0.5, "inclination_deg": 0.0},
         "reference_force": {"kind": "foot-in-air"},
     }
 
@@ -98,6 +98,13 @@ def _short(_: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
         columns[name] = columns[name][:20]
 
 
+def _scaled(column: str, factor: float) -> Callable[[dict[str, Any], dict[str, np.ndarray]], None]:
+    def change(_: dict[str, Any], columns: dict[str, np.ndarray]) -> None:
+        columns[column] = factor * columns[column]
+
+    return change
+
+
 FAULTS = {
     "format": (_set("format", "other/1"), "roboclimber-recording/1"),
     "unknown key": (_set("colour", "red"), "colour: unknown key"),
@@ -108,6 +115,12 @@ FAULTS = {
     "missing pressure": (_set("channels.pressure_a", None), "channels.pressure_a is missing"),
     "missing column": (_set("channels.position.column", "y"), "no such column"),
     "no calibration": (_set("channels.pressure_a.calibration", None), "needs a calibration"),
+    "calibration beside Pa": (
+        _set("channels.pressure_a.unit", "Pa"), "channels.pressure_a.calibration: is given beside unit Pa"
+    ),
+    "position in mm": (_scaled("x", 1e3), "channels.position.unit = 'm': the positions span 10 m"),
+    "time in ms": (_scaled("t", 1e3), "sample_rate_hz = 100.0: the samples come at 0.1 Hz"),
+    "time in kiloseconds": (_scaled("t", 1e-3), "sample_rate_hz = 100.0: the samples come at 1e+05 Hz"),
     "negative bore": (_set("known.bore_m", -0.07), "known.bore_m = -0.07: is out of range (allowed: more than 0)"),
     "rod beyond bore": (_set("known.rod_m", 0.09), "smaller than bore_m"),
     "robot": (_set("rig", "robot"), "whole robot"),
@@ -150,6 +163,35 @@ def test_a_rig_needs_identify_and_verify(tmp_path: Path) -> None:
         read_rig(tmp_path / "rig")
     write(tmp_path / "rig" / "verify" / "sine", header(), table())
     assert [r.name for r in read_rig(tmp_path / "rig").verify] == ["sine"]
+
+
+@pytest.mark.parametrize(
+    ("number", "value"), [("bore_m", 0.08), ("rod_m", 0.036), ("stroke_m", 0.4), ("inclination_deg", 30.0)]
+)
+def test_recordings_of_two_machines_are_no_rig(number: str, value: float, tmp_path: Path) -> None:
+    other = header()
+    other["known"][number] = value
+    write(tmp_path / "rig" / "identify" / "sine", header(), table())
+    write(tmp_path / "rig" / "verify" / "steps", other, table())
+    with pytest.raises(InputError, match="is another rig than") as caught:
+        read_rig(tmp_path / "rig")
+    said = str(caught.value)
+    assert all(word in said for word in (f"known.{number} = {value}", "identify/sine", "verify/steps")), said
+
+
+def test_what_may_change_from_one_recording_to_the_next_is_no_other_machine(tmp_path: Path) -> None:
+    loaded = header()
+    loaded["known"]["moving_mass_kg"] = 120.0
+    write(tmp_path / "rig" / "identify" / "sine", header(), table())
+    write(tmp_path / "rig" / "verify" / "sine", loaded, table())
+    assert read_rig(tmp_path / "rig").verify[0].known.moving_mass_kg == 120.0
+
+
+def test_half_a_stroke_beyond_the_stroke_and_a_rate_off_by_half_are_read(tmp_path: Path) -> None:
+    columns = table()
+    columns["x"] = 0.75 * columns["t"] / columns["t"][-1]
+    recording = read_recording(write(tmp_path / "r", header() | {"sample_rate_hz": 50}, columns))
+    assert np.ptp(recording.position_m) == pytest.approx(0.75)
 
 
 def test_a_model_survives_its_file(tmp_path: Path) -> None:
