@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -28,6 +30,19 @@ class InputError(Exception):
         if allowed is not None:
             text += f" (allowed: {allowed})"
         super().__init__(" ".join(text.split()))
+
+
+@contextmanager
+def naming(file: str | Path) -> Iterator[None]:
+    """Name `file` in every InputError raised inside that names none."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        raise InputError(
+            error.problem, file=file, field=error.field, value=error.value, allowed=error.allowed
+        ) from error
 
 
 class SimulationFault(Exception):

@@ -10,6 +10,7 @@ import typer
 
 from testbed.cli.benchmarks import benchmarks
 from testbed.cli.options import Json
+from testbed.errors import naming
 
 app = typer.Typer(
     name="testbed",
@@ -43,9 +44,10 @@ def run(
     from testbed.evaluation.run import run_scenario
     from testbed.parameters.scenario import load_scenario
     from testbed.report.console import print_run, run_progress, waiting
+    from testbed.resources import scenario as scenario_path
 
     loaded = load_scenario(scenario, set_ or [], seed, duration)
-    with run_progress(loaded.duration_s, loaded.name) as progress:
+    with naming(scenario_path(scenario)), run_progress(loaded.duration_s, loaded.name) as progress:
         result = run_scenario(loaded, out, model, gui, progress)
     from testbed.report.run_report import write_report
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from testbed.effects import (
@@ -30,7 +31,7 @@ from testbed.effects import (
 from testbed.effects.base import Effect, FlowTerms, ForceTerms, ParameterSpec, Signals
 from testbed.effects.placed import at, kind_of, place_of
 from testbed.errors import InputError
-from testbed.parameters.leg_model import EffectEntry
+from testbed.parameters.leg_model import EffectEntry, LegModel, read_model
 
 ALL: tuple[Effect, ...] = (
     friction_position.EFFECT,
@@ -67,15 +68,15 @@ class Active:
     values: Mapping[str, float]
 
 
-def by_name(name: str, file: str | None = None) -> Effect:
+def by_name(name: str, file: str | Path | None = None, field: str = "name") -> Effect:
     """The effect of that name, `name@place` for one axis alone. Raises InputError with the names there are."""
     kind, place = kind_of(name), place_of(name)
     if kind not in _TABLE:
-        raise InputError("no effect has that name", file=file, field="name", value=name, allowed=", ".join(_TABLE))
+        raise InputError("no effect has that name", file=file, field=field, value=name, allowed=", ".join(_TABLE))
     return at(_TABLE[kind], place) if place else _TABLE[kind]
 
 
-def check(entry: Mapping[str, Any], file: str | None = None) -> Active:
+def check(entry: Mapping[str, Any], file: str | Path | None = None) -> Active:
     """A `{name, parameters}` mapping (a scenario's `undeclared:` entry) as a checked effect. Raises InputError.
 
     A parameter may be a plain number or a mapping with `value`; keys `leg`, `joint`, `place` are the caller's.
@@ -95,9 +96,21 @@ def check(entry: Mapping[str, Any], file: str | None = None) -> Active:
     return Active(effect, effect.complete(values, file))
 
 
-def build(entries: Iterable[EffectEntry], file: str | None = None) -> tuple[Active, ...]:
+def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tuple[Active, ...]:
     """A model file's effects, checked. Raises InputError for an unknown name, parameter or a value out of bounds."""
-    return tuple(Active(e := by_name(entry.name, file), e.complete(entry.values, file)) for entry in entries)
+    return tuple(_active(entry, f"effects.{k}", file) for k, entry in enumerate(entries))
+
+
+def _active(entry: EffectEntry, field: str, file: str | Path | None) -> Active:
+    effect = by_name(entry.name, file, f"{field}.name")
+    return Active(effect, effect.complete(entry.values, file, f"{field}.parameters"))
+
+
+def read_believed(path: str | Path) -> LegModel:
+    """Read a model file whose effects are checked too. Raises InputError naming file, entry and value."""
+    model = read_model(path)
+    build(model.effects, path)
+    return model
 
 
 __all__ = [
@@ -115,4 +128,5 @@ __all__ = [
     "check",
     "kind_of",
     "place_of",
+    "read_believed",
 ]

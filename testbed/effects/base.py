@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -142,32 +143,36 @@ class Effect:
         """Names of the parameters of the contract's formula."""
         return tuple(p.name for p in self.parameters if p.default is None)
 
-    def complete(self, values: Mapping[str, Any], file: str | None = None) -> dict[str, float]:
-        """`values` checked against the bounds, with defaults for further shapes. Raises InputError."""
+    def complete(
+        self, values: Mapping[str, Any], file: str | Path | None = None, field: str | None = None
+    ) -> dict[str, float]:
+        """`values` checked against the bounds, with defaults for further shapes.
+
+        Raises InputError; `field` is where in `file` the values are.
+        """
+        group = self.name if field is None else field
         for name in values:
-            self._known(name, file)
+            if name not in {p.name for p in self.parameters}:
+                raise InputError(
+                    "unknown parameter",
+                    file=file,
+                    field=f"{group}.{name}",
+                    allowed=", ".join(p.name for p in self.parameters),
+                )
         out: dict[str, float] = {}
         for spec in self.parameters:
             value = values.get(spec.name, spec.default)
-            here = f"{self.name}.{spec.name}"
             if value is None:
-                raise InputError(f"effect {self.name} lacks parameter {spec.name!r}", file=file, allowed=spec.text)
+                raise InputError(
+                    f"effect {self.name} lacks parameter {spec.name!r}", file=file, field=field, allowed=spec.text
+                )
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not spec.low <= value <= spec.high:
                 raise InputError(
                     "out of bounds",
                     file=file,
-                    field=here,
+                    field=f"{group}.{spec.name}",
                     value=value,
                     allowed=f"{spec.low:g} to {spec.high:g} {spec.unit}",
                 )
             out[spec.name] = float(value)
         return out
-
-    def _known(self, name: str, file: str | None) -> None:
-        if name not in {p.name for p in self.parameters}:
-            raise InputError(
-                "unknown parameter",
-                file=file,
-                field=f"{self.name}.{name}",
-                allowed=", ".join(p.name for p in self.parameters),
-            )

@@ -15,6 +15,7 @@ from testbed.control.programs import program_of
 from testbed.control.references import Program
 from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.valve_loop import gains
+from testbed.errors import naming
 from testbed.estimation.believed import Believed
 from testbed.estimation.body_belief import packed
 from testbed.estimation.chain import EstimatorChain
@@ -205,9 +206,10 @@ def _chain(
     if model is None:
         belief = Believed.from_machine(believed, dt)
     else:
-        from testbed.parameters.leg_model import read_model
+        from testbed.effects import read_believed
 
-        belief = Believed.from_model(read_model(model), dt, believed["sensor"]["encoder_linear_m"])
+        with naming(model):
+            belief = Believed.from_model(read_believed(model), dt, believed["sensor"]["encoder_linear_m"])
     wanted = {
         "kbf_q_n2": scenario.estimator.process_variance_n2,
         "kbf_r_n2": scenario.estimator.measurement_variance_n2,

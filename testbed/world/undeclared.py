@@ -127,7 +127,7 @@ def apply_undeclared(entries: Sequence[Undeclared], places: Places) -> None:
         field = f"undeclared.{k}"
         if entry.effect not in LAWS:
             raise InputError("no such effect", field=f"{field}.effect", value=entry.effect, allowed=", ".join(LAWS))
-        values = effects.by_name(entry.effect).complete(entry.parameters)
+        values = effects.by_name(entry.effect).complete(entry.parameters, field=f"{field}.parameters")
         for axis in axes_of(entry.at, f"{field}.at"):
             LAWS[entry.effect](places, axis, values)
 
