@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
-from testbed.parameters.table import read_parquet
+from testbed.parameters.table import open_series
 from testbed.parameters.yaml_files import read_yaml
 
 Columns = dict[str, npt.NDArray[np.float64]]
@@ -69,22 +69,7 @@ def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Co
 
     Raises InputError where the series is missing or broken.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    path = folder / f"{name}.parquet"
-    if not path.exists():
-        path = folder / f"{name}.parquet.parts"  # killed in the instant between two renames
-    if not path.exists():
-        raise InputError("is missing", file=folder / f"{name}.parquet")
-    if path.is_dir() and not list(path.glob("part-*.parquet")):
-        raise InputError("holds no record yet", file=path)
-    try:
-        schema = pq.read_schema(path if path.is_file() else min(path.glob("part-*.parquet")))
-        known = None if columns is None else [c for c in columns if c in schema.names]
-        table = read_parquet(path, known) if path.is_file() else pq.read_table(path, columns=known)
-    except (OSError, pa.ArrowException) as error:
-        raise InputError(f"is not a readable Parquet file: {error}", file=path) from error
+    _, table = open_series(folder / f"{name}.parquet", columns)
     return {c: table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
 
 

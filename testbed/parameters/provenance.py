@@ -6,6 +6,7 @@ B arithmetic on A, C press, D another machine or a handbook, E assumed.
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -175,3 +176,31 @@ def read_parameters(path: Path) -> Parameters:
 def roboclimber() -> Parameters:
     """The shipped machine: `testbed/parameters/roboclimber.yaml`."""
     return read_parameters(Path(__file__).with_name("roboclimber.yaml"))
+
+
+def check_parameters(changes: Mapping[str, Any], file: Path, section: str) -> None:
+    """Refuse a change of a parameter that the machine does not have, or of another shape."""
+    for name, value in changes.items():
+        machine = roboclimber()
+        leaves = dict(machine.leaves())
+        if name not in leaves:
+            raise InputError(
+                "no such parameter",
+                file=file,
+                field=f"{section}.{name}",
+                allowed=_nearest(name, list(leaves)),
+            )
+        old = leaves[name].value
+        if np.shape(old) != np.shape(value):
+            raise InputError(
+                "has another shape",
+                file=file,
+                field=f"{section}.{name}",
+                value=value,
+                allowed=f"like {old!r}",
+            )
+
+
+def _nearest(name: str, names: list[str]) -> str:
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
+    return f"a parameter such as {', '.join(near or names[:3])}; `testbed parameters` lists all"

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from testbed.errors import InputError
-from testbed.parameters.checked import Checked, Numbers, Sequence, checked, impossible
-from testbed.parameters.provenance import roboclimber
+from testbed.parameters.checked import Checked, Sequence, checked, impossible
+from testbed.parameters.provenance import check_parameters, roboclimber
 from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_parts import (
     Control,
@@ -168,36 +167,6 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
 
     changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
     return scenario.model_copy(update={"terrain": changed})
-
-
-def check_parameters(changes: Numbers, file: Path, section: str) -> None:
-    """Refuse a change of a parameter that the machine does not have, or of another shape."""
-    for name, value in changes.items():
-        machine = roboclimber()
-        leaves = dict(machine.leaves())
-        if name not in leaves:
-            raise InputError(
-                "no such parameter",
-                file=file,
-                field=f"{section}.{name}",
-                allowed=_nearest(name, list(leaves)),
-            )
-        old = leaves[name].value
-        if np.shape(old) != np.shape(value):
-            raise InputError(
-                "has another shape",
-                file=file,
-                field=f"{section}.{name}",
-                value=value,
-                allowed=f"like {old!r}",
-            )
-
-
-def _nearest(name: str, names: list[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
-    return f"a parameter such as {', '.join(near or names[:3])}; `testbed parameters` lists all"
 
 
 def _override(data: dict[str, Any], text: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,19 @@ Array = npt.NDArray[np.float64]
 def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> dict[str, Array]:
     """The columns named in `wanted` (column -> field that names it), as float64 of equal length.
 
+    Of a Parquet file no other column is read; it may be the folder of parts that a killed run leaves.
     Raises InputError: missing file, broken table, missing column, a column that is not numbers.
     """
-    table = _open(path)
+    names, table = _open(path, wanted)
     out: dict[str, Array] = {}
     for column, field in wanted.items():
-        if column not in table.column_names:
+        if column not in names:
             raise InputError(
                 f"{path.name} has no such column",
                 file=declared_in,
                 field=field,
                 value=column,
-                allowed=", ".join(table.column_names),
+                allowed=", ".join(names),
             )
         try:
             found = table.column(column)
@@ -69,16 +70,42 @@ def write_columns(path: Path, columns: Mapping[str, Array]) -> None:
             pa.parquet.write_table(table, hidden)
 
 
-def _open(path: Path) -> Any:
+def _open(path: Path, wanted: Collection[str]) -> tuple[list[str], Any]:
+    """The names of all columns, and a table that holds at least the `wanted` ones that are there."""
     import pyarrow.csv
 
+    if path.suffix == ".parquet":
+        return open_series(path, wanted)
     if not path.is_file():
         raise InputError("no such file", file=path)
+    if path.suffix != ".csv":
+        raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
     try:
-        if path.suffix == ".csv":
-            return pyarrow.csv.read_csv(path)
-        if path.suffix == ".parquet":
-            return read_parquet(path)
+        table = pyarrow.csv.read_csv(path)
     except Exception as error:
         raise InputError(f"is not a readable table: {error}", file=path) from error
-    raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
+    return table.column_names, table
+
+
+def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list[str], Any]:
+    """The names of a Parquet table's columns, and the table of those `wanted` (None: all) that are there.
+
+    `path` is a file, or the folder of parts that a run writes until it ends. Raises InputError where it is missing
+    or broken.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    aside = path.with_name(f"{path.name}.parts")  # killed in the instant between two renames
+    place = path if path.exists() or not aside.exists() else aside
+    if not place.exists():
+        raise InputError("no such file", file=path)
+    parts = sorted(place.glob("part-*.parquet"))
+    if place.is_dir() and not parts:
+        raise InputError("holds no record yet", file=place)
+    try:
+        names = pq.read_schema(parts[0] if parts else place).names
+        known = None if wanted is None else [c for c in names if c in wanted]
+        return names, pq.read_table(place, columns=known) if parts else read_parquet(place, known)
+    except (OSError, pa.ArrowException) as error:
+        raise InputError(f"is not a readable table: {error}", file=place) from error
