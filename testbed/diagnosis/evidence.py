@@ -19,6 +19,8 @@ from testbed.diagnosis.problem import Problem
 Array = npt.NDArray[np.float64]
 FREEDOM = 4.0
 """Degrees of freedom of the tails."""
+FEWEST = 30
+"""Fewer bins than this do not tell the noise of a group."""
 Key = tuple[str, str]
 
 
@@ -68,7 +70,7 @@ def of_residual(problem: Problem, residual: dict[str, Array]) -> Evidence:
         layout = problem.layout[channel]
         for number, key in enumerate(layout.names):
             here = (layout.group == number) & (layout.count > 0)
-            if here.sum() < 30:
+            if here.sum() < FEWEST:
                 continue
             r = values[here] / layout.relative[here]
             scale, value = student(r)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.base_models import EDGE
+from testbed.diagnosis.evidence import FEWEST
 from testbed.diagnosis.findings import entries_of
 from testbed.diagnosis.fit import Fit, residuals, solve
 from testbed.diagnosis.hypotheses import LeftOut, available, bounded, restarted
@@ -25,15 +26,18 @@ from testbed.diagnosis.robot_rig import (
 )
 from testbed.diagnosis.robot_zeros import without_zeros, zeros
 from testbed.diagnosis.search import Search, search
-from testbed.diagnosis.series import series_of
+from testbed.diagnosis.series import BIN, RATE_HZ, series_of
 from testbed.diagnosis.verdict import Verdict, verdict_of
 from testbed.effects import Active, Effect, at, by_name
+from testbed.errors import InputError
 from testbed.parameters.leg_model import EffectEntry, LegModel
 from testbed.parameters.provenance import Parameters
 
 Array = npt.NDArray[np.float64]
-LEARNT_SHARE = 0.65
-"""The first part of a run is learnt from, the rest is kept for judging."""
+LEARNT_SHARE, SETTLING_S = 0.65, 0.5
+"""The first part of a run is learnt from, less the time in which the start settles; the rest is kept for judging."""
+SHORTEST_S = (SETTLING_S + 2 * FEWEST * BIN / RATE_HZ) / LEARNT_SHARE
+"""Of a shorter run neither the sliding nor the resting part of a leg need have enough bins to tell its noise."""
 SLIDING_BINS = 150
 """Fewer than this: no piston slides, friction stays as declared and no hypothesis about it is made."""
 NOT_FOR_A_LEG = ("supply.droop", "force.periodic", "friction.presliding", "sensor.line_b", "friction.temperature",
@@ -66,6 +70,15 @@ class RobotDiagnosis:
         return {stage: float(np.sqrt(np.mean([row[stage] ** 2 for row in rows]))) for stage in rows[0]}
 
 
+def check_duration(time_s: Array, file: Path) -> None:
+    """Refuse a run, times (n,) in s, that is too short to learn from."""
+    duration = float(time_s[-1] - time_s[0])
+    if duration < SHORTEST_S:
+        raise InputError(
+            f"is too short to diagnose: {duration:.3g} s", file=file, allowed=f"at least {SHORTEST_S:.3g} s"
+        )
+
+
 def diagnose_robot(
     name: str,
     data: Mapping[str, Array],
@@ -86,7 +99,7 @@ def diagnose_robot(
     model = believed_model(recordings[0].known, machine, start)
     first, last = float(data["t"][0]), float(data["t"][-1])
     middle = first + LEARNT_SHARE * (last - first)
-    problem = RobotProblem(series, model, True, window_s=(first + 0.5, middle))
+    problem = RobotProblem(series, model, True, window_s=(first + SETTLING_S, middle))
     kept_back = RobotProblem(series, model, True, window_s=(middle, np.inf))
     slides = problem.slides() > SLIDING_BINS
     tell("what all legs have in common")

@@ -39,12 +39,12 @@ def _axis(
     from testbed.diagnosis.diagnose import diagnose
     from testbed.diagnosis.findings import as_json, summary_rows, write_findings
     from testbed.diagnosis.suggest import write_motion
-    from testbed.parameters.leg_model import read_model
+    from testbed.effects import read_believed
     from testbed.parameters.recording import read_rig
     from testbed.report.diagnosis_page import write_page
 
     rig = read_rig(folder)
-    start = read_model(model) if model is not None else None
+    start = read_believed(model) if model is not None else None
     make_folder(out)
     found = diagnose(rig, tell, start)
     write_findings(found, out)
@@ -57,21 +57,20 @@ def _axis(
 def _robot(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:
-    from testbed.diagnosis.robot import diagnose_robot
+    from testbed.diagnosis.robot import check_duration, diagnose_robot
     from testbed.diagnosis.robot_findings import as_json, summary_rows, write_findings
-    from testbed.evaluation.estimates import believed_machine
-    from testbed.evaluation.runs import read_run
-    from testbed.parameters.leg_model import read_model
+    from testbed.diagnosis.robot_rig import NEEDED
+    from testbed.effects import read_believed
+    from testbed.parameters.robot_recording import read_robot
     from testbed.report.robot_diagnosis_page import write_page
 
     if suggest is not None:
         raise InputError("is for one axis; of a robot's run, let the body sway", field="--suggest", value=str(suggest))
-    start = read_model(model) if model is not None else None
-    run = read_run(folder, truth=False)
-    machine = believed_machine(run.meta, folder / "recording.yaml")
+    run = read_robot(folder, NEEDED)
+    start = read_believed(model) if model is not None else None
+    check_duration(run.data["t"], run.folder / run.header.data)
     make_folder(out)
-    name = str(run.meta.get("scenario", folder.name))
-    found = diagnose_robot(name, run.data, machine, folder, tell, start)
+    found = diagnose_robot(run.name, run.data, run.machine, folder, tell, start)
     write_findings(found, out)
     page = write_page(found, out)
     return Diagnosed(f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page)
