@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -51,10 +52,17 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     "parameter_of_another_shape": ("model: {parameters: {total_mass_kg: [1, 2]}}", "model.parameters.total_mass_kg"),
     "rate_that_does_not_divide": ("rates: {control_hz: 300}", "control_hz = 300 does not divide"),
     "undeclared_nowhere": ("undeclared: [{effect: sensor.gain_a, at: tail}]", "undeclared.0.at = 'tail'"),
-    "no_such_effect": ("undeclared: [{effect: sensor.gian_a, at: fl_vertical}]", "sensor.gian_a"),
+    "no_such_effect": (
+        "undeclared: [{effect: sensor.gian_a, at: fl_vertical}]",
+        "case.yaml: undeclared.0.effect = 'sensor.gian_a'",
+    ),
     "no_such_effect_parameter": (
         "undeclared: [{effect: sensor.gain_a, at: fl_vertical, parameters: {gian: 0.1}}]",
-        "gian",
+        "case.yaml: undeclared.0.parameters.gian: unknown parameter",
+    ),
+    "effect_parameter_missing": (
+        "undeclared: [{effect: inertia.mass, at: fl, parameters: {mass: 1}}, {effect: sensor.gain_a, at: fl}]",
+        "case.yaml: undeclared.1.parameters: effect sensor.gain_a lacks parameter 'gain_error'",
     ),
     "expectation_without_bound": ("expect: {summary: {force_rms_n.kbf: {}}}", "expect.summary.force_rms_n.kbf"),
     "no_such_verdict": ("expect: {verdict: flew}", "expect.verdict = 'flew'"),
@@ -89,8 +97,12 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     "no_such_option": (["run", "good.yaml", "--sped", "2"], "--sped"),
     "no_such_command": (["fly"], "fly"),
     "nothing_to_run": (["run"], "scenario"),
-    "estimate_nothing": (["estimate", "absent", "--out", "f.csv", "--model", "bare.yaml"], "bare.yaml"),
-    "estimate_without_model": (["estimate", "thesis", "--out", "f.csv"], "--model: is missing"),
+    "estimate_nothing": (
+        ["estimate", "absent", "--out", "f.csv", "--model", "bare.yaml"],
+        "absent: no such recording folder",
+    ),
+    "estimate_nothing_at_all": (["estimate", "absent", "--out", "f.csv"], "absent: no such recording folder"),
+    "estimate_empty_folder": (["estimate", "thesis", "--out", "f.csv"], "thesis/recording.yaml: no such file"),
     "estimate_to_nowhere": (["estimate", "thesis", "--out", "absent/f.csv"], "--out"),
     "estimate_to_a_picture": (["estimate", "thesis", "--out", "f.png"], "allowed: .parquet, .csv"),
     "no_run_to_view": (["view", "thesis"], "thesis: holds no run"),
@@ -119,6 +131,47 @@ RECORDINGS: dict[str, tuple[dict[str, str], dict[int, object], str]] = {
 }
 
 
+EFFECTS: dict[str, tuple[str, str]] = {
+    "unknown": ("{name: foo, parameters: {}}", "effects.1.name = 'foo': no effect has that name"),
+    "lacking": ("{name: sensor.gain_a, parameters: {}}", "effects.1.parameters: effect sensor.gain_a lacks parameter"),
+    "misspelt": ("{name: sensor.gain_a, parameters: {gian: 0.1}}", "effects.1.parameters.gian: unknown parameter"),
+    "wild": (
+        "{name: sensor.gain_a, parameters: {gain_error: 9.0}}",
+        "effects.1.parameters.gain_error = 9.0: out of bounds",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "estimate"])
+@pytest.mark.parametrize("case", EFFECTS)
+def test_an_effect_of_a_model_that_cannot_be_is_named_with_file_and_entry(
+    case: str, command: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    entry, word = EFFECTS[case]
+    sound = "{name: inertia.mass, parameters: {mass: 1.0}}"
+    (desk / "model.yaml").write_text(f"{MODEL}effects: [{sound}, {entry}]\n")
+    write_press(desk, RECORDING, ROWS)
+    arguments = {
+        "run": ["run", "good.yaml", "--model", "model.yaml", "--out", "run"],
+        "estimate": ["estimate", "press", "--model", "model.yaml", "--out", "f.csv"],
+    }
+    assert_refused(arguments[command], f"testbed: model.yaml: {word}", monkeypatch, capsys, desk)
+
+
+def write_press(desk: Path, header: str, rows: Sequence[Sequence[object]]) -> None:
+    folder = desk / "press"
+    folder.mkdir()
+    (folder / "recording.yaml").write_text(header)
+    (folder / "data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+
+
+def test_an_estimate_of_a_leg_needs_a_model(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_press(desk, RECORDING, ROWS)
+    assert_refused(["estimate", "press", "--out", "f.csv"], "--model: is missing", monkeypatch, capsys, desk)
+
+
 @pytest.mark.parametrize("case", RECORDINGS)
 def test_a_recording_that_cannot_be_used(
     case: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -130,19 +183,13 @@ def test_a_recording_that_cannot_be_used(
     rows = [list(row) for row in ROWS]
     for column, value in cells.items():
         rows[120][column] = value  # type: ignore[call-overload]
-    folder = desk / "press"
-    folder.mkdir()
-    (folder / "recording.yaml").write_text(text)
-    (folder / "data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
+    write_press(desk, text, rows)
     (desk / "model.yaml").write_text(MODEL)
     assert_refused(["estimate", "press", "--model", "model.yaml", "--out", "f.csv"], word, monkeypatch, capsys, desk)
 
 
 def test_the_same_recording_without_its_fault_is_read(desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = desk / "press"
-    folder.mkdir()
-    (folder / "recording.yaml").write_text(RECORDING)
-    (folder / "data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in ROWS) + "\n")
+    write_press(desk, RECORDING, ROWS)
     (desk / "model.yaml").write_text(MODEL)
     monkeypatch.setattr(sys, "argv", ["testbed", "estimate", "press", "--model", "model.yaml", "--out", "f.csv"])
     with pytest.raises(SystemExit) as end:

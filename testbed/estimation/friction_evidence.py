@@ -60,12 +60,7 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
 def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     if recording.reference_force_n is None:
         raise InputError("the external force is not known", file=recording.folder, field="reference_force")
-    if recording.rig == "vertical-leg" and recording.pressure_b_pa is None:
-        raise InputError(
-            "is missing: the balance of a vertical leg needs both chambers",
-            file=recording.folder,
-            field="channels.pressure_b",
-        )
+    check_chambers(recording)
     check_alive(recording)
     signals = signals_of(recording, known, SMOOTHING_S)
     # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of rows can see
@@ -109,6 +104,16 @@ def unsaturated(recording: Recording, time_s: Array) -> NDArray[np.bool_]:
     if not bad.any():
         return np.ones(len(time_s), dtype=np.bool_)
     return np.asarray(np.interp(time_s, recording.time_s, np.convolve(bad, np.ones(61), "same")) < 0.5)
+
+
+def check_chambers(recording: Recording) -> None:
+    """Refuse a vertical leg that was recorded with chamber A alone."""
+    if recording.rig == "vertical-leg" and recording.pressure_b_pa is None:
+        raise InputError(
+            "is missing: the balance of a vertical leg needs both chambers",
+            file=recording.folder,
+            field="channels.pressure_b",
+        )
 
 
 def check_alive(recording: Recording, moving: bool = True) -> None:

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.errors import InputError
-from testbed.evaluation.runs import read_run
+from testbed.errors import InputError, naming
 from testbed.parameters.names import SIDES
-from testbed.parameters.provenance import Parameters, roboclimber
+from testbed.parameters.provenance import Parameters
 from testbed.parameters.yaml_files import read_yaml
 
 if TYPE_CHECKING:
     from testbed.estimation.believed import Believed
+    from testbed.parameters.leg_model import LegModel
+    from testbed.parameters.recording import Recording
 
 Array = npt.NDArray[np.float64]
 
@@ -53,33 +54,60 @@ def is_robot(folder: Path) -> bool:
 
 
 def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:
-    from testbed.estimation.friction_evidence import check_alive
+    from testbed.effects import read_believed
+    from testbed.estimation.friction_evidence import check_alive, check_chambers
     from testbed.estimation.leg_force import estimate
-    from testbed.parameters.leg_model import read_model
     from testbed.parameters.recording import read_recording
 
+    measured = read_recording(folder)
     if model is None:
         raise InputError("is missing", field="--model", allowed="a model file, as `testbed identify` writes one")
-    believed, measured = read_model(model), read_recording(folder)
+    believed = read_believed(model)
+    check_chambers(measured)
+    _check_serves(believed, measured, model)
     check_alive(measured, moving=False)
     return estimate(measured, believed, causal).columns()
 
 
+def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> None:
+    """Refuse a model of another kind of machine, or one that lacks a number which the recording's balance needs."""
+    is_drive = recording.rig == "drive"
+    # A model written by hand may omit its rig: then a piston tells.
+    of_drive = model.rig == "drive" if "rig" in model.model_fields_set else model.known.bore_m is None
+    if is_drive != of_drive and (is_drive or "rig" in model.model_fields_set):
+        raise InputError(
+            f"is a model of another kind of machine than {recording.folder}",
+            file=file,
+            field="rig",
+            value=model.rig,
+            allowed="drive" if is_drive else "vertical-leg, cylinder",
+        )
+    needed = {
+        "bore_m": not is_drive,
+        "rod_m": not is_drive and recording.pressure_b_pa is not None,
+        "moving_mass_kg": recording.rig == "vertical-leg",
+    }
+    for name, needs in needed.items():
+        if needs and getattr(model.known, name) is None:
+            raise InputError(
+                f"is missing: the balance of a {recording.rig} needs it", file=file, field=f"known.{name}"
+            )
+
+
 def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
+    from testbed.effects import read_believed
     from testbed.estimation.believed import Believed
     from testbed.estimation.chain import forces
-    from testbed.parameters.leg_model import read_model
+    from testbed.parameters.robot_recording import read_robot
 
-    file = folder / "recording.yaml"
-    meta = read_yaml(file)
-    machine = believed_machine(meta, file)
-    run = read_run(folder, truth=False)
-    dt_s = float(np.median(np.diff(run.time_s)))
+    run = read_robot(folder)
+    dt_s = float(np.median(np.diff(run.data["t"])))
     if model is None:
-        belief = Believed.from_machine(machine, dt_s)
+        belief = Believed.from_machine(run.machine, dt_s)
     else:
-        belief = Believed.from_model(read_model(model), dt_s, machine["sensor"]["encoder_linear_m"])
-    return forces(run.data, with_body(belief, machine, meta.get("surveyed"), file))
+        with naming(model):
+            belief = Believed.from_model(read_believed(model), dt_s, run.machine["sensor"]["encoder_linear_m"])
+    return forces(run.data, with_body(belief, run.machine, run.header.surveyed, run.file))
 
 
 def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Path) -> Believed:
@@ -104,20 +132,3 @@ def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Pat
         ) from error  # fmt: skip
     payload = Payload(mass_kg, machine["rod_store_body"]["position_m"]) if mass_kg > 0.0 else None
     return replace(belief, body=packed(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes))
-
-
-def believed_machine(meta: Mapping[str, Any], file: Path) -> Parameters:
-    """The machine as the recording's `known` describes it. Raises InputError for a number that no machine has."""
-    known = meta.get("known")
-    machine = roboclimber()
-    if not isinstance(known, Mapping):
-        raise InputError("must map parameters to value and unit", file=file, field="known")
-    values = dict(machine.leaves())
-    changes: dict[str, Any] = {}
-    for path, item in known.items():
-        if path not in values or not isinstance(item, Mapping) or "value" not in item:
-            raise InputError("is no parameter of the machine with its value", file=file, field=f"known.{path}")
-        value = tuple(item["value"]) if isinstance(item["value"], list) else item["value"]
-        if value != values[path].value:
-            changes[path] = value
-    return machine.replaced(changes)

@@ -145,6 +145,63 @@ def test_a_recording_without_fault_serves(
     assert capsys.readouterr().out
 
 
+ONE_CHAMBER = HEADER.replace(next(line for line in HEADER.splitlines(True) if "pressure_b" in line), "")
+DRIVE = (
+    "format: roboclimber-recording/1\nrig: drive\ndata: data.csv\nsample_rate_hz: 500\nchannels:\n"
+    "  time: {column: t, unit: s}\n  position: {column: x, unit: m}\n"
+    "  actuator_force: {column: F, unit: N}\nknown: {}\n"
+)
+EXPLICIT_DRIVE = "format: roboclimber-model/1\nrig: drive\nknown: {moving_mass_kg: 91.7}\n"
+MODELS: dict[str, tuple[str, str, str]] = {
+    "one_chamber": (ONE_CHAMBER, MODEL, "channels.pressure_b: is missing"),
+    "no_bore": (HEADER, MODEL.replace("bore_m: 0.07, ", ""), "model.yaml: known.bore_m: is missing"),
+    "no_rod": (HEADER, MODEL.replace("rod_m: 0.04, ", ""), "model.yaml: known.rod_m: is missing"),
+    "no_mass": (HEADER, MODEL.replace("moving_mass_kg: 91.7, ", ""), "model.yaml: known.moving_mass_kg: is missing"),
+    "leg_on_drive": (DRIVE, MODEL, "model.yaml: rig = 'vertical-leg': is a model of another kind"),
+    "unnamed_leg_on_drive": (DRIVE, MODEL.replace("rig: vertical-leg\n", ""), "is a model of another kind"),
+    "drive_on_leg": (HEADER, EXPLICIT_DRIVE, "model.yaml: rig = 'drive': is a model of another kind"),
+}
+
+
+@pytest.mark.parametrize("case", MODELS)
+def test_what_recording_or_model_lacks_is_not_made_up(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    head, model, words = MODELS[case]
+    write(tmp_path / "identify" / "swing", leg("cell"))
+    arguments = command("estimate", tmp_path)
+    (tmp_path / "identify" / "swing" / "recording.yaml").write_text(head)
+    (tmp_path / "model.yaml").write_text(model)
+    assert answer(arguments, monkeypatch) == 2
+    line = capsys.readouterr().err.strip()
+    assert "\n" not in line and words in line, line
+    assert not (tmp_path / "force.csv").exists()
+
+
+SERVING = {
+    "leg_without_its_rig": (HEADER, MODEL.replace("rig: vertical-leg\n", "")),
+    "one_chamber_of_a_cylinder": (
+        ONE_CHAMBER.replace("rig: vertical-leg", "rig: cylinder"),
+        MODEL.replace("rig: vertical-leg\n", "").replace("rod_m: 0.04, ", "").replace("moving_mass_kg: 91.7, ", ""),
+    ),
+    "drive": (DRIVE, EXPLICIT_DRIVE),
+    "drive_without_its_rig": (DRIVE, EXPLICIT_DRIVE.replace("rig: drive\n", "")),
+}
+
+
+@pytest.mark.parametrize("case", SERVING)
+def test_what_the_balance_does_not_need_may_be_left_out(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    head, model = SERVING[case]
+    write(tmp_path / "identify" / "swing", leg("cell"))
+    arguments = command("estimate", tmp_path)
+    (tmp_path / "identify" / "swing" / "recording.yaml").write_text(head)
+    (tmp_path / "model.yaml").write_text(model)
+    assert answer(arguments, monkeypatch) == 0
+    assert len((tmp_path / "force.csv").read_text().splitlines()) == N + 1
+
+
 def test_a_leg_at_rest_has_a_set_of_forces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path / "identify" / "swing", still(leg("air")))
     arguments = command("estimate", tmp_path)
