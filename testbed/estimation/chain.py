@@ -141,7 +141,7 @@ def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     Raises InputError naming the column that is missing.
     """
     pa, pb, q = (_by_axis(columns, stem) for stem in ("pressure_a", "pressure_b", "position"))
-    u = _by_axis(columns, "valve") if f"valve_{LEGS[0]}_vertical" in columns else np.zeros_like(q)
+    u = _by_axis(columns, "valve") if any(f"valve_{leg}_vertical" in columns for leg in LEGS) else np.zeros_like(q)
     roll, pitch = _column(columns, "attitude_roll"), _column(columns, "attitude_pitch")
     g = believed.gravity_m_s2 * np.cos(pitch)
     gravity = np.stack([believed.gravity_m_s2 * np.sin(pitch), -g * np.sin(roll), -g * np.cos(roll)], axis=1)

@@ -107,7 +107,8 @@ def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
     else:
         with naming(model):
             belief = Believed.from_model(read_believed(model), dt_s, run.machine["sensor"]["encoder_linear_m"])
-    return forces(run.data, with_body(belief, run.machine, run.header.surveyed, run.file))
+    with naming(run.file):
+        return forces(run.data, with_body(belief, run.machine, run.header.surveyed, run.file))
 
 
 def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Path) -> Believed:

@@ -93,6 +93,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
         put("channels/valve_fl_vertcal", {"column": "t", "unit": "1"}), "did you mean 'valve_fl_vertical'"
     ),
     "no channel": (lambda head, _: head["channels"].pop("position_rl_vertical"), "channels.position_rl_vertical"),
+    "no valve of one leg": (lambda head, _: head["channels"].pop("valve_fl_vertical"), "valve_fl_vertical"),
     "no column": (lambda _, columns: columns.pop("position_rl_vertical"), "channels.position_rl_vertical.column"),
     "body without a knee": (surveyed_without("position_rl_radial"), "channels.position_rl_radial is missing"),
     "body without a rope": (surveyed_without("rope_tension_left"), "channels.rope_tension_left is missing"),
