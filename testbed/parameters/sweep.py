@@ -73,6 +73,7 @@ def load_sweep(path_or_name: str | Path) -> tuple[Sweep, list[SweepRun]]:
     if isinstance(tree, dict) and tree.get("grid"):
         _check_grid(tree["grid"], path)
     sweep = checked(Sweep, tree, path)
+    _check_paths(sweep, path)
     count = len(sweep.seeds) * len(sweep.list)
     for values in sweep.grid.values():
         count *= len(values)
@@ -95,6 +96,21 @@ def _check_grid(grid: Any, path: Path) -> None:
     for key, values in grid.items() if isinstance(grid, dict) else ():
         if not isinstance(values, list) or not values:
             raise InputError("cannot be used", file=path, field=f"grid.{key}", value=values, allowed="a list of values")
+
+
+def _check_paths(sweep: Sweep, path: Path) -> None:
+    """Refuse a change of what the file says elsewhere for every run: the run would not be made with it."""
+    elsewhere = {"seed": "seeds: the seeds of every run"}
+    if sweep.duration_s is not None:
+        elsewhere["duration_s"] = "duration_s in one place, for all runs or here"
+    together = ((f"list.{k}", changes) for k, changes in enumerate(sweep.list))
+    for section, changes in (("set", sweep.set), ("grid", sweep.grid), *together):
+        for key in changes:
+            if key.strip() in elsewhere:
+                raise InputError(
+                    "would have no effect", file=path, field=f"{section}.{key}", value=changes[key],
+                    allowed=elsewhere[key.strip()],
+                )  # fmt: skip
 
 
 def _combinations(sweep: Sweep) -> Iterator[Changes]:

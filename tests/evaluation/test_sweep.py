@@ -37,6 +37,12 @@ def test_runs_are_list_times_grid_times_seeds(tmp_path: Path) -> None:
     assert {(r.scenario.terrain.slope_deg, r.scenario.robot.payload_kg, r.scenario.seed) for r in runs} == wanted
 
 
+def test_a_duration_in_the_grid_is_that_of_the_run(tmp_path: Path) -> None:
+    path = _file(tmp_path, "grid: {duration_s: [0.2, 0.3]}\n")
+    path.write_text(path.read_text().replace("duration_s: 0.1\n", ""))
+    assert [(r.changes["duration_s"], r.scenario.duration_s) for r in load_sweep(path)[1]] == [(0.2, 0.2), (0.3, 0.3)]
+
+
 def test_a_folder_is_called_after_changes_and_seed_and_marks_the_whole_scenario(tmp_path: Path) -> None:
     (run,) = load_sweep(_file(tmp_path, "grid: {terrain.slope_deg: [10]}\n"))[1]
     longer = SweepRun(run.changes, run.scenario.model_copy(update={"duration_s": 0.2}))
@@ -58,6 +64,10 @@ def test_the_shipped_sweep_loads() -> None:
         "seeds: []": "seeds = []",
         "seeds: 3": "seeds = 3",
         "lists: [{}]": "lists: unknown key, did you mean 'list'",
+        "grid: {seed: [7, 8]}": "grid.seed = (7, 8): would have no effect (allowed: seeds: the seeds of every run)",
+        "set: {seed: 5}": "set.seed = 5",
+        "list: [{}, {seed: 5}]": "list.1.seed = 5",
+        "set: {duration_s: 2}": "set.duration_s = 2: would have no effect (allowed: duration_s in one place",
         "keep: some": "key 'keep' is given twice",
         "grid: {terrain.friction: [" + ", ".join(f"0.{i:06d}" for i in range(100_001)) + "]}": "too many runs",
     }.items(),
