@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -29,19 +29,48 @@ def make_folder(folder: str | Path, field: str = "--out") -> Path:
     return folder
 
 
+def check_file(path: str | Path, endings: Sequence[str] = (), field: str = "--out") -> Path:
+    """See that a file (with one of these endings, if any are given) can be made: before the work begins, not after it.
+
+    Raises InputError, in `field`, where that cannot be; an older file stays as it is.
+    """
+    path = Path(path)
+    if endings and path.suffix not in endings:
+        raise InputError("unknown ending", file=path, field=field, allowed=", ".join(endings))
+    try:
+        _check_name(path, field)
+        if not path.parent.is_dir():
+            raise InputError("its folder does not exist", file=path, field=field)
+        make_folder(path.parent, field)
+    except OSError as error:
+        raise _unwritable(path, error, field) from error
+    return path
+
+
+def _check_name(path: Path, field: str | None = None) -> None:
+    """Refuse what a file must not take the place of, such as a device or a folder, and no name at all."""
+    if not path.name:
+        raise InputError("names no file", file=path, field=field, allowed="the name of a file")
+    if path.exists() and not path.is_file():
+        raise InputError("is there and no file", file=path, field=field, allowed="a new file, or one to replace")
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """A hidden file beside `path` to write to; it takes the place of `path` at the end, or is gone with an exception.
 
-    Raises InputError in place of an OSError.
+    Raises InputError in place of an OSError, and where `path` has no name or is a folder, a device or a pipe.
     """
-    hidden = path.with_name(f".{path.name}")
+    hidden = path
     try:
+        _check_name(path)
+        hidden = path.with_name(f".{path.name}")
         yield hidden
         os.replace(hidden, path)
     except BaseException as error:
-        with suppress(OSError):
-            hidden.unlink()
+        if hidden is not path:
+            with suppress(OSError):
+                hidden.unlink()
         if isinstance(error, OSError):
             raise _unwritable(path, error) from error
         raise

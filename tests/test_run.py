@@ -181,6 +181,16 @@ def test_an_interrupted_run_is_finished_readable_and_says_so(tmp_path: Path, num
     assert (tmp_path / "run/report.html").is_file()
 
 
+def test_a_run_that_an_interrupt_broke_off_says_so(tmp_path: Path) -> None:
+    def second(_simulated_s: float, _word: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_scenario(load_scenario("stand_flat", duration=2.0), tmp_path / "run", progress=second)
+    summary = read_run(tmp_path / "run").summary
+    assert summary is not None and summary["interrupted"] is True and summary["simulated_s"] < 1.5
+
+
 @pytest.mark.slow
 def test_a_killed_run_can_be_viewed(tmp_path: Path) -> None:
     command = [

@@ -47,8 +47,9 @@ def run_scenario(
     """Simulate `scenario` and record it under `out` (default `runs/<name>-<seed>[-n]`).
 
     `progress(simulated_s, word)` is called after every block of one simulated second. The first Ctrl-C ends the run
-    after its block: what was recorded is kept and summed up. Raises InputError before anything is written where
-    the scenario, the model or the output folder cannot be used, SimulationFault where the simulation breaks down.
+    after its block, a second one at once: what was recorded is kept and summed up. Raises InputError before anything
+    is written where the scenario, the model or the output folder cannot be used, SimulationFault where the simulation
+    breaks down.
     """
     from testbed.world.simulation import Simulation
 
@@ -84,6 +85,7 @@ def _record(scenario: Scenario, simulation: Any, folder: Path, progress: Progres
         raise SimulationFault(f"{error}; its last records are in {folder}") from error
     except BaseException as error:
         fault = error
+        result.interrupted = isinstance(error, KeyboardInterrupt)
         raise
     finally:
         recorder.finish()

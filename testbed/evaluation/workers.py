@@ -1,4 +1,7 @@
-"""Processes for work that takes hours: one item after the other in each, stopped by Ctrl-C, gone with their parent."""
+"""Processes for work that takes hours: one item after the other in each, stopped by Ctrl-C, gone with their parent.
+
+The first Ctrl-C lets the items at work end in their own way, a second one ends their processes at once.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import TypeVar
 
@@ -22,6 +25,8 @@ def work_through(
     work: Callable[[Item], Answer], items: Iterable[Item], jobs: int, interrupted: Callable[[Answer], bool]
 ) -> Iterator[Answer]:
     """Answers in the order in which they come; KeyboardInterrupt after the items at work, if one was interrupted.
+
+    A Ctrl-C while they are waited for ends them at once: what they had not finished is not done.
 
     `work` must be importable and its items picklable. Raises InputError for fewer than one process.
     """
@@ -41,6 +46,7 @@ def work_through(
 def _in_processes(
     work: Callable[[Item], Answer], todo: list[Item], jobs: int, interrupted: Callable[[Answer], bool]
 ) -> Iterator[Answer]:
+    others = active_children()
     pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin)
     hit = False
     try:
@@ -55,7 +61,13 @@ def _in_processes(
                 hit = True
                 break
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        try:
+            pool.shutdown(wait=True, cancel_futures=True)
+        except KeyboardInterrupt:
+            for process in active_children():
+                if process not in others:
+                    process.kill()  # the end of this process would wait for it
+            raise
     if hit:
         raise KeyboardInterrupt
 

@@ -138,3 +138,28 @@ def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, blow: signal.Signa
     assert again.returncode == 0, again.stderr
     assert {name: (out / "runs" / name / "summary.json").stat().st_mtime_ns for name in done} == before
     assert len((out / "results.csv").read_text().splitlines()) == 5
+
+
+@pytest.mark.slow
+def test_a_second_interrupt_ends_the_processes_and_keeps_what_is_done(tmp_path: Path) -> None:
+    path = _file(tmp_path, "list: [{duration_s: 0.1}, {duration_s: 600}, {duration_s: 601}]\n")
+    path.write_text(path.read_text().replace("duration_s: 0.1\nkeep", "keep"))
+    short, *long = (r.name for r in load_sweep(path)[1])
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "testbed", "sweep", str(path), "--out", str(out), "--jobs", "2"]
+    process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        deadline = time.monotonic() + 120
+        for name in long:
+            while not list(out.glob(f"runs/{name}/data.parquet/*.parquet")) and time.monotonic() < deadline:
+                time.sleep(0.05)
+        for _ in range(2):
+            os.killpg(process.pid, signal.SIGINT)
+            time.sleep(0.05)
+        _, told = process.communicate(timeout=60)  # the pipes close once every process is gone
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+    assert process.returncode == 130, told.decode()
+    assert {name for name in (short, *long) if summary_of(out / "runs" / name) is not None} == {short}
+    assert [e["run"] for e in json.loads((out / "results.json").read_text())["runs"]] == [short]
