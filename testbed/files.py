@@ -35,42 +35,41 @@ def check_file(path: str | Path, endings: Sequence[str] = (), field: str = "--ou
     Raises InputError, in `field`, where that cannot be; an older file stays as it is.
     """
     path = Path(path)
+    _check_name(path, field)
     if endings and path.suffix not in endings:
         raise InputError("unknown ending", file=path, field=field, allowed=", ".join(endings))
-    try:
-        _check_name(path, field)
-        if not path.parent.is_dir():
-            raise InputError("its folder does not exist", file=path, field=field)
-        make_folder(path.parent, field)
-    except OSError as error:
-        raise _unwritable(path, error, field) from error
+    if not path.parent.is_dir():
+        raise InputError("its folder does not exist", file=path, field=field)
+    make_folder(path.parent, field)
     return path
 
 
 def _check_name(path: Path, field: str | None = None) -> None:
-    """Refuse what a file must not take the place of, such as a device or a folder, and no name at all."""
+    """Refuse a name that is none, and what a file must not take the place of: a folder, a device, a pipe."""
+    try:
+        other = path.exists() and not path.is_file()
+    except OSError as error:
+        raise _unwritable(path, error, field) from error
     if not path.name:
         raise InputError("names no file", file=path, field=field, allowed="the name of a file")
-    if path.exists() and not path.is_file():
-        raise InputError("is there and no file", file=path, field=field, allowed="a new file, or one to replace")
+    if other:
+        raise InputError("is no regular file", file=path, field=field, allowed="a new file, or one to replace")
 
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """A hidden file beside `path` to write to; it takes the place of `path` at the end, or is gone with an exception.
 
-    Raises InputError in place of an OSError, and where `path` has no name or is a folder, a device or a pipe.
+    Raises InputError in place of an OSError, and for a `path` that is no file's: empty, a folder, a device, a pipe.
     """
-    hidden = path
+    _check_name(path)
+    hidden = path.with_name(f".{path.name}")
     try:
-        _check_name(path)
-        hidden = path.with_name(f".{path.name}")
         yield hidden
         os.replace(hidden, path)
     except BaseException as error:
-        if hidden is not path:
-            with suppress(OSError):
-                hidden.unlink()
+        with suppress(OSError):
+            hidden.unlink()
         if isinstance(error, OSError):
             raise _unwritable(path, error) from error
         raise

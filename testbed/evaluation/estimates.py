@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError, naming
+from testbed.files import check_file
 from testbed.parameters.names import SIDES
 from testbed.parameters.provenance import Parameters
 from testbed.parameters.yaml_files import read_yaml
@@ -36,11 +37,9 @@ def estimate_file(
 
     folder = Path(recording)
     folder = folder.parent if folder.name == "recording.yaml" else folder
-    out = Path(out)
-    if out.suffix not in (".parquet", ".csv"):
-        raise InputError("unknown ending", file=out, field="--out", allowed=".parquet, .csv")
-    if not out.parent.is_dir():
-        raise InputError("its folder does not exist", file=out, field="--out")
+    if Path(out).resolve() in _tables(folder):
+        raise InputError("is the recording itself", file=out, field="--out", allowed="another file")
+    out = check_file(out, (".parquet", ".csv"))
     columns = _of_robot(folder, model) if is_robot(folder) else _of_leg(folder, model, causal)
     write_columns(out, columns)
     return {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
@@ -48,9 +47,19 @@ def estimate_file(
 
 def is_robot(folder: Path) -> bool:
     """Whether a recording is one of the whole robot."""
+    return _header(folder).get("rig") == "robot"
+
+
+def _header(folder: Path) -> Mapping[str, Any]:
+    """What `recording.yaml` says; nothing where there is none."""
     path = folder / "recording.yaml"
     meta = read_yaml(path) if path.is_file() else None
-    return isinstance(meta, Mapping) and meta.get("rig") == "robot"
+    return meta if isinstance(meta, Mapping) else {}
+
+
+def _tables(folder: Path) -> set[Path]:
+    """The tables that a recording consists of, whole paths; beside a robot's lies the truth."""
+    return {(folder / str(name)).resolve() for name in (_header(folder).get("data"), "truth.parquet")}
 
 
 def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:
