@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -105,6 +106,21 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     "estimate_empty_folder": (["estimate", "thesis", "--out", "f.csv"], "thesis/recording.yaml: no such file"),
     "estimate_to_nowhere": (["estimate", "thesis", "--out", "absent/f.csv"], "--out"),
     "estimate_to_a_picture": (["estimate", "thesis", "--out", "f.png"], "allowed: .parquet, .csv"),
+    "estimate_to_no_name": (["estimate", "thesis", "--out", ""], "--out: names no file"),
+    "estimate_to_a_pipe": (["estimate", "thesis", "--out", "pipe.csv"], "pipe.csv: --out: is no regular file"),
+    "identify_to_no_name": (["identify", "thesis", "--out", ""], "--out: names no file"),
+    "identify_to_a_folder": (["identify", "thesis", "--out", "thesis"], "thesis: --out: is no regular file"),
+    "identify_to_nowhere": (["identify", "thesis", "--out", "absent/m.yaml"], "--out: its folder does not exist"),
+    "suggest_to_a_text": (["diagnose", "thesis", "--out", "d", "--suggest", "s.txt"], "--suggest: unknown ending"),
+    "suggest_to_nowhere": (["diagnose", "thesis", "--out", "d", "--suggest", "no/s.csv"], "no/s.csv: --suggest: its"),
+    "loop_to_a_file": (["loop", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
+    "hydraulics_to_a_file": (["hydraulics", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
+    "filters_to_a_file": (["filters", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
+    "estimators_to_a_file": (["estimators", "--out", "bare.yaml"], "--out: cannot be written"),
+    "paper_to_a_file": (["paper", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
+    "distribution_to_a_file": (["distribution", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
+    "contact_loss_to_a_file": (["contact-loss", "--out", "bare.yaml"], "--out: cannot be written"),
+    "trials_to_a_file": (["evaluate-diagnosis", "--out", "bare.yaml"], "--out: cannot be written"),
     "no_run_to_view": (["view", "thesis"], "thesis: holds no run"),
 }
 
@@ -198,6 +214,22 @@ def test_the_same_recording_without_its_fault_is_read(desk: Path, monkeypatch: p
     assert len((desk / "f.csv").read_text().splitlines()) == 201
 
 
+@pytest.mark.parametrize("table", ["press/data.csv", "link/data.csv", "press/../press/data.csv", "press/truth.parquet"])
+def test_an_estimate_does_not_take_the_place_of_its_recording(
+    table: str, desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (desk / "press").mkdir()
+    (desk / "link").symlink_to(desk / "press")
+    (desk / "press/recording.yaml").write_text(RECORDING)
+    (desk / "press/data.csv").write_text("t,x,pA,pB\n" + "\n".join(",".join(map(str, row)) for row in ROWS) + "\n")
+    (desk / "model.yaml").write_text(MODEL)
+    assert_refused(
+        ["estimate", "press", "--model", "model.yaml", "--out", table], f"{table}: --out: is the recording itself",
+        monkeypatch, capsys, desk,
+    )  # fmt: skip
+    assert (desk / "press/data.csv").read_text().startswith("t,x,pA,pB")
+
+
 @pytest.fixture
 def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with files of all sorts; the working directory."""
@@ -208,6 +240,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
     (tmp_path / "broken.urdf").write_text("<robot><link")
     (tmp_path / "empty.urdf").write_text("<robot name='x'></robot>")
+    os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis/chapter.tex").write_text("precious")
     monkeypatch.chdir(tmp_path)
@@ -244,6 +277,19 @@ def test_a_command_that_cannot_be_carried_out(
 ) -> None:
     arguments, word = COMMANDS[case]
     assert_refused(arguments, word, monkeypatch, capsys, desk)
+
+
+def test_a_loop_is_not_begun_where_one_of_its_scenarios_cannot_be_used(
+    desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (desk / "out").mkdir()
+    loop = ["loop", "--scenario", "good.yaml", "--scenario", "old.yaml", "--out"]
+    monkeypatch.setattr("testbed.evaluation.run.run_scenario", lambda *_: pytest.fail("began"))
+    monkeypatch.setattr(sys, "argv", ["testbed", *loop, "out"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2 and "old.yaml: format = 'roboclimber-scenario/0'" in capsys.readouterr().err
+    assert not list((desk / "out").iterdir())
 
 
 def test_the_shell_sees_the_same(desk: Path) -> None:

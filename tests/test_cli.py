@@ -83,7 +83,12 @@ def test_parameters_come_with_unit_mark_and_source() -> None:
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("run", "--help")])
 def test_asking_for_help_is_no_error(arguments: tuple[str, ...]) -> None:
-    assert _run(*arguments).returncode in ((0, 2) if not arguments else (0,))
+    done = _run(*arguments)
+    assert (done.returncode, done.stderr) == (0, "") and done.stdout.startswith("Usage: testbed")
+
+
+def test_without_a_command_the_help_is_shown_as_it_is() -> None:
+    assert _run().stdout == _run("--help").stdout
 
 
 def test_a_closed_pipe_is_no_fault() -> None:

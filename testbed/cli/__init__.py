@@ -15,7 +15,6 @@ from testbed.errors import naming
 app = typer.Typer(
     name="testbed",
     help="ROBOCLIMBER testbed: simulate, record, estimate and explain a hydraulic climbing robot.",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -165,10 +164,12 @@ def identify(
 ) -> None:
     """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot show."""
     from testbed.estimation.friction_identification import identify_rig
+    from testbed.files import check_file
     from testbed.parameters.leg_model import write_model
     from testbed.parameters.recording import read_rig
     from testbed.report.console import print_identification, print_json
 
+    check_file(out)
     result = identify_rig(read_rig(rig))
     write_model(out, result.model)
     if json:
@@ -289,7 +290,7 @@ app.add_typer(benchmarks)
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv
-    arguments = [a for a in sys.argv[1:] if a != "--debug"]
+    arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
         status = app(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):

@@ -17,7 +17,7 @@ import numpy as np
 
 from testbed.envs import ENVIRONMENTS
 from testbed.errors import InputError
-from testbed.files import make_folder, whole, write_json
+from testbed.files import check_file, make_folder, whole, write_json
 
 TASKS = {re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS}
 """stand, climb, drill, force-distribution -> id."""
@@ -123,8 +123,8 @@ def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: P
         model = kit.PPO.load(policy, device="cpu")
     except (OSError, ValueError, KeyError) as error:
         raise InputError("is no policy", file=policy, allowed="a policy.zip beside its training.json") from error
-    if video is not None and (video.suffix != ".gif" or not video.parent.is_dir()):
-        raise InputError("cannot be written", file=video, field="--video", allowed="a .gif in a folder that is there")
+    if video is not None:
+        check_file(video, (".gif",), "--video")
     mode = "human" if gui else "rgb_array" if video is not None else None
     kwargs: dict[str, Any] = {"scenario": scenario, "render_mode": mode}
     if task == SHARED:

@@ -32,7 +32,7 @@ from testbed.diagnosis.belief import (
 from testbed.diagnosis.signs import Signs
 from testbed.errors import InputError
 from testbed.evaluation.diagnosis_scores import Trial, calibration, truth_set
-from testbed.files import write_text
+from testbed.files import check_file, write_text
 
 Array = npt.NDArray[np.float64]
 RIDGE = 3.0
@@ -167,6 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=FILE, help="file to write")
     asked = parser.parse_args(arguments)
     try:
+        check_file(asked.out)
         trials = read_trials(asked.folders)
         held_out = calibration(halves(trials))
         found = fit(trials)

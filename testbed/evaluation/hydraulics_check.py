@@ -123,6 +123,7 @@ def run_check(
 
     Raises InputError where `out` cannot be written.
     """
+    make_folder(out)
     found = check(manoeuvres, progress)
     answer = {
         "format": "roboclimber-hydraulics/1",
@@ -134,7 +135,6 @@ def run_check(
         "creep_tight": asdict(creep(leakage=False)),
     }
     heads, rows = table(found)
-    make_folder(out)
     write_json(out / "hydraulics.json", answer)
     write_text(out / "hydraulics.csv", "\n".join(",".join(row) for row in [heads, *rows]) + "\n")
     return answer

@@ -22,7 +22,7 @@ from testbed.diagnosis.robot_belief import FILE, RobotSigns, distribution
 from testbed.errors import InputError
 from testbed.evaluation.diagnosis_calibration import LEAST, RIDGE, SLIGHT, given, ranges, rounded
 from testbed.evaluation.diagnosis_scores import Trial, calibration, truth_set
-from testbed.files import write_text
+from testbed.files import check_file, write_text
 
 Array = npt.NDArray[np.float64]
 Weights = dict[str, dict[str, float]]
@@ -108,6 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=FILE, help="file to write")
     asked = parser.parse_args(arguments)
     try:
+        check_file(asked.out)
         trials = read_trials(asked.folders)
         held_out = calibration(halves(trials))
         write_text(asked.out, as_yaml(fit(trials), trials, held_out))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError
-from testbed.files import make_folder
+from testbed.files import check_file, make_folder
 
 Table = tuple[list[str], list[list[str]]]
 
@@ -43,6 +43,8 @@ def _axis(
     from testbed.parameters.recording import read_rig
     from testbed.report.diagnosis_page import write_page
 
+    if suggest is not None:
+        check_file(suggest, (".csv", ".parquet"), "--suggest")
     rig = read_rig(folder)
     start = read_believed(model) if model is not None else None
     make_folder(out)

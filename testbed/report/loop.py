@@ -29,7 +29,11 @@ def close_loop(out: Path, scenarios: Sequence[str] = SCENARIOS, tell: Progress |
 
     Returns the contents of `loop.json`, written beside `loop.html`. Raises InputError for a folder that cannot be used.
     """
+    from testbed.parameters.scenario import load_scenario
+
     say = tell or (lambda _: None)
+    for name in scenarios:
+        load_scenario(name)  # all of them can be used, before the first is run
     rows = [_row(name, out / name, say) for name in scenarios]
     result = {"scenarios": rows}
     write_json(out / "loop.json", result)
