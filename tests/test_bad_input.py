@@ -51,6 +51,33 @@ SCENARIOS: dict[str, tuple[str, str]] = {
     "no_such_hydraulic_part": ("hydraulics: {without: [frictoin]}", "hydraulics.without.0 = 'frictoin'"),
     "no_such_parameter": ("hydraulics: {parameters: {body.mas_kg: 3}}", "hydraulics.parameters.body.mas_kg"),
     "parameter_of_another_shape": ("model: {parameters: {total_mass_kg: [1, 2]}}", "model.parameters.total_mass_kg"),
+    "mass_of_the_world": (
+        "hydraulics: {parameters: {body.mass_kg: 10}}",
+        "hydraulics.parameters.body.mass_kg = 10.0: would have no effect: the URDF alone gives it",
+    ),
+    "mass_of_the_model": ("model: {parameters: {body.mass_kg: 10}}", "model.parameters.body.mass_kg = 10.0: would"),
+    "total_mass": ("hydraulics: {parameters: {total_mass_kg: 1}}", "hydraulics.parameters.total_mass_kg = 1.0: would"),
+    "mass_of_a_foot": ("hydraulics: {parameters: {legs.foot_mass_kg: 1}}", "hydraulics.parameters.legs.foot_mass_kg"),
+    "no_bore": (
+        "model: {parameters: {vertical_cylinder.bore_m: 0}}",
+        "case.yaml: model.parameters.vertical_cylinder.bore_m = 0.0: is impossible (allowed: 0 < bore <= 1 m)",
+    ),
+    "rod_wider_than_bore": (
+        "model: {parameters: {vertical_cylinder.rod_m: 0.2}}",
+        "model.parameters.vertical_cylinder.rod_m = 0.2: is impossible (allowed: 0 < rod < bore = 0.07 m)",
+    ),
+    "rod_wider_than_bore_in_truth": (
+        "hydraulics: {parameters: {vertical_cylinder.rod_m: 0.2}}",
+        "case.yaml: hydraulics.parameters.vertical_cylinder.rod_m = 0.2: is impossible",
+    ),
+    "valve_without_flow": (
+        "model: {parameters: {valve.rated_flow_radial_m3_s: 0}}",
+        "model.parameters.valve.rated_flow_radial_m3_s = 0.0: is impossible (allowed: > 0",
+    ),
+    "tank_above_supply": (
+        "hydraulics: {parameters: {power_unit.tank_pressure_pa: 1.0e8}}",
+        "hydraulics.parameters.power_unit.supply_pressure_pa",
+    ),
     "rate_that_does_not_divide": ("rates: {control_hz: 300}", "control_hz = 300 does not divide"),
     "undeclared_nowhere": ("undeclared: [{effect: sensor.gain_a, at: tail}]", "undeclared.0.at = 'tail'"),
     "no_such_effect": (

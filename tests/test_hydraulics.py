@@ -321,7 +321,8 @@ def test_an_unknown_part_is_refused() -> None:
         ("seal.dwell_time_s", 0.0), ("end_stop.cushion_length_m", 0.0), ("end_stop.stiffness_n_m", -1.0),
         ("sensor.transducer_bandwidth_hz", 0.0), ("power_unit.power_w", 0.0), ("power_unit.line_volume_m3", -1e-3),
         ("power_unit.accumulator_volume_m3", -1e-3), ("power_unit.compensator_band_pa", 0.0),
-        ("power_unit.tank_pressure_pa", -2e5), ("power_unit.supply_pressure_pa", 1e5),
+        ("valve.rated_flow_radial_m3_s", 0.0), ("power_unit.tank_pressure_pa", -2e5),
+        ("power_unit.supply_pressure_pa", 1e5),
     ],
 )  # fmt: skip
 def test_numbers_that_cannot_be_are_refused_by_name(path: str, value: float) -> None:

@@ -88,7 +88,7 @@ def test_the_summary_says_how_it_ended_and_how_well_the_feet_were_read(finished:
 
 
 def test_the_recording_holds_no_truth_and_nothing_undeclared(tmp_path: Path) -> None:
-    scenario = load_scenario("stand_undeclared_gain", ["hydraulics.parameters.total_mass_kg=4000"], duration=0.1)
+    scenario = load_scenario("stand_undeclared_gain", ["hydraulics.parameters.oil.entrained_air=0.02"], duration=0.1)
     folder = run_scenario(scenario, tmp_path / "run").folder
     text = (folder / "recording.yaml").read_text()
     assert "gain_error" not in text and "sensor.gain_a" not in text and "undeclared:" not in text

@@ -9,6 +9,8 @@ from pydantic import ValidationError
 
 from testbed import resources
 from testbed.errors import InputError
+from testbed.parameters.limits import only_in_urdf
+from testbed.parameters.provenance import roboclimber
 from testbed.parameters.scenario import Scenario, load_scenario
 from testbed.parameters.scenario_schema import rows
 from testbed.parameters.yaml_files import parse_yaml
@@ -48,19 +50,32 @@ def test_overrides_reach_numbers_lists_and_dotted_parameters(write) -> None:
     changes = [
         "terrain.slope_deg=6e1",
         "task.phases.1.duration_s=9",
-        "hydraulics.parameters.total_mass_kg=4100",
+        "hydraulics.parameters.oil.entrained_air=0.02",
         "ropes.tension_n=[1, 2]",
     ]
     scenario = load_scenario(path, changes, seed=7, duration=3.0)
     assert scenario.terrain.slope_deg == 60.0
     assert scenario.task.kind == "drill" and scenario.task.phases[1].duration_s == 9.0
-    assert scenario.hydraulics.parameters == {"total_mass_kg": 4100}
+    assert scenario.hydraulics.parameters == {"oil.entrained_air": 0.02}
     assert (scenario.seed, scenario.duration_s, scenario.ropes.tension_n) == (7, 3.0, (1.0, 2.0))
 
 
+def test_what_estimators_reckon_with_may_differ_from_the_urdf_in_the_model(write) -> None:
+    believed = load_scenario(write("model: {parameters: {legs: {foot_mass_kg: 20, hip_x_m: 0.91}}}"))
+    assert believed.model.parameters == {"legs.foot_mass_kg": 20, "legs.hip_x_m": 0.91}
+
+
+def test_no_number_that_the_world_reads_counts_as_the_urdfs() -> None:
+    groups = {path.split(".")[0] for path, _ in roboclimber().leaves() if only_in_urdf(path, believed=False)}
+    bodies = {"body", "power_unit_body", "drill_body", "rod_store_body", "traction_body"}
+    assert groups == bodies | {"total_mass_kg", "legs", "joints"}
+    read = ("rod_store_body.position_m", "drill_body.hole_diameter_m", "joints.rotation.lower_rad")
+    assert not any(only_in_urdf(path, believed=False) for path in read)
+
+
 def test_nested_parameters_are_dotted_ones(write) -> None:
-    nested = load_scenario(write("model: {parameters: {body: {mass_kg: 1500}}}"))
-    assert nested.model.parameters == {"body.mass_kg": 1500}
+    nested = load_scenario(write("model: {parameters: {valve: {deadband: 0.04}}}"))
+    assert nested.model.parameters == {"valve.deadband": 0.04}
 
 
 def test_a_scenario_cannot_be_changed_after_it_was_checked(write) -> None:

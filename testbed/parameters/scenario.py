@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from testbed.errors import InputError
-from testbed.parameters.checked import Checked, Sequence, checked, impossible
+from testbed.parameters.checked import Checked, Numbers, Sequence, checked, impossible
+from testbed.parameters.limits import check_cylinders, check_power_unit, only_in_urdf
 from testbed.parameters.provenance import check_parameters, roboclimber
 from testbed.parameters.scenario_drilling import DrillHole
 from testbed.parameters.scenario_parts import (
@@ -141,8 +142,8 @@ def load_scenario(
     _find_file(data, path, "robot", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
     scenario = _on_its_slope(checked(Scenario, data, path))
-    check_parameters(scenario.hydraulics.parameters, path, "hydraulics.parameters")
-    check_parameters(scenario.model.parameters, path, "model.parameters")
+    _check_numbers(scenario.hydraulics.parameters, path, "hydraulics.parameters")
+    _check_numbers(scenario.model.parameters, path, "model.parameters")
     return scenario
 
 
@@ -167,6 +168,21 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
 
     changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
     return scenario.model_copy(update={"terrain": changed})
+
+
+def _check_numbers(changes: Numbers, file: Path, section: str) -> None:
+    """Refuse a change of a number that the machine does not have, that does nothing, of another shape or impossible."""
+    check_parameters(changes, file, section)
+    for name, value in changes.items():
+        if only_in_urdf(name, believed=section.startswith("model.")):
+            raise InputError(
+                "would have no effect: the URDF alone gives it", file=file, field=f"{section}.{name}", value=value,
+                allowed="another URDF in robot.urdf, or a load in robot.payload_kg",
+            )  # fmt: skip
+    if changes:
+        changed = roboclimber().replaced(changes)
+        check_cylinders(changed, file, section)
+        check_power_unit(changed, file, section)
 
 
 def _override(data: dict[str, Any], text: str) -> None:

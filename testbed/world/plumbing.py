@@ -7,51 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.errors import InputError
 from testbed.laws import columns as c
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.parameters.limits import check_cylinders, check_power_unit, require
 from testbed.parameters.names import AXES, JOINTS
 from testbed.parameters.provenance import Parameters
 
 Array = NDArray[np.float64]
-Limits = tuple[tuple[str, tuple[str, ...], float, float], ...]
-
-LIMITS: Limits = (
-    ("oil", ("bulk_modulus_pa",), 1.0e7, 1.0e11),
-    ("oil", ("entrained_air",), 0.0, 0.5),
-    ("oil", ("internal_leakage_m3_s_pa", "outer_leakage_m3_s_pa"), 0.0, 1.0e-6),
-    ("oil", ("hose_capacity_m3_pa", "hose_capacity_b_m3_pa"), 0.0, 1.0e-6),
-    ("oil", ("hose_time_s",), 0.0, math.inf),
-    ("valve", ("deadband", "hysteresis"), 0.0, 1.0),
-    ("valve", ("edge_pa", "edge_at", "edge_pb", "edge_bt", "damping"), 0.0, math.inf),
-    ("valve", ("edge_leakage_m3_s_pa", "edge_leakage_supply_m3_s_pa"), 0.0, 1.0e-6),
-    ("valve", ("rated_drop_per_edge_pa", "natural_frequency_hz", "amplifier_lag_s"), 0.0, math.inf),
-    ("seal", ("bristle_stiffness_n_m", "dwell_time_s"), 0.0, math.inf),
-    ("seal", ("bristle_damping_n_s_m", "dwell_gain", "pressure_coefficient_m2", "load_coefficient",
-              "side_load_coefficient"), 0.0, math.inf),
-    ("seal", ("position_slope",), -2.0, 2.0),
-    ("end_stop", ("cushion_length_m",), 0.0, math.inf),
-    ("end_stop", ("cushion_damping_n_s_m", "stiffness_n_m", "damping_n_s_m"), 0.0, math.inf),
-    ("sensor", ("line_b_frequency_hz", "transducer_bandwidth_hz"), 0.0, math.inf),
-    ("sensor", ("line_b_damping",), 0.0, math.inf),
-)  # fmt: skip
-"""What each number of an axis may be: from the first bound (allowed but for OPEN_BELOW) to below the second."""
-OPEN_BELOW = {
-    ("oil", "hose_time_s"), ("valve", "rated_drop_per_edge_pa"), ("valve", "natural_frequency_hz"),
-    ("valve", "amplifier_lag_s"), ("seal", "bristle_stiffness_n_m"), ("seal", "dwell_time_s"),
-    ("end_stop", "cushion_length_m"), ("sensor", "line_b_frequency_hz"), ("sensor", "transducer_bandwidth_hz"),
-}  # fmt: skip
-"""Numbers that the laws divide by."""
-UNIT_LIMITS: Limits = (
-    ("power_unit", ("power_w", "compensator_band_pa", "compensator_lag_s", "line_volume_m3"), 0.0, math.inf),
-    ("power_unit", ("full_flow_m3_s", "case_leakage_m3_s_pa", "relief_slope_m3_s_pa", "accumulator_volume_m3"),
-     -1e-300, math.inf),
-    ("power_unit", ("tank_pressure_pa", "accumulator_precharge_pa"), -0.9 * ATMOSPHERE_PA, math.inf),
-    ("oil", ("heat_capacity_j_k",), 0.0, math.inf),
-    ("oil", ("cooling_w_k",), -1e-300, math.inf),
-)  # fmt: skip
-"""What each number of the power unit may be, both bounds left out."""
 
 
 def strokes_m(p: Parameters, rotation_stroke_m: float) -> tuple[float, float, float]:
@@ -68,6 +31,8 @@ def axis_parameters(p: Parameters, rotation_stroke_m: float, *, locked: bool = F
 
     Raises InputError for parameters that cannot be (rod thicker than bore, dead band >= 1, negative volume).
     """
+    check_cylinders(p)
+    require(0.0 < rotation_stroke_m <= 10.0, "rotation_cylinder.stroke_m", rotation_stroke_m, "0 < stroke <= 10 m")
     out = np.zeros((len(AXES), c.AXIS_PARAMETERS))
     for i in range(len(AXES)):
         joint = JOINTS[i % 3]
@@ -76,28 +41,7 @@ def axis_parameters(p: Parameters, rotation_stroke_m: float, *, locked: bool = F
     return out
 
 
-def _check_axis(p: Parameters, joint: str, stroke_m: float) -> None:
-    """Raise InputError for the first number of this cylinder, its valve, seal, stops or oil that cannot be."""
-    cyl, group = p[f"{joint}_cylinder"], f"{joint}_cylinder"
-    _require(0.0 < cyl["bore_m"] <= 1.0, f"{group}.bore_m", cyl["bore_m"], "0 < bore <= 1 m")
-    _require(0.0 < cyl["rod_m"] < cyl["bore_m"], f"{group}.rod_m", cyl["rod_m"], f"0 < rod < bore = {cyl['bore_m']} m")
-    _require(0.0 < stroke_m <= 10.0, f"{group}.stroke_m", stroke_m, "0 < stroke <= 10 m")
-    for way in ("out", "in"):
-        for name in (f"coulomb_{way}_n", f"static_{way}_n", f"viscous_{way}_n_s_m"):
-            _require(cyl[name] >= 0.0, f"{group}.{name}", cyl[name], ">= 0")
-        _require(cyl[f"stribeck_{way}_m_s"] > 0.0, f"{group}.stribeck_{way}_m_s", cyl[f"stribeck_{way}_m_s"], "> 0")
-    for name in ("dead_volume_a_m3", "dead_volume_b_m3"):
-        _require(cyl[name] > 0.0, f"{group}.{name}", cyl[name], "> 0")
-    for part, names, low, high in LIMITS:
-        for name in names:
-            value = p[part][name]
-            inside = low < value < high or (value == low and (part, name) not in OPEN_BELOW)
-            _require(inside, f"{part}.{name}", value, f"{'>' if (part, name) in OPEN_BELOW else '>='} {low:g}"
-                     + (f" and < {high:g}" if high < math.inf else ""))  # fmt: skip
-
-
 def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
-    _check_axis(p, joint, stroke_m)
     cyl = p[f"{joint}_cylinder"]
     seal, oil, valve, sensor, stop = p["seal"], p["oil"], p["valve"], p["sensor"], p["end_stop"]
     bore, rod = cyl["bore_m"], cyl["rod_m"]
@@ -136,14 +80,13 @@ def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
 
 
 def unit_parameters(p: Parameters, *, pump_on: bool = True) -> Array:
-    """(SUPPLY_PARAMETERS): the power unit; gauge pressures of the file become absolute here."""
+    """(SUPPLY_PARAMETERS): the power unit; gauge pressures of the file become absolute here.
+
+    Raises InputError for parameters that cannot be.
+    """
+    check_power_unit(p)
     unit, oil, seal = p["power_unit"], p["oil"], p["seal"]
     w = np.zeros(c.SUPPLY_PARAMETERS)
-    for part, names, low, high in UNIT_LIMITS:
-        for name in names:
-            _require(low < p[part][name] < high, f"{part}.{name}", p[part][name], f"> {low:g} and < {high:g}")
-    _require(unit["supply_pressure_pa"] > unit["tank_pressure_pa"], "power_unit.supply_pressure_pa",
-             unit["supply_pressure_pa"], "above the tank's pressure")  # fmt: skip
     w[c.PUMP_FLOW], w[c.PUMP_POWER], w[c.PUMP_ON] = unit["full_flow_m3_s"], unit["power_w"], float(pump_on)
     w[c.PUMP_SET] = unit["supply_pressure_pa"] + ATMOSPHERE_PA
     w[c.PUMP_BAND], w[c.PUMP_TAU] = unit["compensator_band_pa"], unit["compensator_lag_s"]
@@ -176,17 +119,12 @@ def traction_numbers(p: Parameters, *, strokes: bool) -> Array:
         (tr.AREA, "piston_area_m2"), (tr.RATING, "rating_n"), (tr.STROKE, "stroke_m"), (tr.SPEED, "speed_max_m_s"),
         (tr.CLAMP_S, "clamp_s"), (tr.RETURN_SPEED, "return_speed_m_s"), (tr.ANNULUS, "annulus_area_m2"),
     ):  # fmt: skip
-        _require(given[name] > 0.0, f"traction.{name}", given[name], "> 0")
+        require(given[name] > 0.0, f"traction.{name}", given[name], "> 0")
         n[column] = given[name]
     least = 3.0 * tr.RESERVE_M
-    _require(given["stroke_m"] > least, "traction.stroke_m", given["stroke_m"], f"> {least:g}")
-    _require(given["seat_m"] >= 0.0, "traction.seat_m", given["seat_m"], ">= 0")
+    require(given["stroke_m"] > least, "traction.stroke_m", given["stroke_m"], f"> {least:g}")
+    require(given["seat_m"] >= 0.0, "traction.seat_m", given["seat_m"], ">= 0")
     n[tr.SEAT] = given["seat_m"]
     if not strokes:
         n[tr.STROKE] = 0.0
     return n
-
-
-def _require(condition: bool, field: str, value: object, allowed: str) -> None:
-    if not condition:
-        raise InputError("is impossible", file="roboclimber.yaml", field=field, value=value, allowed=allowed)
