@@ -7,8 +7,9 @@ from typing import Any
 
 from testbed.diagnosis.errors import STAGES, closed_share
 from testbed.diagnosis.findings import Diagnosis, as_json
-from testbed.diagnosis.search import Candidate
+from testbed.diagnosis.search import Candidate, Search
 from testbed.diagnosis.suggest import experiments
+from testbed.diagnosis.verdict import Verdict
 from testbed.effects import by_name
 from testbed.files import write_text
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
@@ -40,7 +41,8 @@ def contents(d: Diagnosis) -> dict[str, Any]:
         "errors": _error_rows(d),
         "closed": {q: closed_share(d.errors, q) for q in ("force_n", "flow_m3_s")},
         "evidence": evidence_figure(d, _gains(d)) if len(d.state.tried) > 1 else "",
-        "rivals": _rivals(d),
+        "rivals": rivals(d.state, d.verdict),
+        "stated": d.verdict.hypotheses[0][1],
         "figures": [(r.name, residual_figure(d, r), flow_figure(d, r)) for r in d.rig.verify],
         "left_out": found["left_out"],
         "experiments": experiments(_group(d)),
@@ -68,26 +70,32 @@ def _error_rows(d: Diagnosis) -> list[dict[str, Any]]:
     return rows
 
 
-def _ranked(d: Diagnosis) -> list[Candidate]:
-    return sorted((c for c in d.state.tried.values() if c.names), key=lambda c: -d.state.gain(c))
+def _ranked(state: Search) -> list[Candidate]:
+    return sorted((c for c in state.tried.values() if c.names), key=lambda c: -state.gain(c))
 
 
 def _gains(d: Diagnosis) -> list[tuple[str, float]]:
-    singles = [c for c in _ranked(d) if len(c.names) == 1][:12]
+    singles = [c for c in _ranked(d.state) if len(c.names) == 1][:12]
     chosen = [d.verdict.chosen] if len(d.verdict.chosen.names) > 1 else []
     return [(" + ".join(c.names), d.state.gain(c)) for c in [*chosen, *singles]]
 
 
-def _rivals(d: Diagnosis) -> list[dict[str, Any]]:
-    """The next best sets of the chosen size and where the chosen one predicts better."""
-    chosen = d.verdict.chosen
+def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
+    """The next best sets of the chosen size and where the chosen one predicts better.
+
+    Where none was chosen: the single effects that gain most over the plain model, and where they do; `ahead` is the
+    log-likelihood gained, which may be above 0, and `probability` what it comes to.
+    """
+    chosen = verdict.chosen
     rows = []
-    same = [c for c in _ranked(d) if len(c.names) == max(len(chosen.names), 1) and set(c.names) != set(chosen.names)]
-    for c in same[:4]:
-        parts = chosen.evidence.parts(c.evidence, chosen.evidence)
+    others = [c for c in _ranked(state) if set(c.names) != set(chosen.names)]
+    for c in [c for c in others if len(c.names) == max(len(chosen.names), 1)][:4]:
+        better, worse = (chosen, c) if chosen.names else (c, chosen)
+        parts = better.evidence.parts(worse.evidence, chosen.evidence)
         channel, recording = max(parts, key=lambda k: parts[k])
         rows.append({
-            "names": " + ".join(c.names), "behind": d.state.gain(chosen) - d.state.gain(c),
+            "names": " + ".join(c.names), "ahead": state.gain(c) - state.gain(chosen),
+            "probability": sum(p for names, p in verdict.hypotheses if set(c.names) <= set(names)),
             "where": f"{channel.replace('_', ' ')} in {recording}",
             "scale": (c.evidence.scale[channel, recording], chosen.evidence.scale[channel, recording]),
         })  # fmt: skip

@@ -5,20 +5,25 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from testbed.diagnosis.diagnose import diagnose
-from testbed.diagnosis.evidence import correlation_time, student
+from testbed.diagnosis.evidence import Evidence, correlation_time, student
 from testbed.diagnosis.findings import as_json, write_findings
+from testbed.diagnosis.search import Candidate, Search
 from testbed.diagnosis.suggest import TELLS, write_motion
+from testbed.diagnosis.verdict import Verdict
 from testbed.effects import NAMES
 from testbed.evaluation.diagnosis_scores import calibration, rate
 from testbed.evaluation.reference_rigs import Hidden, make_rig
 from testbed.parameters.known import Known
 from testbed.parameters.leg_model import read_model
 from testbed.parameters.recording import read_rig
+from testbed.report.diagnosis_page import rivals, write_page
 
 
 def test_student_scale_of_normal_noise_with_bursts_is_that_of_the_noise() -> None:
@@ -84,11 +89,46 @@ def test_a_hidden_gain_is_named_with_its_size_and_the_error_falls(
     assert again["error"]["force_n"]["before"] == pytest.approx(error["after"], rel=1e-6)
 
 
+KEY = ("force", "sine")
+
+
+def candidate(names: tuple[str, ...], gain: float) -> Candidate:
+    """A set that gains so much in its one group, of noise 100 N over 1 + gain / 100."""
+    fit: Any = SimpleNamespace(at=SimpleNamespace(effects=()), coordinates=(), theta=())
+    found = Evidence({KEY: gain}, {KEY: 100.0 / (1.0 + gain / 100.0)}, {KEY: 100.0}, {KEY: 1.0}, {KEY: 1000})
+    return Candidate(names, fit, found)
+
+
+def tried(chosen: int, weights: dict[tuple[str, ...], float], kind: str) -> tuple[Search, Verdict]:
+    """A search of the plain model and two effects that gain 12 and -5, and the verdict that was made of it."""
+    sets = [candidate((), 0.0), candidate(("inertia.mass",), 12.0), candidate(("sensor.delay",), -5.0)]
+    problem: Any = SimpleNamespace(kind="drive", series=())
+    state = Search(problem, sets[0], {frozenset(c.names): c for c in sets})
+    return state, Verdict(kind, sets[chosen], tuple(weights.items()), {})
+
+
+def test_where_none_is_named_the_page_says_what_the_effects_gain_and_that_it_is_too_little() -> None:
+    state, verdict = tried(0, {(): 0.7, ("inertia.mass",): 0.25, ("inertia.mass", "sensor.delay"): 0.05}, "none")
+    first, second = rivals(state, verdict)
+    assert (first["names"], first["ahead"], second["ahead"]) == ("inertia.mass", 12.0, -5.0)
+    assert (first["probability"], second["probability"]) == (pytest.approx(0.3), pytest.approx(0.05))
+    assert first["where"] == "force in sine" and first["scale"] == (pytest.approx(100.0 / 1.12), 100.0)
+
+
+def test_a_runner_up_of_a_named_effect_is_behind_it() -> None:
+    state, verdict = tried(1, {("inertia.mass",): 0.9, (): 0.1}, "effect")
+    (behind,) = rivals(state, verdict)
+    assert (behind["names"], behind["ahead"]) == ("sensor.delay", -17.0)
+
+
 @pytest.mark.slow
-def test_a_clean_rig_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_clean_rig_is_left_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     hide(monkeypatch, {}, ())
     found = diagnose(make_rig(10, "clean")[0])
     assert as_json(found)["verdict"] == "none" and found.models["after"] == found.models["refit"]
+    page = write_page(found, tmp_path).read_text(encoding="utf-8")
+    assert "Why no effect was named" in page and "runners-up" not in page
+    assert f"nothing is missing is {found.verdict.hypotheses[0][1]:.3f}" in page
 
 
 @pytest.mark.slow
