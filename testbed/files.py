@@ -29,18 +29,22 @@ def make_folder(folder: str | Path, field: str = "--out") -> Path:
     return folder
 
 
-def check_file(path: str | Path, endings: Sequence[str] = (), field: str = "--out") -> Path:
+def check_file(
+    path: str | Path, endings: Sequence[str] = (), field: str = "--out", within: Path | None = None
+) -> Path:
     """See that a file (with one of these endings, if any are given) can be made: before the work begins, not after it.
 
-    Raises InputError, in `field`, where that cannot be; an older file stays as it is.
+    `within`: a folder that the work makes. Raises InputError, in `field`, where the file cannot be made; an older one
+    stays as it is.
     """
     path = Path(path)
     _check_name(path, field)
     if endings and path.suffix not in endings:
         raise InputError("unknown ending", file=path, field=field, allowed=", ".join(endings))
-    if not path.parent.is_dir():
+    if path.parent.is_dir():
+        make_folder(path.parent, field)
+    elif within is None or path.parent.resolve() != within.resolve():
         raise InputError("its folder does not exist", file=path, field=field)
-    make_folder(path.parent, field)
     return path
 
 

@@ -74,5 +74,6 @@ def test_the_place_of_a_file_is_checked_without_a_trace(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.txt: --out: unknown ending \(allowed: \.csv\)"):
         check_file(tmp_path / "a.txt", (".csv",))
     with pytest.raises(InputError, match="its folder does not exist"):
-        check_file(tmp_path / "nowhere" / "a.csv")
+        check_file(tmp_path / "nowhere" / "a.csv", within=tmp_path / "later")
+    check_file(tmp_path / "later" / "a.csv", within=tmp_path / "later")
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"] and (tmp_path / "a.csv").read_text() == "old"

@@ -44,7 +44,7 @@ def _axis(
     from testbed.report.diagnosis_page import write_page
 
     if suggest is not None:
-        check_file(suggest, (".csv", ".parquet"), "--suggest")
+        check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
     rig = read_rig(folder)
     start = read_believed(model) if model is not None else None
     make_folder(out)
