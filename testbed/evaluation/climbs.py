@@ -15,7 +15,6 @@ import json
 import math
 import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from testbed.errors import InputError, SimulationFault
+from testbed.evaluation.workers import work_through
 from testbed.files import make_folder, write_text
 from testbed.parameters.scenario import Scenario, load_scenario
 
@@ -148,11 +148,10 @@ def evaluate(
     done = {(o.case, o.seed): o for o in read(lines) if o.goal_m == way_m}
     wanted = climbs(cases, seeds, first_seed)
     todo = [c for c in wanted if (c.case, c.seed) not in done]
-    with ProcessPoolExecutor(max_workers=jobs) as pool, lines.open("a") as file:
+    with lines.open("a") as file:
         if todo and file.tell() and not lines.read_text().endswith("\n"):
             file.write("\n")  # a line that was cut off stays alone
-        for future in as_completed([pool.submit(partial(run, way_m=way_m), c) for c in todo]):
-            outcome = future.result()
+        for outcome in work_through(partial(run, way_m=way_m), todo, jobs, lambda _: False):
             done[outcome.case, outcome.seed] = outcome
             file.write(json.dumps(asdict(outcome)) + "\n")
             file.flush()

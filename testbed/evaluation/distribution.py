@@ -11,7 +11,7 @@ import hashlib
 import inspect
 import io
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -26,6 +26,7 @@ from testbed.errors import InputError
 from testbed.evaluation.distribution_cases import Case, Outcome, draw_cases
 from testbed.evaluation.distribution_compare import BASE, against_base
 from testbed.evaluation.distribution_run import ORACLE, run_case
+from testbed.evaluation.workers import work_through
 from testbed.files import make_folder, write_json, write_text
 
 Array = NDArray[np.float64]
@@ -114,21 +115,11 @@ def benchmark(
     cases = draw_cases(count, seeds)
     work = [(folder, case, (*names, ORACLE)) for case in cases]
     found: dict[str, list[Outcome]] = {}
-    for key, outcomes in _results(work, jobs):
+    for key, outcomes in work_through(_case, work, jobs, lambda _: False):
         found[key] = outcomes
         if progress is not None:
             progress(len(found))
     return summarise(cases, [found[case.key] for case in cases])
-
-
-def _results(work: Sequence[Any], jobs: int) -> Iterator[tuple[str, list[Outcome]]]:
-    if jobs == 1:
-        yield from map(_case, work)
-        return
-    from multiprocessing import get_context
-
-    with get_context("spawn").Pool(jobs) as pool:
-        yield from pool.imap_unordered(_case, work)
 
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:

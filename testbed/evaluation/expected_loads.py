@@ -20,7 +20,6 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.evaluation.workers import work_through
 from testbed.files import make_folder, write_text
 from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.parameters.scenario import load_scenario
@@ -227,19 +227,21 @@ def evaluate(cases: int, jobs: int, out: Path | None = None) -> list[Case]:
     todo = [k for k in range(cases) if k not in done]
     if out is not None:
         make_folder(out)
-    with ProcessPoolExecutor(max_workers=jobs) as pool:
-        for count, future in enumerate(as_completed([pool.submit(stand, k) for k in todo]), len(done) + 1):
-            case = future.result()
-            if case is not None:
-                done[case.number] = case
-                if lines is not None:
-                    with lines.open("a") as file:
-                        file.write(json.dumps(asdict(case)) + "\n")
-            print(f"\r{count} of {cases} stands", end="", file=sys.stderr, flush=True)
+    for count, (case,) in enumerate(work_through(_stand, todo, jobs, lambda _: False), len(done) + 1):
+        if case is not None:
+            done[case.number] = case
+            if lines is not None:
+                with lines.open("a") as file:
+                    file.write(json.dumps(asdict(case)) + "\n")
+        print(f"\r{count} of {cases} stands", end="", file=sys.stderr, flush=True)
     found = [done[k] for k in sorted(done) if k < cases]
     if out is not None:
         write_text(out / "expected_loads.md", table(found))
     return found
+
+
+def _stand(number: int) -> tuple[Case | None]:
+    return (stand(number),)
 
 
 def _read(lines: Path | None) -> dict[int, Case]:
