@@ -13,11 +13,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.detectors import signals
 from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
 from testbed.parameters.names import GRAVITY_M_S2, LEGS
-from testbed.parameters.provenance import Parameters
+from testbed.parameters.provenance import Parameters, roboclimber
 
 SCALARS = (
     "area_a_m2", "area_b_m2", "mass_kg", "extra_mass_kg", "stroke_m",
@@ -69,10 +70,17 @@ class Leg:
         return np.array(self.friction.packed() + [getattr(self, name) for name in SCALARS], dtype=np.float64)
 
     def with_effect(self, effect: EffectEntry) -> Leg:
-        """This leg with a named effect of a model file added; an effect that has no live term changes nothing."""
+        """This leg with a named effect of a model file added; an effect that has no live term changes nothing.
+
+        Nor does one with a shape that is not its plain law's: its first number alone would be worse than none.
+        """
+        live = LIVE_EFFECTS.get(effect.name, {})
+        defaults = {p.name: p.default for p in by_name(effect.name).parameters if p.default is not None}
+        if any(value != defaults.get(name, value) for name, value in effect.values.items() if name not in live):
+            return self
         changes = {
             target: getattr(self, target) + effect.values.get(parameter, 0.0)
-            for parameter, target in LIVE_EFFECTS.get(effect.name, {}).items()
+            for parameter, target in live.items()
         }
         return replace(self, **changes) if changes else self
 
@@ -118,9 +126,11 @@ class Tuning:
     """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""
 
 
-def _shipped_valve() -> NDArray[np.float64]:
-    from testbed.parameters.provenance import roboclimber
+SLOWEST_S = 0.0051
+"""Step up to which the explicit observers of encoder and spool are stable: 200 Hz."""
 
+
+def _shipped_valve() -> NDArray[np.float64]:
     return signals.parameters(roboclimber(), 1.0e-3)
 
 
@@ -146,6 +156,8 @@ class Believed:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError("must be positive", field=name, value=value, allowed="> 0")
+        if self.dt_s > SLOWEST_S:
+            raise InputError("is too slow for the observers", field="dt_s", value=self.dt_s, allowed="at least 200 Hz")
         if len(self.legs) != len(LEGS):
             raise InputError("wrong number of legs", field="legs", value=len(self.legs), allowed="4")
 
@@ -187,7 +199,8 @@ class Believed:
             stroke_m=k.stroke_m or 0.5, force_offset_n=model.force_offset_n,
             **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
         )  # fmt: skip
-        return cls._of(base, model.effects, dt_s, encoder_resolution_m)
+        found = cls._of(base, model.effects, dt_s, encoder_resolution_m)
+        return replace(found, valve=signals.parameters(roboclimber(), dt_s))
 
     @classmethod
     def _of(cls, base: Leg, effects: Sequence[EffectEntry], dt_s: float, resolution_m: float) -> Believed:

@@ -28,7 +28,9 @@ class Rates(Checked):
     )
     control_hz: int = Field(default=1000, ge=1, description="position controllers [Hz]")
     sensor_hz: int = Field(default=1000, ge=1, description="sensors are sampled [Hz]")
-    estimator_hz: int = Field(default=1000, ge=1, description="force estimates and contact words [Hz]")
+    estimator_hz: int = Field(
+        default=1000, ge=200, description="force estimates and contact words; slower, their observers diverge [Hz]"
+    )
     expected_loads_hz: int = Field(default=10, ge=1, description="expected foot loads from the model [Hz]")
     record_hz: int = Field(default=1000, ge=1, description="rows written [Hz]")
 

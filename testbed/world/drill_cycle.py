@@ -44,6 +44,7 @@ class DrillCycle:
         self.phase = "idle"
         self.store_change_kg = 0.0
         self.ordered = np.zeros(2)
+        self.most_n = math.inf
         rng = np.random.default_rng([seed if task.rock.seed is None else task.rock.seed, 11])
         self.strata: Strata = strata_of(task.rock, task.depth_m, rng)
         self._sticking = sticking_places(task.rock, task.depth_m, task.rod_length_m, task.feed_n, rng)
@@ -128,7 +129,7 @@ class DrillCycle:
     def _drill(self, dt: float) -> None:
         task, kind_bottom = self.task, self.strata.at(self.depth_m)
         gentle = task.collar_share if self.phase == "collar" else 1.0
-        self.ordered[:] = gentle * task.feed_n, gentle * task.torque_nm
+        self.ordered[:] = min(gentle * task.feed_n, self.most_n), gentle * task.torque_nm
         if kind_bottom[0] == VOID:
             self._fall(kind_bottom[1], dt)
         else:
@@ -157,7 +158,7 @@ class DrillCycle:
         if self._in_void:
             self._in_void = False
             self._news.append({"kind": "drill_landed", "depth_m": round(self.depth_m, 3)})
-        feed = self._towards(gentle * task.feed_n, task.feed_n, dt)
+        feed = min(self._towards(gentle * task.feed_n, task.feed_n, dt), self.most_n)
         built = feed / task.feed_n
         self._push(feed, rock["torque_share"] * built * task.torque_nm)
         for k, column in enumerate((d.FEED, d.TORQUE)):
@@ -200,6 +201,7 @@ class DrillCycle:
         self._push(self._towards(0.0, self.task.feed_n, dt), 0.0)
         screws = share > GIVE if self.phase == "add_rod" else share < TAKE
         self.loads[d.TORQUE] = MAKE_UP_SHARE * self.task.torque_nm * screws * (1.0 if self.phase == "add_rod" else -1.0)
+        self.ordered[1] = self.loads[d.TORQUE]
         return share
 
     def _extract(self, dt: float) -> None:

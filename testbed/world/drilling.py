@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from itertools import accumulate
 from typing import Any, Protocol
@@ -28,6 +29,8 @@ class Drilling(Protocol):
     """Mass to be put on the rod store (negative: taken off it); whoever does so sets it back to 0."""
     ordered: Array
     """(2,) thrust (N, + away from the slope) and torque on the rod (N m) that the drill's controls ask for."""
+    most_n: float
+    """Feed that the stance allows."""
 
     @property
     def stored_kg(self) -> float:
@@ -52,6 +55,7 @@ class DrillProgram:
         self.store_change_kg = 0.0
         self.stored_kg = 0.0
         self.ordered = np.zeros(2)
+        self.most_n = math.inf
         self._task = task
         self._starts = [0.0]
         self._changed = -1

@@ -213,6 +213,7 @@ class Simulation:
         m = self.machine
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
+        m.drill.most_n = m.thrust.most_n
         for news in self._hold.update(m.drill, t, self._every_tick * self.dt, self._command.hold_drill):
             self.events.append({"t": t, **news})
         m.limit_thrust()

@@ -116,6 +116,18 @@ LAWS: dict[str, Law] = {
 """Name of an effect -> how the world takes it on at one axis."""
 
 
+class _Asked(dict[str, float]):
+    """Parameters that know which of them a law has asked for."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        super().__init__(values)
+        self.names: set[str] = set()
+
+    def __getitem__(self, name: str) -> float:
+        self.names.add(name)
+        return super().__getitem__(name)
+
+
 def apply_undeclared(entries: Sequence[Undeclared], places: Places) -> None:
     """Put every entry into the arrays. A leg stands for its vertical joint, `body` and `supply` for all axes.
 
@@ -127,9 +139,16 @@ def apply_undeclared(entries: Sequence[Undeclared], places: Places) -> None:
         field = f"undeclared.{k}"
         if entry.effect not in LAWS:
             raise InputError("no such effect", field=f"{field}.effect", value=entry.effect, allowed=", ".join(LAWS))
-        values = effects.by_name(entry.effect).complete(entry.parameters, field=f"{field}.parameters")
+        effect = effects.by_name(entry.effect)
+        values = _Asked(effect.complete(entry.parameters, field=f"{field}.parameters"))
         for axis in axes_of(entry.at, f"{field}.at"):
             LAWS[entry.effect](places, axis, values)
+        for spec in effect.parameters:
+            if spec.default is not None and spec.name not in values.names and values[spec.name] != spec.default:
+                raise InputError(
+                    "is a shape that the simulated machine does not have", field=f"{field}.parameters.{spec.name}",
+                    value=values[spec.name], allowed=f"{spec.default:g}",
+                )  # fmt: skip
 
 
 def axes_of(place: str, field: str) -> list[int]:
