@@ -6,7 +6,6 @@ import json
 import time
 from collections.abc import Callable
 from itertools import permutations
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from testbed.diagnosis.signs import signs
 from testbed.diagnosis.unexplained import generic_names
 from testbed.effects import NAMES, by_name, unnamed
 from testbed.evaluation.reference_rigs import Hidden, make_rig
+from testbed.evaluation.workers import work_through
 from testbed.files import make_folder
 from testbed.parameters.leg_model import LegModel
 
@@ -148,29 +148,22 @@ def run(
     seeds = range(first_seed, first_seed + rigs)
     todo = [(str(folder), seed) for seed in seeds if not (folder / f"{seed:05d}.json").is_file()]
     done = rigs - len(todo)
-    if jobs <= 1:
-        for item in todo:
-            _one(item)
-            done += 1
-            if progress:
-                progress(done)
-    else:
-        with get_context("spawn").Pool(jobs, maxtasksperchild=20) as pool:
-            for _ in pool.imap_unordered(_one, todo):
-                done += 1
-                if progress:
-                    progress(done)
+    for _ in work_through(_one, todo, max(jobs, 1), lambda _: False):
+        done += 1
+        if progress:
+            progress(done)
     paths = [folder / f"{seed:05d}.json" for seed in seeds]
     return [json.loads(path.read_text()) for path in paths if path.is_file()]
 
 
-def _one(item: tuple[str, int]) -> None:
-    """One rig, unless another process has done it or is at it: several may share a folder."""
+def _one(item: tuple[str, int]) -> bool:
+    """One rig, unless another process has done it or is at it (False): several may share a folder."""
     folder, seed = item
     path = Path(folder) / f"{seed:05d}.json"
     partial = path.with_suffix(".part")
     if path.is_file() or (partial.is_file() and time.time() - partial.stat().st_mtime < STALE_S):
-        return
+        return False
     partial.touch()
     partial.write_text(json.dumps(trial(seed)))
     partial.replace(path)
+    return True
