@@ -24,6 +24,7 @@ test-fast: $(VENV)/.stamp-dev
 	@$(PYTEST) -m "not slow" --numprocesses logical --maxprocesses 4 --dist loadfile
 
 lint: $(VENV)/.stamp-dev
+	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 

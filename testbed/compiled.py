@@ -39,7 +39,11 @@ KEPT_BYTES = 400_000_000
 
 def cache_folder() -> Path:
     """Folder of the compiled kernels, one subfolder a kernel; it need not exist yet."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "roboclimber-testbed" / "kernels"
+    return (
+        Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        / "roboclimber-testbed"
+        / "kernels"
+    )
 
 
 def _names(code: CodeType) -> Iterator[str]:
@@ -53,7 +57,11 @@ def _names(code: CodeType) -> Iterator[str]:
 def _described_code(code: CodeType, docstring: str | None) -> Iterator[str]:
     """What a code object does, without its place in the file and its docstring."""
     yield f"{code.co_code!r} {code.co_exceptiontable!r} {code.co_names} {code.co_varnames} {code.co_freevars}"
-    constants = code.co_consts[1:] if docstring is not None and code.co_consts[:1] == (docstring,) else code.co_consts
+    constants = (
+        code.co_consts[1:]
+        if docstring is not None and code.co_consts[:1] == (docstring,)
+        else code.co_consts
+    )
     for constant in constants:
         if isinstance(constant, CodeType):
             yield from _described_code(constant, None)
@@ -68,7 +76,9 @@ def _described(value: Any, seen: dict[int, str]) -> Iterator[str]:
         for option in sorted(value.targetoptions):
             yield from (option, *_described(value.targetoptions[option], seen))
         yield from _described_function(value.py_func, seen)
-    elif value is None or isinstance(value, (bool, int, float, complex, str, bytes, slice, np.generic)):
+    elif value is None or isinstance(
+        value, (bool, int, float, complex, str, bytes, slice, np.generic)
+    ):
         yield repr(value)
     elif isinstance(value, (set, frozenset)):
         yield repr(sorted(map(repr, value)))
@@ -80,10 +90,14 @@ def _described(value: Any, seen: dict[int, str]) -> Iterator[str]:
         yield f"{value.dtype} {value.shape} {value.tobytes()!r}"
     elif isinstance(value, FunctionType):
         yield from _described_function(value, seen)
-    elif isinstance(value, (ModuleType, type, BuiltinFunctionType, np.ufunc)) or hasattr(value, "__qualname__"):
+    elif isinstance(value, (ModuleType, type, BuiltinFunctionType, np.ufunc)) or hasattr(
+        value, "__qualname__"
+    ):
         yield f"{getattr(value, '__module__', '')} {getattr(value, '__qualname__', None) or value.__name__}"
     else:
-        raise TypeError(f"a kernel refers to a {type(value).__name__}, whose changes would not be noticed: {value!r}")
+        raise TypeError(
+            f"a kernel refers to a {type(value).__name__}, whose changes would not be noticed: {value!r}"
+        )
 
 
 def _described_function(function: FunctionType, seen: dict[int, str]) -> Iterator[str]:
@@ -94,7 +108,9 @@ def _described_function(function: FunctionType, seen: dict[int, str]) -> Iterato
     known = id(function)
     if known not in seen:
         seen[known] = "itself"
-        digest = hashlib.sha256(f"{function.__module__} {function.__qualname__} {function.__defaults__}".encode())
+        digest = hashlib.sha256(
+            f"{function.__module__} {function.__qualname__} {function.__defaults__}".encode()
+        )
         for text in _referred(function, seen):
             digest.update(text.encode() + b"\0")
         seen[known] = digest.hexdigest()
@@ -144,7 +160,9 @@ def _prune(folder: Path) -> None:
 
 def folder_of(function: FunctionType) -> Path:
     """Where the versions of a kernel's machine code are."""
-    return cache_folder() / f"{function.__module__}.{function.__qualname__}".replace("<locals>", "in")
+    return cache_folder() / f"{function.__module__}.{function.__qualname__}".replace(
+        "<locals>", "in"
+    )
 
 
 class _Locator(_CacheLocator):  # type: ignore[misc]
@@ -208,14 +226,22 @@ class _Cache(NullCache):  # type: ignore[misc]
         _name_runtime()
         try:
             found = self._files._load_overload(sig, target_context)
-        except (OSError, EOFError, UnpicklingError, ImportError, AttributeError):  # not readable: compiled again
+        except (
+            OSError,
+            EOFError,
+            UnpicklingError,
+            ImportError,
+            AttributeError,
+        ):  # not readable: compiled again
             return None
         if found is not None:
             self._mark_used()
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with suppress(OSError):  # a home that cannot be written to costs the next start its time, nothing else
+        with suppress(
+            OSError
+        ):  # a home that cannot be written to costs the next start its time, nothing else
             self._files.save_overload(sig, data)
             _prune(Path(self.cache_path))
 

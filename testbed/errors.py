@@ -22,7 +22,13 @@ class InputError(Exception):
         value: object = None,
         allowed: str | None = None,
     ) -> None:
-        self.problem, self.file, self.field, self.value, self.allowed = problem, file, field, value, allowed
+        self.problem, self.file, self.field, self.value, self.allowed = (
+            problem,
+            file,
+            field,
+            value,
+            allowed,
+        )
         parts = [str(file)] if file is not None else []
         if field is not None:
             parts.append(field if value is None else f"{field} = {_short(value)}")

@@ -95,7 +95,11 @@ class WholeLibrary(_Library):
         self._final_module.verify()
         self._finalize_final_module()
         for variable in self._final_module.global_variables:
-            environment = lookup_environment(variable.name) if variable.name.startswith(_ENVIRONMENT) else None
+            environment = (
+                lookup_environment(variable.name)
+                if variable.name.startswith(_ENVIRONMENT)
+                else None
+            )
             if environment is not None:
                 self._codegen.set_env(variable.name, environment)
 
@@ -139,10 +143,15 @@ class _Pipeline(compiler.CompilerBase):  # type: ignore[misc]
     def define_pipelines(self) -> list[Any]:
         standard = compiler.DefaultPassBuilder
         passes = compiler.PassManager("nopython")
-        for group in (standard.define_untyped_pipeline, standard.define_typed_pipeline,
-                      standard.define_nopython_lowering_pipeline):  # fmt: skip
+        for group in (
+            standard.define_untyped_pipeline,
+            standard.define_typed_pipeline,
+            standard.define_nopython_lowering_pipeline,
+        ):
             passes.passes.extend(group(self.state).passes)
-        passes.passes = [(self._lowering if p is NativeLowering else p, text) for p, text in passes.passes]
+        passes.passes = [
+            (self._lowering if p is NativeLowering else p, text) for p, text in passes.passes
+        ]
         passes.finalize()
         return [passes]
 
@@ -173,10 +182,16 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A function compiled for the types it is called with; `identity` tells its versions apart."""
 
     def __init__(
-        self, function: FunctionType, options: dict[str, Any], identity: Callable[[Any], str], apart: bool = False
+        self,
+        function: FunctionType,
+        options: dict[str, Any],
+        identity: Callable[[Any], str],
+        apart: bool = False,
     ) -> None:
         named = partial(identity, self)
-        super().__init__(function, targetoptions=options, pipeline_class=partial(_Pipeline, _LowerWhole, named))
+        super().__init__(
+            function, targetoptions=options, pipeline_class=partial(_Pipeline, _LowerWhole, named)
+        )
         self.apart = apart
         self._parts: dict[tuple[Any, ...], Any] = {}
         self._part_compiler = _PartCompiler(
@@ -199,7 +214,12 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
                     self._parts[tuple(args)] = self._part_compiler.compile(tuple(args), None)
         name = self.py_func.__name__
         signatures = [part.signature for part in self._parts.values()]
-        return typing.make_concrete_template(f"CallTemplate({name})", name, signatures), signature, args, {}
+        return (
+            typing.make_concrete_template(f"CallTemplate({name})", name, signatures),
+            signature,
+            args,
+            {},
+        )
 
     def compile(self, sig: Any) -> Any:
         """Compile, or load, machine code for these types."""
@@ -216,5 +236,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         """Take compiled or loaded machine code in."""
         if self.apart:
             function = self.py_func
-            cres.library.loader = Loader(function.__module__, function.__qualname__, tuple(cres.signature.args))
+            cres.library.loader = Loader(
+                function.__module__, function.__qualname__, tuple(cres.signature.args)
+            )
         super().add_overload(cres)

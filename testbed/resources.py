@@ -14,7 +14,9 @@ def folder(name: str) -> Path:
     for candidate in (_PACKAGE / "data" / name, _PACKAGE.parent / name):
         if candidate.is_dir():
             return candidate
-    raise InputError(f"the installation has no folder {name!r}", allowed="a complete wheel or checkout")
+    raise InputError(
+        f"the installation has no folder {name!r}", allowed="a complete wheel or checkout"
+    )
 
 
 def urdf(name: str = "roboclimber") -> Path:

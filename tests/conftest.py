@@ -8,12 +8,16 @@ import pytest
 from hypothesis import settings
 from scenario_runs import Job, Runs, made_beside
 
-settings.register_profile("testbed", deadline=None)  # the first example loads or compiles its kernels
+settings.register_profile(
+    "testbed", deadline=None
+)  # the first example loads or compiles its kernels
 settings.load_profile("testbed")
 
 
 @pytest.fixture(scope="session", autouse=True)
-def scenario_runs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Runs]:
+def scenario_runs(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Runs]:
     """The scenario runs that the tests of this session ask for, begun before the first test."""
     asked = [item.callspec.params for item in request.session.items if hasattr(item, "callspec")]
     jobs: set[Job] = {(p["name"], p["mutated"]) for p in asked if {"name", "mutated"} <= set(p)}

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from testbed.evaluation.run import run_scenario
-from testbed.parameters.scenario import load_scenario
+from testbed.scenario.scenario import load_scenario
+from testbed.simulation.run import run_scenario
 
 Job = tuple[str, bool]
 """A scenario's name and whether it runs under its mutation."""
@@ -32,7 +32,11 @@ class Runs:
     def unmet(self, name: str, mutated: bool) -> list[str]:
         """Waits for the run, or makes it."""
         begun = self._begun.get((name, mutated))
-        return _unmet(self._folder, (name, mutated)) if begun is None or begun.cancel() else begun.result()
+        return (
+            _unmet(self._folder, (name, mutated))
+            if begun is None or begun.cancel()
+            else begun.result()
+        )
 
 
 @contextmanager

@@ -40,7 +40,9 @@ def _module(folder: Path, source: str, name: str = "kernels_of_a_test") -> Modul
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    exec(compile(source, str(path), "exec"), module.__dict__)  # not through Python's cache of bytecode
+    exec(
+        compile(source, str(path), "exec"), module.__dict__
+    )  # not through Python's cache of bytecode
     return module
 
 
@@ -160,7 +162,9 @@ print(found, *(sum(f.stats.cache_misses.values()) for f in (k.whole, k.far, k.pa
 def _use(folder: Path) -> str:
     environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
     command = [sys.executable, "-c", USE, str(folder)]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+    return subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=True
+    ).stdout.strip()
 
 
 def test_a_caller_finds_the_code_of_a_kernel_apart_in_every_process_also_if_it_was_compiled_anew(
@@ -170,12 +174,16 @@ def test_a_caller_finds_the_code_of_a_kernel_apart_in_every_process_also_if_it_w
     found = "[2.0, 'division by zero', 'below zero', 0.5]"
     assert _use(tmp_path) == f"{found} 1 1 1"
     assert _use(tmp_path) == f"{found} 0 0 0"
-    for path in (tmp_path / "cache" / "roboclimber-testbed" / "kernels" / "kernels_apart.far").iterdir():
+    for path in (
+        tmp_path / "cache" / "roboclimber-testbed" / "kernels" / "kernels_apart.far"
+    ).iterdir():
         path.unlink()
     assert _use(tmp_path) == f"{found} 0 1 0"
 
 
-def test_a_kernel_that_only_kernels_call_is_not_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kernel_that_only_kernels_call_is_not_stored(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     module = _module(tmp_path, SOURCE)
     assert module.outer(1.0) == 3.0
@@ -184,7 +192,9 @@ def test_a_kernel_that_only_kernels_call_is_not_stored(tmp_path: Path, monkeypat
     assert not module.inner.signatures
 
 
-def test_a_home_that_cannot_be_written_to_only_costs_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_home_that_cannot_be_written_to_only_costs_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     assert _module(tmp_path, SOURCE).other(5.0) == 4.0

@@ -19,7 +19,7 @@ from testbed.world.board import Board
 
 FIRST_START = """
 import json, resource, time
-from testbed.parameters.scenario import load_scenario
+from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
 world = Simulation(load_scenario("drill_slope_45", duration=1.0))
 world.run_block(1)
@@ -38,7 +38,9 @@ print(json.dumps({
 @pytest.mark.slow
 def test_two_processes_compile_each_kernel_once(tmp_path: Path) -> None:
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path)}
-    out = subprocess.run([sys.executable, "-c", FIRST_START], env=environment, capture_output=True, text=True)
+    out = subprocess.run(
+        [sys.executable, "-c", FIRST_START], env=environment, capture_output=True, text=True
+    )
     found = json.loads(out.stdout.splitlines()[-1])
     assert set(found["signatures"].values()) == {1}  # as the step calls them, and no other
     if len(os.sched_getaffinity(0)) < 2:
@@ -50,16 +52,25 @@ def test_two_processes_compile_each_kernel_once(tmp_path: Path) -> None:
 
 
 def test_the_second_process_compiles_the_plant_for_the_types_that_the_step_hands_it() -> None:
-    found = {kernel.py_func.__name__: given for kernel, given in precompile.calls(precompile.plant_arguments())}
+    found = {
+        kernel.py_func.__name__: given
+        for kernel, given in precompile.calls(precompile.plant_arguments())
+    }
     assert set(found) >= set(precompile.PLANT_KERNELS)
     board = Board()
     q, qd, base = found["plant_step"][:3]
-    assert [numba.typeof(a) for a in (q, qd, base)] == [numba.typeof(a) for a in (board.q, board.qd, board.base)]
-    for kernel, given in precompile.calls(precompile.plant_arguments()) + precompile.estimator_calls():
+    assert [numba.typeof(a) for a in (q, qd, base)] == [
+        numba.typeof(a) for a in (board.q, board.qd, board.base)
+    ]
+    for kernel, given in (
+        precompile.calls(precompile.plant_arguments()) + precompile.estimator_calls()
+    ):
         inspect.signature(kernel.py_func).bind(*given)
 
 
-def test_a_warm_cache_starts_no_second_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_warm_cache_starts_no_second_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert not compiled.is_cached(between_steps)
     folder = compiled.folder_of(between_steps.py_func)

@@ -59,11 +59,15 @@ def test_an_installed_wheel_runs_a_scenario_by_name(wheel: Path, tmp_path: Path)
         capture_output=True,
     )
     site = next((home / "lib").glob("python3*/site-packages"))
-    (site / "borrowed.pth").write_text(f"import site; site.addsitedir({sysconfig.get_path('purelib')!r})\n")
+    (site / "borrowed.pth").write_text(
+        f"import site; site.addsitedir({sysconfig.get_path('purelib')!r})\n"
+    )
     desk = tmp_path / "desk"
     desk.mkdir()
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}
-    environment["NUMBA_DISABLE_JIT"] = "1"  # compiling everything anew would take half a minute and tell nothing new
+    environment["NUMBA_DISABLE_JIT"] = (
+        "1"  # compiling everything anew would take half a minute and tell nothing new
+    )
     where = subprocess.run(
         [python, "-c", "import testbed; print(testbed.__file__)"],
         cwd=desk,

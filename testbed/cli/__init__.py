@@ -33,17 +33,23 @@ def run(
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     out: Annotated[Path | None, typer.Option(help="Output folder. [runs/<name>-<seed>]")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")] = None,
-    duration: Annotated[float | None, typer.Option(help="Simulated seconds instead of the scenario's.")] = None,
-    set_: Annotated[list[str] | None, typer.Option("--set", help="Change a value: a.b=c. May be repeated.")] = None,
-    model: Annotated[Path | None, typer.Option(help="Model file that the estimators believe.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Simulated seconds instead of the scenario's.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Change a value: a.b=c. May be repeated.")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model file that the estimators believe.")
+    ] = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
     json: Json = False,
 ) -> None:
     """Simulate a scenario, record it and write its report."""
-    from testbed.evaluation.run import run_scenario
-    from testbed.parameters.scenario import load_scenario
     from testbed.report.console import print_run, run_progress, waiting
     from testbed.resources import scenario as scenario_path
+    from testbed.scenario.scenario import load_scenario
+    from testbed.simulation.run import run_scenario
 
     loaded = load_scenario(scenario, set_ or [], seed, duration)
     with naming(scenario_path(scenario)), run_progress(loaded.duration_s, loaded.name) as progress:
@@ -59,18 +65,24 @@ def run(
 
 @app.command()
 def estimate(
-    recording: Annotated[Path, typer.Argument(help="Folder of a recording: one leg, or a run of the robot.")],
+    recording: Annotated[
+        Path, typer.Argument(help="Folder of a recording: one leg, or a run of the robot.")
+    ],
     out: Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")],
-    model: Annotated[Path | None, typer.Option(help="Model file (a robot's recording carries its own).")] = None,
-    causal: Annotated[bool, typer.Option("--causal", help="Use only what came before each sample.")] = False,
+    model: Annotated[
+        Path | None, typer.Option(help="Model file (a robot's recording carries its own).")
+    ] = None,
+    causal: Annotated[
+        bool, typer.Option("--causal", help="Use only what came before each sample.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Write the external force of a recording.
 
     One leg: a value and the set that friction leaves open. A run of the robot: the same for each foot.
     """
-    from testbed.evaluation.estimates import estimate_file
     from testbed.report.console import print_json
+    from testbed.workflows.estimate import estimate_file
 
     done = estimate_file(recording, model, out, causal)
     if json:
@@ -85,19 +97,23 @@ def scenario_schema(json: Json = False) -> None:
     from testbed.report.console import print_json, print_table
 
     if json:
-        from testbed.parameters.scenario import Scenario
+        from testbed.scenario.scenario import Scenario
 
         print_json(Scenario.model_json_schema())
         return
-    from testbed.parameters.scenario_schema import rows
+    from testbed.scenario.schema import rows
 
-    print_table("Fields of a scenario file", ["field", "default", "allowed", "meaning"], [list(r) for r in rows()])
+    print_table(
+        "Fields of a scenario file",
+        ["field", "default", "allowed", "meaning"],
+        [list(r) for r in rows()],
+    )
 
 
 @app.command()
 def parameters(json: Json = False) -> None:
     """List every number of the machine."""
-    from testbed.parameters.provenance import roboclimber
+    from testbed.machine.provenance import roboclimber
     from testbed.report.console import print_json, print_parameters
 
     leaves = list(roboclimber().leaves())
@@ -110,9 +126,14 @@ def parameters(json: Json = False) -> None:
 @app.command()
 def view(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
-    open_: Annotated[bool, typer.Option("--open/--no-open", help="Open it in a browser, or in the viewer.")] = True,
+    open_: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open it in a browser, or in the viewer.")
+    ] = True,
     scene: Annotated[
-        bool, typer.Option("--scene", help="The run in three dimensions instead: scene.rrd (needs the extra view).")
+        bool,
+        typer.Option(
+            "--scene", help="The run in three dimensions instead: scene.rrd (needs the extra view)."
+        ),
     ] = False,
 ) -> None:
     """Open a run's report, or the run in three dimensions.
@@ -141,12 +162,14 @@ def view(
 
 @app.command()
 def calibrate(
-    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Folders of one rig's recordings.")],
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="RECORDING...", help="Folders of one rig's recordings.")
+    ],
     json: Json = False,
 ) -> None:
     """Calibrate the pressure sensors: a and b of p = k (a V + b) with their uncertainty."""
     from testbed.estimation.calibration import calibrate as fit
-    from testbed.parameters.recording import read_recording
+    from testbed.recording.axis import read_recording
     from testbed.report.console import print_calibration, print_json
 
     result = fit([read_recording(folder) for folder in recordings])
@@ -163,10 +186,10 @@ def identify(
     json: Json = False,
 ) -> None:
     """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot show."""
-    from testbed.estimation.friction_identification import identify_rig
-    from testbed.files import check_file
-    from testbed.parameters.leg_model import write_model
-    from testbed.parameters.recording import read_rig
+    from testbed.estimation.friction.identification import identify_rig
+    from testbed.formats.files import check_file
+    from testbed.recording.axis import read_rig
+    from testbed.recording.leg_model import write_model
     from testbed.report.console import print_identification, print_json
 
     check_file(out)
@@ -180,10 +203,19 @@ def identify(
 
 @app.command()
 def diagnose(
-    rig: Annotated[Path, typer.Argument(metavar="RIG", help="Folder with identify/ and verify/, or a robot's run.")],
-    out: Annotated[Path, typer.Option(help="Folder for findings.json, three model files and report.html.")],
-    model: Annotated[Path | None, typer.Option(help="Model to start from: what does it still lack?")] = None,
-    suggest: Annotated[Path | None, typer.Option(help="Write a motion that parts ambiguous effects (.csv).")] = None,
+    rig: Annotated[
+        Path,
+        typer.Argument(metavar="RIG", help="Folder with identify/ and verify/, or a robot's run."),
+    ],
+    out: Annotated[
+        Path, typer.Option(help="Folder for findings.json, three model files and report.html.")
+    ],
+    model: Annotated[
+        Path | None, typer.Option(help="Model to start from: what does it still lack?")
+    ] = None,
+    suggest: Annotated[
+        Path | None, typer.Option(help="Write a motion that parts ambiguous effects (.csv).")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Say which effect a measured machine has and its model lacks, add it, and report the error before and after.
@@ -191,8 +223,8 @@ def diagnose(
     RIG is one axis' recordings or a run of the whole robot; of a run it says which leg too.
     """
     from testbed.report.console import print_json, print_table
-    from testbed.report.diagnosing import diagnose_folder
     from testbed.report.progress import working
+    from testbed.workflows.diagnose import diagnose_folder
 
     with working("diagnosing") as tell:
         done = diagnose_folder(rig, out, model, suggest, tell)
@@ -205,15 +237,20 @@ def diagnose(
 
 @app.command()
 def loop(
-    out: Annotated[Path, typer.Option(help="Folder for the runs, loop.json and loop.html; resumed if it exists.")],
-    scenario: Annotated[list[str] | None, typer.Option(help="A scenario; may be repeated. [the five shipped]")] = None,
+    out: Annotated[
+        Path,
+        typer.Option(help="Folder for the runs, loop.json and loop.html; resumed if it exists."),
+    ],
+    scenario: Annotated[
+        list[str] | None, typer.Option(help="A scenario; may be repeated. [the five shipped]")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
-    from testbed.files import make_folder
+    from testbed.formats.files import make_folder
     from testbed.report.console import print_json, print_table
-    from testbed.report.loop import SCENARIOS, close_loop, table
     from testbed.report.progress import working
+    from testbed.workflows.loop import SCENARIOS, close_loop, table
 
     make_folder(out)
     with working("closing the loop") as tell:
@@ -227,16 +264,20 @@ def loop(
 
 @app.command()
 def sweep(
-    file: Annotated[str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")],
-    out: Annotated[Path, typer.Option(help="Folder for the runs and results; goes on where it was.")],
+    file: Annotated[
+        str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="Folder for the runs and results; goes on where it was.")
+    ],
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
     json: Json = False,
 ) -> None:
     """Run a scenario many times: a grid or list of changes, each with every seed; resumable."""
-    from testbed.evaluation.sweep import run_sweep, table
-    from testbed.parameters.sweep import load_sweep
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
+    from testbed.scenario.sweep import load_sweep
+    from testbed.simulation.sweep import run_sweep, table
 
     loaded, runs = load_sweep(file)
     with counting_progress(len(runs), "runs") as progress:
@@ -251,7 +292,10 @@ def sweep(
 @app.command()
 def train(
     task: Annotated[str, typer.Argument(help="stand, climb, drill or force-distribution.")],
-    out: Annotated[Path, typer.Option(help="Folder for policy, checkpoints and episodes; goes on where it was.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="Folder for policy, checkpoints and episodes; goes on where it was."),
+    ],
     steps: Annotated[int, typer.Option(help="Steps of the environment in all.")] = 200_000,
     seed: Annotated[int, typer.Option(help="Seed of the first start.")] = 0,
     workers: Annotated[int, typer.Option(help="Processes.")] = 1,

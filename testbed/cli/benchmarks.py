@@ -15,7 +15,9 @@ benchmarks = typer.Typer()
 @benchmarks.command()
 def bench(
     json: Json = False,
-    scenario: Annotated[list[str] | None, typer.Option(help="Time this whole scenario (repeat for more).")] = None,
+    scenario: Annotated[
+        list[str] | None, typer.Option(help="Time this whole scenario (repeat for more).")
+    ] = None,
 ) -> None:
     """Measure the speed against the bare engine.
 
@@ -23,7 +25,7 @@ def bench(
     """
     if scenario:
         return _bench_scenarios(scenario, json)
-    from testbed.evaluation.bench import bench as measured
+    from testbed.benchmarks.speed.bench import bench as measured
     from testbed.report.console import print_json, print_table, waiting
 
     with waiting("measuring"):
@@ -31,11 +33,13 @@ def bench(
     if json:
         print_json(found)
     else:
-        print_table("Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()])
+        print_table(
+            "Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()]
+        )
 
 
 def _bench_scenarios(names: list[str], json: bool) -> None:
-    from testbed.evaluation.bench_scenarios import scenario_speeds
+    from testbed.benchmarks.speed.scenarios import scenario_speeds
     from testbed.report.console import print_json, print_table, waiting
 
     with waiting("measuring"):
@@ -48,14 +52,19 @@ def _bench_scenarios(names: list[str], json: bool) -> None:
 
 @benchmarks.command("identify-measured")
 def identify_measured(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of rigs, each with identify/ and verify/.")],
-    diagnose: Annotated[bool, typer.Option("--diagnose", help="Judge what the diagnosis adds, too.")] = False,
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="FOLDER", help="Folder of rigs, each with identify/ and verify/."),
+    ],
+    diagnose: Annotated[
+        bool, typer.Option("--diagnose", help="Judge what the diagnosis adds, too.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Identify every rig below a folder and judge it on its other recordings: relative force errors, one table."""
     from dataclasses import asdict
 
-    from testbed.evaluation.measured_rigs import mark_all, table
+    from testbed.benchmarks.diagnosis.measured_rigs import mark_all, table
     from testbed.report.console import print_json, print_table, waiting
 
     with waiting("identifying"):
@@ -69,11 +78,13 @@ def identify_measured(
 @benchmarks.command()
 def filters(
     out: Annotated[Path, typer.Option(help="Folder for filters.json.")],
-    steps: Annotated[int, typer.Option(min=10, help="True steps in the trial of lock-out and delay.")] = 10_000,
+    steps: Annotated[
+        int, typer.Option(min=10, help="True steps in the trial of lock-out and delay.")
+    ] = 10_000,
     json: Json = False,
 ) -> None:
     """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one table."""
-    from testbed.evaluation.filters_benchmark import run_benchmark, table
+    from testbed.benchmarks.filters.benchmark import run_benchmark, table
     from testbed.report.console import print_json, print_table, waiting
 
     with waiting("six scenes, seven filters"):
@@ -86,15 +97,18 @@ def filters(
 
 @benchmarks.command()
 def estimators(
-    out: Annotated[Path, typer.Option(help="Folder for estimators.json, estimators.html and the runs; resumed.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="Folder for estimators.json, estimators.html and the runs; resumed."),
+    ],
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
     json: Json = False,
 ) -> None:
     """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
-    from testbed.evaluation.estimators import run as run_all
-    from testbed.evaluation.estimators import trials
+    from testbed.benchmarks.estimators.benchmark import run as run_all
+    from testbed.benchmarks.estimators.benchmark import trials
+    from testbed.benchmarks.estimators.page import table, write_estimators
     from testbed.report.console import print_json, print_table
-    from testbed.report.estimators_page import table, write_estimators
     from testbed.report.progress import counting_progress
 
     with counting_progress(len(trials(few)), "runs") as progress:
@@ -109,12 +123,17 @@ def estimators(
 
 @benchmarks.command()
 def distribution(
-    out: Annotated[Path, typer.Option(help="Folder for distribution.json, .csv, .png and the single cases.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder for distribution.json, .csv, .png and the single cases.")
+    ],
     jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
     controller: Annotated[
-        list[str] | None, typer.Option(help="Controller, file.py:Class or policy.npz; may be repeated. [those shipped]")
+        list[str] | None,
+        typer.Option(
+            help="Controller, file.py:Class or policy.npz; may be repeated. [those shipped]"
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
@@ -122,10 +141,10 @@ def distribution(
 
     Finished cases are kept: started again, it goes on.
     """
-    from testbed.evaluation.distribution import benchmark, check, table, write
-    from testbed.evaluation.distribution_compare import rows
+    from testbed.benchmarks.distribution.benchmark import benchmark, check, table, write
+    from testbed.benchmarks.distribution.compare import rows
+    from testbed.benchmarks.distribution.figure import write_figure
     from testbed.report.console import print_json, print_table
-    from testbed.report.distribution_figure import write_figure
     from testbed.report.progress import counting_progress
 
     names = check(out, controller)
@@ -144,17 +163,22 @@ def distribution(
 
 @benchmarks.command("evaluate-diagnosis")
 def evaluate_diagnosis(
-    out: Annotated[Path, typer.Option(help="Folder for evaluation.json and the single rigs; resumed if it exists.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="Folder for evaluation.json and the single rigs; resumed if it exists."),
+    ],
     rigs: Annotated[int, typer.Option(min=1, help="How many random rigs.")] = 200,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
-    first_seed: Annotated[int | None, typer.Option(min=0, help="Seed of the first rig; the others follow it.")] = None,
+    first_seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Test the diagnosis blind on random rigs of an independent simulator."""
-    from testbed.evaluation.diagnosis_trials import FIRST_SEED
-    from testbed.evaluation.diagnosis_trials import run as run_trials
+    from testbed.benchmarks.diagnosis.page import table, write_evaluation
+    from testbed.benchmarks.diagnosis.trials import FIRST_SEED
+    from testbed.benchmarks.diagnosis.trials import run as run_trials
     from testbed.report.console import print_json, print_table
-    from testbed.report.diagnosis_evaluation import table, write_evaluation
     from testbed.report.progress import counting_progress
 
     with counting_progress(rigs, "rigs") as progress:
@@ -172,11 +196,13 @@ def evaluate_diagnosis(
 def hydraulics(
     out: Annotated[Path, typer.Option(help="Folder for hydraulics.json and hydraulics.csv.")],
     manoeuvres: Annotated[int, typer.Option(min=1, max=1000, help="Random manoeuvres.")] = 30,
-    seconds: Annotated[float, typer.Option(min=1.0, help="Simulated seconds for the balances.")] = 600.0,
+    seconds: Annotated[
+        float, typer.Option(min=1.0, help="Simulated seconds for the balances.")
+    ] = 600.0,
     json: Json = False,
 ) -> None:
     """Check the compiled hydraulics: against an independent solver, and its books of oil and energy."""
-    from testbed.evaluation.hydraulics_check import Difference, run_check, table
+    from testbed.benchmarks.hydraulics.check import Difference, run_check, table
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
 
@@ -185,7 +211,9 @@ def hydraulics(
     if json:
         print_json(answer)
         return
-    found = [Difference(**{k: v for k, v in d.items() if k != "holds"}) for d in answer["manoeuvres"]]
+    found = [
+        Difference(**{k: v for k, v in d.items() if k != "holds"}) for d in answer["manoeuvres"]
+    ]
     print_table("Force of the kernel less the reference's", *table(found))
     for name in ("balance", "balance_starved", "creep", "creep_tight"):
         print_table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in answer[name].items()])
@@ -193,17 +221,24 @@ def hydraulics(
 
 @benchmarks.command("contact-loss")
 def contact_loss(
-    out: Annotated[Path, typer.Option(help="Folder for contact_loss.json, .html and scenes; goes on where it was.")],
-    hours: Annotated[float, typer.Option(help="Hours of drilling without losses; losses are scaled with them.")] = 8.0,
+    out: Annotated[
+        Path,
+        typer.Option(help="Folder for contact_loss.json, .html and scenes; goes on where it was."),
+    ],
+    hours: Annotated[
+        float, typer.Option(help="Hours of drilling without losses; losses are scaled with them.")
+    ] = 8.0,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
-    tune: Annotated[bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")] = False,
+    tune: Annotated[
+        bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
-    from testbed.evaluation.contact_loss import count_scenes, run
-    from testbed.evaluation.contact_loss_summary import table
+    from testbed.benchmarks.contact_loss.benchmark import count_scenes, run
+    from testbed.benchmarks.contact_loss.page import write_contact_loss
+    from testbed.benchmarks.contact_loss.summary import table
     from testbed.report.console import print_json, print_table
-    from testbed.report.contact_loss_page import write_contact_loss
     from testbed.report.progress import counting_progress
 
     split = "tuning" if tune else "scoring"
@@ -221,15 +256,16 @@ def contact_loss(
 def paper(
     out: Annotated[Path, typer.Option(help="Folder for paper.html and paper.json.")],
     figures: Annotated[
-        list[str] | None, typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none.")
+        list[str] | None,
+        typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none."),
     ] = None,
     json: Json = False,
 ) -> None:
     """Run the paper's experiments and set its claims beside what is measured."""
-    from testbed.evaluation.paper.run import chosen, run_figures
-    from testbed.files import make_folder
+    from testbed.benchmarks.paper.page import rows, write_paper
+    from testbed.benchmarks.paper.run import chosen, run_figures
+    from testbed.formats.files import make_folder
     from testbed.report.console import print_json, print_table
-    from testbed.report.paper_page import rows, write_paper
     from testbed.report.progress import counting_progress
 
     wanted = chosen(figures or [])

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from testbed import resources
-from testbed.parameters.provenance import roboclimber
-from testbed.parameters.scenario import Scenario
+from testbed.machine.provenance import roboclimber
 from testbed.robot.model import Payload, RobotModel
+from testbed.scenario.scenario import Scenario
 
 
 def believed_model(scenario: Scenario) -> RobotModel:

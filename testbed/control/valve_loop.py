@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.parameters.names import AXES
-from testbed.parameters.provenance import Parameters
+from testbed.machine.names import AXES
+from testbed.machine.provenance import Parameters
 
 Array = NDArray[np.float64]
 (KP, KI, FEEDFORWARD, DEADBAND, TOLERANCE, LIMIT, INTEGRAL_LIMIT, GAIN_COLUMNS) = range(8)
@@ -42,7 +42,14 @@ def gains(p: Parameters, arm_m: float) -> Array:
 
 @njit
 def control_step(
-    position: Any, reference: Any, rate: Any, integral: Any, gain: Any, locked: bool, dt: float, command: Any
+    position: Any,
+    reference: Any,
+    rate: Any,
+    integral: Any,
+    gain: Any,
+    locked: bool,
+    dt: float,
+    command: Any,
 ) -> None:
     """One control period. position, reference (12, rad or m), rate (12, 1/s of it); command (12) is filled."""
     for i in range(position.shape[0]):

@@ -31,7 +31,7 @@ from testbed.effects import (
 from testbed.effects.base import Effect, FlowTerms, ForceTerms, ParameterSpec, Signals
 from testbed.effects.placed import at, kind_of, place_of
 from testbed.errors import InputError
-from testbed.parameters.leg_model import EffectEntry, LegModel, read_model
+from testbed.recording.leg_model import EffectEntry, LegModel, read_model
 
 ALL: tuple[Effect, ...] = (
     friction_position.EFFECT,
@@ -72,7 +72,9 @@ def by_name(name: str, file: str | Path | None = None, field: str = "name") -> E
     """The effect of that name, `name@place` for one axis alone. Raises InputError with the names there are."""
     kind, place = kind_of(name), place_of(name)
     if kind not in _TABLE:
-        raise InputError("no effect has that name", file=file, field=field, value=name, allowed=", ".join(_TABLE))
+        raise InputError(
+            "no effect has that name", file=file, field=field, value=name, allowed=", ".join(_TABLE)
+        )
     return at(_TABLE[kind], place) if place else _TABLE[kind]
 
 
@@ -84,14 +86,19 @@ def check(entry: Mapping[str, Any], file: str | Path | None = None) -> Active:
     unknown = set(entry) - {"name", "parameters", "leg", "joint", "place"}
     if unknown:
         raise InputError(
-            f"unknown key {sorted(unknown)[0]!r}", file=file, field="effects", allowed="name, parameters, place"
+            f"unknown key {sorted(unknown)[0]!r}",
+            file=file,
+            field="effects",
+            allowed="name, parameters, place",
         )
     if "name" not in entry:
         raise InputError("an effect needs a name", file=file, allowed=", ".join(_TABLE))
     effect = by_name(str(entry["name"]), file)
     given = entry.get("parameters") or {}
     if not isinstance(given, Mapping):
-        raise InputError("must be a mapping", file=file, field=f"{effect.name}.parameters", value=given)
+        raise InputError(
+            "must be a mapping", file=file, field=f"{effect.name}.parameters", value=given
+        )
     values = {str(k): v.get("value") if isinstance(v, Mapping) else v for k, v in given.items()}
     return Active(effect, effect.complete(values, file))
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
-from testbed.parameters.known import Known
+from testbed.recording.known import Known
 
 Array = npt.NDArray[np.float64]
 Values = Mapping[str, float]
@@ -164,9 +164,16 @@ class Effect:
             value = values.get(spec.name, spec.default)
             if value is None:
                 raise InputError(
-                    f"effect {self.name} lacks parameter {spec.name!r}", file=file, field=field, allowed=spec.text
+                    f"effect {self.name} lacks parameter {spec.name!r}",
+                    file=file,
+                    field=field,
+                    allowed=spec.text,
                 )
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not spec.low <= value <= spec.high:
+            if (
+                isinstance(value, bool)
+                or not isinstance(value, (int, float))
+                or not spec.low <= value <= spec.high
+            ):
                 raise InputError(
                     "out of bounds",
                     file=file,

@@ -17,7 +17,9 @@ def force_n(position_m: Any, stiffness: float, start: float, exponent: float = 1
 
 
 def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.force_n = terms.force_n + force_n(signals.position_m, p["stiffness"], p["start"], p["exponent"])
+    terms.force_n = terms.force_n + force_n(
+        signals.position_m, p["stiffness"], p["start"], p["exponent"]
+    )
 
 
 EFFECT = Effect(

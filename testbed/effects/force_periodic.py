@@ -23,7 +23,15 @@ EFFECT = Effect(
     parameters=(
         ParameterSpec("amplitude", "N", 0.0, 1e5, (20.0, 300.0), "half of peak to peak"),
         ParameterSpec("frequency", "Hz", 0.2, 200.0, (3.0, 20.0), "of the vibration"),
-        ParameterSpec("harmonics", "1", 1.0, 5.0, (1.0, 3.0), "how many multiples of the frequency it holds", 1.0),
+        ParameterSpec(
+            "harmonics",
+            "1",
+            1.0,
+            5.0,
+            (1.0, 3.0),
+            "how many multiples of the frequency it holds",
+            1.0,
+        ),
     ),
     force=_force,
     law=force_n,

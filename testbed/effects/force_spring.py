@@ -14,7 +14,9 @@ def force_n(position_m: Any, stiffness: float, rest: float, cubic: float = 0.0) 
 
 
 def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.force_n = terms.force_n + force_n(signals.position_m, p["stiffness"], p["rest"], p["cubic"])
+    terms.force_n = terms.force_n + force_n(
+        signals.position_m, p["stiffness"], p["rest"], p["cubic"]
+    )
 
 
 EFFECT = Effect(

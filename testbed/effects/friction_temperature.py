@@ -30,8 +30,12 @@ EFFECT = Effect(
     equation="sigma(T) = sigma exp(-rate (T - 20 degC))",
     text="viscous friction falls as the oil warms",
     parameters=(
-        ParameterSpec("rate", "1/K", -0.2, 0.2, (0.008, 0.045), "relative fall of sigma per kelvin"),
-        ParameterSpec("coulomb_rate", "1/K", -0.2, 0.2, (-0.01, 0.02), "the same for the Coulomb term", 0.0),
+        ParameterSpec(
+            "rate", "1/K", -0.2, 0.2, (0.008, 0.045), "relative fall of sigma per kelvin"
+        ),
+        ParameterSpec(
+            "coulomb_rate", "1/K", -0.2, 0.2, (-0.01, 0.02), "the same for the Coulomb term", 0.0
+        ),
     ),
     needs=("position", "oil_temperature"),
     force=_force,

@@ -25,8 +25,12 @@ EFFECT = Effect(
     equation="1/beta = 1/beta_declared + fraction / (1.4 (p + p0)) (p0 / (p + p0))^(1/1.4), p0 = 1 bar",
     text="entrained air softens the oil at low pressure",
     parameters=(
-        ParameterSpec("fraction", "1", 0.0, 1.0, (0.002, 0.04), "volume of free air per volume at 1 bar"),
-        ParameterSpec("exponent", "1", 0.2, 1.2, (0.3, 1.0), "1/1.4 adiabatic, 1 isothermal", 1.0 / 1.4),
+        ParameterSpec(
+            "fraction", "1", 0.0, 1.0, (0.002, 0.04), "volume of free air per volume at 1 bar"
+        ),
+        ParameterSpec(
+            "exponent", "1", 0.2, 1.2, (0.3, 1.0), "1/1.4 adiabatic, 1 isothermal", 1.0 / 1.4
+        ),
     ),
     needs=("position", "pressure_a", "pressure_b", "valve_command"),
     kinds=("vertical-leg",),

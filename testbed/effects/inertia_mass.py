@@ -16,7 +16,15 @@ EFFECT = Effect(
     text="the leg carries more (or less) mass than declared: mud, a tool, a wrong drawing",
     parameters=(
         ParameterSpec("mass", "kg", -1e4, 1e5, (-40.0, 90.0), "added mass"),
-        ParameterSpec("weight_share", "1", 0.0, 1.5, (0.0, 1.0), "share of it that weighs on the cylinder", 1.0),
+        ParameterSpec(
+            "weight_share",
+            "1",
+            0.0,
+            1.5,
+            (0.0, 1.0),
+            "share of it that weighs on the cylinder",
+            1.0,
+        ),
     ),
     force=_force,
 )

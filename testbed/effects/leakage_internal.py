@@ -28,7 +28,9 @@ EFFECT = Effect(
     equation="q_AB = coefficient (pA - pB), larger than declared",
     text="oil passes the piston: a worn seal, a scored bore",
     parameters=(
-        ParameterSpec("coefficient", "m3/(s Pa)", 0.0, 1e-9, (2e-13, 1e-11), "whole leakage of the piston"),
+        ParameterSpec(
+            "coefficient", "m3/(s Pa)", 0.0, 1e-9, (2e-13, 1e-11), "whole leakage of the piston"
+        ),
         ParameterSpec("exponent", "1", 0.4, 1.6, (0.5, 1.0), "power of the drop, 1 at 10 bar", 1.0),
     ),
     needs=("position", "pressure_a", "pressure_b", "valve_command"),

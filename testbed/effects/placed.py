@@ -24,7 +24,9 @@ def at(effect: Effect, place: str) -> Effect:
     correct, force, flow = effect.correct, effect.force, effect.flow
 
     def correct_here(signals: Signals, values: Values) -> Signals:
-        return correct(signals, values) if correct is not None and signals.place == place else signals
+        return (
+            correct(signals, values) if correct is not None and signals.place == place else signals
+        )
 
     def force_here(signals: Signals, terms: ForceTerms, values: Values) -> None:
         if force is not None and signals.place == place:

@@ -38,7 +38,9 @@ EFFECT = Effect(
     text="both pressures (in a drive: the force) arrive late against the encoder",
     parameters=(
         ParameterSpec("delay", "s", -0.002, 0.2, (0.003, 0.03), "positive: the pressures are late"),
-        ParameterSpec("lag_share", "1", 0.0, 1.0, (0.0, 1.0), "share of it that is a first-order lag", 0.0),
+        ParameterSpec(
+            "lag_share", "1", 0.0, 1.0, (0.0, 1.0), "share of it that is a first-order lag", 0.0
+        ),
     ),
     correct=_correct,
     seen_in=("force", "flow"),

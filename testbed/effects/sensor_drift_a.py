@@ -20,7 +20,9 @@ def _correct(signals: Signals, p: Values) -> Signals:
     if signals.pressure_a_pa is None:
         return signals
     since = signals.time_s - signals.time_s[0]
-    return signals.with_(pressure_a_pa=signals.pressure_a_pa - zero_pa(since, p["rate"], p["decay"]))
+    return signals.with_(
+        pressure_a_pa=signals.pressure_a_pa - zero_pa(since, p["rate"], p["decay"])
+    )
 
 
 EFFECT = Effect(
@@ -28,8 +30,12 @@ EFFECT = Effect(
     equation="measured pA = pA + rate t, t from the start of the recording",
     text="the zero of pressure sensor A wanders",
     parameters=(
-        ParameterSpec("rate", "Pa/s", -1e5, 1e5, (-3000.0, 3000.0), "change of the zero per second"),
-        ParameterSpec("decay", "1/s", 0.0, 2.0, (0.0, 0.15), "rate at which the drift settles", 0.0),
+        ParameterSpec(
+            "rate", "Pa/s", -1e5, 1e5, (-3000.0, 3000.0), "change of the zero per second"
+        ),
+        ParameterSpec(
+            "decay", "1/s", 0.0, 2.0, (0.0, 0.15), "rate at which the drift settles", 0.0
+        ),
     ),
     needs=("position", "pressure_a"),
     kinds=("vertical-leg", "cylinder"),

@@ -13,7 +13,11 @@ SMOOTHING_S = 0.010
 
 
 def line_acceleration_pa_s2(
-    pressure_pa: float, read_pa: float, read_rate_pa_s: float, natural_frequency: float, damping: float
+    pressure_pa: float,
+    read_pa: float,
+    read_rate_pa_s: float,
+    natural_frequency: float,
+    damping: float,
 ) -> float:
     """d2p_read/dt2 of the second-order line."""
     w = 2.0 * math.pi * natural_frequency

@@ -29,7 +29,11 @@ def basis(signals: Signals) -> dict[str, Array]:
     for name, pressure in (("a", signals.pressure_a_pa), ("b", signals.pressure_b_pa)):
         if pressure is not None:
             p = pressure / 1e7
-            terms |= {f"pressure_{name}": p, f"pressure_{name}_2": p**2, f"direction_pressure_{name}": direction * p}
+            terms |= {
+                f"pressure_{name}": p,
+                f"pressure_{name}_2": p**2,
+                f"direction_pressure_{name}": direction * p,
+            }
     if signals.oil_temperature_degc is not None:
         warmth = (signals.oil_temperature_degc - 30.0) / 20.0
         terms |= {"warmth": warmth, "direction_warmth": direction * warmth}
@@ -80,6 +84,8 @@ EFFECT = Effect(
     name="unnamed",
     equation="F = sum of generic terms in position, velocity, pressures and oil temperature",
     text="something is missing that no name covers",
-    parameters=tuple(ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0) for n in NAMES),
+    parameters=tuple(
+        ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0) for n in NAMES
+    ),
     force=_force,
 )

@@ -22,7 +22,11 @@ EFFECT = Effect(
     name="valve.deadband",
     equation="o = sign(s) max(|s| - deadband, 0) / (1 - deadband)",
     text="the valve's edges overlap more than declared",
-    parameters=(ParameterSpec("deadband", "1", 0.0, 0.6, (0.0, 0.15), "whole overlap, share of full spool travel"),),
+    parameters=(
+        ParameterSpec(
+            "deadband", "1", 0.0, 0.6, (0.0, 0.15), "whole overlap, share of full spool travel"
+        ),
+    ),
     needs=("position", "pressure_a", "pressure_b", "valve_command"),
     kinds=("vertical-leg",),
     flow=_flow,

@@ -1,7 +1,7 @@
 """Gymnasium environments; importing this package registers them.
 
-    import gymnasium, testbed.envs
-    env = gymnasium.make("Roboclimber/Drill-v0")          # or without the import: "testbed.envs:Roboclimber/Drill-v0"
+import gymnasium, testbed.envs
+env = gymnasium.make("Roboclimber/Drill-v0")          # or without the import: "testbed.envs:Roboclimber/Drill-v0"
 """
 
 from __future__ import annotations

@@ -16,14 +16,14 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.trim import Trim
+from testbed.control.programs.trim import Trim
 from testbed.envs.observations import TABLE, Observer, Row
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
 from testbed.errors import InputError
 from testbed.laws.drill import REACTION
-from testbed.parameters.names import LEGS, SIDES
-from testbed.parameters.scenario import Scenario, load_scenario
+from testbed.machine.names import LEGS, SIDES
+from testbed.scenario.scenario import Scenario, load_scenario
 
 Array = NDArray[np.float64]
 Observation = NDArray[np.float32]
@@ -39,7 +39,9 @@ DRAWS = 10
 """So many draws in a row that do not stand are no environment."""
 
 
-def action_rows(meaning: str, names: Sequence[str], unit: str, frame: str, size: float) -> list[Row]:
+def action_rows(
+    meaning: str, names: Sequence[str], unit: str, frame: str, size: float
+) -> list[Row]:
     return [Row(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names]
 
 
@@ -71,15 +73,28 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise InputError("no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array")
+            raise InputError(
+                "no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array"
+            )
         if step_ms < 10 or step_ms % 10:
-            raise InputError("must be whole control ticks", field="step_ms", value=step_ms, allowed="10, 20, 30, ..")
+            raise InputError(
+                "must be whole control ticks",
+                field="step_ms",
+                value=step_ms,
+                allowed="10, 20, 30, ..",
+            )
         self.render_mode = render_mode
-        self._scenario, self._overrides, self._duration_s = scenario, list(overrides or ()), duration_s
+        self._scenario, self._overrides, self._duration_s = (
+            scenario,
+            list(overrides or ()),
+            duration_s,
+        )
         self._randomisation = named_set(randomisation)
         self._step_s = step_ms / 1000.0
         self._weights = Weights(**dict(weights or {}))
-        load_scenario(scenario, self._overrides, duration=duration_s)  # a wrong argument is said now, not in reset
+        load_scenario(
+            scenario, self._overrides, duration=duration_s
+        )  # a wrong argument is said now, not in reset
         self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.table),), np.float32)
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.actions),), np.float32)
         self._sim: Any = None
@@ -103,7 +118,12 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             if self._sim.verdict == "stood":
                 break
         else:
-            raise InputError("never stands", field="randomisation", value=f"{DRAWS} draws", allowed="one that stands")
+            raise InputError(
+                "never stands",
+                field="randomisation",
+                value=f"{DRAWS} draws",
+                allowed="one that stands",
+            )
         self._ended = False
         return self._observe(data), self._info(self._truth(data, truth), data)
 
@@ -123,18 +143,32 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._carrying = [sim.data_columns.index(f"carrying_{leg}") for leg in LEGS]
         self._rows = round(self._step_s * spec.rates.record_hz)
         if self._rows < 1:
-            raise InputError("no row in a step", field="rates.record_hz", value=spec.rates.record_hz, allowed=">= 100")
+            raise InputError(
+                "no row in a step",
+                field="rates.record_hz",
+                value=spec.rates.record_hz,
+                allowed=">= 100",
+            )
         self._last = None
         data, truth = self._settle()
         if not len(data) and self._sim.verdict == "stood":
-            raise InputError("leaves no step", field="duration_s", value=spec.duration_s, allowed="a longer episode")
+            raise InputError(
+                "leaves no step",
+                field="duration_s",
+                value=spec.duration_s,
+                allowed="a longer episode",
+            )
         return data, truth
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """One step. Raises InputError for an action that is no (6,) vector of finite numbers."""
         wanted = np.asarray(action, dtype=float)
         if wanted.shape != self.action_space.shape or not np.isfinite(wanted).all():
-            raise InputError("cannot be used", field="action", value=wanted.tolist(), allowed="6 finite numbers")
+            raise InputError(
+                "cannot be used", field="action", value=wanted.tolist(), allowed="6 finite numbers"
+            )
         if self._ended:
             raise InputError("the episode has ended", field="step", allowed="reset first")
         wanted = np.clip(wanted, -1.0, 1.0)
@@ -184,7 +218,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         goal = self._trim.goal_m + OFFSET_STEP_M * action[: len(LEGS)]
         self._trim.goal_m = np.clip(goal, -OFFSET_RANGE_M, OFFSET_RANGE_M)
         assert self._trim.pull_n is not None
-        self._trim.pull_n = np.clip(self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N)
+        self._trim.pull_n = np.clip(
+            self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N
+        )
 
     def _ordered(self) -> Array:
         """(6,) what the agent has ordered so far, as the table shows it."""
@@ -225,7 +261,10 @@ def _has_display() -> bool:
 
 
 def _places(columns: list[str]) -> dict[str, slice | int]:
-    first = {name: columns.index(name) for name in (f"foot_force_in_world_{LEGS[0]}_x", f"contact_normal_{LEGS[0]}")}
+    first = {
+        name: columns.index(name)
+        for name in (f"foot_force_in_world_{LEGS[0]}_x", f"contact_normal_{LEGS[0]}")
+    }
     force, normal = first.values()
     position = columns.index("body_pose_in_world_x")
     return {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from testbed.envs.base import RoboclimberEnv
 from testbed.envs.rewards import Truth, Weights
-from testbed.parameters.scenario import Scenario
+from testbed.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 WAY_1_M = 100.0
@@ -25,10 +25,14 @@ class ClimbEnv(RoboclimberEnv):
         self._up_in_world = np.array([math.cos(slope), 0.0, math.sin(slope)])
 
     def _reward(self, truth: Truth, action: Array, ended: bool) -> float:
-        return climbing_reward(truth, float(truth.way_in_world_m @ self._up_in_world), action, ended, self._weights)
+        return climbing_reward(
+            truth, float(truth.way_in_world_m @ self._up_in_world), action, ended, self._weights
+        )
 
 
-def climbing_reward(truth: Truth, up_m: float, action: Array, ended: bool, weights: Weights) -> float:
+def climbing_reward(
+    truth: Truth, up_m: float, action: Array, ended: bool, weights: Weights
+) -> float:
     """Metres up the slope, less friction use, lost feet, effort and a bad end."""
     return float(
         WAY_1_M * up_m

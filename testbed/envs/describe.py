@@ -37,9 +37,18 @@ def page() -> str:
     parts = [HEAD]
     for name, (_, arguments) in ENVIRONMENTS.items():
         env: Any = gymnasium.make(name).unwrapped
-        parts += [f"## {name}\n", f"{_first(env)}\n", f"Keyword arguments: `{arguments}`.\n", _actions(env.actions)]
+        parts += [
+            f"## {name}\n",
+            f"{_first(env)}\n",
+            f"Keyword arguments: `{arguments}`.\n",
+            _actions(env.actions),
+        ]
         same = env.table is TABLE and name != next(iter(ENVIRONMENTS))
-        parts.append("Observation: that of the first environment.\n" if same else as_markdown(env.table) + "\n")
+        parts.append(
+            "Observation: that of the first environment.\n"
+            if same
+            else as_markdown(env.table) + "\n"
+        )
     return "\n".join([*parts, _randomisation()]).rstrip() + "\n"
 
 
@@ -50,8 +59,14 @@ def _first(env: Any) -> str:
 
 
 def _actions(rows: Sequence[Row]) -> str:
-    lines = ["| action | meaning of -1 .. 1 | unit | frame | low | high |", "|---|---|---|---|---|---|"]
-    lines += [f"| {k} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |" for k, r in enumerate(rows)]
+    lines = [
+        "| action | meaning of -1 .. 1 | unit | frame | low | high |",
+        "|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {k} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |"
+        for k, r in enumerate(rows)
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -73,7 +88,9 @@ def _drawn(how: Mapping[str, Any]) -> str:
         return "{:g} to {:g}".format(*how["uniform"])
     if "one_of" in how:
         return " or ".join(f"`{value}`" for value in how["one_of"])
-    return f"{np.round(how['probability'], 2):g} of the runs have one of: {', '.join(how['effects'])}"
+    return (
+        f"{np.round(how['probability'], 2):g} of the runs have one of: {', '.join(how['effects'])}"
+    )
 
 
 if __name__ == "__main__":

@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.controllers import distributed
-from testbed.control.corrected import PULL_N, SHARE_N, Corrected
-from testbed.control.trim import Trim
+from testbed.control.distribution.controllers import distributed
+from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
+from testbed.control.programs.trim import Trim
 from testbed.envs.base import Observation, RoboclimberEnv, action_rows
 from testbed.envs.observations import SHARE_TABLE
-from testbed.parameters.names import LEGS, SIDES
-from testbed.parameters.scenario import Scenario
+from testbed.machine.names import LEGS, SIDES
+from testbed.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 FOOTING_SD_M = 7.0e-4
@@ -41,7 +41,9 @@ class ForceDistributionEnv(RoboclimberEnv):
         self._trim = Trim(machine.program)
         self._trim.goal_m = self.np_random.normal(0.0, FOOTING_SD_M, len(LEGS))
         machine.program = self._trim
-        ropes = machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
+        ropes = (
+            machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
+        )
         self._program = distributed(spec, self._trim, ropes, self._sharing)
 
     def _settle(self) -> tuple[Array, Array]:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.corrected import VIEW
-from testbed.parameters.names import AXES, LEGS, SIDES
+from testbed.control.distribution.corrected import VIEW
+from testbed.machine.names import AXES, LEGS, SIDES
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,11 @@ class Row:
 
 
 def _joints() -> list[Row]:
-    ranges = {"rotation": (-0.62, 0.62, "rad"), "radial": (0.0, 0.4, "m"), "vertical": (0.0, 0.5, "m")}
+    ranges = {
+        "rotation": (-0.62, 0.62, "rad"),
+        "radial": (0.0, 0.4, "m"),
+        "vertical": (0.0, 0.5, "m"),
+    }
     rows = []
     for axis in AXES:
         low, high, unit = ranges[axis.split("_")[1]]
@@ -43,7 +47,14 @@ def _joints() -> list[Row]:
 
 def _pressures() -> list[Row]:
     return [
-        Row(f"pressure_{chamber}_{axis}", f"transducer at chamber {chamber.upper()} of {axis}", "Pa", "gauge", 0.0, 1e7)
+        Row(
+            f"pressure_{chamber}_{axis}",
+            f"transducer at chamber {chamber.upper()} of {axis}",
+            "Pa",
+            "gauge",
+            0.0,
+            1e7,
+        )
         for chamber in "ab"
         for axis in AXES
     ]
@@ -53,9 +64,19 @@ def _body() -> list[Row]:
     return [
         Row("supply_pressure", "supply", "Pa", "gauge", 0.0, 1e7),
         Row("oil_temperature", "oil in the tank", "degC", "-", -20.0, 100.0),
-        *(Row(f"rope_tension_{side}", f"load pin of the {side} rope", "N", "along it", 0.0, 5e4) for side in SIDES),
+        *(
+            Row(f"rope_tension_{side}", f"load pin of the {side} rope", "N", "along it", 0.0, 5e4)
+            for side in SIDES
+        ),
         Row("attitude_roll", "roll", "rad", "body to world", -0.5, 0.5),
-        Row("attitude_pitch", "pitch; minus the slope where parallel to it", "rad", "body to world", -math.pi / 2, 0.2),
+        Row(
+            "attitude_pitch",
+            "pitch; minus the slope where parallel to it",
+            "rad",
+            "body to world",
+            -math.pi / 2,
+            0.2,
+        ),
         Row("attitude_yaw", "yaw", "rad", "body to world", -0.5, 0.5),
         *(Row(f"angular_rate_{k}", f"rate about {k}", "rad/s", "body", -0.2, 0.2) for k in "xyz"),
     ]
@@ -64,23 +85,64 @@ def _body() -> list[Row]:
 def _estimates() -> list[Row]:
     along = "vertical joint, + ground pushes the foot up"
     return [
-        *(Row(f"estimate_own_{leg}", f"estimated load of {leg}", "N", along, -2e3, 4e4) for leg in LEGS),
-        *(Row(f"estimate_own_low_{leg}", f"lower end of its interval, {leg}", "N", along, -2e3, 4e4) for leg in LEGS),
-        *(Row(f"estimate_own_high_{leg}", f"upper end of its interval, {leg}", "N", along, -2e3, 4e4) for leg in LEGS),
+        *(
+            Row(f"estimate_own_{leg}", f"estimated load of {leg}", "N", along, -2e3, 4e4)
+            for leg in LEGS
+        ),
+        *(
+            Row(
+                f"estimate_own_low_{leg}",
+                f"lower end of its interval, {leg}",
+                "N",
+                along,
+                -2e3,
+                4e4,
+            )
+            for leg in LEGS
+        ),
+        *(
+            Row(
+                f"estimate_own_high_{leg}",
+                f"upper end of its interval, {leg}",
+                "N",
+                along,
+                -2e3,
+                4e4,
+            )
+            for leg in LEGS
+        ),
         *(Row(f"contact_{leg}", f"contact word of {leg}", "1", "-", 0.0, 1.0) for leg in LEGS),
-        *(Row(f"expected_{leg}", f"load of {leg} expected from the model", "N", along, -2e3, 4e4) for leg in LEGS),
+        *(
+            Row(f"expected_{leg}", f"load of {leg} expected from the model", "N", along, -2e3, 4e4)
+            for leg in LEGS
+        ),
     ]
 
 
 def _offsets() -> list[Row]:
-    return [Row(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02) for leg in LEGS]
+    return [
+        Row(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02)
+        for leg in LEGS
+    ]
 
 
 def _orders() -> list[Row]:
     return [
-        *(Row(f"orders.pull_{side}", f"wanted pull of the {side} rope", "N", "along it", 0.0, 5e4) for side in SIDES),
-        Row("orders.thrust", "feed ordered, + lifts the body; pulling out is -", "N", "body z", -2e4, 2e4),
-        Row("orders.torque", "torque ordered, its reaction on the body", "N m", "body z", -2e3, 2e3),
+        *(
+            Row(f"orders.pull_{side}", f"wanted pull of the {side} rope", "N", "along it", 0.0, 5e4)
+            for side in SIDES
+        ),
+        Row(
+            "orders.thrust",
+            "feed ordered, + lifts the body; pulling out is -",
+            "N",
+            "body z",
+            -2e4,
+            2e4,
+        ),
+        Row(
+            "orders.torque", "torque ordered, its reaction on the body", "N m", "body z", -2e3, 2e3
+        ),
         *(Row(f"carrying_{leg}", f"{leg} is meant to carry", "1", "-", 0.0, 1.0) for leg in LEGS),
     ]
 
@@ -123,7 +185,10 @@ def in_units(observation: NDArray[np.float32], table: Sequence[Row] = TABLE) -> 
 
 def as_markdown(table: Sequence[Row] = TABLE) -> str:
     """A table as markdown: index, name, meaning, unit, frame, low, high."""
-    lines = ["| index | name | meaning | unit | frame | low | high |", "|---|---|---|---|---|---|---|"]
+    lines = [
+        "| index | name | meaning | unit | frame | low | high |",
+        "|---|---|---|---|---|---|---|",
+    ]
     lines += [
         f"| {k} | {r.column} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |"
         for k, r in enumerate(table)

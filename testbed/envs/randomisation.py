@@ -12,7 +12,7 @@ import numpy as np
 
 from testbed.effects import by_name
 from testbed.errors import InputError
-from testbed.parameters.yaml_files import read_yaml
+from testbed.formats.yaml_files import read_yaml
 
 FILE = Path(__file__).with_name("randomisation.yaml")
 FORMAT = "roboclimber-randomisation/1"
@@ -33,7 +33,9 @@ def named_set(chosen: str | Mapping[str, Any] | None) -> dict[str, Any]:
         return {}
     if isinstance(chosen, str):
         if chosen not in sets():
-            raise InputError("no such set", field="randomisation", value=chosen, allowed=", ".join(sets()))
+            raise InputError(
+                "no such set", field="randomisation", value=chosen, allowed=", ".join(sets())
+            )
         return sets()[chosen]
     for path, how in chosen.items():
         _checked(path, how)
@@ -68,11 +70,25 @@ def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[s
     values = {p.name: float(np.mean(p.prior)) for p in effect.parameters if p.default is None}
     low, high = first.prior
     values[first.name] = float(low + size * (high - low))
-    return [{"effect": effect.name, "at": how["places"][int(where * len(how["places"]))], "parameters": values}]
+    return [
+        {
+            "effect": effect.name,
+            "at": how["places"][int(where * len(how["places"]))],
+            "parameters": values,
+        }
+    ]
 
 
 def _checked(path: str, how: Any) -> None:
     kinds = {"undeclared": {"probability", "effects", "places"}}.get(path)
-    if not isinstance(how, Mapping) or (set(how) != kinds if kinds else set(how) not in ({"uniform"}, {"one_of"})):
-        allowed = "probability, effects and places" if kinds else "uniform: [low, high] or one_of: [a, b, ..]"
-        raise InputError("cannot be drawn from", field=f"randomisation.{path}", value=how, allowed=allowed)
+    if not isinstance(how, Mapping) or (
+        set(how) != kinds if kinds else set(how) not in ({"uniform"}, {"one_of"})
+    ):
+        allowed = (
+            "probability, effects and places"
+            if kinds
+            else "uniform: [low, high] or one_of: [a, b, ..]"
+        )
+        raise InputError(
+            "cannot be drawn from", field=f"randomisation.{path}", value=how, allowed=allowed
+        )

@@ -56,7 +56,9 @@ def truth_of_step(
 
 
 @njit
-def feet_of_rows(force: Any, normal: Any, friction: float, meant: Any, lowest: Any, use: Any) -> None:
+def feet_of_rows(
+    force: Any, normal: Any, friction: float, meant: Any, lowest: Any, use: Any
+) -> None:
     """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use (n,) of friction.
 
     force (n, 12) and normal (n, 4) of the feet, N; meant (4,).
@@ -65,7 +67,12 @@ def feet_of_rows(force: Any, normal: Any, friction: float, meant: Any, lowest: A
         for leg in range(normal.shape[1]):
             if not meant[leg]:
                 continue
-            n, x, y, z = normal[row, leg], force[row, 3 * leg], force[row, 3 * leg + 1], force[row, 3 * leg + 2]
+            n, x, y, z = (
+                normal[row, leg],
+                force[row, 3 * leg],
+                force[row, 3 * leg + 1],
+                force[row, 3 * leg + 2],
+            )
             along = math.sqrt(max(x * x + y * y + z * z - n * n, 0.0))
             use[row] = max(use[row], along / (friction * max(n, LOST_N)))
             lowest[leg] = min(lowest[leg], n)

@@ -17,17 +17,24 @@ import numpy as np
 
 from testbed.envs import ENVIRONMENTS
 from testbed.errors import InputError
-from testbed.files import check_file, make_folder, whole, write_json
+from testbed.formats.files import check_file, make_folder, whole, write_json
 
-TASKS = {re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS}
+TASKS = {
+    re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS
+}
 """stand, climb, drill, force-distribution -> id."""
 PICTURES_HZ = 5
 SHARED = "force-distribution"
 CHECKPOINT_STEPS = 10_000
 SETTINGS: dict[str, Any] = {
-    "n_steps": 2000, "batch_size": 1000, "n_epochs": 4, "gae_lambda": 0.9, "gamma": 0.95, "ent_coef": 0.0,
+    "n_steps": 2000,
+    "batch_size": 1000,
+    "n_epochs": 4,
+    "gae_lambda": 0.9,
+    "gamma": 0.95,
+    "ent_coef": 0.0,
     "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -2.0},
-}  # fmt: skip
+}
 """Of the proximal policy optimisation; the rest is the library's (E). Few passes over many steps: cases differ more
 than actions do, and no action is a good one."""
 
@@ -37,7 +44,9 @@ def library() -> Any:
     try:
         import stable_baselines3
     except ImportError as error:
-        raise InputError("needs the extra `rl`", allowed="pip install 'roboclimber-testbed[rl]'") from error
+        raise InputError(
+            "needs the extra `rl`", allowed="pip install 'roboclimber-testbed[rl]'"
+        ) from error
     return stable_baselines3
 
 
@@ -49,7 +58,12 @@ def environment(task: str) -> str:
 
 
 def train(
-    task: str, out: Path, steps: int, seed: int = 0, workers: int = 1, progress: Callable[[int], None] | None = None
+    task: str,
+    out: Path,
+    steps: int,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Callable[[int], None] | None = None,
 ) -> Path:
     """Train `steps` steps in all, going on from the last checkpoint in `out`; returns the policy's file.
 
@@ -64,16 +78,31 @@ def train(
 
     _claim(out, {"task": task, "seed": seed, "settings": SETTINGS})
     way = SubprocVecEnv if workers > 1 else DummyVecEnv
-    envs = make_vec_env(name, workers, seed=seed, vec_env_cls=way, monitor_dir=str(out / "episodes"),
-                        monitor_kwargs={"override_existing": False})  # fmt: skip
+    envs = make_vec_env(
+        name,
+        workers,
+        seed=seed,
+        vec_env_cls=way,
+        monitor_dir=str(out / "episodes"),
+        monitor_kwargs={"override_existing": False},
+    )
     try:
         last = latest(out)
         model = (
             kit.PPO.load(last, envs, device="cpu")
             if last is not None
-            else kit.PPO("MlpPolicy", envs, seed=seed, device="cpu", tensorboard_log=_tensorboard(out), **SETTINGS)
+            else kit.PPO(
+                "MlpPolicy",
+                envs,
+                seed=seed,
+                device="cpu",
+                tensorboard_log=_tensorboard(out),
+                **SETTINGS,
+            )
         )
-        saver = CheckpointCallback(max(CHECKPOINT_STEPS // workers, 1), str(out / "checkpoints"), "policy")
+        saver = CheckpointCallback(
+            max(CHECKPOINT_STEPS // workers, 1), str(out / "checkpoints"), "policy"
+        )
         left = steps - int(model.num_timesteps)
         if left > 0:
             model.learn(left, callback=[saver, _reporter(progress)], reset_num_timesteps=False)
@@ -90,7 +119,9 @@ def train(
 def layers(model: Any) -> dict[str, Any]:
     """Weights and biases of the actor, single precision, as control/learned.py reads them."""
     actor = model.policy
-    linear = [part for part in actor.mlp_extractor.policy_net if hasattr(part, "weight")] + [actor.action_net]
+    linear = [part for part in actor.mlp_extractor.policy_net if hasattr(part, "weight")] + [
+        actor.action_net
+    ]
     return {
         f"{word}_{k}": getattr(part, word).detach().numpy().astype(np.float32)
         for k, part in enumerate(linear)
@@ -104,11 +135,20 @@ def _tensorboard(out: Path) -> str | None:
 
 def latest(out: Path) -> Path | None:
     """The whole checkpoint with the most steps, None if there is none; a kill may leave the last one in pieces."""
-    found = {int(m[1]): p for p in (out / "checkpoints").glob("*.zip") if (m := re.search(r"_(\d+)_steps", p.name))}
-    return next((found[steps] for steps in sorted(found, reverse=True) if zipfile.is_zipfile(found[steps])), None)
+    found = {
+        int(m[1]): p
+        for p in (out / "checkpoints").glob("*.zip")
+        if (m := re.search(r"_(\d+)_steps", p.name))
+    }
+    return next(
+        (found[steps] for steps in sorted(found, reverse=True) if zipfile.is_zipfile(found[steps])),
+        None,
+    )
 
 
-def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None) -> dict[str, Any]:
+def play(
+    policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None
+) -> dict[str, Any]:
     """One episode of a policy on a scenario; `video`: a .gif of it, five pictures a simulated second.
 
     Raises InputError for a file that is no policy or another task's, and for a video that cannot be written.
@@ -122,7 +162,9 @@ def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: P
         task = json.loads(policy.with_name("training.json").read_text())["task"]
         model = kit.PPO.load(policy, device="cpu")
     except (OSError, ValueError, KeyError) as error:
-        raise InputError("is no policy", file=policy, allowed="a policy.zip beside its training.json") from error
+        raise InputError(
+            "is no policy", file=policy, allowed="a policy.zip beside its training.json"
+        ) from error
     if video is not None:
         check_file(video, (".gif",), "--video")
     mode = "human" if gui else "rgb_array" if video is not None else None
@@ -144,9 +186,12 @@ def play(policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: P
     if video is not None:
         _write_gif(pictures, video)
     return {
-        "reward": reward, "simulated_s": info["t_s"], "verdict": info["verdict"],
-        "lowest_normal_n": float(lowest), "friction_use_highest": use,
-    }  # fmt: skip
+        "reward": reward,
+        "simulated_s": info["t_s"],
+        "verdict": info["verdict"],
+        "lowest_normal_n": float(lowest),
+        "friction_use_highest": use,
+    }
 
 
 def _write_gif(pictures: list[Any], file: Path) -> None:
@@ -154,13 +199,17 @@ def _write_gif(pictures: list[Any], file: Path) -> None:
 
     first, *others = [Image.fromarray(picture).quantize(64) for picture in pictures]
     with whole(file) as hidden:
-        first.save(hidden, save_all=True, append_images=others, duration=1000 // PICTURES_HZ, loop=0)
+        first.save(
+            hidden, save_all=True, append_images=others, duration=1000 // PICTURES_HZ, loop=0
+        )
 
 
 def _claim(out: Path, what: dict[str, Any]) -> None:
     file = make_folder(out) / "training.json"
     if file.is_file() and json.loads(file.read_text())["task"] != what["task"]:
-        raise InputError("holds another task's training", file=out, field="--out", allowed="a new folder")
+        raise InputError(
+            "holds another task's training", file=out, field="--out", allowed="a new folder"
+        )
     write_json(file, what)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.friction_evidence import (
+from testbed.estimation.friction.evidence import (
     ROW_S,
     SMOOTHING_S,
     check_alive,
@@ -27,10 +27,10 @@ from testbed.estimation.friction_evidence import (
     steadily_sliding,
     unsaturated,
 )
-from testbed.estimation.friction_posterior import C_HIGH, C_LOW, correlation_inflation
-from testbed.estimation.leg_signals import signals_of
-from testbed.parameters.known import Known
-from testbed.parameters.recording import Recording, check_same_machine
+from testbed.estimation.friction.posterior import C_HIGH, C_LOW, correlation_inflation
+from testbed.estimation.leg.signals import signals_of
+from testbed.recording.axis import Recording, check_same_machine
+from testbed.recording.known import Known
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -110,7 +110,9 @@ def calibrate(recordings: Sequence[Recording]) -> Calibrated:
     sliding = [_rows(r, names, True) for r in recordings]
     fitted = sum(len(r.target_n) for r in sliding) >= MINIMUM_ROWS
     parts = sliding if fitted else [_rows(r, names, False) for r in recordings]
-    rows = _Rows(*(np.concatenate([getattr(p, f) for p in parts]) for f in _Rows.__dataclass_fields__))
+    rows = _Rows(
+        *(np.concatenate([getattr(p, f) for p in parts]) for f in _Rows.__dataclass_fields__)
+    )
     if len(rows.target_n) < MINIMUM_ROWS:
         raise InputError(
             f"too few usable samples: {len(rows.target_n)} rows of {ROW_S:g} s",
@@ -120,7 +122,11 @@ def calibrate(recordings: Sequence[Recording]) -> Calibrated:
     theta, covariance, residual, outliers = _fit(rows, gains, factors, fitted)
     sensors: dict[str, Sensor] = {
         str(name): _sensor(
-            name, i, recordings, theta[2 * i : 2 * i + 2], covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]
+            name,
+            i,
+            recordings,
+            theta[2 * i : 2 * i + 2],
+            covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2],
         )
         for i, name in enumerate(names)
     }
@@ -130,7 +136,11 @@ def calibrate(recordings: Sequence[Recording]) -> Calibrated:
 def volts(recording: Recording, channel: str) -> Array:
     """The voltage that a pressure channel was recorded from, V, shape (n,). InputError where it was not in volts."""
     values = recording.pressure_a_pa if channel == "pressure_a" else recording.pressure_b_pa
-    c = recording.header.channels[channel].calibration if channel in recording.header.channels else None
+    c = (
+        recording.header.channels[channel].calibration
+        if channel in recording.header.channels
+        else None
+    )
     if values is None or c is None:
         raise InputError(
             "is not recorded in V with a factor k_pa_per_v: there is nothing to calibrate",
@@ -144,16 +154,26 @@ def _check_same(recordings: Sequence[Recording]) -> None:
     first = recordings[0]
     for r in recordings:
         if r.rig == "drive":
-            raise InputError("a drive has no pressure sensors", file=r.folder, field="rig", value=r.rig)
+            raise InputError(
+                "a drive has no pressure sensors", file=r.folder, field="rig", value=r.rig
+            )
         check_same_machine(first, r, ("bore_m", "rod_m"))
         if r.reference_force_n is None:
-            raise InputError("has no reference force to calibrate against", file=r.folder, field="reference_force")
+            raise InputError(
+                "has no reference force to calibrate against",
+                file=r.folder,
+                field="reference_force",
+            )
         check_alive(r, moving=False)
-    if not any(np.ptp(r.reference_force_n) > 0.0 for r in recordings if r.reference_force_n is not None):
+    if not any(
+        np.ptp(r.reference_force_n) > 0.0 for r in recordings if r.reference_force_n is not None
+    ):
         raise InputError(
-            "no recording has a load cell with a changing load", file=first.folder, field="reference_force.kind",
+            "no recording has a load cell with a changing load",
+            file=first.folder,
+            field="reference_force.kind",
             allowed="at least one load-cell recording",
-        )  # fmt: skip
+        )
 
 
 def _gains(recording: Recording, names: Sequence[str]) -> tuple[Array, Array]:
@@ -192,12 +212,16 @@ def _rows(recording: Recording, names: Sequence[str], sliding: bool) -> _Rows:
     return _Rows(np.column_stack(columns), target[pick], v[pick], load[pick], total)
 
 
-def _fit(rows: _Rows, gains: Array, factors: Array, friction: bool) -> tuple[Array, Array, float, int]:
+def _fit(
+    rows: _Rows, gains: Array, factors: Array, friction: bool
+) -> tuple[Array, Array, float, int]:
     """(parameters, covariance, residual N, outliers): a, b per sensor first, then friction's where it is fitted."""
     if not friction:
         return _robust(*_design(rows, gains, 1.0, 0.0))[1:]
     level = _friction_level(rows, gains)
-    for _ in range(2):  # the second time with the pressures, and the Coulomb friction that scales a prior, as found
+    for _ in range(
+        2
+    ):  # the second time with the pressures, and the Coulomb friction that scales a prior, as found
         tried = [_robust(*_design(rows, gains, c, level)) for c in np.geomspace(C_LOW, C_HIGH, 6)]
         best = min(tried, key=lambda result: result[0])
         level = max(float(best[1][2 * len(gains) + COULOMB]), 0.1 * level)
@@ -223,7 +247,18 @@ def _design(rows: _Rows, gains: Array, c: float, level: float) -> tuple[Array, A
         columns += [-slope * plus, slope * ~plus]
         wide, viscous = 3.0 * level, 3.0 * level / max(float(np.abs(v).max()), 1e-3)
         mean += [0.0] * 10
-        sd += [viscous, viscous, wide, wide, wide, ASYMMETRY * level, LOAD_SD, PRESSURE_SD_M2, level, level]
+        sd += [
+            viscous,
+            viscous,
+            wide,
+            wide,
+            wide,
+            ASYMMETRY * level,
+            LOAD_SD,
+            PRESSURE_SD_M2,
+            level,
+            level,
+        ]
     return np.column_stack(columns), rows.target_n, np.array(mean), np.array(sd)
 
 
@@ -250,36 +285,55 @@ def _robust(x: Array, y: Array, mean: Array, sd: Array) -> tuple[float, Array, A
     theta, spread = mean, 1.0
     for _ in range(8):
         precision: Array = x.T @ (x * weight[:, None]) / (variance * inflation) + prior
-        theta = np.asarray(np.linalg.solve(precision, x.T @ (weight * y) / (variance * inflation) + prior @ mean))
+        theta = np.asarray(
+            np.linalg.solve(precision, x.T @ (weight * y) / (variance * inflation) + prior @ mean)
+        )
         residual = y - x @ theta
         spread = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), 1e-9)
         size = np.abs(residual)
         weight = np.where(
-            size > OUTLIER_SIGMAS * spread, 0.0, np.minimum(1.0, HUBER * spread / np.maximum(size, 1e-12))
+            size > OUTLIER_SIGMAS * spread,
+            0.0,
+            np.minimum(1.0, HUBER * spread / np.maximum(size, 1e-12)),
         )
         used = weight > 0.0
         freedom = max(float(weight.sum()) - len(theta), 1.0)
         variance = float(np.sum(weight * residual**2)) / freedom
         inflation = correlation_inflation((residual * weight)[used])
     covariance = np.asarray(np.linalg.inv(precision), dtype=np.float64)
-    score = float(np.sum(weight * residual**2)) + float(np.sum(weight == 0.0)) * (OUTLIER_SIGMAS * spread) ** 2
+    score = (
+        float(np.sum(weight * residual**2))
+        + float(np.sum(weight == 0.0)) * (OUTLIER_SIGMAS * spread) ** 2
+    )
     return score, theta, covariance, float(np.sqrt(variance)), int((weight == 0.0).sum())
 
 
-def _sensor(name: str, index: int, recordings: Sequence[Recording], theta: Array, covariance: Array) -> Sensor:
+def _sensor(
+    name: str, index: int, recordings: Sequence[Recording], theta: Array, covariance: Array
+) -> Sensor:
     all_volts = [volts(r, name) for r in recordings]
     low, high = min(float(v.min()) for v in all_volts), max(float(v.max()) for v in all_volts)
     channel = recordings[0].header.channels[name]
     calibration = channel.calibration
     assert calibration is not None
     saturated = sum(int((r.saturated_a if index == 0 else r.saturated_b).sum()) for r in recordings)
-    full = (channel.range_pa[1] - channel.range_pa[0]) / calibration.k_pa_per_v if channel.range_pa else 5.0
+    full = (
+        (channel.range_pa[1] - channel.range_pa[0]) / calibration.k_pa_per_v
+        if channel.range_pa
+        else 5.0
+    )
     warning = ""
     if high - low < MINIMUM_SPAN * full:
         warning = f"has seen {low:.3f} to {high:.3f} V only: a is what was expected before"
     elif saturated:
         warning = f"{saturated} samples at the end of the range were left out"
     return Sensor(
-        calibration.k_pa_per_v, float(theta[0]), float(theta[1]), covariance, (low, high), saturated,
-        (calibration.a, calibration.b), warning,
-    )  # fmt: skip
+        calibration.k_pa_per_v,
+        float(theta[0]),
+        float(theta[1]),
+        covariance,
+        (low, high),
+        saturated,
+        (calibration.a, calibration.b),
+        warning,
+    )

@@ -13,7 +13,9 @@ from typing import Any
 
 from testbed.compiled import njit
 
-(FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, MAST_KG, MAST_HEIGHT, DEPTH, DRILL_COLUMNS) = range(10)
+(FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, MAST_KG, MAST_HEIGHT, DEPTH, DRILL_COLUMNS) = (
+    range(10)
+)
 """Forces in N, torque in N m, blows a second; masses of the string in the hole and in the mast, kg; height of the
 latter's middle above the drill point and depth of the hole, m."""
 FORCES = slice(FEED, STRING_KG)
@@ -22,7 +24,14 @@ FORCES = slice(FEED, STRING_KG)
 """What the drill's own controls know: thrust ordered, N, + away from the slope; torque that the rock answers with, N m,
 + about body z; rods in the hole and in the mast, kg; height of the latter's middle above the drill point, m; what the
 store has gained since the start, kg."""
-KNOWN_COLUMNS = "ordered_thrust", "ordered_torque", "rods_in_hole", "rods_in_mast", "rods_mast_height", "rods_stored"
+KNOWN_COLUMNS = (
+    "ordered_thrust",
+    "ordered_torque",
+    "rods_in_hole",
+    "rods_in_mast",
+    "rods_mast_height",
+    "rods_stored",
+)
 """Their names in a recording."""
 
 
@@ -38,7 +47,9 @@ def blow_mean(phase0: float, phase1: float, width: float) -> float:
         whole = math.floor(phase)
         part = phase - whole
         one = 2.0 * width / math.pi
-        inside = one if part >= width else width / math.pi * (1.0 - math.cos(math.pi * part / width))
+        inside = (
+            one if part >= width else width / math.pi * (1.0 - math.cos(math.pi * part / width))
+        )
         return whole * one + inside
 
     if phase1 <= phase0:

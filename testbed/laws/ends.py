@@ -36,7 +36,13 @@ def share_above(start: float, end: float) -> float:
 
 @njit_law
 def one_end(
-    gap: float, gap_end: float, approach: float, length: float, cushion: float, stiffness: float, damping: float
+    gap: float,
+    gap_end: float,
+    approach: float,
+    length: float,
+    cushion: float,
+    stiffness: float,
+    damping: float,
 ) -> float:
     """Mean push away from one end, N, >= 0: a damper growing over the last `length`, then a stop.
 
@@ -64,7 +70,9 @@ def end_force(p: Any, x: float, v: float, dt: float) -> float:
     if low < length:
         force = one_end(x, end, -v, length, p[c.CUSHION_D], p[c.STOP_K], p[c.STOP_D])
     if stroke - high < length:
-        force -= one_end(stroke - x, stroke - end, v, length, p[c.CUSHION_D], p[c.STOP_K], p[c.STOP_D])
+        force -= one_end(
+            stroke - x, stroke - end, v, length, p[c.CUSHION_D], p[c.STOP_K], p[c.STOP_D]
+        )
     return force
 
 
@@ -78,5 +86,7 @@ def extra_force(p: Any, x: float, v: float, t: float, dt: float) -> float:
         w = p[c.PERIODIC_W]
         force += p[c.PERIODIC_N] * (math.cos(w * t) - math.cos(w * (t + dt))) / (w * dt)
     if p[c.XCUSHION_K] != 0.0:
-        force += p[c.XCUSHION_K] * mean_ramp(p[c.XCUSHION_START] - x, p[c.XCUSHION_START] - x - v * dt)
+        force += p[c.XCUSHION_K] * mean_ramp(
+            p[c.XCUSHION_START] - x, p[c.XCUSHION_START] - x - v * dt
+        )
     return force

@@ -52,7 +52,9 @@ def bristle_step(
 
 
 @njit_law(forceinline=True)
-def dwell_step(dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt: float) -> tuple[float, float]:
+def dwell_step(
+    dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt: float
+) -> tuple[float, float]:
     """Ageing of the contact over dt, after and mean: towards `gain` at rest, worn off by sliding. Exact.
 
     d' = rest (gain - d) - slide d; break-away is raised by d times the Coulomb friction.
@@ -64,7 +66,16 @@ def dwell_step(dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt:
 
 @njit_law(forceinline=True)
 def friction_step(
-    s: Any, p: Any, x: float, v: float, mean_a: float, mean_b: float, warm: float, load: float, side: float, dt: float
+    s: Any,
+    p: Any,
+    x: float,
+    v: float,
+    mean_a: float,
+    mean_b: float,
+    warm: float,
+    load: float,
+    side: float,
+    dt: float,
 ) -> float:
     """Mean friction of one axis over dt, N, against +v; bristle and dwell advance.
 
@@ -92,8 +103,12 @@ def friction_step(
 
 
 @njit_law
-def steady_friction(v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float) -> float:
+def steady_friction(
+    v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float
+) -> float:
     """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v = 0."""
     if v == 0.0:
         return 0.0
-    return viscous_n_s_m * v + math.copysign(stribeck_level(abs(v), coulomb_n, static_n, stribeck_m_s), v)
+    return viscous_n_s_m * v + math.copysign(
+        stribeck_level(abs(v), coulomb_n, static_n, stribeck_m_s), v
+    )

@@ -84,9 +84,20 @@ def mean_of_nodes(values: Any) -> float:
 
 @njit_law
 def rod_forces(
-    axes: Any, params: Any, work: Any, x: Any, v: Any, load: Any, side: Any, a: Any, b: Any,
-    viscosity: float, warmth: float, t: float, dt: float,
-) -> float:  # fmt: skip
+    axes: Any,
+    params: Any,
+    work: Any,
+    x: Any,
+    v: Any,
+    load: Any,
+    side: Any,
+    a: Any,
+    b: Any,
+    viscosity: float,
+    warmth: float,
+    t: float,
+    dt: float,
+) -> float:
     """Mean force and friction of all axes over dt into FORCE and FRICTION; returns the heat beside the valves', J."""
     heat = 0.0
     extra_rate = 0.0
@@ -98,9 +109,15 @@ def rod_forces(
             warm = math.exp(-(viscosity + extra_rate) * warmth)
         s[c.WARM] = warm
         mean_a, mean_b = mean_of_nodes(a[i]), mean_of_nodes(b[i])
-        friction = friction_step(s, p, x[i] + 0.5 * dt * v[i], v[i], mean_a, mean_b, warm, load[i], side[i], dt)
+        friction = friction_step(
+            s, p, x[i] + 0.5 * dt * v[i], v[i], mean_a, mean_b, warm, load[i], side[i], dt
+        )
         ends = end_force(p, x[i], v[i], dt)
-        force = mean_a * p[c.AREA_A] - mean_b * p[c.AREA_B] - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
+        force = (
+            mean_a * p[c.AREA_A]
+            - mean_b * p[c.AREA_B]
+            - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
+        )
         s[c.FORCE] = force + ends + extra_force(p, x[i], v[i], t, dt) - friction
         s[c.FRICTION], s[c.END_FORCE] = friction, ends
         heat += dt * v[i] * (friction - ends) - kept_by_hoses(axes, params, work, i)
@@ -109,9 +126,18 @@ def rod_forces(
 
 @njit_law
 def hydraulic_step(
-    axes: Any, params: Any, supply: Any, unit: Any, x: Any, v: Any, command: Any, load: Any, side: Any,
-    dt: float, substeps: int,
-) -> None:  # fmt: skip
+    axes: Any,
+    params: Any,
+    supply: Any,
+    unit: Any,
+    x: Any,
+    v: Any,
+    command: Any,
+    load: Any,
+    side: Any,
+    dt: float,
+    substeps: int,
+) -> None:
     """Advance all axes and the power unit by dt in `substeps`, in place.
 
     axes (n, AXIS_STATES), params (n, AXIS_PARAMETERS), supply (SUPPLY_STATES), unit (SUPPLY_PARAMETERS): columns.py.
@@ -124,7 +150,11 @@ def hydraulic_step(
     h = dt / substeps
     work = np.empty((n, WORK))
     unit_work = np.empty(UNIT_WORK)
-    openings, a, b = np.empty((n, substeps + 1)), np.empty((n, substeps + 1)), np.empty((n, substeps + 1))
+    openings, a, b = (
+        np.empty((n, substeps + 1)),
+        np.empty((n, substeps + 1)),
+        np.empty((n, substeps + 1)),
+    )
     warmth, loss = supply[c.TEMPERATURE] - unit[c.VISC_REFERENCE], supply[c.LOSS]
     pt = unit[c.TANK_P]
     open_valves(axes, params, command, h, openings)
@@ -132,16 +162,22 @@ def hydraulic_step(
     begin_supply(supply, unit, unit_work)
     returned = heat = 0.0
     for k in range(substeps):
-        drawn, rise = first_stage(axes, params, work, openings, k, supply[c.P_SUPPLY] + supply[c.DROOP_P], pt, h)
+        drawn, rise = first_stage(
+            axes, params, work, openings, k, supply[c.P_SUPPLY] + supply[c.DROOP_P], pt, h
+        )
         enthalpy = unit_work[ENTHALPY]
         q, ahead = supply_first(supply, unit, unit_work, drawn, rise, h)
         seen = ahead + supply[c.DROOP_P] + h * unit_work[KD_1]
         drawn = second_stage(axes, params, work, openings, k, q, seen, pt, h)
         q = supply_second(supply, unit, unit_work, ahead, drawn, rise, h)
         enthalpy = 0.5 * (enthalpy + unit_work[ENTHALPY])
-        _, back, warm = close_step(axes, params, work, k, q, enthalpy, unit_work[ENTHALPY_TANK], h, a, b)
+        _, back, warm = close_step(
+            axes, params, work, k, q, enthalpy, unit_work[ENTHALPY_TANK], h, a, b
+        )
         returned += back
         heat += warm
-    heat += rod_forces(axes, params, work, x, v, load, side, a, b, unit[c.VISC_RATE], warmth, supply[c.TIME], dt)
+    heat += rod_forces(
+        axes, params, work, x, v, load, side, a, b, unit[c.VISC_RATE], warmth, supply[c.TIME], dt
+    )
     sense(axes, params, a, b, h)
     end_supply(supply, unit, unit_work, returned, heat, loss, dt)

@@ -25,7 +25,12 @@ def second_order(wn: float, zeta: float, t: float) -> tuple[float, float, float,
         cosine, sine, decay = 0.5 * (slow + fast), 0.5 * (slow - fast) / w, 1.0
     else:
         cosine, sine = 1.0, t
-    return decay * (cosine + a * sine), decay * sine, -decay * wn * wn * sine, decay * (cosine - a * sine)
+    return (
+        decay * (cosine + a * sine),
+        decay * sine,
+        -decay * wn * wn * sine,
+        decay * (cosine - a * sine),
+    )
 
 
 @njit_law

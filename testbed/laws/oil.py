@@ -63,7 +63,13 @@ def vapour_volume(bulk_pa: float, air: float) -> float:
 
 @njit_law
 def pressure_of(
-    nu: float, guess_pa: float, near_pa: float, gas_near: float, bulk_pa: float, air: float, nu_vapour: float
+    nu: float,
+    guess_pa: float,
+    near_pa: float,
+    gas_near: float,
+    bulk_pa: float,
+    air: float,
+    nu_vapour: float,
 ) -> tuple[float, float, float]:
     """The absolute pressure at which one standard volume takes up `nu`: Newton's iteration from `guess_pa`.
 
@@ -93,9 +99,16 @@ def pressure_of(
 
 @njit_law(forceinline=True)
 def pressure_near(
-    volume: float, oil: float, guess_pa: float, near_pa: float, per_near: float, gas_near: float,
-    inverse: float, per_bulk: float, air: float,
-) -> tuple[float, float, float, bool]:  # fmt: skip
+    volume: float,
+    oil: float,
+    guess_pa: float,
+    near_pa: float,
+    per_near: float,
+    gas_near: float,
+    inverse: float,
+    per_bulk: float,
+    air: float,
+) -> tuple[float, float, float, bool]:
     """`pressure_of` without a division, for a small change: p (Pa), gas volume, nu, and whether it holds.
 
     per_near: 1 / near_pa; inverse: 1 / (oil dnu/dp) near there; per_bulk: 1 / bulk modulus. Where it holds, p is right

@@ -18,7 +18,12 @@ def thrust_factor(feed_n: float, best_n: float) -> float:
 
 
 def penetration_rate(
-    blow_energy_j: float, blow_hz: float, efficiency: float, hole_m: float, specific_energy_j_m3: float, thrust: float
+    blow_energy_j: float,
+    blow_hz: float,
+    efficiency: float,
+    hole_m: float,
+    specific_energy_j_m3: float,
+    thrust: float,
 ) -> float:
     """Rate of penetration, m/s, of a hole of diameter `hole_m` (m) with the thrust factor `thrust` (0 to 1)."""
     area = math.pi / 4.0 * hole_m**2

@@ -26,7 +26,11 @@ from testbed.compiled import njit
 
 @njit
 def rope_tension(
-    length_m: float, rate_m_s: float, unstrained_m: float, stiffness_ea_n: float, damping_n_s_m: float
+    length_m: float,
+    rate_m_s: float,
+    unstrained_m: float,
+    stiffness_ea_n: float,
+    damping_n_s_m: float,
 ) -> float:
     """Tension in N, never negative; exactly zero where the rope is slack."""
     stretch = length_m - unstrained_m
@@ -38,7 +42,11 @@ def rope_tension(
 
 @njit
 def sagging_tension(
-    length_m: float, unstrained_m: float, stiffness_ea_n: float, weight_n_m: float, clearance_m: float
+    length_m: float,
+    unstrained_m: float,
+    stiffness_ea_n: float,
+    weight_n_m: float,
+    clearance_m: float,
 ) -> float:
     """Tension at rest of a rope that sags, N; never negative, and exactly zero where it is slack."""
     q = (weight_n_m * unstrained_m) ** 2 / 24.0
@@ -54,7 +62,9 @@ def sagging_tension(
         return touching * ((excess_touching / excess) ** 2 - rest) / (1.0 - rest)
     a, b = stiffness_ea_n * strain, stiffness_ea_n * q
     tension: float = max(a, 0.0) + b ** (1.0 / 3.0)
-    for _ in range(30):  # Newton from above on a convex branch: it comes down to the root and never past it
+    for _ in range(
+        30
+    ):  # Newton from above on a convex branch: it comes down to the root and never past it
         step = (tension**2 * (tension - a) - b) / (tension * (3.0 * tension - 2.0 * a))
         tension -= step
         if step < 1e-10 * tension:
@@ -75,7 +85,9 @@ def unstrained_sagging(
     from scipy.optimize import brentq
 
     def error(unstrained_m: float) -> float:
-        tension: float = sagging_tension(length_m, unstrained_m, stiffness_ea_n, weight_n_m, clearance_m)
+        tension: float = sagging_tension(
+            length_m, unstrained_m, stiffness_ea_n, weight_n_m, clearance_m
+        )
         return tension - tension_n if tension > 0.0 else -tension_n - 1e-9
 
     found = float(brentq(error, 0.5 * length_m, length_m + 3.0 * clearance_m, xtol=1e-12))
@@ -89,9 +101,16 @@ def sag_shortening_m(length_m: float, tension_n: float, weight_n_m: float) -> fl
 
 @njit
 def rope_wrench(
-    attachment: Any, anchor: Any, velocity: Any, unstrained_m: float, ea_n: float, damping: float,
-    weight_n_m: float, clearance_m: float, out: Any,
-) -> float:  # fmt: skip
+    attachment: Any,
+    anchor: Any,
+    velocity: Any,
+    unstrained_m: float,
+    ea_n: float,
+    damping: float,
+    weight_n_m: float,
+    clearance_m: float,
+    out: Any,
+) -> float:
     """Force on the body in the world frame into out[0:3], N; returns the tension, N.
 
     attachment, anchor (3): world positions, m; velocity (3): of the attachment, m/s; weight_n_m: 0 for no sag. The

@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 
 
-def settled(settlement_m: float, load_n: float, plastic_n_m: float, time_s: float, dt: float) -> float:
+def settled(
+    settlement_m: float, load_n: float, plastic_n_m: float, time_s: float, dt: float
+) -> float:
     """Settlement after `dt` s under a constant load, m; exact, never smaller than before."""
     goal = load_n / plastic_n_m
     if goal <= settlement_m:

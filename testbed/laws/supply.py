@@ -23,10 +23,27 @@ TRACTION_BAND_PA = 1.0e5
 
 # --- working numbers of the unit within one call --------------------------------------------------------------
 (
-    PUMPED_1, RELIEF_1, TRACTION_1, KS_1, KD_1, KR_1, KT_1, STIFF, RELIEF_GAIN, REACH, D_REACH, ENTHALPY,
-    ENTHALPY_TANK, PUMPED, WORK_DONE, RELIEVED, DRAWN, PULLED, PEAK_POWER,
+    PUMPED_1,
+    RELIEF_1,
+    TRACTION_1,
+    KS_1,
+    KD_1,
+    KR_1,
+    KT_1,
+    STIFF,
+    RELIEF_GAIN,
+    REACH,
+    D_REACH,
+    ENTHALPY,
+    ENTHALPY_TANK,
+    PUMPED,
+    WORK_DONE,
+    RELIEVED,
+    DRAWN,
+    PULLED,
+    PEAK_POWER,
     UNIT_WORK,
-) = range(20)  # fmt: skip
+) = range(20)
 
 
 @njit_law
@@ -123,7 +140,9 @@ def begin_supply(s: Any, unit: Any, w: Any) -> None:
 
 
 @njit_law
-def supply_first(s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float) -> tuple[float, float]:
+def supply_first(
+    s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float
+) -> tuple[float, float]:
     """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure at the end (Pa).
 
     `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage).
@@ -136,7 +155,9 @@ def supply_first(s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float)
     rate = w[PUMPED_1] - w[RELIEF_1] - w[TRACTION_1]
     stiff = w[STIFF]
     # An accumulator that empties within this substep leaves a line a hundred times stiffer: take that slope.
-    _, ahead = supply_pressure(s[c.OIL_SUPPLY] + h * (rate - drawn), p + h * stiff * (rate - drawn), unit)
+    _, ahead = supply_pressure(
+        s[c.OIL_SUPPLY] + h * (rate - drawn), p + h * stiff * (rate - drawn), unit
+    )
     w[STIFF] = stiff = ahead if ahead > stiff else stiff
     w[REACH] = stiff / (1.0 + gh * w[RELIEF_GAIN] * stiff)
     w[D_REACH] = 1.0 / (1.0 + gh / unit[c.DROOP_TIME])
@@ -156,7 +177,9 @@ def supply_first(s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float)
 
 
 @njit_law
-def supply_second(s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise: float, h: float) -> float:
+def supply_second(
+    s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise: float, h: float
+) -> float:
     """Second stage: returns the second q; oil, pressure, stroke, droop and totals advance."""
     gh = GAMMA * h
     bulk, air = unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR]
@@ -177,11 +200,15 @@ def supply_second(s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise
     ks = (rate - taken) / (1.0 + slack)
     kd = w[D_REACH] * (sag - droop * taken)
     kr = relieved - 2.0 * w[KR_1] + slack * ks
-    kt = ((wanted_stroke(ahead_pa, unit) - stroke) - 2.0 * w[KT_1] * unit[c.PUMP_TAU]) / (unit[c.PUMP_TAU] + gh)
+    kt = ((wanted_stroke(ahead_pa, unit) - stroke) - 2.0 * w[KT_1] * unit[c.PUMP_TAU]) / (
+        unit[c.PUMP_TAU] + gh
+    )
     s[c.OIL_SUPPLY] += 0.5 * h * (3.0 * w[KS_1] + ks)
     s[c.DROOP_P] += 0.5 * h * (3.0 * w[KD_1] + kd)
     s[c.PUMP_STROKE] += 0.5 * h * (3.0 * w[KT_1] + kt)
-    s[c.P_SUPPLY], w[STIFF] = supply_pressure(s[c.OIL_SUPPLY], s[c.P_SUPPLY] + h * w[STIFF] * w[KS_1], unit)
+    s[c.P_SUPPLY], w[STIFF] = supply_pressure(
+        s[c.OIL_SUPPLY], s[c.P_SUPPLY] + h * w[STIFF] * w[KS_1], unit
+    )
     was = w[ENTHALPY]
     w[ENTHALPY] = enthalpy(s[c.P_SUPPLY], bulk, air)
     mean = 0.5 * (was + w[ENTHALPY]) - w[ENTHALPY_TANK]
@@ -199,7 +226,9 @@ def supply_second(s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise
 
 
 @njit_law
-def end_supply(s: Any, unit: Any, w: Any, returned: float, heat_j: float, loss_before: float, dt: float) -> None:
+def end_supply(
+    s: Any, unit: Any, w: Any, returned: float, heat_j: float, loss_before: float, dt: float
+) -> None:
     """Book a call's totals: tank, pump work, losses, temperature, time."""
     s[c.OIL_TANK] += returned + w[RELIEVED] + w[PULLED] - w[PUMPED]
     s[c.PUMP_WORK] += w[WORK_DONE]
@@ -207,5 +236,7 @@ def end_supply(s: Any, unit: Any, w: Any, returned: float, heat_j: float, loss_b
     s[c.THROUGHPUT] += w[PUMPED]
     s[c.LOSS] += heat_j
     lost = s[c.LOSS] - loss_before
-    s[c.TEMPERATURE] += (lost - dt * unit[c.COOLING] * (s[c.TEMPERATURE] - unit[c.AMBIENT])) / unit[c.HEAT_CAPACITY]
+    s[c.TEMPERATURE] += (lost - dt * unit[c.COOLING] * (s[c.TEMPERATURE] - unit[c.AMBIENT])) / unit[
+        c.HEAT_CAPACITY
+    ]
     s[c.TIME] += dt

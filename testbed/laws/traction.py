@@ -50,7 +50,9 @@ def _owed_rate(s: Any, n: Any, dt: float) -> float:
 
 
 @njit
-def traction_step(s: Any, n: Any, wanted_m_s: float, tension_n: float, supply_gauge_pa: float, dt: float) -> float:
+def traction_step(
+    s: Any, n: Any, wanted_m_s: float, tension_n: float, supply_gauge_pa: float, dt: float
+) -> float:
     """One step of a device (s: state, n: numbers); returns the rate of the rope's paid-out length, m/s (- hauls in)."""
     share: float = pull_share(tension_n, supply_gauge_pa, n)
     if n[STROKE] <= 0.0:
@@ -85,7 +87,11 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
         s[IDLE] += dt
     place = s[PLACE] - rate * dt
     left = n[STROKE] - s[PLACE] if s[WAY] < 0.0 else s[PLACE]
-    if place > n[STROKE] or place < 0.0 or (s[IDLE] > IDLE_S and left < READY_SHARE * (n[STROKE] - RESERVE_M)):
+    if (
+        place > n[STROKE]
+        or place < 0.0
+        or (s[IDLE] > IDLE_S and left < READY_SHARE * (n[STROKE] - RESERVE_M))
+    ):
         if place > n[STROKE] or place < 0.0:
             s[WAY] = -1.0 if rate < 0.0 else 1.0
         s[MODE], s[CLOCK], s[IDLE] = CLOSING, 0.0, 0.0

@@ -35,7 +35,9 @@ def opening(s: float, deadband: float) -> float:
 
 
 @njit_law(forceinline=True)
-def engaging_time(amplifier: float, command: float, state: float, half_width: float, tau: float) -> float:
+def engaging_time(
+    amplifier: float, command: float, state: float, half_width: float, tau: float
+) -> float:
     """Time after which the amplifier, on its way to `command`, drags the play along; inf if it never does, s."""
     if command > state + half_width:
         edge = state + half_width
@@ -66,7 +68,9 @@ def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, f
     """Answer of the spool to an input e^(-t/tau): its share, its rate (1/s), and e^(-t/tau) after t."""
     inverse = 1.0 / tau
     resonance = inverse * inverse - 2.0 * zeta * wn * inverse + wn * wn
-    if abs(resonance) < 1e-6 * wn * wn:  # the input decays like the spool itself: step aside by a millionth
+    if (
+        abs(resonance) < 1e-6 * wn * wn
+    ):  # the input decays like the spool itself: step aside by a millionth
         resonance = 1e-6 * wn * wn
     forced = wn * wn / resonance
     return forced, -forced * inverse, math.exp(-t * inverse)

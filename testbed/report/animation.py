@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.evaluation.stability import rotation
-from testbed.parameters.names import AXES, LEGS, SIDES
-from testbed.parameters.provenance import roboclimber
+from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.machine.provenance import roboclimber
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import roboclimber_model
+from testbed.simulation.stability import rotation
 
 Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
@@ -31,14 +31,20 @@ def animation(data: Columns, truth: Columns, slope_deg: float) -> str | None:
     Frames: time in ms; body origin (3) and its x and z axes (6, thousandths); feet (4, 3); ground's forces on them
     (4, 3); ropes' pulls (2, 3); thrust; hole depth.
     """
-    if f"position_{AXES[0]}" not in data or "body_pose_in_world_x" not in truth or len(truth["t"]) < 2:
+    if (
+        f"position_{AXES[0]}" not in data
+        or "body_pose_in_world_x" not in truth
+        or len(truth["t"]) < 2
+    ):
         return None
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(FRAME_S / float(np.median(np.diff(truth["t"])))), -(-rows // MOST_FRAMES), 1)
     parameters = roboclimber()
     legs, model = LegKinematics.from_parameters(parameters), roboclimber_model()
     slope = np.radians(slope_deg)
-    to_slope = np.array([[np.cos(slope), 0, np.sin(slope)], [0, 1, 0], [-np.sin(slope), 0, np.cos(slope)]])
+    to_slope = np.array(
+        [[np.cos(slope), 0, np.sin(slope)], [0, 1, 0], [-np.sin(slope), 0, np.cos(slope)]]
+    )
     start = _vector(truth, "body_pose_in_world", 0)
     frames = [_frame(data, truth, k, legs, to_slope, start) for k in range(0, rows, step)]
     body, drill = parameters["body"], parameters["drill_body"]
@@ -56,18 +62,31 @@ def animation(data: Columns, truth: Columns, slope_deg: float) -> str | None:
     )
 
 
-def _frame(data: Columns, truth: Columns, row: int, legs: LegKinematics, to_slope: Array, start: Array) -> list[int]:
+def _frame(
+    data: Columns, truth: Columns, row: int, legs: LegKinematics, to_slope: Array, start: Array
+) -> list[int]:
     origin = to_slope @ (_vector(truth, "body_pose_in_world", row) - start)
     turn = to_slope @ rotation(*(float(truth[f"body_pose_in_world_q{k}"][row]) for k in "xyzw"))
     feet = origin + legs.feet(np.array([data[f"position_{axis}"][row] for axis in AXES])) @ turn.T
-    forces = np.array([_vector(truth, f"foot_force_in_world_{leg}", row) for leg in LEGS]) @ to_slope.T
-    ropes = np.array([_vector(truth, f"rope_force_in_world_{side}", row) for side in SIDES]) @ to_slope.T
+    forces = (
+        np.array([_vector(truth, f"foot_force_in_world_{leg}", row) for leg in LEGS]) @ to_slope.T
+    )
+    ropes = (
+        np.array([_vector(truth, f"rope_force_in_world_{side}", row) for side in SIDES])
+        @ to_slope.T
+    )
     thrust = to_slope[2] @ np.array([truth[f"drill_wrench_in_world_f{k}"][row] for k in "xyz"])
     depth = float(truth["hole_depth"][row]) if "hole_depth" in truth else 0.0
     return [
-        round(1000.0 * float(truth["t"][row])), *_whole(origin, MM), *_whole(turn[:, [0, 2]].T, MM), *_whole(feet, MM),
-        *_whole(forces, TEN_N), *_whole(ropes, TEN_N), round(TEN_N * float(thrust)), round(MM * depth),
-    ]  # fmt: skip
+        round(1000.0 * float(truth["t"][row])),
+        *_whole(origin, MM),
+        *_whole(turn[:, [0, 2]].T, MM),
+        *_whole(feet, MM),
+        *_whole(forces, TEN_N),
+        *_whole(ropes, TEN_N),
+        round(TEN_N * float(thrust)),
+        round(MM * depth),
+    ]
 
 
 def _lowest(frame: list[int]) -> float:

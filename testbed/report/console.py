@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from testbed.estimation.calibration import Calibrated
-    from testbed.estimation.friction_identification import Identification
-    from testbed.parameters.provenance import Quantity
+    from testbed.estimation.friction.identification import Identification
+    from testbed.machine.provenance import Quantity
 
 
 def print_json(value: object) -> None:
     """One JSON value on standard output."""
-    from testbed.files import plain
+    from testbed.formats.files import plain
 
     print(json.dumps(plain(value), indent=2, ensure_ascii=False))
 
@@ -41,7 +41,7 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
 
 def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
     """Every number of the machine, and what its mark means."""
-    from testbed.parameters.provenance import MARKS
+    from testbed.machine.provenance import MARKS
 
     rows = [[path, _number(q.value), q.unit, q.mark, q.source] for path, q in leaves]
     print_table("The machine's numbers", ["parameter", "value", "unit", "mark", "source"], rows)
@@ -90,9 +90,19 @@ def waiting(word: str) -> Iterator[None]:
 
 def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """The numbers of a summary that a person wants first: (name, value with unit)."""
-    rows = [("verdict", str(summary["verdict"]) + (" (interrupted)" if summary.get("interrupted") else ""))]
+    rows = [
+        (
+            "verdict",
+            str(summary["verdict"]) + (" (interrupted)" if summary.get("interrupted") else ""),
+        )
+    ]
     wall_s = summary["wall_s"]
-    rows.append(("simulated", f"{summary['simulated_s']:.1f} s" + ("" if wall_s is None else f" in {wall_s:.1f} s")))
+    rows.append(
+        (
+            "simulated",
+            f"{summary['simulated_s']:.1f} s" + ("" if wall_s is None else f" in {wall_s:.1f} s"),
+        )
+    )
     for method, value in summary.get("force_rms_n", {}).items():
         rows.append((f"force error, {method.replace('_', ' ')}", _newton(value)))
     expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
@@ -101,26 +111,50 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     named = (summary.get("residuals") or {}).get("stands_out")
     if named:
         way = "short of" if named["error_n"] > 0 else "above"
-        rows.append(("stands out", f"{named['leg']}, {_newton(abs(named['error_n']))} {way} the expected load"))
+        rows.append(
+            (
+                "stands out",
+                f"{named['leg']}, {_newton(abs(named['error_n']))} {way} the expected load",
+            )
+        )
     detector = summary.get("detector")
     if detector:
         delay = detector["delay_median_s"]
-        rows.append(("contact losses", f"{detector['losses']} ({summary['contact_losses_not_meant']} not meant)"))
-        rows.append(("contact word", f"{detector['missed']} missed, {detector['false_alarms']} false alarms"))
+        rows.append(
+            (
+                "contact losses",
+                f"{detector['losses']} ({summary['contact_losses_not_meant']} not meant)",
+            )
+        )
+        rows.append(
+            (
+                "contact word",
+                f"{detector['missed']} missed, {detector['false_alarms']} false alarms",
+            )
+        )
         if delay is not None:
             rows.append(("contact word's delay", f"{1000 * delay:.0f} ms"))
     if "lowest_stability_margin" in summary:
         rows.append(("lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"))
         if "lowest_wrench_margin_n" in summary:
-            rows.append(("smallest push that is too much", _newton(summary["lowest_wrench_margin_n"])))
+            rows.append(
+                ("smallest push that is too much", _newton(summary["lowest_wrench_margin_n"]))
+            )
             rows.append(("least work that tips it", f"{summary['lowest_energy_margin_j']:.0f} J"))
         rows.append(("largest tilt", f"{summary['tilt_max_deg']:.2f} deg"))
         rows.append(("way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"))
         ropes = summary["rope_tension_max_n"]
-        rows.append(("rope tension, highest", ", ".join(f"{side} {_newton(v)}" for side, v in ropes.items())))
+        rows.append(
+            (
+                "rope tension, highest",
+                ", ".join(f"{side} {_newton(v)}" for side, v in ropes.items()),
+            )
+        )
     expectations = summary.get("expectations")
     if expectations is not None:
-        rows.append(("expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"])))
+        rows.append(
+            ("expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"]))
+        )
     return rows
 
 
@@ -149,11 +183,19 @@ def print_calibration(result: Calibrated) -> None:
     for name, s in result.sensors.items():
         a_sd, b_sd = (float(s.covariance[i, i]) ** 0.5 for i in (0, 1))
         span = f"{s.span_v[0]:.3f} to {s.span_v[1]:.3f}"
-        rows.append([name, f"{s.a:.5f}", f"{a_sd:.5f}", f"{s.b:.5f}", f"{b_sd:.5f}", span, s.warning])
+        rows.append(
+            [name, f"{s.a:.5f}", f"{a_sd:.5f}", f"{s.b:.5f}", f"{b_sd:.5f}", span, s.warning]
+        )
     heads = ["sensor", "a", "sd of a", "b, V", "sd of b, V", "seen, V", "note"]
     print_table("Calibration p = k (a V + b)", heads, rows)
-    how = "friction fitted" if result.friction_fitted else "hardly any sliding: friction counts as an error"
-    print(f"residual {result.residual_n:.1f} N over {result.rows} rows, {result.outliers} outliers left out, {how}")
+    how = (
+        "friction fitted"
+        if result.friction_fitted
+        else "hardly any sliding: friction counts as an error"
+    )
+    print(
+        f"residual {result.residual_n:.1f} N over {result.rows} rows, {result.outliers} outliers left out, {how}"
+    )
 
 
 def print_identification(result: Identification, out: Path) -> None:
@@ -162,7 +204,9 @@ def print_identification(result: Identification, out: Path) -> None:
         [p.name, f"{p.value:.5g}", f"{p.interval90[0]:.5g} to {p.interval90[1]:.5g}", p.unit, p.why]
         for p in result.parameters
     ]
-    print_table("Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows)
+    print_table(
+        "Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows
+    )
     plus, minus = result.residual_n
     print(
         f"residual {plus:.1f} N extending, {minus:.1f} N retracting, over {result.rows} rows of "

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.errors import flow_residual, force_residual, moving
-from testbed.diagnosis.findings import Diagnosis
-from testbed.diagnosis.series import series_of
-from testbed.estimation.leg_signals import signals_of
-from testbed.parameters.recording import Recording
+from testbed.diagnosis.leg.errors import flow_residual, force_residual, moving
+from testbed.diagnosis.leg.findings import Diagnosis
+from testbed.diagnosis.leg.series import series_of
+from testbed.estimation.leg.signals import signals_of
+from testbed.recording.axis import Recording
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
 
 Array = npt.NDArray[np.float64]
@@ -41,14 +41,22 @@ def residual_figure(d: Diagnosis, recording: Recording) -> str:
     def on(values: Array) -> Array:
         return np.interp(t, signals.time_s, values)[at]
 
-    axes_of: list[tuple[str, Array]] = [("time, s", t[at]), ("position, m", on(signals.position_m)),
-                                        ("velocity, m/s", on(signals.velocity_m_s))]  # fmt: skip
+    axes_of: list[tuple[str, Array]] = [
+        ("time, s", t[at]),
+        ("position, m", on(signals.position_m)),
+        ("velocity, m/s", on(signals.velocity_m_s)),
+    ]
     if signals.pressure_a_pa is not None:
         axes_of.append(("pressure A, bar", on(signals.pressure_a_pa) / 1e5))
-    before, after = force_residual(recording, d.models["refit"])[at], force_residual(recording, d.models["after"])[at]
+    before, after = (
+        force_residual(recording, d.models["refit"])[at],
+        force_residual(recording, d.models["after"])[at],
+    )
     limit = 1.15 * float(np.percentile(np.abs(before), 99)) if len(before) else 1.0
     with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panels = plt.subplots(1, len(axes_of), figsize=(2.6 * len(axes_of), 2.2), sharey=True)
+        figure, panels = plt.subplots(
+            1, len(axes_of), figsize=(2.6 * len(axes_of), 2.2), sharey=True
+        )
         for panel, (label, x) in zip(panels, axes_of, strict=True):
             panel.plot(x, before, ".", ms=1.6, color=GREY, label="refit", rasterized=True)
             panel.plot(x, after, ".", ms=1.6, color=BLUE, label="after", rasterized=True)
@@ -69,7 +77,10 @@ def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
         return None
     series = series_of([recording], d.models["refit"].known)[0]
     at = _thin(len(series.signals.time_s))
-    before, after = flow_residual(series, d.models["refit"]), flow_residual(series, d.models["after"])
+    before, after = (
+        flow_residual(series, d.models["refit"]),
+        flow_residual(series, d.models["after"]),
+    )
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panels = plt.subplots(1, 2, figsize=(9.0, 2.0), sharey=True)
         for panel, name, b, a in zip(panels, "AB", before, after, strict=True):
@@ -94,7 +105,9 @@ def evidence_figure(d: Diagnosis, rows: list[tuple[str, float]]) -> str:
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panel = plt.subplots(figsize=(6.2, 0.24 * len(rows) + 0.7))
         for i, (name, gain) in enumerate(reversed(rows)):
-            panel.barh(i, gain, color=VERMILION if set(name.split(" + ")) <= chosen else GREY, height=0.7)
+            panel.barh(
+                i, gain, color=VERMILION if set(name.split(" + ")) <= chosen else GREY, height=0.7
+            )
         panel.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)])
         panel.set_xscale("symlog", linthresh=10.0)
         panel.set_xlabel("gain of held-out log-likelihood over the refit")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.errors import STAGES, closed_share
-from testbed.diagnosis.findings import Diagnosis, as_json
-from testbed.diagnosis.search import Candidate, Search
-from testbed.diagnosis.suggest import experiments
-from testbed.diagnosis.verdict import Verdict
+from testbed.diagnosis.leg.errors import STAGES, closed_share
+from testbed.diagnosis.leg.findings import Diagnosis, as_json
+from testbed.diagnosis.leg.search import Candidate, Search
+from testbed.diagnosis.leg.suggest import experiments
+from testbed.diagnosis.leg.verdict import Verdict
 from testbed.effects import by_name
-from testbed.files import write_text
+from testbed.formats.files import write_text
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
 from testbed.report.page import render
 
@@ -63,10 +63,19 @@ def _error_rows(d: Diagnosis) -> list[dict[str, Any]]:
         total = d.errors.total(quantity)
         if not total:
             continue
-        tables = [*((n, r[quantity]) for n, r in d.errors.by_recording.items() if quantity in r), ("all", total)]
+        tables = [
+            *((n, r[quantity]) for n, r in d.errors.by_recording.items() if quantity in r),
+            ("all", total),
+        ]
         for name, row in tables:
-            rows.append({"quantity": quantity.split("_")[0], "unit": unit, "name": name,
-                         "values": [f"{factor * row[s]:.3g}" for s in (*STAGES, "floor")]})  # fmt: skip
+            rows.append(
+                {
+                    "quantity": quantity.split("_")[0],
+                    "unit": unit,
+                    "name": name,
+                    "values": [f"{factor * row[s]:.3g}" for s in (*STAGES, "floor")],
+                }
+            )
     return rows
 
 
@@ -93,12 +102,20 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
         better, worse = (chosen, c) if chosen.names else (c, chosen)
         parts = better.evidence.parts(worse.evidence, chosen.evidence)
         channel, recording = max(parts, key=lambda k: parts[k])
-        rows.append({
-            "names": " + ".join(c.names), "ahead": state.gain(c) - state.gain(chosen),
-            "probability": sum(p for names, p in verdict.hypotheses if set(c.names) <= set(names)),
-            "where": f"{channel.replace('_', ' ')} in {recording}",
-            "scale": (c.evidence.scale[channel, recording], chosen.evidence.scale[channel, recording]),
-        })  # fmt: skip
+        rows.append(
+            {
+                "names": " + ".join(c.names),
+                "ahead": state.gain(c) - state.gain(chosen),
+                "probability": sum(
+                    p for names, p in verdict.hypotheses if set(c.names) <= set(names)
+                ),
+                "where": f"{channel.replace('_', ' ')} in {recording}",
+                "scale": (
+                    c.evidence.scale[channel, recording],
+                    chosen.evidence.scale[channel, recording],
+                ),
+            }
+        )
     return rows
 
 

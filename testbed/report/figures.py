@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.evaluation.metrics import LOSS_FORCE_N, intervals, methods, rms, rope_tension_n
-from testbed.evaluation.residuals import Suspect, leg_alone, load_residuals
-from testbed.parameters.names import LEGS, SIDES
+from testbed.machine.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
 from testbed.report.style import (
     BAND,
@@ -29,6 +27,8 @@ from testbed.report.style import (
     method_style,
     new_figure,
 )
+from testbed.simulation.metrics import LOSS_FORCE_N, intervals, methods, rms, rope_tension_n
+from testbed.simulation.residuals import Suspect, leg_alone, load_residuals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +39,9 @@ Columns = Mapping[str, Array]
 Events = Sequence[Mapping[str, Any]]
 
 
-def foot_loads(data: Columns, truth: Columns, events: Events, window: tuple[float, float] | None = None) -> Figure:
+def foot_loads(
+    data: Columns, truth: Columns, events: Events, window: tuple[float, float] | None = None
+) -> Figure:
     """Per leg: the true load, every estimate and the expected load, along the vertical joint's axis."""
     figure, axes = new_figure(4, 6.9, legend_rows=3)
     start, end = window or (float(truth["t"][0]), float(truth["t"][-1]))
@@ -95,7 +97,11 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
     t, by_leg = data["t"], load_residuals(data, method)
     figure, axes = new_figure(4, 6.3)
     ends = {
-        leg: [data[f"expected_{leg}"] - end for end in leg_alone(data, method, leg)[1:] if end is not None]
+        leg: [
+            data[f"expected_{leg}"] - end
+            for end in leg_alone(data, method, leg)[1:]
+            if end is not None
+        ]
         for leg in LEGS
     }
     sets = [end for both in ends.values() for end in both]
@@ -111,7 +117,9 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
         else:
             ax.plot(*envelope(t, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
         ax.plot(*course(t, by_leg[leg]), color=colour, lw=1.2)
-        ax.set_title(f"{leg}, {LEG_NAME[leg]}: median {median:+.0f} N" + ("  ← stands out" if named else ""))
+        ax.set_title(
+            f"{leg}, {LEG_NAME[leg]}: median {median:+.0f} N" + ("  ← stands out" if named else "")
+        )
         ax.set_ylim(low, high)
         ax.set_ylabel("residual [N]")
         _mark(ax, events, float(t[0]), float(t[-1]))
@@ -125,7 +133,12 @@ def pressures(data: Columns, events: Events) -> Figure:
     t = data["t"]
     for ax, leg in zip(axes, LEGS, strict=False):
         for side, colour, label in (("a", BLUE, "A, piston side"), ("b", ORANGE, "B, rod side")):
-            ax.plot(*envelope(t, data[f"pressure_{side}_{leg}_vertical"] / 1e5), color=colour, lw=0.8, label=label)
+            ax.plot(
+                *envelope(t, data[f"pressure_{side}_{leg}_vertical"] / 1e5),
+                color=colour,
+                lw=0.8,
+                label=label,
+            )
         ax.set_title(f"{leg} vertical")
         ax.set_ylabel("[bar]")
         _mark(ax, events, float(t[0]), float(t[-1]))
@@ -141,7 +154,9 @@ def pressures(data: Columns, events: Events) -> Figure:
 def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Events) -> Figure:
     """Rope tensions, read and true; with a drill at work also its force along the slope's normal and its moment."""
     slope = np.deg2rad(slope_deg)
-    force = truth["drill_wrench_in_world_fz"] * np.cos(slope) - truth["drill_wrench_in_world_fx"] * np.sin(slope)
+    force = truth["drill_wrench_in_world_fz"] * np.cos(slope) - truth[
+        "drill_wrench_in_world_fx"
+    ] * np.sin(slope)
     torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{i}"] for i in "xyz"], axis=0)
     drills = bool(np.any(force)) or bool(np.any(torque))
     figure, axes = new_figure(3 if drills else 1, 6.6 if drills else 3.0)
@@ -150,7 +165,9 @@ def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Eve
         read = data.get(f"rope_tension_{side}")
         if read is not None:
             axes[0].plot(*envelope(data["t"], read / 1e3), color=colour, lw=0.6, alpha=0.4)
-        axes[0].plot(*course(t, rope_tension_n(truth, side) / 1e3), color=colour, lw=1.2, label=side)
+        axes[0].plot(
+            *course(t, rope_tension_n(truth, side) / 1e3), color=colour, lw=1.2, label=side
+        )
     axes[0].set_title("rope tension, true over read")
     axes[0].set_ylabel("[kN]")
     axes[0].legend(loc="best", ncols=2)
@@ -189,7 +206,9 @@ def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
 def _name_events(ax: Axes, events: Events, start: float, end: float) -> None:
     for number, event in enumerate(events):
         when = float(event["t"])
-        late = when > start + 0.7 * (end - start)  # its word goes to the left, or it would leave the page
+        late = when > start + 0.7 * (
+            end - start
+        )  # its word goes to the left, or it would leave the page
         ax.axvline(when, color=GREY, lw=0.8)
         ax.annotate(
             _event_word(event),

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.fit import residuals
-from testbed.diagnosis.robot import LEARNT_SHARE, RobotDiagnosis
-from testbed.diagnosis.robot_findings import as_json, spoken
-from testbed.diagnosis.robot_problem import FLOW_S
-from testbed.diagnosis.series import BIN
+from testbed.diagnosis.leg.fit import residuals
+from testbed.diagnosis.leg.series import BIN
+from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
+from testbed.diagnosis.robot.findings import as_json, spoken
+from testbed.diagnosis.robot.problem import FLOW_S
 from testbed.effects import by_name
-from testbed.files import write_text
+from testbed.formats.files import write_text
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
 
@@ -38,12 +38,17 @@ def contents(d: RobotDiagnosis) -> dict[str, Any]:
         "headline": headline(d),
         "effects": [e | {"text": by_name(e["name"]).text} for e in found["effects"]],
         "hypotheses": [
-            (" + ".join(spoken(n) for n in h["names"]) or "none", h["probability"]) for h in found["hypotheses"][:6]
+            (" + ".join(spoken(n) for n in h["names"]) or "none", h["probability"])
+            for h in found["hypotheses"][:6]
         ],
         "errors": [*d.errors.items(), ("all", d.total())],
         "slides": d.slides,
         "learnt": round(100 * LEARNT_SHARE),
-        "rivals": [(" + ".join(spoken(n) for n in c.names), d.state.gain(c)) for c in ranked if len(c.names) == 1][:8],
+        "rivals": [
+            (" + ".join(spoken(n) for n in c.names), d.state.gain(c))
+            for c in ranked
+            if len(c.names) == 1
+        ][:8],
         "force": force_figure(d),
         "flow": flow_figure(d),
         "flow_s": FLOW_S,
@@ -75,16 +80,23 @@ def _figure(d: RobotDiagnosis, channel: str, factor: float, label: str, salt: st
     import matplotlib.pyplot as plt
 
     stages = (("before", GREY), ("refit", VERMILION), ("after", BLUE))
-    values = {stage: residuals(d.problem, d.points[stage], (channel,))[channel] for stage, _ in stages}
+    values = {
+        stage: residuals(d.problem, d.points[stage], (channel,))[channel] for stage, _ in stages
+    }
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panels = plt.subplots(1, 4, figsize=(10.4, 2.2), sharey=True)
-        first, limit = 0, factor * 1.2 * max(float(np.percentile(np.abs(v), 99)) for v in values.values())
+        first, limit = (
+            0,
+            factor * 1.2 * max(float(np.percentile(np.abs(v), 99)) for v in values.values()),
+        )
         for panel, s in zip(panels, d.problem.series, strict=True):
             at = slice(first, first + s.bins)
             first += s.bins * (2 if channel == "flow" else 1)
             time = s.signals.time_s[1::BIN][: s.bins]
             for stage, colour in stages:
-                panel.plot(time[::4], factor * values[stage][at][::4], color=colour, lw=0.7, label=stage)
+                panel.plot(
+                    time[::4], factor * values[stage][at][::4], color=colour, lw=0.7, label=stage
+                )
             panel.axvline(d.problem.window_s[1], color="#1a1a1a", lw=0.6, ls=":")
             panel.set_title(s.name.replace("_", " "))
             panel.set_xlabel("time, s")

@@ -13,16 +13,16 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed import __version__
-from testbed.evaluation.metrics import methods, stability_margin, tilt_deg
-from testbed.evaluation.pictures import pictures
-from testbed.evaluation.residuals import Suspect, best_method, load_residuals
-from testbed.evaluation.runs import Run, read_run
-from testbed.files import write_text
-from testbed.parameters.names import LEGS
+from testbed.formats.files import write_text
+from testbed.machine.names import LEGS
 from testbed.report.animation import animation
 from testbed.report.console import summary_rows
 from testbed.report.page import render
 from testbed.report.style import RC, method_name, svg
+from testbed.simulation.metrics import methods, stability_margin, tilt_deg
+from testbed.simulation.pictures import pictures
+from testbed.simulation.residuals import Suspect, best_method, load_residuals
+from testbed.simulation.runs import Run, read_run
 
 Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
@@ -55,12 +55,16 @@ def _contents(run: Run) -> dict[str, Any]:
         "verdict": _verdict(summary),
         "good": summary.get("verdict") == "stood",
         "words": _words(summary, named),
-        "keys": [(name, _unbroken(value)) for name, value in summary_rows(summary) if name != "verdict"],
+        "keys": [
+            (name, _unbroken(value)) for name, value in summary_rows(summary) if name != "verdict"
+        ],
         "picture": _picture(large[-1][1]) if large else None,
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": slope_deg,
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method) if enough else [],
+        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method)
+        if enough
+        else [],
         "animation": animation(run.data, run.truth, slope_deg) if enough else None,
         "legs": LEGS,
         "errors": _errors(summary),
@@ -73,13 +77,15 @@ def _contents(run: Run) -> dict[str, Any]:
 
 def _no_summary(run: Run) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
-    from testbed.evaluation.metrics import run_metrics
-    from testbed.parameters.yaml_files import read_yaml
+    from testbed.formats.yaml_files import read_yaml
+    from testbed.simulation.metrics import run_metrics
 
     path = run.folder / "scenario.yaml"
     scenario = read_yaml(path) if path.is_file() else {}
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
-    rows = min(len(run.data["t"]), len(run.truth["t"]))  # the last second of one series may be missing
+    rows = min(
+        len(run.data["t"]), len(run.truth["t"])
+    )  # the last second of one series may be missing
     for columns in (run.data, run.truth):
         for name in columns:
             columns[name] = columns[name][:rows]
@@ -98,7 +104,9 @@ def _no_summary(run: Run) -> dict[str, Any]:
 def _verdict(summary: Mapping[str, Any]) -> str:
     seconds = f"{summary['simulated_s']:.1f} s"
     text = (
-        f"{summary['verdict']} for {seconds}" if summary["verdict"] == "stood" else f"{summary['verdict']}, {seconds}"
+        f"{summary['verdict']} for {seconds}"
+        if summary["verdict"] == "stood"
+        else f"{summary['verdict']}, {seconds}"
     )
     return text[0].upper() + text[1:] + (", then interrupted" if summary.get("interrupted") else "")
 
@@ -159,7 +167,11 @@ def _parts(
                 "Estimate minus truth, the paper's equations one after the other.",
                 figures.estimate_errors(data, truth, events),
             )
-        add("Pressures", "As the transducers read them, through their calibration.", figures.pressures(data, events))
+        add(
+            "Pressures",
+            "As the transducers read them, through their calibration.",
+            figures.pressures(data, events),
+        )
         add(
             "Ropes and drill",
             "What holds the robot and what pushes it.",
@@ -174,14 +186,18 @@ def _parts(
         add(
             "Body",
             "Margin: share of the load off the edge about which the robot would tip first, 0 to 0.5.",
-            figures.body(truth["t"], tilt_deg(truth, slope_deg), up, stability_margin(truth), events),
+            figures.body(
+                truth["t"], tilt_deg(truth, slope_deg), up, stability_margin(truth), events
+            ),
         )
     return parts
 
 
 def _way_up(truth: Mapping[str, Array], slope_deg: float) -> Array:
     slope = np.deg2rad(slope_deg)
-    along: Array = truth["body_pose_in_world_x"] * np.cos(slope) + truth["body_pose_in_world_z"] * np.sin(slope)
+    along: Array = truth["body_pose_in_world_x"] * np.cos(slope) + truth[
+        "body_pose_in_world_z"
+    ] * np.sin(slope)
     return np.asarray(along - along[0])
 
 
@@ -232,5 +248,17 @@ def _film(folder: Path) -> dict[str, Any]:
         return {"film": None}
     frames = [Image.open(path).convert("RGB") for _, path in small]
     buffer = io.BytesIO()
-    frames[0].save(buffer, "WEBP", save_all=True, append_images=frames[1:], duration=250, loop=0, quality=70, method=0)
-    return {"film": "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode(), "film_count": len(small)}
+    frames[0].save(
+        buffer,
+        "WEBP",
+        save_all=True,
+        append_images=frames[1:],
+        duration=250,
+        loop=0,
+        quality=70,
+        method=0,
+    )
+    return {
+        "film": "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode(),
+        "film_count": len(small),
+    }

@@ -15,21 +15,21 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
-from testbed.evaluation.metrics import methods
-from testbed.evaluation.residuals import best_method
-from testbed.evaluation.runs import Run, read_run
-from testbed.evaluation.stability import rotation
-from testbed.files import whole
-from testbed.parameters.names import AXES, LEGS, SIDES
-from testbed.parameters.provenance import roboclimber
-from testbed.parameters.scenario import Scenario, load_scenario
-from testbed.parameters.scenario_terrain import Patch
+from testbed.formats.files import whole
+from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.machine.provenance import roboclimber
 from testbed.report.style import LEG_COLOUR, LEG_NAME, method_name
-from testbed.robot.drawing import visuals
 from testbed.robot.kinematics import LegKinematics
-from testbed.robot.shapes import COLOURS, Shape
-from testbed.robot.urdf import Joint, drill_mount_m, rope_attachment_m, structure
-from testbed.world.terrain import Ground, anchors_in_world, make_ground
+from testbed.robot.urdf.drawing import visuals
+from testbed.robot.urdf.generate import Joint, drill_mount_m, rope_attachment_m, structure
+from testbed.robot.urdf.shapes import COLOURS, Shape
+from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.scenario.terrain import Patch
+from testbed.simulation.metrics import methods
+from testbed.simulation.residuals import best_method
+from testbed.simulation.runs import Run, read_run
+from testbed.simulation.stability import rotation
+from testbed.world.ground.terrain import Ground, anchors_in_world, make_ground
 
 Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
@@ -40,7 +40,13 @@ CELL_M, ROOM_M = 0.1, 3.0
 """Of the drawn ground: cell, and how far it goes on beyond the machine's way."""
 ROPE_M = 5.0
 """As much of a rope is drawn: the anchors are far, and the view would hold them too."""
-GROUND, PATCH, ROPE, DRILL, TRUE = (150, 140, 125), (190, 120, 80), (190, 190, 200), (220, 60, 40), (225, 175, 40)
+GROUND, PATCH, ROPE, DRILL, TRUE = (
+    (150, 140, 125),
+    (190, 120, 80),
+    (190, 190, 200),
+    (220, 60, 40),
+    (225, 175, 40),
+)
 
 
 def library() -> Any:
@@ -48,7 +54,9 @@ def library() -> Any:
     try:
         import rerun
     except ImportError as error:
-        raise InputError("needs the extra `view`", allowed="pip install 'roboclimber-testbed[view]'") from error
+        raise InputError(
+            "needs the extra `view`", allowed="pip install 'roboclimber-testbed[view]'"
+        ) from error
     return rerun
 
 
@@ -59,11 +67,19 @@ def write_scene(folder: str | Path) -> Path:
     """
     rr = library()
     run = read_run(folder)
-    if "body_pose_in_world_x" not in run.truth or f"position_{AXES[0]}" not in run.data or len(run.truth["t"]) < 2:
-        raise InputError("has no poses to draw", file=run.folder, allowed="a run with data, truth and two rows")
+    if (
+        "body_pose_in_world_x" not in run.truth
+        or f"position_{AXES[0]}" not in run.data
+        or len(run.truth["t"]) < 2
+    ):
+        raise InputError(
+            "has no poses to draw", file=run.folder, allowed="a run with data, truth and two rows"
+        )
     scenario = load_scenario(run.folder / "scenario.yaml")
     path = run.folder / "scene.rrd"
-    recording = rr.RecordingStream("roboclimber", recording_id=f"{scenario.name}, seed {scenario.seed}")
+    recording = rr.RecordingStream(
+        "roboclimber", recording_id=f"{scenario.name}, seed {scenario.seed}"
+    )
     with whole(path) as hidden:
         recording.save(str(hidden), default_blueprint=_blueprint())
         _still(rr, recording, scenario, run.truth)
@@ -90,9 +106,14 @@ def _blueprint() -> Any:
 
     loads = [lines(f"load {LEG_NAME[leg]} [N]", f"load/{leg}") for leg in LEGS]
     rest = [
-        lines("rope tension [N]", "rope"), lines("vertical cylinders [Pa]", "pressure"), lines("thrust [N]", "drill"),
-    ]  # fmt: skip
-    tabs = [rrb.Vertical(*loads, name="foot loads"), rrb.Vertical(*rest, name="ropes, pressures, drill")]
+        lines("rope tension [N]", "rope"),
+        lines("vertical cylinders [Pa]", "pressure"),
+        lines("thrust [N]", "drill"),
+    ]
+    tabs = [
+        rrb.Vertical(*loads, name="foot loads"),
+        rrb.Vertical(*rest, name="ropes, pressures, drill"),
+    ]
     plots = rrb.Tabs(*tabs)
     scene = rrb.Spatial3DView(name="robot", origin="/world")
     return rrb.Blueprint(rrb.Horizontal(scene, plots, column_shares=[3, 2]), collapse_panels=True)
@@ -111,7 +132,13 @@ def joint_pose(joint: Joint, position: Array) -> tuple[Array, Array]:
     slid = position if joint.kind == "prismatic" else np.zeros_like(position)
     turned = joint.yaw_rad + (position if joint.kind == "revolute" else np.zeros_like(position))
     c, s = np.cos(joint.yaw_rad), np.sin(joint.yaw_rad)
-    axis = np.array([c * joint.axis[0] - s * joint.axis[1], s * joint.axis[0] + c * joint.axis[1], joint.axis[2]])
+    axis = np.array(
+        [
+            c * joint.axis[0] - s * joint.axis[1],
+            s * joint.axis[0] + c * joint.axis[1],
+            joint.axis[2],
+        ]
+    )
     return np.array(joint.origin_m) + slid[:, None] * axis, turned
 
 
@@ -130,12 +157,19 @@ def _still(rr: Any, recording: Any, scenario: Scenario, truth: Columns) -> None:
         if joint.kind == "fixed":
             place, turned = joint_pose(joint, np.zeros(1))
             recording.log(
-                paths[joint.child], rr.Transform3D(translation=place[0], quaternion=_about_z(turned)[0]), static=True
+                paths[joint.child],
+                rr.Transform3D(translation=place[0], quaternion=_about_z(turned)[0]),
+                static=True,
             )
     ground = make_ground(scenario.terrain)
-    points, normals, triangles, colours = ground_mesh(ground, scenario.terrain.patches, _way(ground, truth))
+    points, normals, triangles, colours = ground_mesh(
+        ground, scenario.terrain.patches, _way(ground, truth)
+    )
     mesh = rr.Mesh3D(
-        vertex_positions=points, vertex_normals=normals, triangle_indices=triangles, vertex_colors=colours
+        vertex_positions=points,
+        vertex_normals=normals,
+        triangle_indices=triangles,
+        vertex_colors=colours,
     )
     recording.log("world/ground", mesh, static=True)
 
@@ -150,12 +184,15 @@ def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
         common: dict[str, Any] = {
             "centers": [s.centre for s in here],
             "quaternions": Rotation.from_euler("xyz", [s.rpy for s in here]).as_quat(),
-            "colors": [[round(255 * c) for c in COLOURS[s.colour]] for s in here], "fill_mode": "solid",
-        }  # fmt: skip
+            "colors": [[round(255 * c) for c in COLOURS[s.colour]] for s in here],
+            "fill_mode": "solid",
+        }
         if kind == "box":
             solid = rr.Boxes3D(sizes=[s.size for s in here], **common)
         elif kind == "cylinder":
-            solid = rr.Cylinders3D(radii=[s.size[0] for s in here], lengths=[s.size[1] for s in here], **common)
+            solid = rr.Cylinders3D(
+                radii=[s.size[0] for s in here], lengths=[s.size[1] for s in here], **common
+            )
         else:
             solid = rr.Ellipsoids3D(half_sizes=[[s.size[0]] * 3 for s in here], **common)
         recording.log(f"{path}/{kind}", solid, static=True)
@@ -163,7 +200,10 @@ def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
 
 def _way(ground: Ground, truth: Columns) -> tuple[float, float, float, float]:
     """(least x, greatest x, least y, greatest y) of the body in the slope's frame, with room."""
-    body = np.column_stack([truth[f"body_pose_in_world_{k}"] for k in "xyz"]) @ ground.rotation_slope_to_world
+    body = (
+        np.column_stack([truth[f"body_pose_in_world_{k}"] for k in "xyz"])
+        @ ground.rotation_slope_to_world
+    )
     low, high = np.nanmin(body, axis=0) - ROOM_M, np.nanmax(body, axis=0) + ROOM_M
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
@@ -188,20 +228,32 @@ def ground_mesh(
     first = (np.arange(len(x) - 1)[:, None] * len(y) + np.arange(len(y) - 1)[None, :]).ravel()
     lower = np.column_stack([first, first + len(y), first + 1])
     upper = np.column_stack([first + 1, first + len(y), first + len(y) + 1])
-    return points @ ground.rotation_slope_to_world.T, normals, np.concatenate([lower, upper]), colours
+    return (
+        points @ ground.rotation_slope_to_world.T,
+        normals,
+        np.concatenate([lower, upper]),
+        colours,
+    )
 
 
 def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
     data, truth = run.data, run.truth
     rows = min(len(data["t"]), len(truth["t"]))
-    step = max(round(1.0 / (FRAME_HZ * float(np.median(np.diff(truth["t"]))))), -(-rows // MOST_ROWS), 1)
+    step = max(
+        round(1.0 / (FRAME_HZ * float(np.median(np.diff(truth["t"]))))), -(-rows // MOST_ROWS), 1
+    )
     at = np.arange(0, rows, step)
     when = [rr.TimeColumn("time", duration=truth["t"][at])]
     parameters = roboclimber()
     joints = structure(parameters)[1]
     paths = link_paths(joints)
-    body, turned = _vectors(truth, "body_pose_in_world", at), _columns(truth, "body_pose_in_world_q", "xyzw", at)
-    recording.send_columns("world/body", when, rr.Transform3D.columns(translation=body, quaternion=turned))
+    body, turned = (
+        _vectors(truth, "body_pose_in_world", at),
+        _columns(truth, "body_pose_in_world_q", "xyzw", at),
+    )
+    recording.send_columns(
+        "world/body", when, rr.Transform3D.columns(translation=body, quaternion=turned)
+    )
     for joint in joints:
         if joint.kind != "fixed":
             place, angle = joint_pose(joint, data[f"position_{joint.name}"][at])
@@ -210,13 +262,23 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
     turns = np.array([rotation(*q) for q in turned])
     legs = LegKinematics.from_parameters(parameters)
     positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
-    feet = body[:, None] + np.array([legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)])
+    feet = body[:, None] + np.array(
+        [legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)]
+    )
     for k, leg in enumerate(LEGS):
         force = _vectors(truth, f"foot_force_in_world_{leg}", at)
         beside = feet[:, k] + turns[:, :, 1] * (ASIDE_M if leg.endswith("l") else -ASIDE_M)
         _arrow(rr, recording, when, f"world/force/{leg}", beside, force, _rgb(LEG_COLOUR[leg]))
     bit = body + turns @ np.array(drill_mount_m(parameters))
-    _arrow(rr, recording, when, "world/force/drill", bit, _vectors(truth, "drill_wrench_in_world_f", at, ""), DRILL)
+    _arrow(
+        rr,
+        recording,
+        when,
+        "world/force/drill",
+        bit,
+        _vectors(truth, "drill_wrench_in_world_f", at, ""),
+        DRILL,
+    )
     if scenario.ropes.enabled:
         ground = make_ground(scenario.terrain)
         anchors = anchors_in_world(scenario.ropes, ground.rotation_slope_to_world)
@@ -229,7 +291,9 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
             far = np.linalg.norm(along, axis=1)[:, None]
             ends = np.stack([lower, lower + along * np.minimum(ROPE_M / far, 1.0)], axis=1)
             path = f"world/rope/{side}"
-            recording.log(path, rr.LineStrips3D.from_fields(colors=[ROPE], radii=[0.012]), static=True)
+            recording.log(
+                path, rr.LineStrips3D.from_fields(colors=[ROPE], radii=[0.012]), static=True
+            )
             recording.send_columns(path, when, rr.LineStrips3D.columns(strips=list(ends)))
 
 
@@ -242,10 +306,18 @@ def _columns(columns: Columns, name: str, ends: str, at: Any) -> Array:
 
 
 def _arrow(
-    rr: Any, recording: Any, when: Any, path: str, origin: Array, force_n: Array, colour: tuple[int, int, int]
+    rr: Any,
+    recording: Any,
+    when: Any,
+    path: str,
+    origin: Array,
+    force_n: Array,
+    colour: tuple[int, int, int],
 ) -> None:
     recording.log(path, rr.Arrows3D.from_fields(colors=[colour], radii=[0.025]), static=True)
-    recording.send_columns(path, when, rr.Arrows3D.columns(vectors=force_n * M_A_NEWTON, origins=origin))
+    recording.send_columns(
+        path, when, rr.Arrows3D.columns(vectors=force_n * M_A_NEWTON, origins=origin)
+    )
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:
@@ -259,10 +331,20 @@ def _signals(rr: Any, recording: Any, run: Run) -> None:
     wanted: list[tuple[str, str, tuple[int, int, int], Columns, str]] = []
     for leg in LEGS:
         wanted.append((f"load/{leg}/true", "true", TRUE, truth, f"foot_load_{leg}"))
-        wanted.append((f"load/{leg}/expected", "expected", (150, 150, 150), data, f"expected_{leg}"))
+        wanted.append(
+            (f"load/{leg}/expected", "expected", (150, 150, 150), data, f"expected_{leg}")
+        )
         if method:
             name = f"estimate: {method_name(method)}"
-            wanted.append((f"load/{leg}/estimate", name, _rgb(LEG_COLOUR[leg]), data, f"estimate_{method}_{leg}"))
+            wanted.append(
+                (
+                    f"load/{leg}/estimate",
+                    name,
+                    _rgb(LEG_COLOUR[leg]),
+                    data,
+                    f"estimate_{method}_{leg}",
+                )
+            )
         for chamber in "ab":
             column = f"pressure_{chamber}_{leg}_vertical"
             name = f"{leg} {chamber.upper()}"

@@ -39,7 +39,11 @@ def spread(t: Array, y: Array, bins: int = 400) -> tuple[Array, Array, Array]:
     bins = min(bins, len(t))
     starts = np.linspace(0, len(t), bins, endpoint=False).astype(int)
     counts = np.diff(np.append(starts, len(t)))
-    return np.add.reduceat(t, starts) / counts, np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
+    return (
+        np.add.reduceat(t, starts) / counts,
+        np.fmin.reduceat(y, starts),
+        np.fmax.reduceat(y, starts),
+    )
 
 
 def limits(*series: Array, share: float = 0.002, room: float = 0.08) -> tuple[float, float]:

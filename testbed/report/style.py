@@ -81,7 +81,9 @@ def new_figure(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH_IN, height_in))
-    grid = figure.subplots(rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios})
+    grid = figure.subplots(
+        rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios}
+    )
     top_in = 0.24 + 0.19 * legend_rows + (0.06 if legend_rows else 0.0)
     axis_in = (height_in - top_in - 0.46 - 0.36 * (rows - 1)) / rows
     figure.subplots_adjust(

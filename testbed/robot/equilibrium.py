@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.errors import InputError
-from testbed.parameters.names import LEGS
-from testbed.robot.contact_geometry import contact_axes, contact_maps
-from testbed.robot.foot_loads import external_wrench, point_wrench
+from testbed.machine.names import LEGS
+from testbed.robot.contact.geometry import contact_axes, contact_maps
+from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import Payload, RobotModel
 
 Array = NDArray[np.float64]
@@ -42,9 +42,15 @@ class StaticEquilibrium:
 
 
 def static_equilibrium(
-    model: RobotModel, positions: ArrayLike, gravity_in_body: ArrayLike, friction: float, *,
-    rope_directions_in_body: ArrayLike | None = None, rope_share: float | None = None,
-    payload: Payload | None = None, drill_wrench_in_body: ArrayLike | None = None,
+    model: RobotModel,
+    positions: ArrayLike,
+    gravity_in_body: ArrayLike,
+    friction: float,
+    *,
+    rope_directions_in_body: ArrayLike | None = None,
+    rope_share: float | None = None,
+    payload: Payload | None = None,
+    drill_wrench_in_body: ArrayLike | None = None,
     normals_in_body: ArrayLike | None = None,
 ) -> StaticEquilibrium:
     """Hold joint positions (12,) under gravity (3,) in the body frame, with the least use of friction.
@@ -53,22 +59,41 @@ def static_equilibrium(
     rope_share: the ropes' part of the load along the feet's plane (0: slack, 1: the feet push no way); None: the best.
     Raises InputError if no such equilibrium exists, with the share that would do if there is one.
     """
-    problem = _Problem(model, positions, gravity_in_body, friction, rope_directions_in_body, payload,
-                       drill_wrench_in_body, normals_in_body)
+    problem = _Problem(
+        model,
+        positions,
+        gravity_in_body,
+        friction,
+        rope_directions_in_body,
+        payload,
+        drill_wrench_in_body,
+        normals_in_body,
+    )
     solution = problem.solve(rope_share)
     if solution is None:
-        best = None if rope_directions_in_body is None or rope_share is None else problem.solve(None)
+        best = (
+            None if rope_directions_in_body is None or rope_share is None else problem.solve(None)
+        )
         if best is None:
-            raise InputError(f"feet with friction {friction:g} and the ropes cannot hold this posture", field="posture")
+            raise InputError(
+                f"feet with friction {friction:g} and the ropes cannot hold this posture",
+                field="posture",
+            )
         raise InputError(
-            f"the feet with friction {friction:g} cannot hold the rest", field="ropes.share", value=rope_share,
+            f"the feet with friction {friction:g} cannot hold the rest",
+            field="ropes.share",
+            value=rope_share,
             allowed=f"at least about {problem.lowest_share():.3f}; {problem.share(best):.3f} uses friction least",
         )
     forces = problem.forces_in_body(solution)
     held = model.gravity_forces(positions, gravity_in_body)[6:]
     joints = held - np.einsum("kia,ki->a", model.feet(positions)[1], forces)
     return StaticEquilibrium(
-        solution[_FEET:] * problem.scale, forces, problem.friction_use(solution), joints, problem.share(solution)
+        solution[_FEET:] * problem.scale,
+        forces,
+        problem.friction_use(solution),
+        joints,
+        problem.share(solution),
     )
 
 
@@ -76,18 +101,37 @@ class _Problem:
     """The quadratic program in z = (12 foot forces in contact axes, 2 rope tensions), in units of the load."""
 
     def __init__(
-        self, model: RobotModel, positions: ArrayLike, gravity: ArrayLike, friction: float,
-        ropes: ArrayLike | None, payload: Payload | None, drill: ArrayLike | None, normals: ArrayLike | None,
+        self,
+        model: RobotModel,
+        positions: ArrayLike,
+        gravity: ArrayLike,
+        friction: float,
+        ropes: ArrayLike | None,
+        payload: Payload | None,
+        drill: ArrayLike | None,
+        normals: ArrayLike | None,
     ) -> None:
         load = external_wrench(model, positions, gravity, payload, None, drill)
         undersides, _ = model.feet(positions)
-        up = np.tile([0.0, 0.0, 1.0], (len(LEGS), 1)) if normals is None else np.asarray(normals, dtype=float)
+        up = (
+            np.tile([0.0, 0.0, 1.0], (len(LEGS), 1))
+            if normals is None
+            else np.asarray(normals, dtype=float)
+        )
         self.frames = contact_axes(up)
-        maps = contact_maps(undersides, model.vertical_axes(positions), self.frames, model.foot_radius_m, np.zeros(3))
+        maps = contact_maps(
+            undersides,
+            model.vertical_axes(positions),
+            self.frames,
+            model.foot_radius_m,
+            np.zeros(3),
+        )
         self.friction, self.scale = friction, float(np.linalg.norm(load[:3]))
         self.roped = ropes is not None
         pulls = np.zeros((2, 3)) if ropes is None else np.asarray(ropes, dtype=float)
-        columns = [point_wrench(pull, at) for pull, at in zip(pulls, model.rope_attachments_m, strict=True)]
+        columns = [
+            point_wrench(pull, at) for pull, at in zip(pulls, model.rope_attachments_m, strict=True)
+        ]
         self.balance = np.hstack([*maps, np.array(columns).T])
         self.load = load / self.scale
         # The ropes' share is counted against the pull along the feet's mean plane.
@@ -136,8 +180,14 @@ class _Problem:
         sense = np.zeros(len(free_low) + len(rows), dtype=np.int32)
         sense[len(free_low) : len(free_low) + len(equal)] = 5
         found: Any = daqp.solve(
-            weights, costs, np.ascontiguousarray(rows), np.concatenate([free_high, upper]),
-            np.concatenate([free_low, lower]), sense, primal_tol=1e-10, iter_limit=5000,
+            weights,
+            costs,
+            np.ascontiguousarray(rows),
+            np.concatenate([free_high, upper]),
+            np.concatenate([free_low, lower]),
+            sense,
+            primal_tol=1e-10,
+            iter_limit=5000,
         )
         z = np.asarray(found[0])
         reached = found[2] > 0 and bool(np.abs(equal @ z - value).max() < 1e-7)
@@ -150,7 +200,11 @@ class _Problem:
         for leg in range(len(LEGS)):
             for side in range(SIDES_OF_CONE):
                 angle = 2 * np.pi * side / SIDES_OF_CONE
-                rows[leg * SIDES_OF_CONE + side, 3 * leg : 3 * leg + 3] = (-inside, np.cos(angle), np.sin(angle))
+                rows[leg * SIDES_OF_CONE + side, 3 * leg : 3 * leg + 3] = (
+                    -inside,
+                    np.cos(angle),
+                    np.sin(angle),
+                )
         return rows
 
     def share(self, z: Array) -> float:
@@ -180,7 +234,12 @@ def balanced_attachment_height_m(
     off shifts them by 11 cm, and half the footprint, 1.25 m, is all there is.
     """
     if not 0.0 < rope_share <= 1.5:
-        raise InputError("is no share that ropes can carry", field="rope_share", value=rope_share, allowed="0 to 1.5")
+        raise InputError(
+            "is no share that ropes can carry",
+            field="rope_share",
+            value=rope_share,
+            allowed="0 to 1.5",
+        )
     carrier = model if payload is None else model.with_payload(payload)
     centre = float(carrier.centre_of_mass_m(positions)[2])
     soles = float(carrier.foot_positions_m(positions)[:, 2].mean())

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.parameters.names import LEGS
-from testbed.parameters.provenance import Parameters
-from testbed.robot.urdf import hip_m, radial_direction_rad
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import Parameters
+from testbed.robot.urdf.generate import hip_m, radial_direction_rad
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,11 @@ class LegKinematics:
         """Underside of one foot, m, from its leg's joints (3), rad and m."""
         hip_x, hip_y, direction = self._legs[leg]
         angle, reach = direction + joints[0], self.offset_m + joints[1]
-        return hip_x + reach * math.cos(angle), hip_y + reach * math.sin(angle), self.retracted_m - joints[2]
+        return (
+            hip_x + reach * math.cos(angle),
+            hip_y + reach * math.sin(angle),
+            self.retracted_m - joints[2],
+        )
 
     @cached_property
     def numbers(self) -> tuple[Array, float, float]:
@@ -71,7 +75,10 @@ class LegKinematics:
     def _legs(self) -> list[tuple[float, float, float]]:
         """Hip x and y, neutral direction of each leg."""
         return [
-            (x, y, turn) for (x, y, _), turn in zip(self.hips_m.tolist(), self.directions_rad.tolist(), strict=True)
+            (x, y, turn)
+            for (x, y, _), turn in zip(
+                self.hips_m.tolist(), self.directions_rad.tolist(), strict=True
+            )
         ]
 
 
@@ -79,7 +86,9 @@ _NOWHERE = np.zeros(3)
 
 
 @njit
-def joints_of_feet(feet: Any, body: Any, legs: Any, offset_m: float, retracted_m: float, out: Any) -> None:
+def joints_of_feet(
+    feet: Any, body: Any, legs: Any, offset_m: float, retracted_m: float, out: Any
+) -> None:
     """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there with the body at `body` (3)."""
     for leg in range(legs.shape[0]):
         x, y = feet[leg, 0] - body[0] - legs[leg, 0], feet[leg, 1] - body[1] - legs[leg, 1]

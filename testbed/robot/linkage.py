@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
-from testbed.parameters.names import LEGS
-from testbed.parameters.provenance import Parameters
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import Parameters
 
 Array = NDArray[np.float64]
 ROTATION: tuple[int, ...] = tuple(range(0, 3 * len(LEGS), 3))
@@ -25,14 +25,18 @@ ROTATION: tuple[int, ...] = tuple(range(0, 3 * len(LEGS), 3))
 
 
 @njit
-def pin_distance_m(angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float) -> float:
+def pin_distance_m(
+    angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float
+) -> float:
     """Distance of the two pins of joint 1, m, at a joint angle, rad (compiled; scalars)."""
     product = body_anchor_m * lever_m * math.cos(angle_neutral_rad + angle_rad)
     return math.sqrt(body_anchor_m**2 + lever_m**2 - 2.0 * product)
 
 
 @njit
-def arm_m(angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float) -> float:
+def arm_m(
+    angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float
+) -> float:
     """Moment arm dL/dq of joint 1, m (metres of piston per radian), at a joint angle, rad (compiled; scalars)."""
     distance: float = pin_distance_m(angle_rad, body_anchor_m, lever_m, angle_neutral_rad)
     return body_anchor_m * lever_m * math.sin(angle_neutral_rad + angle_rad) / distance
@@ -47,7 +51,9 @@ def joint_to_cylinder(positions: Array, geometry: Array, extensions: Array, arms
     for axis in range(positions.shape[0]):
         if axis % 3 == 0:
             angle = positions[axis]
-            extensions[axis] = pin_distance_m(angle, geometry[0], geometry[1], geometry[2]) - geometry[3]
+            extensions[axis] = (
+                pin_distance_m(angle, geometry[0], geometry[1], geometry[2]) - geometry[3]
+            )
             arms[axis] = arm_m(angle, geometry[0], geometry[1], geometry[2])
         else:
             extensions[axis] = positions[axis]
@@ -69,21 +75,31 @@ class RotationLinkage:
         """The linkage of a parameter file. Raises InputError if the pins pass a dead centre within the range."""
         numbers, limits = parameters["rotation_linkage"], parameters["joints"]["rotation"]
         linkage = cls(
-            numbers["body_anchor_m"], numbers["lever_m"], numbers["angle_neutral_rad"],
-            limits["lower_rad"], limits["upper_rad"],
+            numbers["body_anchor_m"],
+            numbers["lever_m"],
+            numbers["angle_neutral_rad"],
+            limits["lower_rad"],
+            limits["upper_rad"],
         )
-        first, last = linkage.angle_neutral_rad + linkage.lower_rad, linkage.angle_neutral_rad + linkage.upper_rad
+        first, last = (
+            linkage.angle_neutral_rad + linkage.lower_rad,
+            linkage.angle_neutral_rad + linkage.upper_rad,
+        )
         if not 0.0 < first < last < math.pi:
             raise InputError(
-                "reaches a dead centre within the joint's range", field="rotation_linkage.angle_neutral_rad",
-                value=linkage.angle_neutral_rad, allowed="0 < neutral + angle < pi",
+                "reaches a dead centre within the joint's range",
+                field="rotation_linkage.angle_neutral_rad",
+                value=linkage.angle_neutral_rad,
+                allowed="0 < neutral + angle < pi",
             )
         return linkage
 
     @property
     def closed_length_m(self) -> float:
         """Distance of the pins at extension 0, m."""
-        return float(pin_distance_m(self.lower_rad, self.body_anchor_m, self.lever_m, self.angle_neutral_rad))
+        return float(
+            pin_distance_m(self.lower_rad, self.body_anchor_m, self.lever_m, self.angle_neutral_rad)
+        )
 
     @property
     def stroke_m(self) -> float:
@@ -93,13 +109,17 @@ class RotationLinkage:
     @property
     def geometry(self) -> Array:
         """The numbers that `joint_to_cylinder` takes, (4,)."""
-        return np.array([self.body_anchor_m, self.lever_m, self.angle_neutral_rad, self.closed_length_m])
+        return np.array(
+            [self.body_anchor_m, self.lever_m, self.angle_neutral_rad, self.closed_length_m]
+        )
 
     def extension_m(self, angle_rad: ArrayLike) -> Array:
         """Cylinder extension, m, of any array of joint angles, rad."""
         a, b = self.body_anchor_m, self.lever_m
         turned = self.angle_neutral_rad + np.asarray(angle_rad, dtype=float)
-        return np.asarray(np.sqrt(a * a + b * b - 2 * a * b * np.cos(turned)) - self.closed_length_m)
+        return np.asarray(
+            np.sqrt(a * a + b * b - 2 * a * b * np.cos(turned)) - self.closed_length_m
+        )
 
     def moment_arm_m(self, angle_rad: ArrayLike) -> Array:
         """d extension / d angle, m: torque per newton of cylinder force, for any array of joint angles, rad."""
@@ -113,4 +133,6 @@ class RotationLinkage:
         length = np.asarray(extension_m, dtype=float) + self.closed_length_m
         cosine = (a * a + b * b - length * length) / (2 * a * b)
         inside = np.abs(cosine) <= 1.0
-        return np.where(inside, np.arccos(np.clip(cosine, -1.0, 1.0)) - self.angle_neutral_rad, np.nan)
+        return np.where(
+            inside, np.arccos(np.clip(cosine, -1.0, 1.0)) - self.angle_neutral_rad, np.nan
+        )

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed import resources
 from testbed.errors import InputError
-from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
-from testbed.robot import foot_forces as ff
-from testbed.robot.urdf_check import read_urdf
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
+from testbed.robot.loads import foot_forces as ff
+from testbed.robot.urdf.check import read_urdf
 
 Array = NDArray[np.float64]
 
@@ -46,13 +46,17 @@ def attitude_gravity(roll_rad: float, pitch_rad: float) -> Array:
     A body parallel to a slope that rises towards +x has pitch = -slope.
     """
     level = np.cos(pitch_rad)
-    return GRAVITY_M_S2 * np.array([np.sin(pitch_rad), -np.sin(roll_rad) * level, -np.cos(roll_rad) * level])
+    return GRAVITY_M_S2 * np.array(
+        [np.sin(pitch_rad), -np.sin(roll_rad) * level, -np.cos(roll_rad) * level]
+    )
 
 
 class RobotModel:
     """Masses, gravity, inertia and foot kinematics of one URDF. Not for use by two threads at once (one workspace)."""
 
-    def __init__(self, path: str | Path, payload: Payload | None = None, rope_height_m: float | None = None) -> None:
+    def __init__(
+        self, path: str | Path, payload: Payload | None = None, rope_height_m: float | None = None
+    ) -> None:
         """Read a URDF, with a payload fixed to the platform if given. Raises InputError if the URDF is broken.
 
         `rope_height_m`: height of the ropes' attachments in the body frame instead of the URDF's.
@@ -73,14 +77,19 @@ class RobotModel:
         self._feet = [self._model.getFrameId(f"{leg}_foot") for leg in LEGS]
         self._q: Array = np.asarray(pin.neutral(self._model))
         self.limits: Array = np.column_stack(
-            [self._model.lowerPositionLimit[self._q_index], self._model.upperPositionLimit[self._q_index]]
+            [
+                self._model.lowerPositionLimit[self._q_index],
+                self._model.upperPositionLimit[self._q_index],
+            ]
         )
         """Joint limits (12, 2), rad and m."""
         self.foot_radius_m = _foot_radius(text)
         """Radius of the sphere that touches the ground; its lowest point is the foot frame's origin."""
         self.total_mass_kg = float(pin.computeTotalMass(self._model))
         pin.framesForwardKinematics(self._model, self._data, self._q)
-        self.rope_attachments_m: Array = np.array([self._origin(f"traction_{side}") for side in SIDES])
+        self.rope_attachments_m: Array = np.array(
+            [self._origin(f"traction_{side}") for side in SIDES]
+        )
         """Where the ropes pull, body frame, (2, 3), left then right."""
         if rope_height_m is not None:
             self.rope_attachments_m[:, 2] = rope_height_m
@@ -113,7 +122,11 @@ class RobotModel:
         return np.asarray(held[self._order])
 
     def inverse_dynamics(
-        self, positions: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike, gravity_in_body: ArrayLike
+        self,
+        positions: ArrayLike,
+        velocities: ArrayLike,
+        accelerations: ArrayLike,
+        gravity_in_body: ArrayLike,
     ) -> Array:
         """Generalised forces (18,) that produce accelerations (18,) at velocities (18,), gravity included.
 
@@ -153,11 +166,15 @@ class RobotModel:
             row[ff.RADIAL : ff.RADIAL + 3] = slide[:3, self._v_index[3 * leg + 1]]
             for i, joint in enumerate(joints):
                 link, placed = model.inertias[joint], data.oMi[joint]
-                row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = placed.act(link.lever) - first.translation
+                row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = (
+                    placed.act(link.lever) - first.translation
+                )
                 row[ff.MASSES + i] = link.mass
                 row[ff.INERTIAS + 3 * i : ff.INERTIAS + 3 * i + 3] = np.diag(link.inertia)
             row[ff.RADIUS] = self.foot_radius_m
-            row[ff.FOOT : ff.FOOT + 2] = (data.oMf[self._feet[leg]].translation - first.translation)[:2]
+            row[ff.FOOT : ff.FOOT + 2] = (
+                data.oMf[self._feet[leg]].translation - first.translation
+            )[:2]
         return out
 
     def base_mass(self) -> tuple[float, Array]:
@@ -190,13 +207,21 @@ class RobotModel:
 
     def _add(self, payload: Payload) -> None:
         if not payload.mass_kg > 0.0:
-            raise InputError("must be positive", field="payload.mass_kg", value=payload.mass_kg, allowed="> 0 kg")
-        lump = pin.Inertia(payload.mass_kg, np.array(payload.point_in_body_m, dtype=float), np.zeros((3, 3)))
-        self._model.appendBodyToJoint(self._model.getJointId("root_joint"), lump, pin.SE3.Identity())
+            raise InputError(
+                "must be positive", field="payload.mass_kg", value=payload.mass_kg, allowed="> 0 kg"
+            )
+        lump = pin.Inertia(
+            payload.mass_kg, np.array(payload.point_in_body_m, dtype=float), np.zeros((3, 3))
+        )
+        self._model.appendBodyToJoint(
+            self._model.getJointId("root_joint"), lump, pin.SE3.Identity()
+        )
 
 
 def _foot_radius(text: str) -> float:
-    sphere = ElementTree.fromstring(text).find(f"link[@name='{LEGS[0]}_foot']/collision/geometry/sphere")
+    sphere = ElementTree.fromstring(text).find(
+        f"link[@name='{LEGS[0]}_foot']/collision/geometry/sphere"
+    )
     return 0.0 if sphere is None else float(sphere.get("radius", "0"))
 
 

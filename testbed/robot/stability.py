@@ -29,16 +29,25 @@ MOST = 10.0
 """Pushes beyond ten times the load are not told apart."""
 SMOOTH = 1e-5
 """Weight of the quadratic term that makes the linear program strictly convex; it costs less than 1e-3 of the load."""
-_COSINES, _SINES = (part(2.0 * np.pi * np.arange(SIDES) / SIDES)[:, None] for part in (np.cos, np.sin))
+_COSINES, _SINES = (
+    part(2.0 * np.pi * np.arange(SIDES) / SIDES)[:, None] for part in (np.cos, np.sin)
+)
 """(SIDES, 1) of the angles of a pyramid's edges."""
 _ANGLES = 2.0 * np.pi * np.arange(8) / 8
-DIRECTIONS = np.vstack([np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)]), [[0.0, 0.0, 1.0]]])
+DIRECTIONS = np.vstack(
+    [np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)]), [[0.0, 0.0, 1.0]]]
+)
 """(9, 3) directions of the push, frame of the stance: x up the slope, z off it."""
 
 
 def wrench_margin_n(
-    feet_m: ArrayLike, normals: ArrayLike, friction: float, load: ArrayLike, at_m: ArrayLike,
-    ropes: ArrayLike | None = None, tensions_n: Sequence[tuple[float, float]] = (),
+    feet_m: ArrayLike,
+    normals: ArrayLike,
+    friction: float,
+    load: ArrayLike,
+    at_m: ArrayLike,
+    ropes: ArrayLike | None = None,
+    tensions_n: Sequence[tuple[float, float]] = (),
 ) -> float:
     """Largest push, N, at `at_m` (3) in the worst direction; 0 where not even the load itself is held.
 
@@ -53,11 +62,16 @@ def wrench_margin_n(
     if ropes is not None and len(tensions_n):
         held = np.hstack([held, np.asarray(ropes, dtype=float).T])
         limits = np.array(tensions_n) / scale
-        low, high = (np.concatenate([ends[:-1], limits[:, k], ends[-1:]]) for k, ends in enumerate((low, high)))
+        low, high = (
+            np.concatenate([ends[:-1], limits[:, k], ends[-1:]])
+            for k, ends in enumerate((low, high))
+        )
     wanted = -np.asarray(load, dtype=float) / scale
     arms = np.cross(np.asarray(at_m, dtype=float), DIRECTIONS)
     pushes = np.hstack([DIRECTIONS, arms])
-    return scale * min(_largest(np.column_stack([held, push]), wanted, low, high) for push in pushes)
+    return scale * min(
+        _largest(np.column_stack([held, push]), wanted, low, high) for push in pushes
+    )
 
 
 def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
@@ -68,8 +82,14 @@ def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
     sense = np.zeros(count + 6, dtype=np.int32)
     sense[count:] = 5
     found: Any = daqp.solve(
-        SMOOTH * np.eye(count), cost, np.ascontiguousarray(equal), np.concatenate([high, wanted]),
-        np.concatenate([low, wanted]), sense, primal_tol=1e-9, iter_limit=2000,
+        SMOOTH * np.eye(count),
+        cost,
+        np.ascontiguousarray(equal),
+        np.concatenate([high, wanted]),
+        np.concatenate([low, wanted]),
+        sense,
+        primal_tol=1e-9,
+        iter_limit=2000,
     )
     return max(float(found[0][-1]), 0.0) if found[2] > 0 else 0.0
 
@@ -93,7 +113,9 @@ def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) 
     feet = np.asarray(feet_m, dtype=float)
     if len(feet) < 3:
         return 0.0
-    return min(_edge_work_j(a, b, np.asarray(forces_n), np.asarray(points_m)) for a, b in _edges(feet))
+    return min(
+        _edge_work_j(a, b, np.asarray(forces_n), np.asarray(points_m)) for a, b in _edges(feet)
+    )
 
 
 def _edges(feet: Array) -> list[tuple[Array, Array]]:

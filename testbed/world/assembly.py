@@ -11,35 +11,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed import resources
-from testbed.control.programs import program_of
-from testbed.control.references import Program
-from testbed.control.thrust import ThrustBound, thrust_bound, thrust_events
+from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
+from testbed.control.programs.references import Program
+from testbed.control.programs.table import program_of
 from testbed.control.valve_loop import gains
 from testbed.errors import naming
-from testbed.estimation.believed import Believed
-from testbed.estimation.body_belief import packed
-from testbed.estimation.chain import EstimatorChain
-from testbed.estimation.expected import Expectation
+from testbed.estimation.live.believed import Believed
+from testbed.estimation.live.body_belief import packed
+from testbed.estimation.live.chain import EstimatorChain
+from testbed.estimation.live.expected import Expectation
 from testbed.laws import drill as d
 from testbed.laws import traction as tr
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
-from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
-from testbed.parameters.provenance import Parameters, roboclimber
-from testbed.parameters.scenario import Scenario
-from testbed.robot import foot_forces as ff
-from testbed.robot.foot_loads import ExpectedLoads
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.machine.provenance import Parameters, roboclimber
 from testbed.robot.linkage import RotationLinkage
+from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import Payload, RobotModel
+from testbed.scenario.scenario import Scenario
 from testbed.world import plant, sensing
 from testbed.world.board import Board
-from testbed.world.drilling import Drilling, drill_known, drilling_of
+from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
-from testbed.world.footing import Footing
+from testbed.world.ground.footing import Footing
+from testbed.world.ground.terrain import Ground, make_ground
 from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
-from testbed.world.terrain import Ground, make_ground
 from testbed.world.undeclared import Places, apply_undeclared
 from testbed.world.verdict import Judge
 
@@ -90,7 +90,9 @@ class Machine:
     def feet_in_world(self) -> Array:
         """Undersides of the feet, (4, 3), m."""
         b = self.board
-        return np.asarray(self.origin_in_world() + self.kinematics.foot_positions_m(b.q) @ b.rotation.T)
+        return np.asarray(
+            self.origin_in_world() + self.kinematics.foot_positions_m(b.q) @ b.rotation.T
+        )
 
     def settlement(self) -> dict[str, dict[str, float]]:
         """How far loose ground has given way under each foot, m; nothing on firm ground."""
@@ -113,7 +115,9 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     machine = roboclimber()
     true = machine.replaced(scenario.hydraulics.parameters)
     if scenario.hydraulics.supply_pressure_pa is not None:
-        true = true.replaced({"power_unit.supply_pressure_pa": scenario.hydraulics.supply_pressure_pa})
+        true = true.replaced(
+            {"power_unit.supply_pressure_pa": scenario.hydraulics.supply_pressure_pa}
+        )
     believed = machine.replaced(scenario.model.parameters)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     t, r = scenario.terrain, scenario.rates
@@ -127,31 +131,68 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     apply_undeclared(scenario.undeclared, places)
     rod_store = true["rod_store_body"]
     drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
-    payload = Payload(scenario.carried_kg, rod_store["position_m"]) if scenario.carried_kg > 0 else None
+    payload = (
+        Payload(scenario.carried_kg, rod_store["position_m"]) if scenario.carried_kg > 0 else None
+    )
     urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
     kinematics = RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
     engine = Engine(
-        urdf, ground, step_s=1.0 / r.physics_hz, robot_first=t.loading_order == "robot_first", gui=gui, sinking=t.loose
+        urdf,
+        ground,
+        step_s=1.0 / r.physics_hz,
+        robot_first=t.loading_order == "robot_first",
+        gui=gui,
+        sinking=t.loose,
     )
     try:
         if payload is not None:
             engine.add_store_mass(payload.mass_kg)
         for leg, mass in places.leg_mass_kg.items():
             engine.add_leg_mass(leg, mass)
-        start = find_start(scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN)))
-        return _build(scenario, model, true, believed, ground, engine, kinematics, start, drill, linkage,
-                      params, unit, transducers, sensors, seeds, places.leg_mass_kg)  # fmt: skip
+        start = find_start(
+            scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN))
+        )
+        return _build(
+            scenario,
+            model,
+            true,
+            believed,
+            ground,
+            engine,
+            kinematics,
+            start,
+            drill,
+            linkage,
+            params,
+            unit,
+            transducers,
+            sensors,
+            seeds,
+            places.leg_mass_kg,
+        )
     except BaseException:
         engine.close()
         raise
 
 
 def _build(
-    scenario: Scenario, model: str | Path | None, true: Parameters, believed: Parameters, ground: Ground,
-    engine: Engine, kinematics: RobotModel, start: Start, drill: Drilling, linkage: RotationLinkage,
-    params: Array, unit: Array, transducers: Array, sensors: Array, seeds: list[np.random.Generator],
+    scenario: Scenario,
+    model: str | Path | None,
+    true: Parameters,
+    believed: Parameters,
+    ground: Ground,
+    engine: Engine,
+    kinematics: RobotModel,
+    start: Start,
+    drill: Drilling,
+    linkage: RotationLinkage,
+    params: Array,
+    unit: Array,
+    transducers: Array,
+    sensors: Array,
+    seeds: list[np.random.Generator],
     leg_mass_kg: dict[int, float],
-) -> Machine:  # fmt: skip
+) -> Machine:
     engine.reset(start.position_m, start.rotation, start.joints)
     extension, arms = start.joints.copy(), np.ones(len(AXES))
     for i in range(0, len(AXES), 3):
@@ -160,7 +201,9 @@ def _build(
     b = Board()
     b.params[:], b.unit[:], b.transducers[:], b.sensors[:] = params, unit, transducers, sensors
     b.axes[:] = start_axes(params, extension, start.joint_forces / arms)
-    b.supply[:] = start_supply(unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"])
+    b.supply[:] = start_supply(
+        unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"]
+    )
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
     b.legs[:] = kinematics.leg_numbers()
@@ -183,22 +226,39 @@ def _build(
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return Machine(
-        board=b, engine=engine, ground=ground, footing=start.footing, drill=drill, noise_rng=seeds[1],
+        board=b,
+        engine=engine,
+        ground=ground,
+        footing=start.footing,
+        drill=drill,
+        noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
-        judge=Judge(start.rotation, weight, raised), kinematics=kinematics, start_joints=start.joints,
-        start_base=start.position_m.copy(), start_events=thrust_events(scenario.task, thrust),
-        thrust=thrust, locked=scenario.hydraulics.valves_locked,
+        judge=Judge(start.rotation, weight, raised),
+        kinematics=kinematics,
+        start_joints=start.joints,
+        start_base=start.position_m.copy(),
+        start_events=thrust_events(scenario.task, thrust),
+        thrust=thrust,
+        locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
         expectation=Expectation(expected, start.rope_directions),
         program=program_of(
-            scenario, start.joints, start.rope_tension_n, start.rope_directions @ start.rotation,
-            (start.anchors_m - start.position_m) @ start.rotation, start.foot_forces_in_body[:, 2],
+            scenario,
+            start.joints,
+            start.rope_tension_n,
+            start.rope_directions @ start.rotation,
+            (start.anchors_m - start.position_m) @ start.rotation,
+            start.foot_forces_in_body[:, 2],
         ),
-    )  # fmt: skip
+    )
 
 
 def _chain(
-    scenario: Scenario, model: str | Path | None, believed: Parameters, kinematics: RobotModel, rope_directions: Array
+    scenario: Scenario,
+    model: str | Path | None,
+    believed: Parameters,
+    kinematics: RobotModel,
+    rope_directions: Array,
 ) -> EstimatorChain:
     from dataclasses import replace
 
@@ -209,7 +269,9 @@ def _chain(
         from testbed.effects import read_believed
 
         with naming(model):
-            belief = Believed.from_model(read_believed(model), dt, believed["sensor"]["encoder_linear_m"])
+            belief = Believed.from_model(
+                read_believed(model), dt, believed["sensor"]["encoder_linear_m"]
+            )
     wanted = {
         "kbf_q_n2": scenario.estimator.process_variance_n2,
         "kbf_r_n2": scenario.estimator.measurement_variance_n2,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from testbed.control.valve_loop import GAIN_COLUMNS
 from testbed.laws import columns as c
 from testbed.laws import drill as d
-from testbed.robot.foot_forces import LEG_COLUMNS
+from testbed.robot.loads.foot_forces import LEG_COLUMNS
 from testbed.world import plant, sensing
 
 Array = NDArray[np.float64]

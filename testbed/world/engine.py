@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
-from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS
-from testbed.robot.urdf_check import read_urdf
-from testbed.robot.urdf_merge import merged
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.robot.urdf.check import read_urdf
+from testbed.robot.urdf.merge import merged
+from testbed.world.drilling.rock import rock_texture, under_sky
+from testbed.world.ground.terrain import Ground
 from testbed.world.quiet import quiet
-from testbed.world.rock import rock_texture, under_sky
 from testbed.world.rotations import quaternion, turning_z_to
-from testbed.world.terrain import Ground
 
 Array = NDArray[np.float64]
 _PACK = Struct("31d").pack_into
@@ -80,7 +80,9 @@ class Engine:
                 # The engine's own welding of fixed links would lose products of inertia.
                 file.write(merged(read_urdf(urdf), keep=("rod_store",)))
                 file.flush()
-                self.robot = p.loadURDF(file.name, flags=p.URDF_USE_INERTIA_FROM_FILE, physicsClientId=self.client)
+                self.robot = p.loadURDF(
+                    file.name, flags=p.URDF_USE_INERTIA_FROM_FILE, physicsClientId=self.client
+                )
         except p.error as error:
             raise InputError("the engine cannot load this URDF", file=urdf) from error
         info = [
@@ -96,7 +98,9 @@ class Engine:
         links = {row[12].decode(): row[0] for row in info}
         if "rod_store" not in links:
             raise InputError("lacks a link", file=urdf, field="rod_store")
-        self.foot_links: dict[int, int] = {by_name[f"{leg}_vertical"]: k for k, leg in enumerate(LEGS)}
+        self.foot_links: dict[int, int] = {
+            by_name[f"{leg}_vertical"]: k for k, leg in enumerate(LEGS)
+        }
         self._store = links["rod_store"]
         dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
         self.base_inertial_m = np.array(dyn[3])
@@ -129,10 +133,15 @@ class Engine:
     def _boxes(self, g: Ground) -> int:
         """A box under each straight piece of a profile, risers included."""
         sizes, places, turns = g.boxes()
-        return int(p.createCollisionShapeArray(
-            shapeTypes=[p.GEOM_BOX] * len(sizes), halfExtents=sizes, collisionFramePositions=places,
-            collisionFrameOrientations=turns, physicsClientId=self.client,
-        ))  # fmt: skip
+        return int(
+            p.createCollisionShapeArray(
+                shapeTypes=[p.GEOM_BOX] * len(sizes),
+                halfExtents=sizes,
+                collisionFramePositions=places,
+                collisionFrameOrientations=turns,
+                physicsClientId=self.client,
+            )
+        )
 
     def _part_grounds(self) -> None:
         """A ground of its own for each foot, the same shape in the same place: it can sink under this foot alone."""
@@ -147,7 +156,10 @@ class Engine:
             p.setCollisionFilterPair(self.robot, self.ground, foot, -1, 0, physicsClientId=c)
 
     def _set_dynamics(self, g: Ground) -> None:
-        c, links = self.client, [-1, *range(p.getNumJoints(self.robot, physicsClientId=self.client))]
+        c, links = (
+            self.client,
+            [-1, *range(p.getNumJoints(self.robot, physicsClientId=self.client))],
+        )
         p.changeDynamics(self.robot, -1, linearDamping=0.0, physicsClientId=c)
         p.changeDynamics(self.robot, -1, angularDamping=0.0, physicsClientId=c)
         for link in links:
@@ -155,33 +167,52 @@ class Engine:
             p.changeDynamics(self.robot, link, lateralFriction=g.friction, physicsClientId=c)
             p.changeDynamics(self.robot, link, restitution=0.0, physicsClientId=c)
             p.changeDynamics(self.robot, link, maxJointVelocity=1e4, physicsClientId=c)
-            if link >= 0:  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
-                p.changeDynamics(self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0, physicsClientId=c)
+            if (
+                link >= 0
+            ):  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
+                p.changeDynamics(
+                    self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0, physicsClientId=c
+                )
         for body, link in [(self.robot, k) for k in (-1, *self.foot_links)] + [
             (ground, -1) for ground in (self.ground, *self._foot_grounds)
         ]:  # on rough ground most contact points hang in the air: the solver need not see them
             p.changeDynamics(body, link, contactProcessingThreshold=NEAR_M, physicsClientId=c)
         for leg in range(len(LEGS)):
             self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
-        for ground in (self.ground, *self._foot_grounds):  # the product of both bodies' friction counts
+        for ground in (
+            self.ground,
+            *self._foot_grounds,
+        ):  # the product of both bodies' friction counts
             p.changeDynamics(ground, -1, lateralFriction=1.0, physicsClientId=c)
             p.changeDynamics(ground, -1, restitution=0.0, physicsClientId=c)
         p.setJointMotorControlArray(
-            self.robot, self.joints, p.VELOCITY_CONTROL, forces=[0.0] * len(self.joints), physicsClientId=c
+            self.robot,
+            self.joints,
+            p.VELOCITY_CONTROL,
+            forces=[0.0] * len(self.joints),
+            physicsClientId=c,
         )
 
-    def set_footing(self, leg: int, friction: float, stiffness_n_m: float, damping_n_s_m: float) -> None:
+    def set_footing(
+        self, leg: int, friction: float, stiffness_n_m: float, damping_n_s_m: float
+    ) -> None:
         """What the ground is under one foot: its friction coefficient, stiffness and damping."""
         c, link = self.client, list(self.foot_links)[leg]
         p.changeDynamics(self.robot, link, lateralFriction=friction, physicsClientId=c)
         p.changeDynamics(
-            self.robot, link, contactStiffness=stiffness_n_m, contactDamping=damping_n_s_m, physicsClientId=c
+            self.robot,
+            link,
+            contactStiffness=stiffness_n_m,
+            contactDamping=damping_n_s_m,
+            physicsClientId=c,
         )
 
     def sink_ground(self, leg: int, depth_m: float) -> None:
         """Put the ground under one foot `depth_m` below the surface (an engine with `sinking`)."""
         pose = self._ground_pose(depth_m)
-        p.resetBasePositionAndOrientation(self._foot_grounds[leg], *pose, physicsClientId=self.client)
+        p.resetBasePositionAndOrientation(
+            self._foot_grounds[leg], *pose, physicsClientId=self.client
+        )
 
     # ---- state ---------------------------------------------------------------------------------------------
 
@@ -208,9 +239,15 @@ class Engine:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
         c = self.client
         for joint, (low, high) in zip(self.joints, self._limits, strict=True):
-            p.changeDynamics(self.robot, joint, jointLowerLimit=low, jointUpperLimit=high, physicsClientId=c)
+            p.changeDynamics(
+                self.robot, joint, jointLowerLimit=low, jointUpperLimit=high, physicsClientId=c
+            )
         p.setJointMotorControlArray(
-            self.robot, self.joints, p.POSITION_CONTROL, targetPositions=joints.tolist(), physicsClientId=c
+            self.robot,
+            self.joints,
+            p.POSITION_CONTROL,
+            targetPositions=joints.tolist(),
+            physicsClientId=c,
         )
 
     def apply(self, given: Array) -> None:
@@ -219,7 +256,9 @@ class Engine:
         The force acts at the base's centre of mass as `read` (or `reset`) last saw it.
         """
         c, values = self.client, given.tolist()
-        p.setJointMotorControlArray(self.robot, self.joints, p.TORQUE_CONTROL, forces=values[:12], physicsClientId=c)
+        p.setJointMotorControlArray(
+            self.robot, self.joints, p.TORQUE_CONTROL, forces=values[:12], physicsClientId=c
+        )
         p.applyExternalForce(self.robot, -1, values[12:15], self._centre, p.WORLD_FRAME, c)
         p.applyExternalTorque(self.robot, -1, values[15:], p.WORLD_FRAME, c)
 
@@ -274,7 +313,9 @@ class Engine:
         """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's normal there (3)."""
         ground = self._foot_grounds[leg] if self._foot_grounds else self.ground
         link = list(self.foot_links)[leg]
-        points = p.getClosestPoints(self.robot, ground, reach_m, linkIndexA=link, physicsClientId=self.client)
+        points = p.getClosestPoints(
+            self.robot, ground, reach_m, linkIndexA=link, physicsClientId=self.client
+        )
         if not points:
             return math.inf, np.zeros(3)
         nearest = min(points, key=lambda row: row[8])
@@ -284,11 +325,17 @@ class Engine:
         """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError below zero."""
         old = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
         if old[0] + mass_kg <= 0:
-            raise InputError("takes more mass off the rod store than it has", field="mass_kg", value=mass_kg)
+            raise InputError(
+                "takes more mass off the rod store than it has", field="mass_kg", value=mass_kg
+            )
         scale = (old[0] + mass_kg) / old[0]
         inertia = [scale * v for v in old[2]]
-        p.changeDynamics(self.robot, self._store, mass=old[0] + mass_kg, physicsClientId=self.client)
-        p.changeDynamics(self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client)
+        p.changeDynamics(
+            self.robot, self._store, mass=old[0] + mass_kg, physicsClientId=self.client
+        )
+        p.changeDynamics(
+            self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client
+        )
 
     def add_leg_mass(self, leg: int, mass_kg: float) -> None:
         """Change the mass of a leg's sliding frame (leg 0..3) by `mass_kg`; it moves along with the joint only."""
@@ -299,7 +346,12 @@ class Engine:
     def masses(self) -> Array:
         """Masses of base and links, kg."""
         count = p.getNumJoints(self.robot, physicsClientId=self.client)
-        return np.array([p.getDynamicsInfo(self.robot, i, physicsClientId=self.client)[0] for i in range(-1, count)])
+        return np.array(
+            [
+                p.getDynamicsInfo(self.robot, i, physicsClientId=self.client)[0]
+                for i in range(-1, count)
+            ]
+        )
 
     def link_position(self, link: int) -> Array:
         """Centre of mass (3) of a link in the world, m; -1 is the base."""
@@ -329,7 +381,9 @@ class Engine:
 
     # ---- pictures ------------------------------------------------------------------------------------------
 
-    def picture(self, eye: Sequence[float], target: Sequence[float], width: int, height: int) -> NDArray[np.uint8]:
+    def picture(
+        self, eye: Sequence[float], target: Sequence[float], width: int, height: int
+    ) -> NDArray[np.uint8]:
         """A picture (height, width, 3) of the scene from `eye` towards `target` (world, m)."""
         self._dress_ground()
         view = p.computeViewMatrix(eye, target, [0, 0, 1])
@@ -366,7 +420,11 @@ class Engine:
         axis = end - start
         length = float(np.linalg.norm(axis))
         shape = p.createVisualShape(
-            p.GEOM_CYLINDER, radius=radius_m, length=length, rgbaColor=colour, physicsClientId=self.client
+            p.GEOM_CYLINDER,
+            radius=radius_m,
+            length=length,
+            rgbaColor=colour,
+            physicsClientId=self.client,
         )
         rotation = turning_z_to(axis / length)
         return int(

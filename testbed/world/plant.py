@@ -17,8 +17,8 @@ from testbed.laws import traction as tr
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_wrench
-from testbed.robot.foot_forces import foot_forces
 from testbed.robot.linkage import joint_to_cylinder
+from testbed.robot.loads.foot_forces import foot_forces
 
 # --- columns of a rope (2 x ROPE_COLUMNS) ---------------------------------------------------------------------
 ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
@@ -39,9 +39,21 @@ BODY_COLUMNS = 10 + tr.TRACTION_NUMBERS
 def rotation_matrix(quaternion: Any, out: Any) -> None:
     """Body-to-world rotation (3, 3) of a quaternion xyzw."""
     x, y, z, w = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
-    out[0, 0], out[0, 1], out[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
-    out[1, 0], out[1, 1], out[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
-    out[2, 0], out[2, 1], out[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    out[0, 0], out[0, 1], out[0, 2] = (
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - z * w),
+        2 * (x * z + y * w),
+    )
+    out[1, 0], out[1, 1], out[1, 2] = (
+        2 * (x * y + z * w),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - x * w),
+    )
+    out[2, 0], out[2, 1], out[2, 2] = (
+        2 * (x * z - y * w),
+        2 * (y * z + x * w),
+        1 - 2 * (x * x + y * y),
+    )
 
 
 @njit
@@ -78,14 +90,27 @@ def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None
 
 @njit
 def feet_under_motion(
-    legs: Any, q: Any, qd: Any, qd_after: Any, torque: Any, rotation: Any, w: Any, alpha: Any, lift: Any, normals: Any,
-    foot_force: Any, normal_force: Any, dt: float,
-) -> None:  # fmt: skip
+    legs: Any,
+    q: Any,
+    qd: Any,
+    qd_after: Any,
+    torque: Any,
+    rotation: Any,
+    w: Any,
+    alpha: Any,
+    lift: Any,
+    normals: Any,
+    foot_force: Any,
+    normal_force: Any,
+    dt: float,
+) -> None:
     """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
     qdd = np.empty(q.shape[0])
     for i in range(q.shape[0]):
         qdd[i] = (qd_after[i] - qd[i]) / dt
-    foot_forces(legs, q, qd, qdd, torque, rotation, w, alpha, lift, normals, foot_force, normal_force)
+    foot_forces(
+        legs, q, qd, qdd, torque, rotation, w, alpha, lift, normals, foot_force, normal_force
+    )
 
 
 @njit
@@ -97,7 +122,9 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
 
 
 @njit
-def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any) -> float:
+def rope_step(
+    rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any
+) -> float:
     """One rope: haul and pull on the body. Adds to force and torque (about the base's COM); returns oil taken, m3/s."""
     arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
@@ -119,7 +146,15 @@ def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: f
         rope[TENSION] = 0.0
         return 0.0
     rope[TENSION] = rope_wrench(
-        point, rope[0:3], velocity, rope[UNSTRAINED], rope[EA], rope[DAMPING], rope[WEIGHT], rope[CLEARANCE], out
+        point,
+        rope[0:3],
+        velocity,
+        rope[UNSTRAINED],
+        rope[EA],
+        rope[DAMPING],
+        rope[WEIGHT],
+        rope[CLEARANCE],
+        out,
     )
     if rope[TENSION] > rope[BREAKING]:
         rope[WHOLE] = 0.0
@@ -131,7 +166,15 @@ def rope_step(rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: f
 
 @njit
 def drill_step(
-    drill: Any, base: Any, rotation: Any, body: Any, dt: float, g: float, wrench: Any, force: Any, torque: Any
+    drill: Any,
+    base: Any,
+    rotation: Any,
+    body: Any,
+    dt: float,
+    g: float,
+    wrench: Any,
+    force: Any,
+    torque: Any,
 ) -> None:
     """The drill's reaction on the body: adds to force and torque, leaves its own wrench (about the drill point)."""
     phase = body[DRILL_PHASE] + dt * drill[d.BLOW_HZ]
@@ -156,12 +199,29 @@ def drill_step(
 
 @njit(apart=True)
 def plant_step(
-    q: Any, qd: Any, base: Any, command: Any, foot_force: Any,
-    axes: Any, params: Any, supply: Any, unit: Any, geometry: Any,
-    ropes: Any, body: Any, drill: Any, scratch: Any, rotation: Any,
-    joint_torque: Any, force: Any, torque: Any, drill_wrench: Any,
-    dt: float, substeps: int, gravity: float,
-) -> None:  # fmt: skip
+    q: Any,
+    qd: Any,
+    base: Any,
+    command: Any,
+    foot_force: Any,
+    axes: Any,
+    params: Any,
+    supply: Any,
+    unit: Any,
+    geometry: Any,
+    ropes: Any,
+    body: Any,
+    drill: Any,
+    scratch: Any,
+    rotation: Any,
+    joint_torque: Any,
+    force: Any,
+    torque: Any,
+    drill_wrench: Any,
+    dt: float,
+    substeps: int,
+    gravity: float,
+) -> None:
     """From the engine's state to what the engine is given for the next step.
 
     In: q, qd (12), base (13, Engine.read), command (12), foot_force (4, 3) of the last step. State, in place: axes,
@@ -195,13 +255,25 @@ def plant_step(
 
 @njit
 def write_truth(
-    row: Any, t: float, base: Any, com: Any, rotation: Any, foot_force: Any, normal: Any, ropes: Any,
-    drill_wrench: Any, axes: Any, supply: Any, drill: Any,
-) -> None:  # fmt: skip
+    row: Any,
+    t: float,
+    base: Any,
+    com: Any,
+    rotation: Any,
+    foot_force: Any,
+    normal: Any,
+    ropes: Any,
+    drill_wrench: Any,
+    axes: Any,
+    supply: Any,
+    drill: Any,
+) -> None:
     """One row of truth.parquet (columns: simulation.TRUTH_COLUMNS)."""
     row[0] = t
     for i in range(3):
-        row[1 + i] = base[i] - (rotation[i, 0] * com[0] + rotation[i, 1] * com[1] + rotation[i, 2] * com[2])
+        row[1 + i] = base[i] - (
+            rotation[i, 0] * com[0] + rotation[i, 1] * com[1] + rotation[i, 2] * com[2]
+        )
     for i in range(4):
         row[4 + i] = base[3 + i]
     for leg in range(4):

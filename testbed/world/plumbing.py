@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from testbed.laws import columns as c
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.parameters.limits import check_cylinders, check_power_unit, require
-from testbed.parameters.names import AXES, JOINTS
-from testbed.parameters.provenance import Parameters
+from testbed.machine.limits import check_cylinders, check_power_unit, require
+from testbed.machine.names import AXES, JOINTS
+from testbed.machine.provenance import Parameters
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,12 @@ def axis_parameters(p: Parameters, rotation_stroke_m: float, *, locked: bool = F
     Raises InputError for parameters that cannot be (rod thicker than bore, dead band >= 1, negative volume).
     """
     check_cylinders(p)
-    require(0.0 < rotation_stroke_m <= 10.0, "rotation_cylinder.stroke_m", rotation_stroke_m, "0 < stroke <= 10 m")
+    require(
+        0.0 < rotation_stroke_m <= 10.0,
+        "rotation_cylinder.stroke_m",
+        rotation_stroke_m,
+        "0 < stroke <= 10 m",
+    )
     out = np.zeros((len(AXES), c.AXIS_PARAMETERS))
     for i in range(len(AXES)):
         joint = JOINTS[i % 3]
@@ -55,13 +60,20 @@ def _axis(p: Parameters, joint: str, stroke_m: float) -> Array:
     a[c.HOSE_CAP], a[c.HOSE_CAP_B] = oil["hose_capacity_m3_pa"], oil["hose_capacity_b_m3_pa"]
     a[c.HOSE_TIME] = oil["hose_time_s"]
     gain = valve[f"rated_flow_{joint}_m3_s"] / math.sqrt(valve["rated_drop_per_edge_pa"])
-    for column, edge in ((c.K_PA, "edge_pa"), (c.K_AT, "edge_at"), (c.K_PB, "edge_pb"), (c.K_BT, "edge_bt")):
+    for column, edge in (
+        (c.K_PA, "edge_pa"),
+        (c.K_AT, "edge_at"),
+        (c.K_PB, "edge_pb"),
+        (c.K_BT, "edge_bt"),
+    ):
         a[column] = gain * valve[edge]
     a[c.DEADBAND], a[c.HYSTERESIS] = valve["deadband"], valve["hysteresis"]
     a[c.SPOOL_WN] = 2 * math.pi * valve["natural_frequency_hz"]
     a[c.SPOOL_ZETA], a[c.AMP_TAU], a[c.EDGE_LEAK] = (
-        valve["damping"], valve["amplifier_lag_s"], valve["edge_leakage_m3_s_pa"],
-    )  # fmt: skip
+        valve["damping"],
+        valve["amplifier_lag_s"],
+        valve["edge_leakage_m3_s_pa"],
+    )
     a[c.EDGE_LEAK_P] = valve["edge_leakage_supply_m3_s_pa"]
     a[c.FC_POS], a[c.FS_POS] = cyl["coulomb_out_n"], cyl["static_out_n"]
     a[c.CS_POS], a[c.VISC_POS] = cyl["stribeck_out_m_s"], cyl["viscous_out_n_s_m"]
@@ -87,7 +99,11 @@ def unit_parameters(p: Parameters, *, pump_on: bool = True) -> Array:
     check_power_unit(p)
     unit, oil, seal = p["power_unit"], p["oil"], p["seal"]
     w = np.zeros(c.SUPPLY_PARAMETERS)
-    w[c.PUMP_FLOW], w[c.PUMP_POWER], w[c.PUMP_ON] = unit["full_flow_m3_s"], unit["power_w"], float(pump_on)
+    w[c.PUMP_FLOW], w[c.PUMP_POWER], w[c.PUMP_ON] = (
+        unit["full_flow_m3_s"],
+        unit["power_w"],
+        float(pump_on),
+    )
     w[c.PUMP_SET] = unit["supply_pressure_pa"] + ATMOSPHERE_PA
     w[c.PUMP_BAND], w[c.PUMP_TAU] = unit["compensator_band_pa"], unit["compensator_lag_s"]
     w[c.PUMP_LEAK] = unit["case_leakage_m3_s_pa"]
@@ -104,7 +120,10 @@ def unit_parameters(p: Parameters, *, pump_on: bool = True) -> Array:
         oil["cooling_w_k"],
         oil["ambient_degc"],
     )
-    w[c.VISC_RATE], w[c.VISC_REFERENCE] = seal["viscosity_rate_1_k"], seal["viscosity_reference_degc"]
+    w[c.VISC_RATE], w[c.VISC_REFERENCE] = (
+        seal["viscosity_rate_1_k"],
+        seal["viscosity_reference_degc"],
+    )
     w[c.DROOP_TIME] = 1.0
     return w
 
@@ -116,9 +135,14 @@ def traction_numbers(p: Parameters, *, strokes: bool) -> Array:
     """
     given, n = p["traction"], np.zeros(tr.TRACTION_NUMBERS)
     for column, name in (
-        (tr.AREA, "piston_area_m2"), (tr.RATING, "rating_n"), (tr.STROKE, "stroke_m"), (tr.SPEED, "speed_max_m_s"),
-        (tr.CLAMP_S, "clamp_s"), (tr.RETURN_SPEED, "return_speed_m_s"), (tr.ANNULUS, "annulus_area_m2"),
-    ):  # fmt: skip
+        (tr.AREA, "piston_area_m2"),
+        (tr.RATING, "rating_n"),
+        (tr.STROKE, "stroke_m"),
+        (tr.SPEED, "speed_max_m_s"),
+        (tr.CLAMP_S, "clamp_s"),
+        (tr.RETURN_SPEED, "return_speed_m_s"),
+        (tr.ANNULUS, "annulus_area_m2"),
+    ):
         require(given[name] > 0.0, f"traction.{name}", given[name], "> 0")
         n[column] = given[name]
     least = 3.0 * tr.RESERVE_M

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from testbed import compiled
-from testbed.estimation.own_kernel import balance
+from testbed.estimation.live.own_kernel import balance
 from testbed.world.between import FEET, MOVE, PLANT, between_steps
 from testbed.world.board import Board
 
@@ -39,13 +39,18 @@ def calls(arguments: Sequence[Any]) -> list[Call]:
         if hasattr(value, "py_func"):
             return lambda *given: found.append((value, given))
         if isinstance(value, ModuleType) and value.__name__.startswith("testbed."):
-            public = {name: recorder(v) for name, v in vars(value).items() if not name.startswith("__")}
+            public = {
+                name: recorder(v) for name, v in vars(value).items() if not name.startswith("__")
+            }
             return SimpleNamespace(**public)
         return value
 
     function = between_steps.py_func
-    names = {name: recorder(function.__globals__[name]) for name in function.__code__.co_names
-             if name in function.__globals__}  # fmt: skip
+    names = {
+        name: recorder(function.__globals__[name])
+        for name in function.__code__.co_names
+        if name in function.__globals__
+    }
     copies = [a.copy() if isinstance(a, np.ndarray) else a for a in arguments]
     FunctionType(function.__code__, names | {"__builtins__": __builtins__})(*copies)
     return found
@@ -61,8 +66,10 @@ def plant_arguments() -> list[Any]:
     """Arguments of between_steps that reach the plant; what the rest would take is left empty."""
     known = {"flags": MOVE | FEET | PLANT, "board": Board().array}
     plain = {"int": 1, "float": 1e-3, "bool": False}
-    return [known.get(name, plain.get(str(p.annotation)))
-            for name, p in inspect.signature(between_steps.py_func).parameters.items()]  # fmt: skip
+    return [
+        known.get(name, plain.get(str(p.annotation)))
+        for name, p in inspect.signature(between_steps.py_func).parameters.items()
+    ]
 
 
 def beside() -> subprocess.Popen[bytes] | None:
@@ -73,7 +80,9 @@ def beside() -> subprocess.Popen[bytes] | None:
     if compiled.is_cached(between_steps) or len(os.sched_getaffinity(0)) < 2:
         return None
     quiet = subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, "-m", __name__], stdin=quiet, stdout=quiet, stderr=quiet)
+    return subprocess.Popen(
+        [sys.executable, "-m", __name__], stdin=quiet, stdout=quiet, stderr=quiet
+    )
 
 
 def finish(process: subprocess.Popen[bytes] | None, arguments: Sequence[Any]) -> None:
@@ -93,4 +102,6 @@ def _compile(wanted: Sequence[Call]) -> None:
 
 if __name__ == "__main__":
     _compile(estimator_calls())
-    _compile([call for call in calls(plant_arguments()) if call[0].py_func.__name__ in PLANT_KERNELS])
+    _compile(
+        [call for call in calls(plant_arguments()) if call[0].py_func.__name__ in PLANT_KERNELS]
+    )

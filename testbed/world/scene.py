@@ -29,9 +29,15 @@ def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
     for rope in b.ropes:
         if rope[plant.WHOLE]:
             start = origin + b.rotation @ rope[plant.ATTACH]
-            lines.append(engine.add_line(start, rope[plant.ANCHOR].copy(), ROPE_RADIUS_M, ROPE_COLOUR))
+            lines.append(
+                engine.add_line(start, rope[plant.ANCHOR].copy(), ROPE_RADIUS_M, ROPE_COLOUR)
+            )
     top = origin + b.rotation @ b.body[plant.DRILL_POINT]
-    lines.append(engine.add_line(top, top - b.rotation[:, 2] * (0.35 + m.drill.loads[d.DEPTH]), 0.038, ROD_COLOUR))
+    lines.append(
+        engine.add_line(
+            top, top - b.rotation[:, 2] * (0.35 + m.drill.loads[d.DEPTH]), 0.038, ROD_COLOUR
+        )
+    )
     try:
         slope = m.ground.rotation_slope_to_world
         target = origin + slope @ np.array([0.15, 0.0, 0.45])

@@ -11,23 +11,38 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.parameters.names import AXES, SIDES
-from testbed.parameters.provenance import Parameters
-from testbed.parameters.scenario_parts import Sensors
+from testbed.machine.names import AXES, SIDES
+from testbed.machine.provenance import Parameters
+from testbed.scenario.parts import Sensors
 
 Array = NDArray[np.float64]
 
 # --- per pressure transducer (24 x PRESSURE_COLUMNS): A of all axes, then B ------------------------------------
 (GAIN, ZERO, DRIFT, THERMAL, NOISE, RESOLUTION, RANGE, DELAY_STEPS, PRESSURE_COLUMNS) = range(9)
 # --- common (COMMON_COLUMNS) ------------------------------------------------------------------------------------
-(COUNT_M, COUNT_RAD, ROPE_NOISE, ATTITUDE_NOISE, RATE_NOISE, SUPPLY_NOISE, TEMPERATURE_STEP, CALIBRATED_AT,
- FORCE_NOISE, COMMON_COLUMNS) = range(10)  # fmt: skip
+(
+    COUNT_M,
+    COUNT_RAD,
+    ROPE_NOISE,
+    ATTITUDE_NOISE,
+    RATE_NOISE,
+    SUPPLY_NOISE,
+    TEMPERATURE_STEP,
+    CALIBRATED_AT,
+    FORCE_NOISE,
+    COMMON_COLUMNS,
+) = range(10)
 
 # --- one measurement row ------------------------------------------------------------------------------------------
 POSITION, PRESSURE_A, PRESSURE_B = slice(1, 13), slice(13, 25), slice(25, 37)
 VALVE = slice(37, 49)
 SUPPLY, TEMPERATURE = 49, 50
-ROPE, ATTITUDE, ANGULAR_RATE, SPECIFIC_FORCE = slice(51, 53), slice(53, 56), slice(56, 59), slice(59, 62)
+ROPE, ATTITUDE, ANGULAR_RATE, SPECIFIC_FORCE = (
+    slice(51, 53),
+    slice(53, 56),
+    slice(56, 59),
+    slice(59, 62),
+)
 MEASURED_COLUMNS: tuple[str, ...] = (
     "t",
     *(f"position_{a}" for a in AXES),
@@ -65,7 +80,9 @@ def sensor_arrays(p: Parameters, chosen: Sensors, rng: np.random.Generator) -> t
     common[ROPE_NOISE] = noise * s["rope_tension_noise_n"] * ("rope_tension" not in chosen.without)
     common[ATTITUDE_NOISE] = noise * s["attitude_noise_rad"] * ("inertial" not in chosen.without)
     common[RATE_NOISE] = noise * s["rate_noise_rad_s"] * ("inertial" not in chosen.without)
-    common[FORCE_NOISE] = noise * s["specific_force_noise_m_s2"] * ("inertial" not in chosen.without)
+    common[FORCE_NOISE] = (
+        noise * s["specific_force_noise_m_s2"] * ("inertial" not in chosen.without)
+    )
     common[SUPPLY_NOISE] = noise * s["supply_noise_pa"] * ("supply_pressure" not in chosen.without)
     if chosen.quantisation and "oil_temperature" not in chosen.without:
         common[TEMPERATURE_STEP] = s["temperature_resolution_k"]
@@ -95,10 +112,25 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> 
 
 @njit
 def sense(
-    row: Any, t: float, q: Any, base: Any, rotation: Any, axes: Any, supply: Any, ropes: Any, command: Any,
-    transducers: Any, common: Any, noise: Any, late: Any, step: int, gravity: float, gravity_in_body: Any,
-    change: Any, com: Any,
-) -> None:  # fmt: skip
+    row: Any,
+    t: float,
+    q: Any,
+    base: Any,
+    rotation: Any,
+    axes: Any,
+    supply: Any,
+    ropes: Any,
+    command: Any,
+    transducers: Any,
+    common: Any,
+    noise: Any,
+    late: Any,
+    step: int,
+    gravity: float,
+    gravity_in_body: Any,
+    change: Any,
+    com: Any,
+) -> None:
     """Fill one measurement row (MEASURED_COLUMNS) and gravity in the body frame as the inertial unit believes it.
 
     `late` (24, DELAY_LENGTH) remembers true pressures for transducers with a delay; `noise` (NOISES + ADDED_NOISES) is
@@ -116,8 +148,12 @@ def sense(
         row[37 + i] = command[i]
     for k in range(2 * n):
         back = min(int(transducers[k, DELAY_STEPS]), step)
-        row[13 + k] = transduce(late[k, (step - back) % DELAY_LENGTH], t, warm, noise[k], transducers[k])
-    row[49] = supply[c.P_SUPPLY] + supply[c.DROOP_P] - ATMOSPHERE_PA + common[SUPPLY_NOISE] * noise[32]
+        row[13 + k] = transduce(
+            late[k, (step - back) % DELAY_LENGTH], t, warm, noise[k], transducers[k]
+        )
+    row[49] = (
+        supply[c.P_SUPPLY] + supply[c.DROOP_P] - ATMOSPHERE_PA + common[SUPPLY_NOISE] * noise[32]
+    )
     row[50] = counted(supply[c.TEMPERATURE], common[TEMPERATURE_STEP])
     for k in range(2):
         row[51 + k] = max(ropes[k, 13] + common[ROPE_NOISE] * noise[24 + k], 0.0)

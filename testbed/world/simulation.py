@@ -14,19 +14,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.references import Command, Measured
+from testbed.control.programs.references import Command, Measured
 from testbed.errors import SimulationFault
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, SIDES
-from testbed.parameters.scenario import Scenario
-from testbed.parameters.scenario_tasks import CutRope, FailSensor, Payload, SetSupply, Shove
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.scenario.scenario import Scenario
+from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
 from testbed.world import plant, precompile, sensing
 from testbed.world.assembly import Machine, assemble
-from testbed.world.between import CONTROL, ESTIMATE, FEET, MOVE, PLACE, PLANT, RECORD, SENSE, SLOW, between_steps
+from testbed.world.between import (
+    CONTROL,
+    ESTIMATE,
+    FEET,
+    MOVE,
+    PLACE,
+    PLANT,
+    RECORD,
+    SENSE,
+    SLOW,
+    between_steps,
+)
 from testbed.world.board import OFFSETS
-from testbed.world.drill_hold import DrillHold
+from testbed.world.drilling.hold import DrillHold
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -71,17 +82,23 @@ EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
 REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
 CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
 DRILL = slice(CARRYING.stop, CARRYING.stop + d.KNOWN)
-WATCHED = np.array([
-    *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
-    OFFSETS["base"], OFFSETS["base"] + 3, OFFSETS["axes"] + 2 * c.AXIS_STATES + c.P_A,
-])  # fmt: skip
+WATCHED = np.array(
+    [
+        *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
+        OFFSETS["base"],
+        OFFSETS["base"] + 3,
+        OFFSETS["axes"] + 2 * c.AXIS_STATES + c.P_A,
+    ]
+)
 """Places on the board that every tick looks at: whether the ropes are whole, three states that must be finite."""
 
 
 class Simulation:
     """A scenario on its way. `run_block(n)` gives the next n rows of data and truth until `finished`."""
 
-    def __init__(self, scenario: Scenario, model: str | Path | None = None, gui: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, model: str | Path | None = None, gui: bool = False
+    ) -> None:
         self.scenario = scenario
         compiling = precompile.beside()
         self.machine: Machine = assemble(scenario, model, gui)
@@ -94,7 +111,9 @@ class Simulation:
         hz = rates.physics_hz
         self.dt = 1.0 / hz
         self._every_tick = max(1, hz // TICK_HZ)
-        self._last = math.ceil(scenario.duration_s * hz / self._every_tick - 1e-9) * self._every_tick
+        self._last = (
+            math.ceil(scenario.duration_s * hz / self._every_tick - 1e-9) * self._every_tick
+        )
         self._every_sensor = hz // rates.sensor_hz
         self._flags = self._schedule()
         self._every_expected = hz // rates.expected_loads_hz
@@ -114,9 +133,15 @@ class Simulation:
         self._seen: Measured | None = None
         self._empty = np.zeros((1, len(DATA_COLUMNS))), np.zeros((1, len(TRUTH_COLUMNS)))
         self._fixed = (
-            self.dt, self._control_dt, rates.hydraulic_substeps, m.locked, GRAVITY_M_S2, b.array, self._row,
+            self.dt,
+            self._control_dt,
+            rates.hydraulic_substeps,
+            m.locked,
+            GRAVITY_M_S2,
+            b.array,
+            self._row,
             *m.chain.arrays,
-        )  # fmt: skip
+        )
         no_noise = np.zeros((1, sensing.NOISES + sensing.ADDED_NOISES))
         precompile.finish(compiling, (0, 0, 0, 0, *self._fixed, no_noise, *self._empty))
         m.engine.read(b.engine_state)
@@ -130,14 +155,19 @@ class Simulation:
         """What is due after step k, as flags for between_steps, over the longest period; index k modulo its length."""
         r, hz = self.scenario.rates, self.scenario.rates.physics_hz
         every = {
-            SENSE: hz // r.sensor_hz, ESTIMATE: hz // r.estimator_hz, RECORD: hz // r.record_hz,
-            CONTROL: hz // r.control_hz, PLANT: 1, MOVE: 1,
+            SENSE: hz // r.sensor_hz,
+            ESTIMATE: hz // r.estimator_hz,
+            RECORD: hz // r.record_hz,
+            CONTROL: hz // r.control_hz,
+            PLANT: 1,
+            MOVE: 1,
             FEET: 1,
-        }  # fmt: skip
+        }
         slow = (self._every_tick, hz // r.expected_loads_hz)
         length = math.lcm(*every.values(), *slow)
         return [
-            sum(flag for flag, n in every.items() if k % n == 0) | (SLOW if any(k % n == 0 for n in slow) else 0)
+            sum(flag for flag, n in every.items() if k % n == 0)
+            | (SLOW if any(k % n == 0 for n in slow) else 0)
             for k in range(length)
         ]
 
@@ -181,7 +211,9 @@ class Simulation:
             self._tick(k * self.dt)
         self._do(due & (CONTROL | PLANT))
 
-    def _do(self, flags: int, data: Array | None = None, truth: Array | None = None, count: int = 0) -> None:
+    def _do(
+        self, flags: int, data: Array | None = None, truth: Array | None = None, count: int = 0
+    ) -> None:
         """Do what `flags` name; a record goes to row `count` of data and truth."""
         if flags & SENSE:
             self._samples += 1
@@ -192,9 +224,16 @@ class Simulation:
                 self._samples = 0
         k = self._step
         between_steps(
-            flags, k, k // self._every_sensor, self._samples, count, *self._fixed, self._noise,
-            self._empty[0] if data is None else data, self._empty[1] if truth is None else truth,
-        )  # fmt: skip
+            flags,
+            k,
+            k // self._every_sensor,
+            self._samples,
+            count,
+            *self._fixed,
+            self._noise,
+            self._empty[0] if data is None else data,
+            self._empty[1] if truth is None else truth,
+        )
 
     def _expect(self) -> None:
         row, m = self._row, self.machine
@@ -214,7 +253,9 @@ class Simulation:
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         m.drill.most_n = m.thrust.most_n
-        for news in self._hold.update(m.drill, t, self._every_tick * self.dt, self._command.hold_drill):
+        for news in self._hold.update(
+            m.drill, t, self._every_tick * self.dt, self._command.hold_drill
+        ):
             self.events.append({"t": t, **news})
         m.limit_thrust()
         self._row[DRILL] = m.drill_known()
@@ -231,7 +272,9 @@ class Simulation:
         self._watch(t)
         if m.footing is not None:
             b = m.board
-            m.footing.update(m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt)
+            m.footing.update(
+                m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt
+            )
 
     def _take(self, command: Command) -> None:
         """Hand a new command to the loops, the ropes and the rows."""
@@ -244,7 +287,10 @@ class Simulation:
 
     def _dither(self, t: float) -> None:
         """Let the vertical set points wander: by nothing, unless the scenario asks for it."""
-        depth, turn = self.scenario.control.dither_m, 2.0 * math.pi * self.scenario.control.dither_hz
+        depth, turn = (
+            self.scenario.control.dither_m,
+            2.0 * math.pi * self.scenario.control.dither_hz,
+        )
         if depth > 0.0:
             b = self.machine.board
             b.reference[2::3] += depth * math.sin(turn * t)
@@ -284,7 +330,9 @@ class Simulation:
             return
         belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
-        end = m.judge.look(t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, belly_n)
+        end = m.judge.look(
+            t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, belly_n
+        )
         if end is not None:
             self.events.append(end)
             self.finished = True
@@ -312,7 +360,9 @@ class Simulation:
             finite = np.isfinite(block)
             if not finite.all():
                 row, column = np.argwhere(~finite)[0]
-                raise SimulationFault(f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s")
+                raise SimulationFault(
+                    f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s"
+                )
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.parameters.names import GRAVITY_M_S2, LEGS, VERTICAL
-from testbed.parameters.provenance import Parameters
-from testbed.parameters.scenario import Scenario
-from testbed.robot.drill_loads import rods_wrench
-from testbed.robot.foot_loads import ExpectedLoads
+from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
+from testbed.machine.provenance import Parameters
+from testbed.robot.loads.drill_loads import rods_wrench
+from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel
+from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine
-from testbed.world.footing import Footing, footing_of
-from testbed.world.terrain import Ground, anchors_in_world
+from testbed.world.ground.footing import Footing, footing_of
+from testbed.world.ground.terrain import Ground, anchors_in_world
 
 Array = NDArray[np.float64]
 TRIES, TOUCH_M = 40, 1.0e-6
@@ -50,7 +50,12 @@ def nominal_joints(scenario: Scenario) -> Array:
 
 
 def find_start(
-    scenario: Scenario, ground: Ground, model: RobotModel, engine: Engine, parameters: Parameters, drill_known: Array
+    scenario: Scenario,
+    ground: Ground,
+    model: RobotModel,
+    engine: Engine,
+    parameters: Parameters,
+    drill_known: Array,
 ) -> Start:
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.
 
@@ -79,7 +84,10 @@ def find_start(
     gravity = rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     tension = _tensions(scenario, model, gravity, directions @ rotation)
     loads = ExpectedLoads(
-        model, parameters, friction=ground.friction, ground_compliance_m_n=1.0 / ground.stiffness_n_m
+        model,
+        parameters,
+        friction=ground.friction,
+        ground_compliance_m_n=1.0 / ground.stiffness_n_m,
     ).solve(
         joints,
         gravity,
@@ -89,14 +97,18 @@ def find_start(
     forces = loads.force_in_body_n
     _, jacobians = model.feet(joints)
     hold = model.gravity_forces(joints, gravity)[6:] - np.einsum("lij,li->j", jacobians, forces)
-    if scenario.robot.height_offset_m == 0.0:  # press each foot in as deep as the ground gives under its load
+    if (
+        scenario.robot.height_offset_m == 0.0
+    ):  # press each foot in as deep as the ground gives under its load
         joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / (
             ground.stiffness_n_m if footing is None else footing.stiffness_n_m
         )
     return Start(position, rotation, joints, hold, forces, anchors, directions, tension, footing)
 
 
-def _tensions(scenario: Scenario, model: RobotModel, gravity: Array, directions_in_body: Array) -> Array:
+def _tensions(
+    scenario: Scenario, model: RobotModel, gravity: Array, directions_in_body: Array
+) -> Array:
     """Rope tensions (2) at the start, N: as given, or equal ones that carry `share` of the weight along the slope."""
     r = scenario.ropes
     if not r.enabled:
@@ -122,7 +134,9 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
         for leg in range(len(LEGS)):
             gap, towards_foot = engine.foot_gap(leg)
             if not math.isfinite(gap):
-                raise InputError("the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}")
+                raise InputError(
+                    "the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}"
+                )
             q[VERTICAL[leg]] += gap / max(-float(towards_foot @ down), 0.3)
             worst = max(worst, abs(gap))
         if worst < TOUCH_M:
@@ -130,13 +144,16 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
 
 
 def _check_range(joints: Array, model: RobotModel, section: str) -> None:
-    from testbed.parameters.names import AXES
+    from testbed.machine.names import AXES
 
     for k, name in enumerate(AXES):
         low, high = model.limits[k]
         if not low - 1e-9 <= joints[k] <= high + 1e-9:
             raise InputError(
-                "the start posture is out of the joint's range" if section == "robot"
+                "the start posture is out of the joint's range"
+                if section == "robot"
                 else "a foot cannot reach the ground within its stroke",
-                field=f"{section} {name}", value=round(float(joints[k]), 4), allowed=f"{low:.4g} to {high:.4g}",
-            )  # fmt: skip
+                field=f"{section} {name}",
+                value=round(float(joints[k]), 4),
+                allowed=f"{low:.4g} to {high:.4g}",
+            )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from testbed.errors import InputError
 from testbed.laws import columns as c
 from testbed.laws.friction import SMALLEST_N
-from testbed.parameters.hydraulic_parts import HYDRAULIC_PARTS
+from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
 
 Array = NDArray[np.float64]
 
@@ -20,9 +20,16 @@ QUICK_RAD_S = 2.0 * math.pi * 1.0e5
 QUICK_S = 1.0e-9
 
 _COULOMB = {
-    c.FC_POS: SMALLEST_N, c.FC_NEG: SMALLEST_N, c.FS_POS: 0.0, c.FS_NEG: 0.0, c.DWELL_GAIN: 0.0,
-    c.FR_PRESSURE: 0.0, c.FR_LOAD: 0.0, c.FR_SIDE: 0.0, c.BRISTLE_D: 0.0,
-}  # fmt: skip
+    c.FC_POS: SMALLEST_N,
+    c.FC_NEG: SMALLEST_N,
+    c.FS_POS: 0.0,
+    c.FS_NEG: 0.0,
+    c.DWELL_GAIN: 0.0,
+    c.FR_PRESSURE: 0.0,
+    c.FR_LOAD: 0.0,
+    c.FR_SIDE: 0.0,
+    c.BRISTLE_D: 0.0,
+}
 _VISCOUS = {c.VISC_POS: 0.0, c.VISC_NEG: 0.0}
 
 AXIS_OFF: dict[str, dict[int, float]] = {
@@ -74,8 +81,12 @@ def switch_off(names: Iterable[str], params: Array, unit: Array) -> None:
     """
     for name in names:
         if name not in HYDRAULIC_PARTS:
-            raise InputError("no such hydraulic effect", field="hydraulics.without", value=name,
-                             allowed=", ".join(HYDRAULIC_PARTS))  # fmt: skip
+            raise InputError(
+                "no such hydraulic effect",
+                field="hydraulics.without",
+                value=name,
+                allowed=", ".join(HYDRAULIC_PARTS),
+            )
         for column, value in AXIS_OFF.get(name, {}).items():
             params[:, column] = value
         for column, value in UNIT_OFF.get(name, {}).items():

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.laws import columns as c
-from testbed.parameters.names import AXES, LEGS
-from testbed.parameters.scenario_parts import Undeclared
+from testbed.machine.names import AXES, LEGS
+from testbed.scenario.parts import Undeclared
 from testbed.world import sensing
 
 Array = NDArray[np.float64]
@@ -83,8 +83,12 @@ def _drift_a(w: Places, axis: int, p: Mapping[str, float]) -> None:
 def _delay(w: Places, axis: int, p: Mapping[str, float]) -> None:
     steps = round(p["delay"] / w.step_s)
     if steps >= sensing.DELAY_LENGTH:
-        raise InputError("is longer than the world can hold back", field="undeclared sensor.delay.delay",
-                         value=p["delay"], allowed=f"< {sensing.DELAY_LENGTH * w.step_s:g} s")  # fmt: skip
+        raise InputError(
+            "is longer than the world can hold back",
+            field="undeclared sensor.delay.delay",
+            value=p["delay"],
+            allowed=f"< {sensing.DELAY_LENGTH * w.step_s:g} s",
+        )
     w.transducers[[axis, axis + len(AXES)], sensing.DELAY_STEPS] = steps
 
 
@@ -138,17 +142,28 @@ def apply_undeclared(entries: Sequence[Undeclared], places: Places) -> None:
     for k, entry in enumerate(entries):
         field = f"undeclared.{k}"
         if entry.effect not in LAWS:
-            raise InputError("no such effect", field=f"{field}.effect", value=entry.effect, allowed=", ".join(LAWS))
+            raise InputError(
+                "no such effect",
+                field=f"{field}.effect",
+                value=entry.effect,
+                allowed=", ".join(LAWS),
+            )
         effect = effects.by_name(entry.effect)
         values = _Asked(effect.complete(entry.parameters, field=f"{field}.parameters"))
         for axis in axes_of(entry.at, f"{field}.at"):
             LAWS[entry.effect](places, axis, values)
         for spec in effect.parameters:
-            if spec.default is not None and spec.name not in values.names and values[spec.name] != spec.default:
+            if (
+                spec.default is not None
+                and spec.name not in values.names
+                and values[spec.name] != spec.default
+            ):
                 raise InputError(
-                    "is a shape that the simulated machine does not have", field=f"{field}.parameters.{spec.name}",
-                    value=values[spec.name], allowed=f"{spec.default:g}",
-                )  # fmt: skip
+                    "is a shape that the simulated machine does not have",
+                    field=f"{field}.parameters.{spec.name}",
+                    value=values[spec.name],
+                    allowed=f"{spec.default:g}",
+                )
 
 
 def axes_of(place: str, field: str) -> list[int]:
@@ -159,5 +174,9 @@ def axes_of(place: str, field: str) -> list[int]:
         return [AXES.index(f"{place}_vertical")]
     if place in ("body", "supply"):
         return list(range(len(AXES)))
-    raise InputError("no effect of a cylinder can sit there", field=field, value=place,
-                     allowed=", ".join([*AXES, *LEGS, "body", "supply"]))  # fmt: skip
+    raise InputError(
+        "no effect of a cylinder can sit there",
+        field=field,
+        value=place,
+        allowed=", ".join([*AXES, *LEGS, "body", "supply"]),
+    )

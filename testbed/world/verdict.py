@@ -62,7 +62,11 @@ class Judge:
             slip = max(slip, math.dist(places[leg], first))
         self.slip_m = max(self.slip_m, slip)
         aloft = self._aloft_m(feet.mean(axis=0), bool(loaded.any()))
-        if tilt > TILT_FALL_RAD or aloft > ALOFT_M or (self._raised and belly_n > BELLY_SHARE * self._weight):
+        if (
+            tilt > TILT_FALL_RAD
+            or aloft > ALOFT_M
+            or (self._raised and belly_n > BELLY_SHARE * self._weight)
+        ):
             self.verdict = "fell"
         elif slip > SLIDE_M:
             self.verdict = "slid"

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.evaluation.run import run_scenario
-from testbed.evaluation.runs import read_series
-from testbed.parameters.scenario import load_scenario
+from testbed.scenario.scenario import load_scenario
+from testbed.simulation.run import run_scenario
+from testbed.simulation.runs import read_series
 
 FOLDER = Path(__file__).parent / "recorded"
 FIRST_ROWS = 20
@@ -44,7 +44,9 @@ RUNS: dict[str, BaselineRun] = {
     "undeclared_leak": BaselineRun("stand_undeclared_leak", 8.0),
     "sensor_dead": BaselineRun("sensor_dead", 8.0),
     "supervisor": BaselineRun(
-        "drill_wall_85", 10.0, ("control.supervisor=true", "control.distribution=qp", "task.phases.0.feed_n=7000")
+        "drill_wall_85",
+        10.0,
+        ("control.supervisor=true", "control.distribution=qp", "task.phases.0.feed_n=7000"),
     ),
     "soft_ground": BaselineRun("soft_patch", 8.0),
 }
@@ -69,15 +71,22 @@ def make(name: str, folder: Path) -> Recorded:
         for column, values in read_series(folder / name, series).items():
             keep = np.unique(np.r_[: min(FIRST_ROWS, len(values)), : len(values) : ROW_STEP])
             columns[f"{series}/{column}"] = np.asarray(values, dtype=np.float64)[keep]
-    figures = {f"force_rms_n/{method}": float(value) for method, value in summary["force_rms_n"].items()}
+    figures = {
+        f"force_rms_n/{method}": float(value) for method, value in summary["force_rms_n"].items()
+    }
     return Recorded(columns, str(summary["verdict"]), figures)
 
 
 def load(name: str) -> Recorded:
     """The recorded run of this name."""
     with np.load(FOLDER / f"{name}.npz", allow_pickle=False) as stored:
-        columns = {str(key): values for key, values in zip(stored["names"], stored["values"], strict=True)}
-        figures = {str(key): float(v) for key, v in zip(stored["figure_names"], stored["figures"], strict=True)}
+        columns = {
+            str(key): values for key, values in zip(stored["names"], stored["values"], strict=True)
+        }
+        figures = {
+            str(key): float(v)
+            for key, v in zip(stored["figure_names"], stored["figures"], strict=True)
+        }
         return Recorded(columns, str(stored["verdict"]), figures)
 
 

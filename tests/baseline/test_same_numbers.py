@@ -15,12 +15,16 @@ SURELY_ROWS = 5
 """So many first rows agree in any case: no encoder or converter rounds differently before."""
 
 
-def _first_difference(name: str, before: dict[str, np.ndarray], now: dict[str, np.ndarray]) -> tuple[int, str]:
+def _first_difference(
+    name: str, before: dict[str, np.ndarray], now: dict[str, np.ndarray]
+) -> tuple[int, str]:
     """The first row in which a column differs by more than RANGE_SHARE of its range, and that column."""
     first, culprit = len(next(iter(before.values()))), ""
     for column, old in before.items():
         new = now[column]
-        assert new.shape == old.shape, f"{name}: {column} has {len(new)} rows where {len(old)} were recorded"
+        assert new.shape == old.shape, (
+            f"{name}: {column} has {len(new)} rows where {len(old)} were recorded"
+        )
         scale = max(float(np.ptp(old)), float(np.abs(old).max()), 1e-12)
         apart = np.flatnonzero(np.abs(new - old) > RANGE_SHARE * scale)
         if apart.size and apart[0] < first:

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.crawl import CrawlProgram
-from testbed.control.footholds import Footholds
-from testbed.control.pace import LOADED_SHARE, PEAK, RAMP, TRACTION_SHARE, Pace, progress
-from testbed.control.programs import program_of
-from testbed.control.references import Measured
-from testbed.control.rope_hold import RopeHold
+from testbed.control.programs.crawl import CrawlProgram
+from testbed.control.programs.footholds import Footholds
+from testbed.control.programs.pace import LOADED_SHARE, PEAK, RAMP, TRACTION_SHARE, Pace, progress
+from testbed.control.programs.references import Measured
+from testbed.control.programs.rope_hold import RopeHold
+from testbed.control.programs.table import program_of
 from testbed.errors import InputError
-from testbed.parameters.provenance import roboclimber
-from testbed.parameters.scenario import Scenario, load_scenario
-from testbed.robot.foot_load_sets import twist_of
+from testbed.machine.provenance import roboclimber
 from testbed.robot.kinematics import LegKinematics
+from testbed.robot.loads.foot_load_sets import twist_of
 from testbed.robot.model import roboclimber_model
+from testbed.scenario.scenario import Scenario, load_scenario
 
 TICK = 0.01
 START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
@@ -40,7 +40,13 @@ def program(*changes: str) -> CrawlProgram:
 
 def walk(made: CrawlProgram, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
     """Set points and carrying words of a machine that follows perfectly and whose feet never meet ground early."""
-    seen = Measured(START.copy(), LOADS.copy(), np.ones(4), TENSION.copy(), np.array([0.0, -math.radians(45.0), 0.0]))
+    seen = Measured(
+        START.copy(),
+        LOADS.copy(),
+        np.ones(4),
+        TENSION.copy(),
+        np.array([0.0, -math.radians(45.0), 0.0]),
+    )
     out = []
     for k in range(round(until_s / TICK)):
         command = made.update(k * TICK, TICK, seen)
@@ -70,7 +76,9 @@ def test_a_walk_stays_within_ranges_and_speeds_and_swings_one_leg_at_a_time(gait
 def test_a_stride_out_of_reach_is_refused_before_anything_moves() -> None:
     with pytest.raises(InputError, match=r"task\.step_length_m.*out of its range"):
         stretched = np.tile([0.0, 0.38, 0.25], 4)
-        program_of(scenario("task.step_length_m=0.4"), stretched, TENSION, ANCHORS / 30.0, ANCHORS, LOADS)
+        program_of(
+            scenario("task.step_length_m=0.4"), stretched, TENSION, ANCHORS / 30.0, ANCHORS, LOADS
+        )
 
 
 def test_sideways_is_a_heading_like_any_other() -> None:
@@ -90,7 +98,9 @@ def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
     needed = PEAK * volume / (LOADED_SHARE * 2.6667e-4)
     assert pace.shift_s(joints, np.zeros((11, 2))) == pytest.approx(needed, rel=1e-3)
     ropes = np.linspace([30.0, 30.0], [29.9, 29.9], 11)
-    assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(PEAK * 0.1 / (TRACTION_SHARE * 0.06), rel=1e-3)
+    assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(
+        PEAK * 0.1 / (TRACTION_SHARE * 0.06), rel=1e-3
+    )
 
 
 def test_progress_is_a_trapezoid_of_speed() -> None:
@@ -105,11 +115,16 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
     ropes = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, TENSION)
     pull = (TENSION @ ropes.directions(np.zeros(3)))[:2]
     for body in (np.array([10.0, 0.0, 0.0]), np.array([3.0, 1.5, 0.0])):
-        np.testing.assert_allclose((ropes.wanted_n(body) @ ropes.directions(body))[:2], pull, rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(
+            (ropes.wanted_n(body) @ ropes.directions(body))[:2], pull, rtol=1e-9, atol=1e-6
+        )
     before, rates = np.array([-0.05, 0.0, 0.0]), np.zeros(2)
     ropes.rates_m_s(np.zeros(3), before, 1.0, TENSION, rates)
     assert np.all(rates < -0.045)
-    assert ropes.readiness(np.zeros(3), 0.5 * TENSION) == 0.0 and ropes.readiness(np.zeros(3), TENSION) == 1.0
+    assert (
+        ropes.readiness(np.zeros(3), 0.5 * TENSION) == 0.0
+        and ropes.readiness(np.zeros(3), TENSION) == 1.0
+    )
     slack = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, np.zeros(2))
     rates[:] = 0.0
     slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2), rates)
@@ -126,11 +141,18 @@ def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
 def test_the_body_shifts_away_from_the_swinging_legs_until_the_margin_is_enough() -> None:
     model = roboclimber_model()
     footholds = Footholds(model, LEGS, START, 0.65)
-    footholds.stand_under(9.81 * np.array([-math.sin(math.radians(45)), 0.0, -math.cos(math.radians(45))]))
+    footholds.stand_under(
+        9.81 * np.array([-math.sin(math.radians(45)), 0.0, -math.cos(math.radians(45))])
+    )
     ropes = RopeHold(ANCHORS, model.rope_attachments_m, TENSION)
     args = (footholds.home, np.zeros(3), [0, 1, 2], TENSION, ropes.directions(np.zeros(3)))
     middle = footholds.margin_n(*args)
     goal, margin = footholds.body_goal(
-        np.zeros(3), np.array([0.0, 1.0, 0.0]), footholds.home, [(3, footholds.home[3])], np.zeros(3), *args[3:]
+        np.zeros(3),
+        np.array([0.0, 1.0, 0.0]),
+        footholds.home,
+        [(3, footholds.home[3])],
+        np.zeros(3),
+        *args[3:],
     )
     assert goal[1] > 0.05 and margin > middle + 1000.0

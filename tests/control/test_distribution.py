@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.control.controllers import CONTROLLERS, believed_statics, controller
-from testbed.control.corrected import Corrected
-from testbed.control.distribution import self_balanced
-from testbed.control.drill_sharing import DrillSharing, taken_by_thrust
-from testbed.control.pseudo_inverse import PseudoInverse
-from testbed.control.quadratic import Quadratic
-from testbed.control.references import Measured
-from testbed.control.statics import FEET, NORMALS, ROPES, Balance
-from testbed.control.trim import Trim, haul
-from testbed.control.use_program import About, UseProgram
+from testbed.control.distribution.controllers import CONTROLLERS, believed_statics, controller
+from testbed.control.distribution.corrected import Corrected
+from testbed.control.distribution.distribution import self_balanced
+from testbed.control.distribution.drill_sharing import DrillSharing, taken_by_thrust
+from testbed.control.distribution.pseudo_inverse import PseudoInverse
+from testbed.control.distribution.quadratic import Quadratic
+from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance
+from testbed.control.distribution.use_program import About, UseProgram
+from testbed.control.programs.references import Measured
+from testbed.control.programs.trim import Trim, haul
 from testbed.errors import InputError
-from testbed.parameters.names import VERTICAL
-from testbed.parameters.scenario import load_scenario
+from testbed.machine.names import VERTICAL
+from testbed.scenario.scenario import load_scenario
 
 WEIGHT_N = 4000 * 9.81
 
@@ -32,15 +32,23 @@ def _posture() -> np.ndarray:
 
 
 def _balance(
-    slope_deg: float, pull_n: float = 0.0, thrust_n: float = 0.0, legs: tuple[int, ...] = (0, 1, 2, 3)
+    slope_deg: float,
+    pull_n: float = 0.0,
+    thrust_n: float = 0.0,
+    legs: tuple[int, ...] = (0, 1, 2, 3),
 ) -> Balance:
     slope = np.radians(slope_deg)
-    statics = believed_statics(load_scenario("stand_slope_45"), np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    statics = believed_statics(
+        load_scenario("stand_slope_45"), np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    )
     measured = Measured(
-        position=_posture(), load_n=np.full(4, WEIGHT_N * np.cos(slope) / 4), contact=np.ones(4),
-        rope_tension_n=np.full(2, pull_n), attitude_rad=np.array([0.0, -slope, 0.0]),
+        position=_posture(),
+        load_n=np.full(4, WEIGHT_N * np.cos(slope) / 4),
+        contact=np.ones(4),
+        rope_tension_n=np.full(2, pull_n),
+        attitude_rad=np.array([0.0, -slope, 0.0]),
         drill=np.array([thrust_n, 0.0, 0.0, 0.0, 0.0, 0.0]),
-    )  # fmt: skip
+    )
     return statics.look(measured, np.isin(np.arange(4), legs))
 
 
@@ -81,12 +89,16 @@ def test_without_ropes_the_least_friction_is_the_slopes_tangent() -> None:
 
 def test_a_plan_needs_no_more_friction_than_the_least_that_a_linear_program_finds() -> None:
     """Or no more than poor rock holds. The program is told no coefficient; ropes that pull aside make it hard."""
-    from testbed.evaluation.distribution_run import breaks, possible
+    from testbed.benchmarks.distribution.run import breaks, possible
 
     rng, hard = np.random.default_rng(0), 0
     for _ in range(12):
         slope = rng.uniform(60.0, 80.0)
-        now = _balance(slope, pull_n=WEIGHT_N * np.sin(np.radians(slope)) / 2, thrust_n=rng.uniform(0.0, 3000.0))
+        now = _balance(
+            slope,
+            pull_n=WEIGHT_N * np.sin(np.radians(slope)) / 2,
+            thrust_n=rng.uniform(0.0, 3000.0),
+        )
         now.load[1] += rng.uniform(-7000.0, 7000.0)
         now.load[3:] += rng.uniform(-3000.0, 3000.0, 3)
         for friction in np.arange(0.46, 0.85, 0.03):
@@ -108,9 +120,16 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
     """Written down in plain arrays and solved by another library's way in, it has the same answer."""
     from qpsolvers import solve_qp
 
-    now, carrying = _balance(40.0, pull_n=12_000.0, thrust_n=2000.0, legs=legs), np.isin(np.arange(4), legs)
+    now, carrying = (
+        _balance(40.0, pull_n=12_000.0, thrust_n=2000.0, legs=legs),
+        np.isin(np.arange(4), legs),
+    )
     scale = float(np.linalg.norm(now.load[:3]))
-    normals, pull, taken = np.array([0.2, 0.15, 0.25, 0.18]), np.array([0.3, 0.28]), np.array([-0.01, -0.02, 0.0, 0.01])
+    normals, pull, taken = (
+        np.array([0.2, 0.15, 0.25, 0.18]),
+        np.array([0.3, 0.28]),
+        np.array([-0.01, -0.02, 0.0, 0.01]),
+    )
     sharing = Quadratic()
     about = About(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
     found = UseProgram(sharing._use_rows).solve(now, normals, pull, taken, about)
@@ -118,7 +137,9 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
     for leg in legs:
         for angle in np.arange(8) * np.pi / 4:
             row = np.zeros(15)
-            row[3 * leg + 1 : 3 * leg + 3] = np.array([np.cos(angle), np.sin(angle)]) / np.cos(np.pi / 8)
+            row[3 * leg + 1 : 3 * leg + 3] = np.array([np.cos(angle), np.sin(angle)]) / np.cos(
+                np.pi / 8
+            )
             row[3 * leg], row[14] = -0.4, -(normals[leg] + taken[leg])
             rows.append(row)
             high.append(-0.01 - 0.4 * normals[leg])
@@ -128,11 +149,16 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
     below[:12][~np.repeat(carrying, 3)] = above[:12][~np.repeat(carrying, 3)] = 0.0
     weights = np.array([1.5, 30.0, 30.0] * 4 + [0.02, 0.02, 4.0])
     wanted = solve_qp(
-        np.diag(weights), np.concatenate([np.zeros(12), -0.02 * pull, [0.0]]),
+        np.diag(weights),
+        np.concatenate([np.zeros(12), -0.02 * pull, [0.0]]),
         np.vstack([rows, joints, -joints]),
         np.concatenate([high, (now.highest - now.held) / scale, -(now.lowest - now.held) / scale]),
-        np.hstack([now.balance, np.zeros((6, 1))]), -now.load / scale, below, above, solver="daqp",
-    )  # fmt: skip
+        np.hstack([now.balance, np.zeros((6, 1))]),
+        -now.load / scale,
+        below,
+        above,
+        solver="daqp",
+    )
     assert wanted is not None and found is not None
     assert np.abs(found - wanted).max() < 1e-6
 
@@ -154,7 +180,9 @@ def test_no_plan_pulls_on_a_foot_or_pushes_a_rope_or_leaves_the_cone() -> None:
         z = Quadratic().plan(_balance(slope, thrust_n=thrust)).forces
         feet = z[:FEET].reshape(4, 3)
         assert feet[:, 0].min() >= 0.0 and z[ROPES].min() >= 0.0
-        assert np.all(np.linalg.norm(feet[:, 1:], axis=1) <= 0.65 * feet[:, 0] + 1e-2 * WEIGHT_N / 100)
+        assert np.all(
+            np.linalg.norm(feet[:, 1:], axis=1) <= 0.65 * feet[:, 0] + 1e-2 * WEIGHT_N / 100
+        )
 
 
 def test_a_rope_is_never_asked_for_more_than_its_hoist_pulls() -> None:
@@ -244,14 +272,16 @@ def test_rope_is_hauled_in_where_tension_lacks_and_rests_at_what_is_wanted() -> 
 
 
 def test_trim_lays_an_offset_over_the_inner_set_points() -> None:
-    from testbed.control.references import Hold
+    from testbed.control.programs.references import Hold
 
     trim = Trim(Hold(_posture(), None, ()))
     trim.goal_m = np.array([1e-4, 0.0, 0.0, -1e-4])
     measured = Measured(_posture(), np.zeros(4), np.ones(4), np.zeros(2), np.zeros(3))
     command = trim.update(0.0, 0.01, measured)
     assert command.rate[list(VERTICAL)] == pytest.approx([0.01, 0.0, 0.0, -0.01])
-    assert trim.update(0.01, 0.01, measured).reference[list(VERTICAL)] == pytest.approx([0.2501, 0.25, 0.25, 0.2499])
+    assert trim.update(0.01, 0.01, measured).reference[list(VERTICAL)] == pytest.approx(
+        [0.2501, 0.25, 0.25, 0.2499]
+    )
 
 
 def test_unknown_controller_is_refused_with_the_names_there_are() -> None:
@@ -263,7 +293,7 @@ def test_unknown_controller_is_refused_with_the_names_there_are() -> None:
 
 
 def test_the_shipped_policy_says_how_it_was_made_and_corrects_the_plan_within_its_reach() -> None:
-    from testbed.control.learned import SHIPPED
+    from testbed.control.distribution.learned import SHIPPED
 
     assert str(np.load(SHIPPED)["made_by"]).startswith("testbed train force-distribution")
     now, learned, plain = _balance(45.0, pull_n=14_000.0), controller("learned"), Quadratic()
@@ -278,7 +308,7 @@ def test_the_shipped_policy_says_how_it_was_made_and_corrects_the_plan_within_it
 def test_a_controller_of_ones_own_is_a_file_and_a_class(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(
-        "from testbed.control.quadratic import Quadratic\nclass Mine(Quadratic):\n    name = 'mine'\n"
+        "from testbed.control.distribution.quadratic import Quadratic\nclass Mine(Quadratic):\n    name = 'mine'\n"
     )
     assert controller(f"{file}:Mine").plan(_balance(30.0)).feasible
     with pytest.raises(InputError, match="no such class"):

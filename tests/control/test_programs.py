@@ -8,19 +8,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from testbed.benchmarks.contact_loss.scenes import Moves
 from testbed.control.believed_model import believed_model
-from testbed.control.controllers import controller, distributed
-from testbed.control.mast import LEARN_S, KeepMast
-from testbed.control.references import Command, Hold, Measured, Program
-from testbed.control.supervisor import Supervisor
-from testbed.control.trim import Trim
+from testbed.control.distribution.controllers import controller, distributed
+from testbed.control.programs.mast import LEARN_S, KeepMast
+from testbed.control.programs.references import Command, Hold, Measured, Program
+from testbed.control.programs.supervisor import Supervisor
+from testbed.control.programs.trim import Trim
 from testbed.errors import InputError
-from testbed.evaluation.contact_loss_scenes import Moves
-from testbed.parameters.provenance import roboclimber
-from testbed.parameters.scenario import load_scenario
-from testbed.parameters.scenario_tasks import LiftFoot
+from testbed.machine.provenance import roboclimber
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.kinematics import LegKinematics
+from testbed.scenario.scenario import load_scenario
+from testbed.scenario.tasks import LiftFoot
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
 START = np.tile([0.0, 0.05, 0.25], 4)
@@ -36,7 +36,9 @@ class Waiting:
     """A program that makes the drill wait."""
 
     def update(self, t: float, dt: float, measured: Measured) -> Command:
-        return Command(reference=START.copy(), hold_drill=True, carrying=np.array([True, False, True, True]))
+        return Command(
+            reference=START.copy(), hold_drill=True, carrying=np.array([True, False, True, True])
+        )
 
 
 def shared(inner: Program) -> Program:
@@ -48,8 +50,12 @@ def moved(inner: Program) -> Program:
     return Moves(inner, SimpleNamespace(time_s=np.array([0.0, 1.0]), moves_m=np.zeros((2, 4))))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("over", [Trim, Supervisor, shared, moved, lambda inner: KeepMast(inner, FEET)])
-def test_a_drill_that_is_to_wait_waits_under_every_program(over: Callable[[Program], Program]) -> None:
+@pytest.mark.parametrize(
+    "over", [Trim, Supervisor, shared, moved, lambda inner: KeepMast(inner, FEET)]
+)
+def test_a_drill_that_is_to_wait_waits_under_every_program(
+    over: Callable[[Program], Program],
+) -> None:
     program = over(Waiting())
     for t in (0.0, LEARN_S + 1.0):
         out = program.update(t, 0.01, seen(np.array([0.0, -1.3, 0.0])))
@@ -74,7 +80,9 @@ def rates(by_rad: np.ndarray) -> np.ndarray:
 
 
 def test_a_turn_about_the_slopes_normal_tilts_no_mast_however_steep_the_slope() -> None:
-    assert not rates(np.array([0.0, 0.0, 0.0035])).any()  # 0.2 degrees; as a roll angle it is 0.75 on 75 degrees
+    assert not rates(
+        np.array([0.0, 0.0, 0.0035])
+    ).any()  # 0.2 degrees; as a roll angle it is 0.75 on 75 degrees
     about_x = rates(np.array([0.0035, 0.0, 0.0]))
     assert about_x == pytest.approx(-0.4 * 0.0035 * (FEET[:, 1] - FEET[:, 1].mean()), rel=0.02)
 
@@ -97,23 +105,33 @@ def test_a_foot_that_is_lifted_twice_carries_in_between_and_not_while_it_is_up()
     lifts = tuple(LiftFoot(kind="lift_foot", at_s=at, leg="fl") for at in (2.0, 10.0))
     program = Hold(START, None, lifts)
     carries = [
-        bool(program.update(t, 0.01, seen(np.zeros(3))).carrying[0]) for t in (1.0, 3.0, 6.0, 11.0, 13.0)
+        bool(program.update(t, 0.01, seen(np.zeros(3))).carrying[0])
+        for t in (1.0, 3.0, 6.0, 11.0, 13.0)
     ]
     assert carries == [True, False, True, False, True]
 
 
-@pytest.mark.parametrize("event", ["{kind: lift_foot, at_s: 2, leg: fl}",
-                                   "{kind: set_rope, at_s: 2, rope: left, pay_out_m: 0.01}"])  # fmt: skip
+@pytest.mark.parametrize(
+    "event",
+    [
+        "{kind: lift_foot, at_s: 2, leg: fl}",
+        "{kind: set_rope, at_s: 2, rope: left, pay_out_m: 0.01}",
+    ],
+)
 def test_events_that_a_walking_program_would_not_follow_are_refused(event: str) -> None:
     with pytest.raises(InputError, match="moves what the task crawl moves itself"):
         load_scenario("crawl_slope_30", [f"events=[{event}]"])
 
 
 def test_a_store_cannot_give_more_rods_than_it_holds() -> None:
-    changes = "task={kind: drill, repeat: true, phases: [{kind: rod_change, duration_s: 5, rod_kg: 20}]}"
+    changes = (
+        "task={kind: drill, repeat: true, phases: [{kind: rod_change, duration_s: 5, rod_kg: 20}]}"
+    )
     with pytest.raises(InputError, match="100 kg are taken off a rod store of 90 kg"):
         load_scenario("stand_slope_45", [changes, "duration_s=30"])
-    assert load_scenario("stand_slope_45", [changes, "duration_s=25"]).duration_s == 25  # four laps: 80 kg
+    assert (
+        load_scenario("stand_slope_45", [changes, "duration_s=25"]).duration_s == 25
+    )  # four laps: 80 kg
 
 
 def test_control_believes_the_rods_in_the_store_that_the_scenario_declares() -> None:

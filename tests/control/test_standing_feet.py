@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
-from testbed.control.levelling import LEVEL_GAIN_1_S, Levelling
-from testbed.control.references import Measured
+from testbed.control.programs.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
+from testbed.control.programs.levelling import LEVEL_GAIN_1_S, Levelling
+from testbed.control.programs.references import Measured
 
 DT = 0.01
 EVEN, STAND = [7000.0] * 4, (True, True, True, True)
@@ -17,11 +17,15 @@ FEET = np.array([[1.2, 1.0, -0.4], [1.2, -1.0, -0.4], [-1.2, 1.0, -0.4], [-1.2, 
 
 
 def test_the_ground_is_sought_in_proportion_to_what_the_feet_carry() -> None:
-    flat, steep, wall = (GroundSearch(4e4 * math.cos(a), math.cos(a), 0.1) for a in np.radians([0.0, 60.0, 89.0]))
+    flat, steep, wall = (
+        GroundSearch(4e4 * math.cos(a), math.cos(a), 0.1) for a in np.radians([0.0, 60.0, 89.0])
+    )
     assert flat.speed_m_s(0.0, 0.0) == pytest.approx(0.06)
     assert steep.speed_m_s(0.0, 0.0) == pytest.approx(0.03)
     assert wall.speed_m_s(0.0, 0.0) == 0.01
-    assert steep.speed_m_s(0.061, 0.0) == pytest.approx(0.08 * math.sqrt(0.5)), "half of the ground's steps above"
+    assert steep.speed_m_s(0.061, 0.0) == pytest.approx(0.08 * math.sqrt(0.5)), (
+        "half of the ground's steps above"
+    )
     assert steep.lowest_m(-0.4) == pytest.approx(-0.56)
 
 
@@ -31,14 +35,18 @@ def test_a_touch_is_a_rise_above_what_the_foot_weighed_in_the_air() -> None:
     search.begin(500.0)
     assert not search.met(1650.0, STEADY_S, DT)
     learnt = 500.0 + 1150.0 * DT / BASE_TIME_S
-    assert search.met(learnt + 1201.0, STEADY_S, DT) and not search.met(learnt + 1199.0, STEADY_S, DT)
+    assert search.met(learnt + 1201.0, STEADY_S, DT) and not search.met(
+        learnt + 1199.0, STEADY_S, DT
+    )
     search.begin(0.0)
     assert not search.met(1400.0, 0.0, DT), "friction still turns over"
     search.begin(0.0)
     assert search.met(1501.0, 0.0, DT)
 
 
-def _moved(start: list[float], now: list[float], load_n: list[float], standing: tuple[bool, ...] = STAND) -> np.ndarray:
+def _moved(
+    start: list[float], now: list[float], load_n: list[float], standing: tuple[bool, ...] = STAND
+) -> np.ndarray:
     """How far the feet of a body are moved that stood at attitude `start` and now is at `now`, rad."""
     levelling, feet = Levelling(np.array(start), 1.0), FEET.copy()
     levelling.stand_on(feet)
@@ -57,7 +65,9 @@ def test_a_body_that_leans_is_turned_back_by_its_standing_feet() -> None:
 
 
 def test_a_foot_in_the_air_is_left_to_its_swing() -> None:
-    moves = _moved([0.0, 0.0, 0.0], [0.01, 0.0, 0.02], [9000.0, 5000.0, 5000.0, 0.0], (True, True, True, False))
+    moves = _moved(
+        [0.0, 0.0, 0.0], [0.01, 0.0, 0.02], [9000.0, 5000.0, 5000.0, 0.0], (True, True, True, False)
+    )
     assert not moves[3].any()
     np.testing.assert_allclose(moves[:3, 0], -0.02 * LEVEL_GAIN_1_S * DT * FEET[:3, 1], rtol=1e-2)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.references import Command, Hold, Measured
-from testbed.control.supervisor import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
+from testbed.control.programs.references import Command, Hold, Measured
+from testbed.control.programs.supervisor import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
 from testbed.laws import drill as d
-from testbed.parameters.names import VERTICAL
-from testbed.parameters.scenario_tasks import Drill, Push, Stand
-from testbed.world.drill_hold import FADE_S, DrillHold
-from testbed.world.drilling import DrillProgram
+from testbed.machine.names import VERTICAL
+from testbed.scenario.tasks import Drill, Push, Stand
+from testbed.world.drilling.drilling import DrillProgram
+from testbed.world.drilling.hold import FADE_S, DrillHold
 
 DT = 0.01
 
@@ -60,7 +60,12 @@ def test_a_foot_that_has_not_carried_yet_is_not_lost() -> None:
 
 
 def test_a_drill_that_is_held_fades_stands_still_and_goes_on_where_it_was() -> None:
-    task = Drill(kind="drill", start_s=0.0, ramp_s=0.0, phases=(Push(kind="push", duration_s=1.0, feed_n=4000.0),))
+    task = Drill(
+        kind="drill",
+        start_s=0.0,
+        ramp_s=0.0,
+        phases=(Push(kind="push", duration_s=1.0, feed_n=4000.0),),
+    )
     drill, hold, t = DrillProgram(task, np.zeros(d.DRILL_COLUMNS)), DrillHold(), 0.0
     feed = []
     for k in range(300):

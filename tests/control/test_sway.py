@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.control.references import Measured
-from testbed.control.sway import RISE_S, SwayProgram
-from testbed.parameters.provenance import roboclimber
-from testbed.parameters.scenario_tasks import Sway
+from testbed.control.programs.references import Measured
+from testbed.control.programs.sway import RISE_S, SwayProgram
+from testbed.machine.provenance import roboclimber
 from testbed.robot.kinematics import LegKinematics
+from testbed.scenario.tasks import Sway
 
 START = np.tile([0.0, 0.2, 0.25], 4)
 ROPES = np.tile([1.0, 0.0, 0.0], (2, 1))
@@ -16,7 +16,9 @@ TICK = 0.01
 UNSEEN = Measured(START, np.zeros(4), np.ones(4), np.zeros(2), np.zeros(3))
 
 
-def test_feet_stay_where_they_are_while_the_body_moves_and_each_rope_is_hauled_by_what_the_body_climbs() -> None:
+def test_feet_stay_where_they_are_while_the_body_moves_and_each_rope_is_hauled_by_what_the_body_climbs() -> (
+    None
+):
     program = SwayProgram(Sway(kind="sway"), START, ROPES)
     legs, hauled = LegKinematics.from_parameters(roboclimber()), np.zeros(2)
     for k in range(900):

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.crawl import CrawlProgram, Doing
-from testbed.control.pace import FREE_SHARE, SWING_RAMP, Pace
-from testbed.control.programs import program_of
-from testbed.control.references import Measured
-from testbed.control.swing import Swing
-from testbed.parameters.provenance import roboclimber
-from testbed.parameters.scenario import load_scenario
+from testbed.control.programs.crawl import CrawlProgram, Doing
+from testbed.control.programs.pace import FREE_SHARE, SWING_RAMP, Pace
+from testbed.control.programs.references import Measured
+from testbed.control.programs.swing import Swing
+from testbed.control.programs.table import program_of
+from testbed.machine.provenance import roboclimber
 from testbed.robot.kinematics import LegKinematics
+from testbed.scenario.scenario import load_scenario
 
 TICK = 0.01
 LEGS = LegKinematics.from_parameters(roboclimber())
@@ -62,13 +62,26 @@ def test_no_joint_of_a_swing_is_faster_than_its_valve() -> None:
 
 
 def program(*changes: str) -> CrawlProgram:
-    made = program_of(load_scenario("crawl_slope_45", list(changes)), START, TENSION, ANCHORS / 30.0, ANCHORS, LOADS)
+    made = program_of(
+        load_scenario("crawl_slope_45", list(changes)),
+        START,
+        TENSION,
+        ANCHORS / 30.0,
+        ANCHORS,
+        LOADS,
+    )
     assert isinstance(made, CrawlProgram)
     return made
 
 
 def machine() -> Measured:
-    return Measured(START.copy(), LOADS.copy(), np.ones(4), TENSION.copy(), np.array([0.0, -math.radians(45.0), 0.0]))
+    return Measured(
+        START.copy(),
+        LOADS.copy(),
+        np.ones(4),
+        TENSION.copy(),
+        np.array([0.0, -math.radians(45.0), 0.0]),
+    )
 
 
 def step(made: CrawlProgram, seen: Measured, t: float, loads: np.ndarray) -> None:

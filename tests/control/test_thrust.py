@@ -7,10 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.thrust import ThrustBound, ordered_thrust_n, thrust_bound, thrust_events
-from testbed.parameters.scenario import Scenario, load_scenario
-from testbed.robot.foot_loads import ExpectedLoads
+from testbed.control.drilling.thrust import (
+    ThrustBound,
+    ordered_thrust_n,
+    thrust_bound,
+    thrust_events,
+)
+from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import roboclimber_model, slope_gravity
+from testbed.scenario.scenario import Scenario, load_scenario
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 
@@ -32,7 +37,10 @@ def test_the_reserve_is_less_than_the_load_on_the_slope_and_falls_with_it() -> N
 
 
 def test_the_feed_is_held_to_the_share_asked_for_and_free_without_one() -> None:
-    free, held = (bound(load_scenario("drill_slope_45", c), 75.0) for c in ([], ["control.thrust_reserve=0.4"]))
+    free, held = (
+        bound(load_scenario("drill_slope_45", c), 75.0)
+        for c in ([], ["control.thrust_reserve=0.4"])
+    )
     assert free.limited(1e5) == 1e5
     assert held.limited(1e5) == pytest.approx(0.6 * held.reserve_n)
     assert held.limited(10.0) == 10.0
@@ -43,5 +51,9 @@ def test_a_task_that_asks_for_more_than_the_reserve_is_told_so() -> None:
     assert ordered_thrust_n(task) == 5500.0
     assert thrust_events(task, ThrustBound(6000.0, "fl", math.inf)) == []
     (event,) = thrust_events(task, ThrustBound(5000.0, "fl", math.inf))
-    assert (event["kind"], event["leg"], event["ordered_n"]) == ("thrust_unloads_a_foot", "fl", 5500.0)
+    assert (event["kind"], event["leg"], event["ordered_n"]) == (
+        "thrust_unloads_a_foot",
+        "fl",
+        5500.0,
+    )
     assert ordered_thrust_n(load_scenario("stand_flat").task) == 0.0

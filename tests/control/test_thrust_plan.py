@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.thrust_plan import planned_thrust, ramp_share
+from testbed.control.drilling.thrust_plan import planned_thrust, ramp_share
 from testbed.laws import drill as d
-from testbed.parameters.scenario import load_scenario
-from testbed.parameters.scenario_tasks import Drill, PullOut, Push, Rest
-from testbed.world.drilling import DrillProgram
+from testbed.scenario.scenario import load_scenario
+from testbed.scenario.tasks import Drill, PullOut, Push, Rest
+from testbed.world.drilling.drilling import DrillProgram
 
 PHASES = (
     Push(kind="push", duration_s=2.0, feed_n=1000.0),
@@ -42,7 +42,9 @@ def test_it_is_what_the_drill_then_orders(repeat: bool) -> None:
     for n in range(900):
         program.update((n + 1) * 0.01, 0.01)
         ordered.append(program.ordered[0])
-    edges = np.abs(np.diff(ordered, prepend=0.0)) > 60.0  # where a phase begins, rounding decides whose sample it is
+    edges = (
+        np.abs(np.diff(ordered, prepend=0.0)) > 60.0
+    )  # where a phase begins, rounding decides whose sample it is
     assert np.abs(plan[:, 0] - ordered)[~edges].max() < 1e-6
     assert (plan[450:, 0] != 0.0).any() == repeat
 

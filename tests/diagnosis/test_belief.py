@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.belief import Calibration, calibration, distribution
-from testbed.diagnosis.signs import SetSigns, Signs
+from testbed.benchmarks.diagnosis.calibration import fit, restated
+from testbed.benchmarks.diagnosis.scores import closed_of_added
+from testbed.diagnosis.leg.belief import Calibration, calibration, distribution
+from testbed.diagnosis.leg.signs import SetSigns, Signs
 from testbed.effects import by_name
 from testbed.effects.base import Signals
-from testbed.evaluation.diagnosis_calibration import fit, restated
-from testbed.evaluation.diagnosis_scores import closed_of_added
-from testbed.parameters.known import Known
+from testbed.recording.known import Known
 
 NOTHING = SetSigns((), 0.0, 0.0, 0.0, 0.0, 0.0, 1.2, 1.2)
 
@@ -27,7 +27,12 @@ def found(gain: float, fall: float, behind: float = 1000.0, left: float = 1.2) -
 
 
 def test_probabilities_add_up_to_one() -> None:
-    for s in (found(0.0, 0.0), found(30.0, 0.03, 5.0), found(5000.0, 0.8), found(100.0, 0.1, left=20.0)):
+    for s in (
+        found(0.0, 0.0),
+        found(30.0, 0.03, 5.0),
+        found(5000.0, 0.8),
+        found(100.0, 0.1, left=20.0),
+    ):
         assert sum(distribution(s, calibration()).values()) == pytest.approx(1.0, abs=1e-12)
 
 
@@ -36,7 +41,9 @@ def test_without_gain_there_is_nothing_and_with_much_of_it_there_is_the_leader()
     assert distribution(found(5000.0, 0.8, 4000.0), calibration())[("a",)] > 0.9
 
 
-def test_equal_rivals_share_equally_and_one_behind_by_slack_has_a_quarter_of_the_leader_at_power_two() -> None:
+def test_equal_rivals_share_equally_and_one_behind_by_slack_has_a_quarter_of_the_leader_at_power_two() -> (
+    None
+):
     rivals = dict(slack=10.0, share=0.1, power_1=2.0, power_2=2.0)
     never = {"one": -30.0}
     c = Calibration(never, never, never, {"one": 30.0}, never, rivals)
@@ -46,14 +53,20 @@ def test_equal_rivals_share_equally_and_one_behind_by_slack_has_a_quarter_of_the
     assert apart[("b",)] / apart[("a",)] == pytest.approx(0.25)
 
 
-def test_a_sure_yes_is_held_back_by_the_rate_of_ghosts_and_a_sure_no_by_the_rate_of_what_was_missed() -> None:
+def test_a_sure_yes_is_held_back_by_the_rate_of_ghosts_and_a_sure_no_by_the_rate_of_what_was_missed() -> (
+    None
+):
     rivals = dict(slack=10.0, share=0.1, power_1=40.0, power_2=2.0)
     never = {"one": -30.0}
     lapses = {"unnamed_missed": 0.04, "presence_ghost": 0.1, "presence_missed": 0.2}
-    sure = distribution(found(1000.0, 0.5), Calibration(never, never, never, {"one": 30.0}, never, rivals, lapses))
+    sure = distribution(
+        found(1000.0, 0.5), Calibration(never, never, never, {"one": 30.0}, never, rivals, lapses)
+    )
     assert sure[("unnamed",)] == pytest.approx(0.04) and sure[()] == pytest.approx(0.96 * 0.1)
     assert sure[("a",)] == pytest.approx(0.96 * 0.9, abs=1e-6)
-    none = distribution(found(1000.0, 0.5), Calibration(never, never, never, never, never, rivals, lapses))
+    none = distribution(
+        found(1000.0, 0.5), Calibration(never, never, never, never, never, rivals, lapses)
+    )
     assert none[()] == pytest.approx(0.96 * 0.8)
 
 
@@ -64,10 +77,15 @@ def test_signs_are_read_as_they_were_written() -> None:
 
 def test_the_fit_learns_that_a_gain_of_forty_means_an_effect_only_every_other_time() -> None:
     trials = [
-        {"seed": k, "visible": True, "kind": "single" if k % 2 else "clean", "truth": ["a"] if k % 2 else [],
-         "signs": found(40.0, 0.05).as_json()}
+        {
+            "seed": k,
+            "visible": True,
+            "kind": "single" if k % 2 else "clean",
+            "truth": ["a"] if k % 2 else [],
+            "signs": found(40.0, 0.05).as_json(),
+        }
         for k in range(24)
-    ]  # fmt: skip
+    ]
     stated = restated(trials, fit(trials))
     nothing = [h["probability"] for t in stated for h in t["hypotheses"] if h["names"] == []]
     assert len(nothing) == 24 and nothing == pytest.approx([0.5] * 24, abs=0.08)

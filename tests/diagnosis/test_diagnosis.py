@@ -11,18 +11,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.diagnosis.diagnose import diagnose
-from testbed.diagnosis.evidence import Evidence, correlation_time, student
-from testbed.diagnosis.findings import as_json, write_findings
-from testbed.diagnosis.search import Candidate, Search
-from testbed.diagnosis.suggest import TELLS, write_motion
-from testbed.diagnosis.verdict import Verdict
+from testbed.benchmarks.diagnosis.scores import calibration, rate
+from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
+from testbed.diagnosis.leg.diagnose import diagnose
+from testbed.diagnosis.leg.evidence import Evidence, correlation_time, student
+from testbed.diagnosis.leg.findings import as_json, write_findings
+from testbed.diagnosis.leg.search import Candidate, Search
+from testbed.diagnosis.leg.suggest import TELLS, write_motion
+from testbed.diagnosis.leg.verdict import Verdict
 from testbed.effects import NAMES
-from testbed.evaluation.diagnosis_scores import calibration, rate
-from testbed.evaluation.reference_rigs import Hidden, make_rig
-from testbed.parameters.known import Known
-from testbed.parameters.leg_model import read_model
-from testbed.parameters.recording import read_rig
+from testbed.recording.axis import read_rig
+from testbed.recording.known import Known
+from testbed.recording.leg_model import read_model
 from testbed.report.diagnosis_page import rivals, write_page
 
 
@@ -58,13 +58,22 @@ def test_wilson_interval_of_eight_in_ten() -> None:
 
 
 def test_calibration_error_of_a_sure_and_wrong_forecaster_is_one() -> None:
-    trial = {"visible": True, "kind": "single", "truth": ["a"], "hypotheses": [{"names": ["b"], "probability": 1.0}]}
+    trial = {
+        "visible": True,
+        "kind": "single",
+        "truth": ["a"],
+        "hypotheses": [{"names": ["b"], "probability": 1.0}],
+    }
     assert calibration([trial])["expected_calibration_error"] == pytest.approx(1.0)
 
 
-def hide(monkeypatch: pytest.MonkeyPatch, numbers: dict[str, float], names: tuple[str, ...]) -> None:
+def hide(
+    monkeypatch: pytest.MonkeyPatch, numbers: dict[str, float], names: tuple[str, ...]
+) -> None:
     hidden = Hidden(names, (1.0,) * len(names), numbers, (0,) * len(names))
-    monkeypatch.setattr("testbed.evaluation.reference_rigs.draw_hidden", lambda rng, kind: hidden)
+    monkeypatch.setattr(
+        "testbed.benchmarks.reference_leg.rigs.draw_hidden", lambda rng, kind: hidden
+    )
 
 
 @pytest.mark.slow
@@ -79,7 +88,9 @@ def test_a_hidden_gain_is_named_with_its_size_and_the_error_falls(
     assert said["effects"][0]["parameters"]["gain_error"]["value"] == pytest.approx(0.04, abs=0.004)
     assert sum(h["probability"] for h in said["hypotheses"]) == pytest.approx(1.0, abs=1e-9)
     error = said["error"]["force_n"]
-    closed = (error["refit"] ** 2 - error["after"] ** 2) / (error["refit"] ** 2 - error["floor"] ** 2)
+    closed = (error["refit"] ** 2 - error["after"] ** 2) / (
+        error["refit"] ** 2 - error["floor"] ** 2
+    )
     assert closed >= 0.85  # of the squared error that can be closed
     model = read_model(tmp_path / "model.yaml")
     assert model.effects[0].name == "sensor.gain_b"
@@ -95,24 +106,40 @@ KEY = ("force", "sine")
 def candidate(names: tuple[str, ...], gain: float) -> Candidate:
     """A set that gains so much in its one group, of noise 100 N over 1 + gain / 100."""
     fit: Any = SimpleNamespace(at=SimpleNamespace(effects=()), coordinates=(), theta=())
-    found = Evidence({KEY: gain}, {KEY: 100.0 / (1.0 + gain / 100.0)}, {KEY: 100.0}, {KEY: 1.0}, {KEY: 1000})
+    found = Evidence(
+        {KEY: gain}, {KEY: 100.0 / (1.0 + gain / 100.0)}, {KEY: 100.0}, {KEY: 1.0}, {KEY: 1000}
+    )
     return Candidate(names, fit, found)
 
 
 def tried(chosen: int, weights: dict[tuple[str, ...], float], kind: str) -> tuple[Search, Verdict]:
     """A search of the plain model and two effects that gain 12 and -5, and the verdict that was made of it."""
-    sets = [candidate((), 0.0), candidate(("inertia.mass",), 12.0), candidate(("sensor.delay",), -5.0)]
+    sets = [
+        candidate((), 0.0),
+        candidate(("inertia.mass",), 12.0),
+        candidate(("sensor.delay",), -5.0),
+    ]
     problem: Any = SimpleNamespace(kind="drive", series=())
     state = Search(problem, sets[0], {frozenset(c.names): c for c in sets})
     return state, Verdict(kind, sets[chosen], tuple(weights.items()), {})
 
 
-def test_where_none_is_named_the_page_says_what_the_effects_gain_and_that_it_is_too_little() -> None:
-    state, verdict = tried(0, {(): 0.7, ("inertia.mass",): 0.25, ("inertia.mass", "sensor.delay"): 0.05}, "none")
+def test_where_none_is_named_the_page_says_what_the_effects_gain_and_that_it_is_too_little() -> (
+    None
+):
+    state, verdict = tried(
+        0, {(): 0.7, ("inertia.mass",): 0.25, ("inertia.mass", "sensor.delay"): 0.05}, "none"
+    )
     first, second = rivals(state, verdict)
     assert (first["names"], first["ahead"], second["ahead"]) == ("inertia.mass", 12.0, -5.0)
-    assert (first["probability"], second["probability"]) == (pytest.approx(0.3), pytest.approx(0.05))
-    assert first["where"] == "force in sine" and first["scale"] == (pytest.approx(100.0 / 1.12), 100.0)
+    assert (first["probability"], second["probability"]) == (
+        pytest.approx(0.3),
+        pytest.approx(0.05),
+    )
+    assert first["where"] == "force in sine" and first["scale"] == (
+        pytest.approx(100.0 / 1.12),
+        100.0,
+    )
 
 
 def test_a_runner_up_of_a_named_effect_is_behind_it() -> None:
@@ -132,7 +159,9 @@ def test_a_clean_rig_is_left_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 
 @pytest.mark.slow
-def test_a_spring_that_stiffens_is_named_although_a_straight_one_carries_over_to_no_other_block() -> None:
+def test_a_spring_that_stiffens_is_named_although_a_straight_one_carries_over_to_no_other_block() -> (
+    None
+):
     rig, hidden = make_rig(8157, "single")
     assert hidden.names == ("force.spring",)
     assert [e.name for e in diagnose(rig).entries] == ["force.spring"]

@@ -10,13 +10,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from testbed.diagnosis.robot_belief import RobotSigns, calibration, distribution
-from testbed.diagnosis.robot_zeros import zeros
+from testbed.benchmarks.diagnosis.robot_calibration import fit, read_trials, restated
+from testbed.benchmarks.diagnosis.robot_trials import HIDDEN, drawn, scores, table
+from testbed.diagnosis.robot.belief import RobotSigns, calibration, distribution
+from testbed.diagnosis.robot.zeros import zeros
 from testbed.errors import InputError
-from testbed.evaluation.robot_calibration import fit, read_trials, restated
-from testbed.evaluation.robot_trials import HIDDEN, drawn, scores, table
-from testbed.parameters.names import AXES
-from testbed.parameters.provenance import roboclimber
+from testbed.machine.names import AXES
+from testbed.machine.provenance import roboclimber
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 
@@ -27,20 +27,31 @@ def found(gain: float, fall: float, behind: float = 30.0) -> RobotSigns:
 
 
 def test_probabilities_add_up_to_one() -> None:
-    for s in (found(0.0, 0.0), found(30.0, 0.1), found(500.0, 0.9), RobotSigns(0.0, 0.0, 0.0, 0.0, 9.0, ())):
+    for s in (
+        found(0.0, 0.0),
+        found(30.0, 0.1),
+        found(500.0, 0.9),
+        RobotSigns(0.0, 0.0, 0.0, 0.0, 9.0, ()),
+    ):
         assert sum(distribution(s, calibration()).values()) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_a_large_gain_is_believed_and_a_small_one_is_not() -> None:
-    large, small = (distribution(s, calibration()) for s in (found(400.0, 0.9, 350.0), found(4.0, 0.01)))
+    large, small = (
+        distribution(s, calibration()) for s in (found(400.0, 0.9, 350.0), found(4.0, 0.01))
+    )
     assert large[(LEFT,)] > 0.8
     assert max(small, key=lambda n: small[n]) == ()
 
 
 def test_a_rival_behind_by_slack_has_a_quarter_of_the_leader_at_power_two() -> None:
     never = {"one": -30.0, "worst": 0.0, "gain": 0.0, "fall": 0.0, "more": 0.0, "first": 0.0}
-    weights = {"strange": never, "presence": never | {"one": 30.0}, "second": never,
-               "rivals": {"slack": 10.0, "share": 0.1, "power": 2.0}}  # fmt: skip
+    weights = {
+        "strange": never,
+        "presence": never | {"one": 30.0},
+        "second": never,
+        "rivals": {"slack": 10.0, "share": 0.1, "power": 2.0},
+    }
     shares = distribution(found(100.0, 0.5, 20.0), weights)  # slack 10 + 0.1 * 100
     assert shares[(RIGHT,)] / shares[(LEFT,)] == pytest.approx(0.25)
     assert shares[(LEFT,)] == pytest.approx(0.8)
@@ -57,9 +68,15 @@ def test_zeros_may_be_what_the_data_sheet_allows() -> None:
     problem = SimpleNamespace(series=[SimpleNamespace(name=AXES[2], signals=signals)])
     (active,), (coordinate,) = zeros(problem, roboclimber())  # type: ignore[arg-type]
     areas = math.pi / 4.0 * (2.0 * 0.07**2 - 0.04**2)
-    assert coordinate.high == pytest.approx(3125.0 * 20.0 * areas + 20.0) == pytest.approx(422.5, abs=0.1)
+    assert (
+        coordinate.high
+        == pytest.approx(3125.0 * 20.0 * areas + 20.0)
+        == pytest.approx(422.5, abs=0.1)
+    )
     assert coordinate.low == -coordinate.high
-    assert active.effect.name == coordinate.owner == "unnamed@fl_vertical" and not any(active.values.values())
+    assert active.effect.name == coordinate.owner == "unnamed@fl_vertical" and not any(
+        active.values.values()
+    )
 
 
 def test_every_seed_draws_its_own_run_and_every_effect_has_its_turn() -> None:
@@ -76,19 +93,33 @@ def test_every_seed_draws_its_own_run_and_every_effect_has_its_turn() -> None:
 def trial(seed: int, truth: str, said: str, gain: float) -> dict[str, object]:
     """A run as its file has it."""
     return {
-        "seed": seed, "kind": "single" if truth else "clean", "truth": [truth] if truth else [],
-        "numbers": {"gain_error": 0.1} if truth else {}, "visible": bool(truth),
-        "verdict": "effect" if said else "none", "names": [said] if said else [],
-        "effects": [{"parameters": {"gain_error": {"value": 0.1, "interval90": [0.05, 0.15]}}}] if said else [],
+        "seed": seed,
+        "kind": "single" if truth else "clean",
+        "truth": [truth] if truth else [],
+        "numbers": {"gain_error": 0.1} if truth else {},
+        "visible": bool(truth),
+        "verdict": "effect" if said else "none",
+        "names": [said] if said else [],
+        "effects": [{"parameters": {"gain_error": {"value": 0.1, "interval90": [0.05, 0.15]}}}]
+        if said
+        else [],
         "hypotheses": [{"names": [said] if said else [], "probability": 1.0}],
-        "error": {"before": 300.0, "refit": 200.0, "after": 100.0}, "signs": found(gain, 0.3).as_json(),
-    }  # fmt: skip
+        "error": {"before": 300.0, "refit": 200.0, "after": 100.0},
+        "signs": found(gain, 0.3).as_json(),
+    }
 
 
 def test_scores_count_legs_and_effects_and_sound_machines() -> None:
-    trials = [trial(1, LEFT, LEFT, 90.0), trial(2, LEFT, RIGHT, 90.0), trial(3, "", "", 1.0), trial(4, "", RIGHT, 20.0)]
+    trials = [
+        trial(1, LEFT, LEFT, 90.0),
+        trial(2, LEFT, RIGHT, 90.0),
+        trial(3, "", "", 1.0),
+        trial(4, "", RIGHT, 20.0),
+    ]
     found_of = scores(trials)
-    assert found_of["leg_and_effect_named"]["share"] == 0.5 and found_of["clean_none"]["share"] == 0.5
+    assert (
+        found_of["leg_and_effect_named"]["share"] == 0.5 and found_of["clean_none"]["share"] == 0.5
+    )
     assert found_of["intervals"] == {**found_of["intervals"], "share": 1.0, "of": 1}
     assert "| sensor.gain_a | 50% | 2 |" in table(found_of)
 

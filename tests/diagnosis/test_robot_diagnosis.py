@@ -9,29 +9,39 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from testbed.diagnosis.fit import residuals
-from testbed.diagnosis.problem import Point
-from testbed.diagnosis.robot import diagnose_robot
-from testbed.diagnosis.robot_findings import as_json, write_findings
-from testbed.diagnosis.robot_problem import DIAGONAL, RobotProblem
-from testbed.diagnosis.robot_rig import believed_model, declared_edge, known_of, recordings_of, through_amplifier
-from testbed.diagnosis.series import series_of
+from testbed.diagnosis.leg.fit import residuals
+from testbed.diagnosis.leg.problem import Point
+from testbed.diagnosis.leg.series import series_of
+from testbed.diagnosis.robot.diagnose import diagnose_robot
+from testbed.diagnosis.robot.findings import as_json, write_findings
+from testbed.diagnosis.robot.problem import DIAGONAL, RobotProblem
+from testbed.diagnosis.robot.rig import (
+    believed_model,
+    declared_edge,
+    known_of,
+    recordings_of,
+    through_amplifier,
+)
 from testbed.effects import Active, by_name, kind_of, place_of
 from testbed.errors import InputError
-from testbed.estimation.believed import Believed
-from testbed.parameters.leg_model import read_model
-from testbed.parameters.names import LEGS
-from testbed.parameters.provenance import roboclimber
+from testbed.estimation.live.believed import Believed
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import roboclimber
+from testbed.recording.leg_model import read_model
 
 Array = npt.NDArray[np.float64]
 MACHINE = roboclimber()
 
 
-def standing(seconds: float = 8.0, rate_hz: float = 250.0, gains: dict[str, float] | None = None) -> dict[str, Array]:
+def standing(
+    seconds: float = 8.0, rate_hz: float = 250.0, gains: dict[str, float] | None = None
+) -> dict[str, Array]:
     """A robot at rest on level ground: 10 kN a leg carried by the pressures, friction nowhere, sensors with noise."""
     rng = np.random.default_rng(3)
     t = np.arange(round(seconds * rate_hz)) / rate_hz
-    known = known_of({"attitude_pitch": 0 * t, "attitude_roll": 0 * t, "supply_pressure": 0 * t + 9e6}, MACHINE)
+    known = known_of(
+        {"attitude_pitch": 0 * t, "attitude_roll": 0 * t, "supply_pressure": 0 * t + 9e6}, MACHINE
+    )
     back = 45e5
     weight = (known.moving_mass_kg or 0.0) * 9.81
     carrying = (1e4 - weight + back * known.area_b_m2) / known.area_a_m2
@@ -49,7 +59,9 @@ def standing(seconds: float = 8.0, rate_hz: float = 250.0, gains: dict[str, floa
 
 def test_a_name_with_a_place_is_split_and_its_effect_acts_there_alone() -> None:
     name = "sensor.gain_a@fl_vertical"
-    assert (kind_of(name), place_of(name)) == ("sensor.gain_a", "fl_vertical") and place_of("sensor.gain_a") is None
+    assert (kind_of(name), place_of(name)) == ("sensor.gain_a", "fl_vertical") and place_of(
+        "sensor.gain_a"
+    ) is None
     series = series_of(recordings_of(standing(2.0), MACHINE, Path("run")))
     effect = by_name(name)
     assert effect.correct is not None
@@ -66,9 +78,13 @@ def test_a_force_on_one_leg_shows_three_quarters_there_and_a_quarter_elsewhere()
     model = believed_model(recordings[0].known, MACHINE)
     problem = RobotProblem(series_of(recordings), model, True)
     spring = by_name("force.spring@fl_vertical")
-    push = Active(spring, spring.complete({"stiffness": -40_000.0, "rest": 0.0}))  # 10 kN at 0.25 m, outwards
+    push = Active(
+        spring, spring.complete({"stiffness": -40_000.0, "rest": 0.0})
+    )  # 10 kN at 0.25 m, outwards
     at = [Point(model.friction, declared_edge(MACHINE), effects) for effects in ((), (push,))]
-    without, pushed = (residuals(problem, p, ("force",))["force"].reshape(4, -1).mean(axis=1) for p in at)
+    without, pushed = (
+        residuals(problem, p, ("force",))["force"].reshape(4, -1).mean(axis=1) for p in at
+    )
     change = pushed - without
     np.testing.assert_allclose(change / change[0], [1.0, 1 / 3, 1 / 3, -1 / 3], rtol=1e-6)
     assert abs(DIAGONAL @ pushed) < 1e-6 * abs(change[0])
@@ -94,9 +110,13 @@ def test_a_wrong_gain_is_named_with_its_leg_and_the_model_believes_it(tmp_path: 
     assert json.loads((tmp_path / "findings.json").read_text())["effects"] == said["effects"]
     model = read_model(tmp_path / "model.yaml")
     legs = dict(zip(LEGS, Believed.from_model(model, 1e-3).legs, strict=True))
-    assert legs["rl"].gain_a == pytest.approx(said["effects"][0]["parameters"]["gain_error"]["value"])
+    assert legs["rl"].gain_a == pytest.approx(
+        said["effects"][0]["parameters"]["gain_error"]["value"]
+    )
     assert legs["fl"].gain_a == 0.0
-    again = diagnose_robot("standing", standing(gains={"rl": -0.12}), MACHINE, tmp_path, start=model)
+    again = diagnose_robot(
+        "standing", standing(gains={"rl": -0.12}), MACHINE, tmp_path, start=model
+    )
     assert as_json(again)["verdict"] == "none" and as_json(again)["effects"] == []
 
 

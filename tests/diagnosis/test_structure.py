@@ -9,27 +9,36 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from testbed.diagnosis.base_models import declared, fit_base
-from testbed.diagnosis.evidence import evidence
-from testbed.diagnosis.fit import Fit, block_covariance
-from testbed.diagnosis.flow_structure import flow_structure
-from testbed.diagnosis.problem import FRICTION_NAMES, STRAIGHT, Coordinate, Layout, Point, Problem
-from testbed.diagnosis.search import SOUND_COST, Candidate, Search
-from testbed.diagnosis.series import series_of
-from testbed.diagnosis.unexplained import fit_generic
+from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
+from testbed.diagnosis.leg.base_models import declared, fit_base
+from testbed.diagnosis.leg.evidence import evidence
+from testbed.diagnosis.leg.fit import Fit, block_covariance
+from testbed.diagnosis.leg.flow_structure import flow_structure
+from testbed.diagnosis.leg.problem import (
+    FRICTION_NAMES,
+    STRAIGHT,
+    Coordinate,
+    Layout,
+    Point,
+    Problem,
+)
+from testbed.diagnosis.leg.search import SOUND_COST, Candidate, Search
+from testbed.diagnosis.leg.series import series_of
+from testbed.diagnosis.leg.unexplained import fit_generic
 from testbed.effects import Active, by_name
 from testbed.effects.unnamed import rested
-from testbed.estimation.leg_flow import Edge
-from testbed.estimation.leg_force import PRESLIDING_M
-from testbed.evaluation.reference_rigs import Hidden, make_rig
-from testbed.parameters.leg_model import Friction
+from testbed.estimation.leg.flow import Edge
+from testbed.estimation.leg.force import PRESLIDING_M
+from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
 
 
 def problem_of(monkeypatch: pytest.MonkeyPatch, numbers: dict[str, float]) -> tuple[Problem, Fit]:
     hidden = Hidden(("outside.some",), (1.0,), numbers, (0,))
-    monkeypatch.setattr("testbed.evaluation.reference_rigs.draw_hidden", lambda rng, kind: hidden)
+    monkeypatch.setattr(
+        "testbed.benchmarks.reference_leg.rigs.draw_hidden", lambda rng, kind: hidden
+    )
     rig, _ = make_rig(12, "outside")
     base = declared(rig)
     problem = Problem(series_of(rig.identify, base.known), base, True)
@@ -68,12 +77,20 @@ def test_where_friction_enters_straight_the_exact_columns_are_what_differences_g
         assert exact is not None and exact.shape == (len(refit.residual["force"]), len(STRAIGHT))
         for k, name in enumerate(STRAIGHT):
             sides = [
-                problem.force(problem.base.model_copy(update={"friction": Friction(**{**at, name: value})}), effects)
+                problem.force(
+                    problem.base.model_copy(update={"friction": Friction(**{**at, name: value})}),
+                    effects,
+                )
                 for value in (at[name] + 1e-3, at[name])
             ]
             off = np.abs(exact[:, k] - (sides[0] - sides[1]) / 1e-3)
-            assert np.mean(off > 1e-5) < 1e-3  # but where the load passes through zero and its friction begins
-    bristle = Active(effect := by_name("friction.presliding"), effect.complete({"stiffness": 1e7, "damping": 0.0}))
+            assert (
+                np.mean(off > 1e-5) < 1e-3
+            )  # but where the load passes through zero and its friction begins
+    bristle = Active(
+        effect := by_name("friction.presliding"),
+        effect.complete({"stiffness": 1e7, "damping": 0.0}),
+    )
     assert problem.straight_columns(problem.base, (bristle,)) is None
 
 
@@ -86,21 +103,34 @@ def test_a_piston_has_rested_after_a_long_rest_and_forgets_it_as_it_slides() -> 
 
 def some_fit(effects: tuple[Active, ...], **changes: Any) -> Fit:
     friction = Friction(
-        viscous_plus_n_s_m=2e3, coulomb_plus_n=400.0, stribeck_plus_n=100.0, stribeck_speed_plus_m_s=0.01,
-        viscous_minus_n_s_m=2e3, coulomb_minus_n=300.0, stribeck_minus_n=100.0, stribeck_speed_minus_m_s=0.01,
-    )  # fmt: skip
+        viscous_plus_n_s_m=2e3,
+        coulomb_plus_n=400.0,
+        stribeck_plus_n=100.0,
+        stribeck_speed_plus_m_s=0.01,
+        viscous_minus_n_s_m=2e3,
+        coulomb_minus_n=300.0,
+        stribeck_minus_n=100.0,
+        stribeck_speed_minus_m_s=0.01,
+    )
     empty: dict[str, Array] = {}
     return Fit(
-        changes.get("coordinates", ()), np.zeros(1), Point(friction, Edge(), effects), changes.get("residual", empty),
-        changes.get("jacobian", empty), changes.get("scale", empty), np.zeros((1, 1)),
-    )  # fmt: skip
+        changes.get("coordinates", ()),
+        np.zeros(1),
+        Point(friction, Edge(), effects),
+        changes.get("residual", empty),
+        changes.get("jacobian", empty),
+        changes.get("scale", empty),
+        np.zeros((1, 1)),
+    )
 
 
 def test_a_bristle_that_bends_less_than_a_sound_seal_s_costs_by_what_it_lacks() -> None:
     effect = by_name("friction.presliding")
     cost = {}
     for bend_m in (2.0 * PRESLIDING_M, 0.5 * PRESLIDING_M):
-        values = effect.complete({"stiffness": 500.0 / bend_m, "damping": 1e3})  # slips at 400 N + 100 N
+        values = effect.complete(
+            {"stiffness": 500.0 / bend_m, "damping": 1e3}
+        )  # slips at 400 N + 100 N
         candidate = Candidate((effect.name,), some_fit((Active(effect, values),)), evidence=None)  # type: ignore[arg-type]
         state = Search(SimpleNamespace(kind="vertical-leg"), candidate)  # type: ignore[arg-type]
         cost[bend_m] = state.price(candidate)
@@ -112,16 +142,24 @@ def test_a_series_held_for_a_block_is_one_witness_a_block() -> None:
     n, block = 8000, 20
     numbers = np.arange(n)
     layout = Layout(
-        ("force",), np.zeros(n, dtype=np.int64), numbers // block, np.ones(n), np.ones(n), (("force", "one"),)
+        ("force",),
+        np.zeros(n, dtype=np.int64),
+        numbers // block,
+        np.ones(n),
+        np.ones(n),
+        (("force", "one"),),
     )
     problem: Any = SimpleNamespace(layout={"force": layout})
     white = rng.standard_normal(n)
     variance = {}
     for name, residual in (("white", white), ("held", np.repeat(white[: n // block], block))):
         fit = some_fit(
-            (), coordinates=(Coordinate("friction", "level", 0.0, -9.0, 9.0, 1.0),), residual={"force": residual},
-            jacobian={"force": np.ones((n, 1))}, scale={"force": np.ones(1)},
-        )  # fmt: skip
+            (),
+            coordinates=(Coordinate("friction", "level", 0.0, -9.0, 9.0, 1.0),),
+            residual={"force": residual},
+            jacobian={"force": np.ones((n, 1))},
+            scale={"force": np.ones(1)},
+        )
         variance[name] = float(block_covariance(problem, fit)[0, 0])
     assert variance["white"] == pytest.approx(1.0 / n, rel=0.2)
     assert variance["held"] == pytest.approx(block / n, rel=0.2)

@@ -26,7 +26,7 @@ from testbed.effects import (
     sensor_line_b,
     supply_droop,
     valve_deadband,
-)  # fmt: skip
+)
 from testbed.errors import InputError
 
 
@@ -52,7 +52,10 @@ def test_every_effect_takes_its_own_prior_and_refuses_what_is_beyond_its_bounds(
         ({"name": "friction.position", "parameters": {"slop": 1}}, "unknown parameter"),
         ({"name": "friction.position", "parameters": {"slope": "x"}}, "out of bounds"),
         ({"name": "friction.position", "parameters": 3}, "must be a mapping"),
-        ({"name": "friction.position", "parameters": {"slope": 1}, "size": 3}, "unknown key 'size'"),
+        (
+            {"name": "friction.position", "parameters": {"slope": 1}, "size": 3},
+            "unknown key 'size'",
+        ),
     ],
 )
 def test_a_wrong_entry_is_refused_with_its_reason(entry: dict[str, object], words: str) -> None:
@@ -61,13 +64,21 @@ def test_a_wrong_entry_is_refused_with_its_reason(entry: dict[str, object], word
 
 
 def test_parameters_may_carry_unit_and_interval() -> None:
-    active = check({"name": "sensor.delay", "parameters": {"delay": {"value": 0.02, "unit": "s"}}, "place": "fl"})
+    active = check(
+        {
+            "name": "sensor.delay",
+            "parameters": {"delay": {"value": 0.02, "unit": "s"}},
+            "place": "fl",
+        }
+    )
     assert active.values == {"delay": 0.02, "lag_share": 0.0}
     assert by_name("sensor.delay") is active.effect
 
 
 def test_laws_at_points_computed_by_hand() -> None:
-    assert friction_position.coulomb_factor(0.5, 0.5, 0.8) == pytest.approx(1.4)  # 1 + 0.8 (0.5 - 0.25) / 0.5
+    assert friction_position.coulomb_factor(0.5, 0.5, 0.8) == pytest.approx(
+        1.4
+    )  # 1 + 0.8 (0.5 - 0.25) / 0.5
     assert friction_pressure.coulomb_increase_n(3e6, 2e6, 6e-5) == pytest.approx(300.0)
     assert friction_load.coulomb_increase_n(5000.0, 0.04) == pytest.approx(200.0)
     assert friction_load.coulomb_increase_n(-5000.0, 0.04) == 0.0
@@ -80,7 +91,9 @@ def test_laws_at_points_computed_by_hand() -> None:
     assert sensor_gain.measured_pa(4e6, 0.05) == pytest.approx(4.2e6)
     assert sensor_gain.true_pa(4.2e6, 0.05) == pytest.approx(4e6)
     assert sensor_drift_a.zero_pa(30.0, -1000.0) == pytest.approx(-3e4)
-    assert sensor_line_b.line_acceleration_pa_s2(1e6, 0.0, 0.0, 1.0, 1.0) == pytest.approx(4e6 * np.pi**2)
+    assert sensor_line_b.line_acceleration_pa_s2(1e6, 0.0, 0.0, 1.0, 1.0) == pytest.approx(
+        4e6 * np.pi**2
+    )
     assert leakage_internal.flow_m3_s(2e6, 5e-12) == pytest.approx(1e-5)
     assert leakage_internal.flow_m3_s(4e6, 5e-12, 0.5) == pytest.approx(1e-5)  # 5e-6 sqrt(4)
     assert hydraulics_air.compliance_1_pa(0.0, 0.014) == pytest.approx(1e-7)  # 0.014 / 1.4 / 1e5

@@ -13,7 +13,7 @@ import testbed.envs  # noqa: F401  (registers the environments)
 from testbed.envs.observations import TABLE, Observer, as_markdown, in_units
 from testbed.envs.randomisation import draw_overrides, named_set, sets
 from testbed.errors import InputError
-from testbed.parameters.scenario import load_scenario
+from testbed.scenario.scenario import load_scenario
 
 DRILL = "Roboclimber/Drill-v0"
 
@@ -62,7 +62,9 @@ def test_the_observer_maps_each_range_to_minus_one_and_one() -> None:
     names = [row.column for row in TABLE if not row.column.startswith("orders.")]
     observer = Observer(names)
     for end, wanted in (("low", -1.0), ("high", 1.0)):
-        values = np.array([getattr(row, end) for row in TABLE if not row.column.startswith("orders.")])
+        values = np.array(
+            [getattr(row, end) for row in TABLE if not row.column.startswith("orders.")]
+        )
         orders = np.array([getattr(row, end) for row in TABLE if row.column.startswith("orders.")])
         assert observer.look(values, orders) == pytest.approx(np.full(len(TABLE), wanted))
 
@@ -101,8 +103,13 @@ def test_raising_one_cylinder_loads_its_diagonal() -> None:
 
 
 def test_wrong_arguments_are_refused_in_one_line() -> None:
-    for wrong in ({"scenario": "no_such"}, {"overrides": ["terrain.slope_deg=95"]}, {"randomisation": "no_such"},
-                  {"step_ms": 15}, {"randomisation": {"terrain.slope_deg": {"normal": [0, 1]}}}):  # fmt: skip
+    for wrong in (
+        {"scenario": "no_such"},
+        {"overrides": ["terrain.slope_deg=95"]},
+        {"randomisation": "no_such"},
+        {"step_ms": 15},
+        {"randomisation": {"terrain.slope_deg": {"normal": [0, 1]}}},
+    ):
         with pytest.raises(InputError) as caught:
             gymnasium.make(DRILL, **wrong)
         assert "\n" not in str(caught.value)
@@ -135,7 +142,9 @@ def _memory_mb() -> float:
 def test_a_draw_that_does_not_stand_is_drawn_again() -> None:
     """Half of the draws have ropes that are off on 60 degrees: no episode begins with them."""
     varied = {"ropes.enabled": {"one_of": [True, False]}, "terrain.slope_deg": {"one_of": [60.0]}}
-    env = gymnasium.make("Roboclimber/ForceDistribution-v0", randomisation=varied, duration_s=4.0).unwrapped
+    env = gymnasium.make(
+        "Roboclimber/ForceDistribution-v0", randomisation=varied, duration_s=4.0
+    ).unwrapped
     assert {env.reset(seed=seed)[1]["verdict"] for seed in range(2)} == {"stood"}
     with pytest.raises(InputError, match="never stands"):
         env.reset(seed=0, options={"overrides": ["ropes.enabled=false"]})
@@ -161,7 +170,11 @@ def test_random_actions_never_give_a_number_that_is_not_finite(count: int) -> No
     env.reset(seed=0)
     for _ in range(count):
         observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
-        assert np.isfinite(observation).all() and np.isfinite(reward) and np.isfinite(info["loads_n"]).all()
+        assert (
+            np.isfinite(observation).all()
+            and np.isfinite(reward)
+            and np.isfinite(info["loads_n"]).all()
+        )
         if terminated or truncated:
             env.reset()
     env.close()

@@ -42,7 +42,9 @@ def test_gymnasiums_checker_is_content(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", IDS)
 def test_stable_baselines3s_checker_is_content(name: str) -> None:
-    checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="the extra `rl` is not installed")
+    checker = pytest.importorskip(
+        "stable_baselines3.common.env_checker", reason="the extra `rl` is not installed"
+    )
     env = gymnasium.make(name, duration_s=2.0).unwrapped
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -68,7 +70,9 @@ def test_rewards_by_hand() -> None:
     """1 - 0.5 * 0.2 - 20 * 0.001 - 0.05 * 0.25 = 0.8675; a lost foot takes 1, a fall 50; 2 cm up the slope bring 2."""
     action = np.full(6, 0.5)
     assert holding_reward(_truth(), action, False, WEIGHTS) == pytest.approx(0.8675)
-    assert holding_reward(_truth(feet_lost=1), action, True, WEIGHTS) == pytest.approx(0.8675 - 51.0)
+    assert holding_reward(_truth(feet_lost=1), action, True, WEIGHTS) == pytest.approx(
+        0.8675 - 51.0
+    )
     assert climbing_reward(_truth(), 0.02, np.zeros(6), False, WEIGHTS) == pytest.approx(1.9)
 
 
@@ -83,9 +87,14 @@ def test_truth_of_a_step_by_hand() -> None:
     rows[:, 4] = 1000.0
     rows[1, 16] = 0.003
     truth = truth_of_step(rows, columns, 0.5, np.ones(4), np.array([0.001, 0.0, 0.0]))
-    assert (truth.friction_use, truth.feet_lost, truth.lowest_normal_n) == pytest.approx((0.5, 1, 50.0))
+    assert (truth.friction_use, truth.feet_lost, truth.lowest_normal_n) == pytest.approx(
+        (0.5, 1, 50.0)
+    )
     assert truth.moved_m == pytest.approx(0.002)  # from where the step before ended
-    assert truth_of_step(rows, columns, 0.5, np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(3)).feet_lost == 0
+    assert (
+        truth_of_step(rows, columns, 0.5, np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(3)).feet_lost
+        == 0
+    )
 
 
 def test_wanted_loads_beyond_the_plan_come_about() -> None:
@@ -103,13 +112,19 @@ def test_wanted_loads_beyond_the_plan_come_about() -> None:
     assert in_units(observation, SHARE_TABLE)["orders.share_fl"] == pytest.approx(2000.0)
 
 
-def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_did(tmp_path: Path) -> None:
+def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_did(
+    tmp_path: Path,
+) -> None:
     """A network of known weights moves the environment, and then the benchmark's controller: the same orders."""
-    from testbed.control.learned import LAYERS, Learned
+    from testbed.control.distribution.learned import LAYERS, Learned
 
     rng, sizes = np.random.default_rng(0), (len(SHARE_TABLE), 8, 8, 6)
     weights = {f"weight_{k}": rng.normal(0.0, 0.3, (sizes[k + 1], sizes[k])) for k in range(LAYERS)}
-    np.savez(tmp_path / "policy.npz", **weights, **{f"bias_{k}": np.zeros(sizes[k + 1]) for k in range(LAYERS)})
+    np.savez(
+        tmp_path / "policy.npz",
+        **weights,
+        **{f"bias_{k}": np.zeros(sizes[k + 1]) for k in range(LAYERS)},
+    )
     learned = Learned(tmp_path / "policy.npz")
     env = gymnasium.make(SHARE, randomisation=None, duration_s=4.0).unwrapped
     observation, _ = env.reset(seed=1)
@@ -128,12 +143,18 @@ def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_di
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_vector_of_two_resets_itself(mode: AutoresetMode) -> None:
     envs = gymnasium.make_vec(
-        "Roboclimber/Stand-v0", 2, vectorization_mode="sync", duration_s=0.3, vector_kwargs={"autoreset_mode": mode}
+        "Roboclimber/Stand-v0",
+        2,
+        vectorization_mode="sync",
+        duration_s=0.3,
+        vector_kwargs={"autoreset_mode": mode},
     )
     envs.reset(seed=1)
     ended = np.zeros(2, dtype=int)
     for _ in range(40):
-        observations, rewards, terminated, truncated, _ = envs.step(np.zeros((2, 6), dtype=np.float32))
+        observations, rewards, terminated, truncated, _ = envs.step(
+            np.zeros((2, 6), dtype=np.float32)
+        )
         assert np.isfinite(observations).all() and np.isfinite(rewards).all()
         ended += terminated | truncated
     envs.close()

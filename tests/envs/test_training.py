@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from testbed.control.corrected import VIEW
-from testbed.control.learned import Learned
+from testbed.control.distribution.corrected import VIEW
+from testbed.control.distribution.learned import Learned
 from testbed.envs import ENVIRONMENTS
 from testbed.envs.training import SETTINGS, TASKS, environment, latest, library, play, train
 from testbed.errors import InputError
@@ -26,7 +26,9 @@ def test_every_environment_has_a_task() -> None:
         environment("dance")
 
 
-def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name_and_is_whole(tmp_path: Path) -> None:
+def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name_and_is_whole(
+    tmp_path: Path,
+) -> None:
     assert latest(tmp_path) is None
     (tmp_path / "checkpoints").mkdir()
     for steps in (9000, 10_000, 500):
@@ -46,7 +48,9 @@ def test_without_the_library_the_command_that_installs_it_is_named() -> None:
 @pytest.mark.rl
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
-def test_training_goes_on_where_it_was_and_the_policy_plays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_training_goes_on_where_it_was_and_the_policy_plays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(SETTINGS, "n_steps", 128)
     monkeypatch.setitem(SETTINGS, "batch_size", 64)
     policy = train("stand", tmp_path / "t", 128)
@@ -55,7 +59,9 @@ def test_training_goes_on_where_it_was_and_the_policy_plays(tmp_path: Path, monk
     train("stand", tmp_path / "t", 200)
     second = latest(tmp_path / "t")
     assert second is not None and second.name == "policy_256_steps.zip"
-    (tmp_path / "short.yaml").write_text("format: roboclimber-scenario/1\nduration_s: 2\nrobot: {vertical_m: 0.25}\n")
+    (tmp_path / "short.yaml").write_text(
+        "format: roboclimber-scenario/1\nduration_s: 2\nrobot: {vertical_m: 0.25}\n"
+    )
     played = play(policy, str(tmp_path / "short.yaml"), video=tmp_path / "seen.gif")
     assert played["simulated_s"] > 1.0 and played["verdict"] in ("stood", "slid", "fell")
     with Image.open(tmp_path / "seen.gif") as video:
@@ -67,7 +73,9 @@ def test_training_goes_on_where_it_was_and_the_policy_plays(tmp_path: Path, monk
 @pytest.mark.rl
 @pytest.mark.slow
 @pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
-def test_the_written_arrays_act_as_the_trained_policy_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_written_arrays_act_as_the_trained_policy_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from stable_baselines3 import PPO
 
     monkeypatch.setitem(SETTINGS, "n_steps", 64)
@@ -77,4 +85,6 @@ def test_the_written_arrays_act_as_the_trained_policy_does(tmp_path: Path, monke
     rng = np.random.default_rng(0)
     for _ in range(5):
         view = rng.uniform(-1.0, 1.0, len(VIEW)).astype(np.float32)
-        assert learned.action(view.astype(float)) == pytest.approx(model.predict(view, deterministic=True)[0], abs=1e-5)
+        assert learned.action(view.astype(float)) == pytest.approx(
+            model.predict(view, deterministic=True)[0], abs=1e-5
+        )

@@ -7,11 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from testbed.benchmarks.estimators.calibration_trials import coverage, inside, press_recording
+from testbed.benchmarks.estimators.identification_trials import (
+    KNOWN,
+    air_recording,
+    random_friction,
+    recording_of,
+)
 from testbed.errors import InputError
 from testbed.estimation.calibration import B_SD_V, calibrate, volts
-from testbed.evaluation.calibration_trials import coverage, inside, press_recording
-from testbed.evaluation.identification_trials import KNOWN, air_recording, random_friction, recording_of
-from testbed.parameters.recording import read_recording
+from testbed.recording.axis import read_recording
 
 DATA = os.environ.get("TESTBED_DATA")
 
@@ -27,7 +32,9 @@ def one_sensor(a=1.02, b=0.03, seconds=10.0):
     load = 7500.0 - 7000.0 * np.cos(2 * np.pi * 0.1 * t)
     pa = (load - 91.7 * 9.81) / KNOWN.area_a_m2
     measured = 2e6 * ((pa / 2e6 - b) / a)
-    return recording_of(t, np.full_like(t, 0.2), measured, np.zeros_like(t), load, KNOWN, "load-cell")
+    return recording_of(
+        t, np.full_like(t, 0.2), measured, np.zeros_like(t), load, KNOWN, "load-cell"
+    )
 
 
 def test_straight_line_of_figure_4_gives_back_a():
@@ -83,7 +90,9 @@ def test_clipped_samples_are_left_out_and_counted(pressed):
     top = float(np.quantile(recording.pressure_a_pa, 0.9))
     clipped = recording.pressure_a_pa >= top
     pa = np.minimum(recording.pressure_a_pa, top)
-    sensor = calibrate([replace(recording, pressure_a_pa=pa, saturated_a=clipped)]).sensors["pressure_a"]
+    sensor = calibrate([replace(recording, pressure_a_pa=pa, saturated_a=clipped)]).sensors[
+        "pressure_a"
+    ]
     assert sensor.saturated == int(clipped.sum())
     assert "end of the range" in sensor.warning
     assert sensor.a == pytest.approx(true[0, 0], abs=2e-3)
@@ -96,7 +105,9 @@ def test_sensor_clipped_most_of_the_time_is_refused(pressed):
 
 
 def test_recordings_of_two_rigs_are_refused(pressed):
-    header = pressed[0].header.model_copy(update={"known": KNOWN.model_copy(update={"bore_m": 0.08})})
+    header = pressed[0].header.model_copy(
+        update={"known": KNOWN.model_copy(update={"bore_m": 0.08})}
+    )
     with pytest.raises(InputError, match=r"known.bore_m"):
         calibrate([pressed[0], replace(pressed[0], header=header)])
 
@@ -126,6 +137,8 @@ def test_declared_calibration_of_a_rig_without_sensor_fault_is_found_again():
 
 @pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with recordings/) is not set")
 def test_gain_error_of_a_rig_is_seen_as_its_gain():
-    result = calibrate([read_recording(Path(DATA) / "recordings" / "rig-07" / "identify" / "press")])
+    result = calibrate(
+        [read_recording(Path(DATA) / "recordings" / "rig-07" / "identify" / "press")]
+    )
     b = result.sensors["pressure_b"]
     assert b.declared[0] / b.a - 1.0 == pytest.approx(0.0406, abs=0.003)

@@ -7,21 +7,27 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation import contact, encoder
-from testbed.estimation.believed import Believed, Leg, Tuning
-from testbed.estimation.chain import COLUMNS, EstimatorChain, forces, gravity_in_body, replay
-from testbed.estimation.chain_kernel import COMBINED, WATCH
 from testbed.estimation.detectors.table import BEST, STEP_S, by_name
-from testbed.estimation.friction_set import friction_set, published
-from testbed.parameters.leg_model import EffectEntry, Friction
-from testbed.parameters.names import LEGS
+from testbed.estimation.live import contact, encoder
+from testbed.estimation.live.believed import Believed, Leg, Tuning
+from testbed.estimation.live.chain import COLUMNS, EstimatorChain, forces, gravity_in_body, replay
+from testbed.estimation.live.chain_kernel import COMBINED, WATCH
+from testbed.estimation.live.friction_set import friction_set, published
+from testbed.machine.names import LEGS
+from testbed.recording.leg_model import EffectEntry, Friction
 
 AREA_A = 0.25 * math.pi * 0.07**2
 AREA_B = AREA_A - 0.25 * math.pi * 0.04**2
 FRICTION = Friction(
-    viscous_plus_n_s_m=5000.0, coulomb_plus_n=600.0, stribeck_plus_n=200.0, stribeck_speed_plus_m_s=0.007,
-    viscous_minus_n_s_m=4000.0, coulomb_minus_n=500.0, stribeck_minus_n=150.0, stribeck_speed_minus_m_s=0.008,
-)  # fmt: skip
+    viscous_plus_n_s_m=5000.0,
+    coulomb_plus_n=600.0,
+    stribeck_plus_n=200.0,
+    stribeck_speed_plus_m_s=0.007,
+    viscous_minus_n_s_m=4000.0,
+    coulomb_minus_n=500.0,
+    stribeck_minus_n=150.0,
+    stribeck_speed_minus_m_s=0.008,
+)
 EIGHT = Leg(AREA_A, AREA_B, FRICTION).packed()[:8]
 STILL = gravity_in_body(0.0, 0.0)
 
@@ -69,9 +75,13 @@ def test_only_the_vertical_joints_are_read():
 @pytest.mark.parametrize("slope_deg", [0.0, 30.0, 45.0, 80.0])
 def test_frame_weight_counts_with_the_cosine_of_the_slope(slope_deg):
     chain = EstimatorChain(believed())
-    chain.step(axes(1e6), axes(1e6), axes(0.1), gravity_in_body(0.0, -math.radians(slope_deg)), axes(0.0))
+    chain.step(
+        axes(1e6), axes(1e6), axes(0.1), gravity_in_body(0.0, -math.radians(slope_deg)), axes(0.0)
+    )
     weight = chain.method("friction") - chain.method("two_chamber")
-    assert weight == pytest.approx(np.full(4, 91.7 * 9.81 * math.cos(math.radians(slope_deg))), abs=1e-6)
+    assert weight == pytest.approx(
+        np.full(4, 91.7 * 9.81 * math.cos(math.radians(slope_deg))), abs=1e-6
+    )
 
 
 def test_gravity_points_downhill_on_a_slope_that_rises_towards_x():
@@ -131,7 +141,9 @@ def test_in_the_air_the_load_is_zero_while_the_joint_moves():
 
 def test_hidden_load_change_at_rest_stays_inside_the_set():
     columns, _, load = air_motion(
-        lambda t: np.where(t < 2.0, 0.03, 0.0), 4.0, load=lambda t: np.where(t < 3.0, 4000.0, 3000.0)
+        lambda t: np.where(t < 2.0, 0.03, 0.0),
+        4.0,
+        load=lambda t: np.where(t < 3.0, 4000.0, 3000.0),
     )
     for leg in LEGS:  # friction takes the whole change: the pressures do not move
         columns[f"pressure_a_{leg}_vertical"][3000:] = columns[f"pressure_a_{leg}_vertical"][2999]
@@ -146,7 +158,9 @@ def test_hidden_load_change_at_rest_stays_inside_the_set():
 
 
 def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
-    columns, _, load = air_motion(lambda t: 0.03 + 0 * t, 4.0, load=lambda t: np.where(t < 2.0, 8000.0, 0.0))
+    columns, _, load = air_motion(
+        lambda t: 0.03 + 0 * t, 4.0, load=lambda t: np.where(t < 2.0, 8000.0, 0.0)
+    )
     out = replay(columns, believed())
     assert np.all(out["estimate_modified_kbf_fl"][2000:] > 7000.0)
     assert abs(out["estimate_own_fl"][2050] - load[2050]) < 60.0
@@ -171,7 +185,10 @@ def test_replay_equals_the_live_steps():
     b = believed()
     out, chain = replay(columns, b), EstimatorChain(b)
     for k in range(1000):
-        a, c, q = (axes(columns[f"{stem}_fl_vertical"][k]) for stem in ("pressure_a", "pressure_b", "position"))
+        a, c, q = (
+            axes(columns[f"{stem}_fl_vertical"][k])
+            for stem in ("pressure_a", "pressure_b", "position")
+        )
         chain.step(a, c, q, STILL, axes(0.0))
     assert [out[name][-1] for name in COLUMNS] == list(chain.row)
 
@@ -180,7 +197,10 @@ def test_numbers_of_the_contact_word_are_where_the_kernel_reads_them() -> None:
     b, best = believed(), by_name(BEST)
     common = EstimatorChain(b).arrays[1]
     assert len(best.numbers) == WATCH - COMBINED and best.numbers[-1] == STEP_S
-    assert list(common[COMBINED:WATCH]) == [*best.numbers[:-1], b.dt_s]  # its step is the chain's, the rest the table's
+    assert list(common[COMBINED:WATCH]) == [
+        *best.numbers[:-1],
+        b.dt_s,
+    ]  # its step is the chain's, the rest the table's
     assert list(common[WATCH:]) == list(b.valve)
 
 

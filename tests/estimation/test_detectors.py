@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation.believed import Believed
 from testbed.estimation.detectors import combined, cusum, glr, momentum, signals
 from testbed.estimation.detectors.table import BEST, DETECTORS, by_name
-from testbed.parameters.provenance import roboclimber
+from testbed.estimation.live.believed import Believed
+from testbed.machine.provenance import roboclimber
 
 MACHINE = roboclimber()
 LEG = Believed.from_machine(MACHINE, 1e-3).legs[0].packed()
@@ -65,7 +65,9 @@ def test_a_drifting_sensor_is_given_back_what_friction_cannot_explain() -> None:
     """Drifted by 4 kN, 800 N of them friction's: 0.35 * 4000 + (0.3 + 0.35) * 3200 = 3480 N, not 1400."""
     own = np.full(100_000, 4000.0)
     assert _combined(own, np.zeros(100_000))[-1] == pytest.approx(3480.0, abs=1.0)
-    assert _combined(own, np.full(100_000, 3300.0))[-1] == pytest.approx(0.35 * 4000.0 + 0.65 * 3300.0)
+    assert _combined(own, np.full(100_000, 3300.0))[-1] == pytest.approx(
+        0.35 * 4000.0 + 0.65 * 3300.0
+    )
 
 
 def test_a_foot_lost_after_a_drift_is_still_seen_within_a_hundredth_of_a_second() -> None:
@@ -77,7 +79,11 @@ def test_a_foot_lost_after_a_drift_is_still_seen_within_a_hundredth_of_a_second(
 
 def test_cusum_gains_the_log_likelihood_ratio_of_each_sample() -> None:
     """m0 = 1000, s = 500, load 250: -1000 / 250 000 (250 - 500) = 1 nat a sample; it cannot fall below 0."""
-    p, state, score = np.array([signals.OWN, 1000.0, 500.0, 5.0]), np.zeros((4, 1)), np.zeros((5, 4))
+    p, state, score = (
+        np.array([signals.OWN, 1000.0, 500.0, 5.0]),
+        np.zeros((4, 1)),
+        np.zeros((5, 4)),
+    )
     cusum.run(_signals(np.array([3000.0, 250.0, 250.0, 250.0, 750.0])), state, p, score)
     assert score[:, 0] == pytest.approx([0.0, 1.0, 2.0, 3.0, 2.0])
 
@@ -92,7 +98,11 @@ def test_glr_of_white_noise_is_the_textbook_ratio() -> None:
 
 
 def test_the_momentum_observer_follows_the_force_with_its_time_constant() -> None:
-    p, state, score = np.array([100.0, 91.7, 1e-3]), np.zeros((4, momentum.STATE_SIZE)), np.zeros((1000, 4))
+    p, state, score = (
+        np.array([100.0, 91.7, 1e-3]),
+        np.zeros((4, momentum.STATE_SIZE)),
+        np.zeros((1000, 4)),
+    )
     momentum.run(_signals(np.concatenate([np.full(500, 5000.0), np.zeros(500)])), state, p, score)
     assert -score[499, 0] == pytest.approx(5000.0, rel=1e-6)
     assert -score[510, 0] == pytest.approx(5000.0 * (1.0 - 100.0 * 1e-3) ** 11)  # e^(-t K) in steps
@@ -113,10 +123,14 @@ def _carried(load: np.ndarray, friction: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("before", [-700.0, 0.0, 800.0])
-def test_after_a_loss_of_twice_the_break_away_the_load_is_known_whatever_friction_was(before: float) -> None:
+def test_after_a_loss_of_twice_the_break_away_the_load_is_known_whatever_friction_was(
+    before: float,
+) -> None:
     """The foot extends as it is let go, so friction ends at its upper bound: 620 + 180 N."""
     load = np.concatenate([np.full(300, 6000.0), np.linspace(6000.0, 0.0, 50), np.zeros(200)])
-    friction = np.concatenate([np.full(300, before), np.linspace(before, 800.0, 50), np.full(200, 800.0)])
+    friction = np.concatenate(
+        [np.full(300, before), np.linspace(before, 800.0, 50), np.full(200, 800.0)]
+    )
     assert abs(_carried(load, friction)[-1]) < 1.0
 
 

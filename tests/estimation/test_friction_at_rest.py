@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from testbed.estimation import friction_at_rest as at_rest
+from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
 
@@ -36,7 +36,9 @@ def test_friction_of_the_last_motion_is_remembered_and_fades():
 def test_shut_valve_lets_the_seal_take_its_share_of_a_load_change():
     # a first small step of the piston force by -100 N bends the seal by + 1.2 * 100 N
     f = run(np.array([5000.0, 5000.0, *[4900.0] * 15]))
-    assert f.max() - f[1] == pytest.approx(120.0, rel=0.25)  # some of it has faded before the smoothing lets all in
+    assert f.max() - f[1] == pytest.approx(
+        120.0, rel=0.25
+    )  # some of it has faded before the smoothing lets all in
 
 
 def test_open_valve_moves_friction_with_the_pressure_not_against_it():
@@ -46,7 +48,9 @@ def test_open_valve_moves_friction_with_the_pressure_not_against_it():
 
 
 def test_a_piston_about_to_slide_keeps_its_friction_when_the_pressure_falls_again():
-    rise = 5000.0 + np.concatenate([np.zeros(100), np.linspace(0.0, 900.0, 30), np.linspace(900.0, 0.0, 30)])
+    rise = 5000.0 + np.concatenate(
+        [np.zeros(100), np.linspace(0.0, 900.0, 30), np.linspace(900.0, 0.0, 30)]
+    )
     f = run(rise, push=1.0)
     assert f[-1] > 0.75 * f.max() > 300.0
 

@@ -9,11 +9,7 @@ import numpy as np
 import pytest
 from synthetic_bench import bench
 
-from testbed.errors import InputError
-from testbed.estimation.friction_evidence import gather
-from testbed.estimation.friction_identification import identify, identify_rig
-from testbed.estimation.friction_posterior import correlation_inflation, curve, fit_side
-from testbed.evaluation.identification_trials import (
+from testbed.benchmarks.estimators.identification_trials import (
     KNOWN,
     UNSEEN_M_S,
     air_recording,
@@ -22,8 +18,12 @@ from testbed.evaluation.identification_trials import (
     random_friction,
     speed_profile,
 )
-from testbed.parameters.leg_model import read_model, write_model
-from testbed.parameters.recording import read_recording, read_rig
+from testbed.errors import InputError
+from testbed.estimation.friction.evidence import gather
+from testbed.estimation.friction.identification import identify, identify_rig
+from testbed.estimation.friction.posterior import correlation_inflation, curve, fit_side
+from testbed.recording.axis import read_recording, read_rig
+from testbed.recording.leg_model import read_model, write_model
 
 FRICTION = random_friction(np.random.default_rng(1))
 DATA = os.environ.get("TESTBED_DATA")
@@ -43,7 +43,9 @@ def recording():
 
 def test_curve_equals_the_hand_computed_friction():
     # 5000 * 0.02 + 600 + 200 exp(-0.02 / 0.007) = 711.49 N
-    assert curve(np.array([5000.0, 600.0, 200.0, 0.007]), np.array([0.02]))[0] == pytest.approx(711.487, abs=1e-3)
+    assert curve(np.array([5000.0, 600.0, 200.0, 0.007]), np.array([0.02]))[0] == pytest.approx(
+        711.487, abs=1e-3
+    )
 
 
 def test_noise_free_rows_give_back_the_four_parameters():
@@ -63,18 +65,27 @@ def test_eight_parameters_lie_in_or_near_their_intervals(recording):
 def test_friction_at_unseen_speeds_is_predicted_within_five_per_cent(recording):
     found, true = eight(identify([recording], KNOWN).model.friction), eight(FRICTION)
     for side in (slice(0, 4), slice(4, 8)):
-        assert curve(found[side], UNSEEN_M_S) == pytest.approx(curve(true[side], UNSEEN_M_S), rel=0.05)
+        assert curve(found[side], UNSEEN_M_S) == pytest.approx(
+            curve(true[side], UNSEEN_M_S), rel=0.05
+        )
 
 
 def test_motion_without_slow_parts_does_not_show_the_stribeck_speed():
     fast = speed_profile((0.06, 0.08, 0.1, 0.14))
     found = {p.name: p for p in identify([air_recording(FRICTION, 2, fast)], KNOWN).parameters}
     assert not found["stribeck_speed_plus_m_s"].shown
-    assert "mm/s" in found["stribeck_plus_n"].why or "absent" in found["stribeck_speed_plus_m_s"].why
+    assert (
+        "mm/s" in found["stribeck_plus_n"].why or "absent" in found["stribeck_speed_plus_m_s"].why
+    )
 
 
 def test_motion_at_one_speed_does_not_show_the_viscous_part():
-    found = {p.name: p for p in identify([air_recording(FRICTION, 3, speed_profile((0.02,) * 8))], KNOWN).parameters}
+    found = {
+        p.name: p
+        for p in identify(
+            [air_recording(FRICTION, 3, speed_profile((0.02,) * 8))], KNOWN
+        ).parameters
+    }
     assert not found["viscous_plus_n_s_m"].shown
     assert "hardly change the friction" in found["viscous_plus_n_s_m"].why
 
@@ -120,13 +131,17 @@ def test_constant_position_is_named(recording):
 def test_stuck_sensor_is_named_with_its_time(recording):
     pa = recording.pressure_a_pa.copy()
     pa[5000:12000] = pa[5000]
-    with pytest.raises(InputError, match=r"pressure_a: the sensor is stuck .* from t = 4.99\d s to 12 s"):
+    with pytest.raises(
+        InputError, match=r"pressure_a: the sensor is stuck .* from t = 4.99\d s to 12 s"
+    ):
         identify([replace(recording, pressure_a_pa=pa)], KNOWN)
 
 
 def test_saturated_sensor_is_named_with_its_time(recording):
     full = np.arange(len(recording)) > 3000
-    with pytest.raises(InputError, match=r"pressure_b: .* end of its range .* first at t = 3.001 s"):
+    with pytest.raises(
+        InputError, match=r"pressure_b: .* end of its range .* first at t = 3.001 s"
+    ):
         identify([replace(recording, saturated_b=full)], KNOWN)
 
 
@@ -155,7 +170,10 @@ def test_motion_in_one_direction_only_is_named():
     ("change", "said"),
     [
         (lambda t: t[:20], "too few samples"),
-        (lambda t: np.where(np.arange(len(t)) == 500, t - 0.01, t), "time goes backwards at row 500"),
+        (
+            lambda t: np.where(np.arange(len(t)) == 500, t - 0.01, t),
+            "time goes backwards at row 500",
+        ),
         (lambda t: np.where(np.arange(len(t)) == 500, np.nan, t), "not finite at row 500"),
     ],
 )
@@ -164,7 +182,9 @@ def test_faulty_time_is_named_with_its_row(tmp_path, change, said):
     import pyarrow.parquet as pq
 
     t = change(np.arange(0, 2, 1e-3))
-    pq.write_table(pa.table({"t": t, "x": 0.1 + 0 * t, "p": 1e6 + 0 * t}), tmp_path / "data.parquet")
+    pq.write_table(
+        pa.table({"t": t, "x": 0.1 + 0 * t, "p": 1e6 + 0 * t}), tmp_path / "data.parquet"
+    )
     (tmp_path / "recording.yaml").write_text(
         "format: roboclimber-recording/1\nrig: cylinder\ndata: data.parquet\nsample_rate_hz: 1000\n"
         "channels:\n  time: {column: t, unit: s}\n  position: {column: x, unit: m, resolution: 0.0001}\n"
@@ -177,8 +197,8 @@ def test_faulty_time_is_named_with_its_row(tmp_path, change, said):
 
 @pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with recordings/) is not set")
 def test_rig_without_a_missing_effect_is_predicted_to_a_per_cent_of_its_friction():
-    from testbed.estimation.leg_force import estimate
-    from testbed.estimation.leg_signals import signals_of
+    from testbed.estimation.leg.force import estimate
+    from testbed.estimation.leg.signals import signals_of
 
     rig = read_rig(Path(DATA) / "recordings" / "rig-01")
     found = identify_rig(rig)
@@ -206,8 +226,8 @@ def test_parts_of_friction_that_one_speed_cannot_show_are_left_out():
 
 @pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (a folder with real/) is not set")
 def test_measured_seals_are_predicted_to_six_per_mille_in_the_median():
-    from testbed.estimation.leg_force import estimate
-    from testbed.estimation.leg_signals import signals_of
+    from testbed.estimation.leg.force import estimate
+    from testbed.estimation.leg.signals import signals_of
 
     shares = []
     for folder in sorted((Path(DATA) / "real").glob("seal-*")):

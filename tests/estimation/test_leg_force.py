@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from testbed.benchmarks.reference_leg.rigs import make_rig
 from testbed.effects.base import ForceTerms
-from testbed.estimation.leg_balance import external_n
-from testbed.estimation.leg_flow import edge_flow, spool
-from testbed.estimation.leg_force import estimate
-from testbed.estimation.motion import encoder_noise, motion, smooth, through_steps
-from testbed.evaluation.reference_rigs import make_rig
-from testbed.parameters.leg_model import EffectEntry, Friction, LegModel
+from testbed.estimation.leg.balance import external_n
+from testbed.estimation.leg.flow import edge_flow, spool
+from testbed.estimation.leg.force import estimate
+from testbed.estimation.leg.motion import encoder_noise, motion, smooth, through_steps
+from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 RATE = 1000.0
 
@@ -71,36 +71,44 @@ def test_the_spool_settles_on_its_command() -> None:
 
 @pytest.fixture(scope="module")
 def clean() -> tuple[object, LegModel]:
-    from testbed.diagnosis.base_models import declared, fit_base
-    from testbed.diagnosis.problem import Problem
-    from testbed.diagnosis.series import series_of
+    from testbed.diagnosis.leg.base_models import declared, fit_base
+    from testbed.diagnosis.leg.problem import Problem
+    from testbed.diagnosis.leg.series import series_of
 
     rig, _ = make_rig(2, "clean")
     base = declared(rig)
     return rig, fit_base(Problem(series_of(rig.identify, base.known), base, True))[1]
 
 
-def test_in_the_air_the_force_is_nothing_and_on_the_cell_it_is_the_cells(clean: tuple[object, LegModel]) -> None:
+def test_in_the_air_the_force_is_nothing_and_on_the_cell_it_is_the_cells(
+    clean: tuple[object, LegModel],
+) -> None:
     rig, model = clean
     for recording in rig.verify:  # type: ignore[attr-defined]
         found = estimate(recording, model)
-        from testbed.diagnosis.errors import moving
+        from testbed.diagnosis.leg.errors import moving
 
         error = (found.force_n - recording.reference_force_n)[moving(recording, model)]
         limit = 120.0 if recording.name.startswith("press") else 25.0
         assert np.sqrt(np.mean(error**2)) < limit
 
 
-def test_at_rest_the_set_holds_the_truth_and_the_value_lies_in_it(clean: tuple[object, LegModel]) -> None:
+def test_at_rest_the_set_holds_the_truth_and_the_value_lies_in_it(
+    clean: tuple[object, LegModel],
+) -> None:
     rig, model = clean
     recording = next(r for r in rig.verify if r.name == "press_sine")  # type: ignore[attr-defined]
     found = estimate(recording, model)
-    assert (found.force_low_n <= found.force_n + 1e-6).all() and (found.force_high_n >= found.force_n - 1e-6).all()
-    from testbed.diagnosis.errors import moving
+    assert (found.force_low_n <= found.force_n + 1e-6).all() and (
+        found.force_high_n >= found.force_n - 1e-6
+    ).all()
+    from testbed.diagnosis.leg.errors import moving
 
     rest = ~moving(recording, model)
     truth = recording.reference_force_n
-    outside = np.maximum(np.maximum(found.force_low_n - truth, truth - found.force_high_n), 0.0)[rest]
+    outside = np.maximum(np.maximum(found.force_low_n - truth, truth - found.force_high_n), 0.0)[
+        rest
+    ]
     assert np.sqrt(np.mean(outside**2)) < 40.0
 
 
@@ -111,9 +119,19 @@ def test_causal_estimates_use_nothing_that_comes_later(clean: tuple[object, LegM
     half = len(recording) // 2
     cut = {
         name: getattr(recording, name)[:half]
-        for name in ("time_s", "position_m", "valve_command", "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa",
-                     "oil_temperature_degc", "reference_force_n", "saturated_a", "saturated_b")
-    }  # fmt: skip
+        for name in (
+            "time_s",
+            "position_m",
+            "valve_command",
+            "pressure_a_pa",
+            "pressure_b_pa",
+            "supply_pressure_pa",
+            "oil_temperature_degc",
+            "reference_force_n",
+            "saturated_a",
+            "saturated_b",
+        )
+    }
     part = estimate(replace(recording, **cut), model, causal=True).force_n
     assert np.abs(whole[: half - 1] - part[: half - 1]).max() < 1e-6
 
@@ -127,7 +145,9 @@ def test_a_gain_in_the_model_scales_the_pressure_back(clean: tuple[object, LegMo
     assert np.abs(repaired - estimate(recording, model).force_n).max() < 1e-3
 
 
-def test_one_leg_is_estimated_fifty_times_faster_than_it_was_recorded(clean: tuple[object, LegModel]) -> None:
+def test_one_leg_is_estimated_fifty_times_faster_than_it_was_recorded(
+    clean: tuple[object, LegModel],
+) -> None:
     rig, model = clean
     recording = rig.identify[0]  # type: ignore[attr-defined]
     estimate(recording, model)
@@ -144,11 +164,24 @@ def test_friction_of_a_model_is_what_the_estimate_takes_off() -> None:
     x = 0.1 + 0.05 * t
     n = len(t)
     friction = Friction(viscous_plus_n_s_m=2000.0, coulomb_plus_n=300.0)
-    needed = 300.0 + 2000.0 * 0.05 - (known.moving_mass_kg or 0.0) * known.gravity_along_axis_m_s2 + 1000.0
+    needed = (
+        300.0
+        + 2000.0 * 0.05
+        - (known.moving_mass_kg or 0.0) * known.gravity_along_axis_m_s2
+        + 1000.0
+    )
     recording = replace(
-        template, time_s=t, position_m=x, valve_command=None, supply_pressure_pa=None, oil_temperature_degc=None,
-        pressure_a_pa=np.full(n, (needed + 3e6 * known.area_b_m2) / known.area_a_m2), pressure_b_pa=np.full(n, 3e6),
-        reference_force_n=np.full(n, 1000.0), saturated_a=np.zeros(n, bool), saturated_b=np.zeros(n, bool),
-    )  # fmt: skip
+        template,
+        time_s=t,
+        position_m=x,
+        valve_command=None,
+        supply_pressure_pa=None,
+        oil_temperature_degc=None,
+        pressure_a_pa=np.full(n, (needed + 3e6 * known.area_b_m2) / known.area_a_m2),
+        pressure_b_pa=np.full(n, 3e6),
+        reference_force_n=np.full(n, 1000.0),
+        saturated_a=np.zeros(n, bool),
+        saturated_b=np.zeros(n, bool),
+    )
     found = estimate(recording, LegModel(known=known, friction=friction)).force_n
     assert found[200:-200] == pytest.approx(1000.0, abs=1.0)

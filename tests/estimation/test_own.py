@@ -7,18 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from testbed.estimation import axis_kernel as ax
-from testbed.estimation import fusion_kernel as fu
-from testbed.estimation import own_kernel as own
-from testbed.estimation.believed import Believed
-from testbed.estimation.body_belief import OwnTuning, packed, without
-from testbed.estimation.chain import EstimatorChain
-from testbed.parameters.names import LEGS
-from testbed.parameters.provenance import roboclimber
-from testbed.robot import foot_forces as ff
-from testbed.robot.drill_loads import known_wrench
-from testbed.robot.foot_loads import ExpectedLoads, point_wrench
+from testbed.estimation.live import axis_kernel as ax
+from testbed.estimation.live import fusion_kernel as fu
+from testbed.estimation.live import own_kernel as own
+from testbed.estimation.live.believed import Believed
+from testbed.estimation.live.body_belief import OwnTuning, packed, without
+from testbed.estimation.live.chain import EstimatorChain
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import roboclimber
 from testbed.robot.linkage import RotationLinkage
+from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.drill_loads import known_wrench
+from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
 from testbed.robot.model import attitude_gravity, roboclimber_model
 
 MODEL, MACHINE = roboclimber_model(), roboclimber()
@@ -39,11 +39,15 @@ def arms(q: np.ndarray) -> np.ndarray:
     return out
 
 
-def standing(lies: dict[int, float] | None = None, vertical_b_pa: float = 2e6) -> tuple[np.ndarray, np.ndarray]:
+def standing(
+    lies: dict[int, float] | None = None, vertical_b_pa: float = 2e6
+) -> tuple[np.ndarray, np.ndarray]:
     """Pressures (12,) with which the machine stands still without friction; `lies`: axis -> N that its sensors add."""
     loads = ExpectedLoads(MODEL).solve(STANCE, LEVEL, joint_compliance=np.zeros(12))
     _, jacobians = MODEL.feet(STANCE)
-    torque = MODEL.gravity_forces(STANCE, LEVEL)[6:] - np.einsum("ki,kij->j", loads.force_in_body_n, jacobians)
+    torque = MODEL.gravity_forces(STANCE, LEVEL)[6:] - np.einsum(
+        "ki,kij->j", loads.force_in_body_n, jacobians
+    )
     force = torque / arms(STANCE)
     pa, pb = np.empty(12), np.full(12, vertical_b_pa)
     beliefs = body()[own.AXES_AT :].reshape(12, ax.AXIS_BELIEFS)
@@ -53,7 +57,9 @@ def standing(lies: dict[int, float] | None = None, vertical_b_pa: float = 2e6) -
     return pa, pb
 
 
-def settled(tuning: OwnTuning, lies: dict[int, float] | None = None, steps: int = 4000) -> EstimatorChain:
+def settled(
+    tuning: OwnTuning, lies: dict[int, float] | None = None, steps: int = 4000
+) -> EstimatorChain:
     chain = EstimatorChain(replace(BELIEF, body=body(tuning)))
     pa, pb = standing(lies)
     inertial = np.r_[np.zeros(3), -LEVEL]
@@ -92,7 +98,9 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]
     numbers = packed(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
     drill = np.array([5e3, -300.0, 40.0, 20.0, 1.5, -60.0])
-    found = own.other_wrench(q, gravity, -gravity, np.zeros(3), np.array([9e3, 8e3]), np.eye(3), drill, numbers)
+    found = own.other_wrench(
+        q, gravity, -gravity, np.zeros(3), np.array([9e3, 8e3]), np.eye(3), drill, numbers
+    )
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k, tension in enumerate((9e3, 8e3)):
         expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])
@@ -130,8 +138,19 @@ def test_a_foot_that_moves_both_ways_in_the_air_tells_the_zero_from_friction() -
         fu.observe(x, p, h, 180.0, 400.0, 1e9)
     fresh = np.ones(12)
     fresh[2] = 0.0  # the piston has turned: what friction deviated by is forgotten, the zero stays
-    fu.predict(x, p, fresh, np.full(12, 50.0), np.zeros(12), np.full(12, 200.0), np.zeros(12), np.full(6, 200.0),
-               1.0, 0.01, 0.0)  # fmt: skip
+    fu.predict(
+        x,
+        p,
+        fresh,
+        np.full(12, 50.0),
+        np.zeros(12),
+        np.full(12, 200.0),
+        np.zeros(12),
+        np.full(6, 200.0),
+        1.0,
+        0.01,
+        0.0,
+    )
     for _ in range(50):
         fu.observe(x, p, h, 120.0, 400.0, 1e9)
     assert x[fu.Z + 2] == pytest.approx(150.0, abs=15.0)
@@ -145,7 +164,9 @@ def test_one_observation_is_the_textbook_kalman_update() -> None:
     h[0] = h[12] = 1.0  # z and d of one axis: variances 9 and 16, noise 25: gain 9 / 50 and 16 / 50
     fu.observe(x, p, h, 10.0, 25.0, 1e9)
     assert x[0] == pytest.approx(1.8) and x[12] == pytest.approx(3.2)
-    assert p[0, 0] == pytest.approx(9.0 - 81.0 / 50.0) and p[0, 12] == pytest.approx(-9.0 * 16.0 / 50.0)
+    assert p[0, 0] == pytest.approx(9.0 - 81.0 / 50.0) and p[0, 12] == pytest.approx(
+        -9.0 * 16.0 / 50.0
+    )
 
 
 def test_a_missing_sample_is_bridged_and_teaches_nothing() -> None:
@@ -155,7 +176,18 @@ def test_a_missing_sample_is_bridged_and_teaches_nothing() -> None:
     pa[2] = np.nan
     for _ in range(7):
         chain.step(pa, pb, STANCE, LEVEL, np.zeros(12), 40.0, inertial=np.r_[np.zeros(3), -LEVEL])
-    names = ("own", "own_low", "own_high", "own_sd", "own_x", "own_y", "own_z", "own_x_sd", "own_y_sd", "own_z_sd")
+    names = (
+        "own",
+        "own_low",
+        "own_high",
+        "own_sd",
+        "own_x",
+        "own_y",
+        "own_z",
+        "own_x_sd",
+        "own_y_sd",
+        "own_z_sd",
+    )
     assert all(np.isfinite(chain.method(name)).all() for name in names)
     assert np.abs(chain.method("own") - before).max() < 30.0
 

@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 from testbed import resources
-from testbed.laws.drill import IN_HOLE_KG, IN_MAST_KG, KNOWN, MAST_MIDDLE, REACTION, STORED_KG, THRUST
-from testbed.robot.drill_loads import known_wrench, rods_wrench
-from testbed.robot.foot_loads import drill_wrench
+from testbed.laws.drill import (
+    IN_HOLE_KG,
+    IN_MAST_KG,
+    KNOWN,
+    MAST_MIDDLE,
+    REACTION,
+    STORED_KG,
+    THRUST,
+)
+from testbed.robot.loads.drill_loads import known_wrench, rods_wrench
+from testbed.robot.loads.foot_loads import drill_wrench
 from testbed.robot.model import RobotModel
 
 MODEL = RobotModel(resources.urdf())
@@ -17,8 +25,14 @@ STEEP = np.array([-9.81, 0.0, 0.0])
 
 
 def _known(**numbers: float) -> np.ndarray:
-    places = {"thrust": THRUST, "torque": REACTION, "hole": IN_HOLE_KG, "mast": IN_MAST_KG, "middle": MAST_MIDDLE,
-              "stored": STORED_KG}  # fmt: skip
+    places = {
+        "thrust": THRUST,
+        "torque": REACTION,
+        "hole": IN_HOLE_KG,
+        "mast": IN_MAST_KG,
+        "middle": MAST_MIDDLE,
+        "stored": STORED_KG,
+    }
     known = np.zeros(KNOWN)
     for name, value in numbers.items():
         known[places[name]] = value
@@ -27,7 +41,8 @@ def _known(**numbers: float) -> np.ndarray:
 
 def test_without_rods_only_what_was_ordered_acts() -> None:
     np.testing.assert_allclose(
-        known_wrench(MODEL, _known(thrust=5e3, torque=-300.0), LEVEL), drill_wrench(MODEL, 5e3, -300.0)
+        known_wrench(MODEL, _known(thrust=5e3, torque=-300.0), LEVEL),
+        drill_wrench(MODEL, 5e3, -300.0),
     )
 
 
@@ -37,7 +52,9 @@ def test_a_rod_from_the_store_to_the_mast_moves_its_weight_and_adds_none() -> No
     way = MODEL.drill_mount_m - MODEL.rod_store_m
     np.testing.assert_allclose(moved[:3], 0.0, atol=1e-9)
     np.testing.assert_allclose(moved[3:], [-882.9 * way[1], 882.9 * way[0], 0.0], atol=1e-9)
-    assert np.linalg.norm(moved[3:]) == pytest.approx(372.6, abs=0.1)  # 0.422 m: 190 N on a foot of 1.9 m track
+    assert np.linalg.norm(moved[3:]) == pytest.approx(
+        372.6, abs=0.1
+    )  # 0.422 m: 190 N on a foot of 1.9 m track
 
 
 def test_on_a_wall_the_hole_carries_the_string_and_the_store_is_relieved() -> None:

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.robot.equilibrium import StaticEquilibrium, balanced_attachment_height_m, static_equilibrium
-from testbed.robot.foot_loads import external_wrench, point_wrench
+from testbed.robot.equilibrium import (
+    StaticEquilibrium,
+    balanced_attachment_height_m,
+    static_equilibrium,
+)
+from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import Payload, roboclimber_model, slope_gravity
 
 MODEL = roboclimber_model()
@@ -23,7 +27,9 @@ def left_over(found: StaticEquilibrium, slope: float, directions: np.ndarray) ->
     """All wrenches added up, without the solver."""
     ropes = found.rope_tension_n[:, None] * directions
     total = external_wrench(MODEL, STANCE, slope_gravity(slope), None, ropes, None)
-    for force, point in zip(found.foot_forces_in_body_n, MODEL.foot_positions_m(STANCE), strict=True):
+    for force, point in zip(
+        found.foot_forces_in_body_n, MODEL.foot_positions_m(STANCE), strict=True
+    ):
         total = total + point_wrench(force, point)
     return total
 
@@ -31,7 +37,9 @@ def left_over(found: StaticEquilibrium, slope: float, directions: np.ndarray) ->
 @pytest.mark.parametrize("degrees", [0.0, 30.0, 45.0, 60.0, 80.0, 85.0])
 def test_forces_and_moments_balance_on_every_slope(degrees: float) -> None:
     slope = math.radians(degrees)
-    found = static_equilibrium(MODEL, STANCE, slope_gravity(slope), 0.65, rope_directions_in_body=SPREAD)
+    found = static_equilibrium(
+        MODEL, STANCE, slope_gravity(slope), 0.65, rope_directions_in_body=SPREAD
+    )
     assert np.abs(left_over(found, slope, SPREAD)).max() < 1e-6 * WEIGHT
     assert np.all(found.foot_forces_in_body_n[:, 2] > 0.0) and np.all(found.rope_tension_n >= 0.0)
     assert found.friction_use.max() < 1.0
@@ -44,21 +52,31 @@ def test_without_ropes_every_foot_uses_friction_alike_and_as_little_as_the_slope
 
 def test_ropes_along_the_slope_that_carry_a_share_have_that_tension() -> None:
     slope = math.radians(60.0)
-    found = static_equilibrium(MODEL, STANCE, slope_gravity(slope), 0.65, rope_directions_in_body=ALONG, rope_share=0.9)
+    found = static_equilibrium(
+        MODEL, STANCE, slope_gravity(slope), 0.65, rope_directions_in_body=ALONG, rope_share=0.9
+    )
     assert found.rope_tension_n.sum() == pytest.approx(0.9 * WEIGHT * math.sin(slope), rel=1e-9)
     assert found.rope_share == pytest.approx(0.9)
-    assert found.foot_forces_in_body_n[:, 0].sum() == pytest.approx(0.1 * WEIGHT * math.sin(slope), rel=1e-9)
+    assert found.foot_forces_in_body_n[:, 0].sum() == pytest.approx(
+        0.1 * WEIGHT * math.sin(slope), rel=1e-9
+    )
 
 
 def test_joint_forces_hold_the_feet_and_the_legs_own_weight() -> None:
     slope = math.radians(40.0)
     gravity = slope_gravity(slope)
-    found = static_equilibrium(MODEL, STANCE, gravity, 0.65, rope_directions_in_body=SPREAD, rope_share=0.9)
+    found = static_equilibrium(
+        MODEL, STANCE, gravity, 0.65, rope_directions_in_body=SPREAD, rope_share=0.9
+    )
     vertical = found.joint_forces[2::3]
     # Each vertical joint pushes its foot down with the foot's load less the frame's own weight along the axis.
-    np.testing.assert_allclose(vertical, found.foot_forces_in_body_n[:, 2] - 91.7 * 9.81 * math.cos(slope), rtol=1e-9)
+    np.testing.assert_allclose(
+        vertical, found.foot_forces_in_body_n[:, 2] - 91.7 * 9.81 * math.cos(slope), rtol=1e-9
+    )
     for leg, direction in enumerate((60.0, -60.0, 120.0, -120.0)):
-        outward = np.array([math.cos(math.radians(direction)), math.sin(math.radians(direction)), 0.0])
+        outward = np.array(
+            [math.cos(math.radians(direction)), math.sin(math.radians(direction)), 0.0]
+        )
         moved = 186.7 * gravity @ outward
         expected = -(found.foot_forces_in_body_n[leg] @ outward) - moved
         assert found.joint_forces[3 * leg + 1] == pytest.approx(expected, rel=1e-9)
@@ -68,7 +86,9 @@ def test_a_share_too_small_is_refused_with_the_share_that_would_do() -> None:
     slope = math.radians(60.0)
     # By hand: 1 - 0.65 cos 60 / sin 60 = 0.625; the pyramid inside the cone asks for a little more.
     with pytest.raises(InputError, match=r"ropes\.share = 0\.5.*at least about 0\.6[23]"):
-        static_equilibrium(MODEL, STANCE, slope_gravity(slope), 0.65, rope_directions_in_body=ALONG, rope_share=0.5)
+        static_equilibrium(
+            MODEL, STANCE, slope_gravity(slope), 0.65, rope_directions_in_body=ALONG, rope_share=0.5
+        )
 
 
 def test_a_slope_too_steep_without_ropes_is_refused() -> None:
@@ -77,13 +97,19 @@ def test_a_slope_too_steep_without_ropes_is_refused() -> None:
 
 
 def test_the_shipped_attachment_height_balances_a_share_of_095() -> None:
-    assert balanced_attachment_height_m(MODEL, STANCE, 0.95) == pytest.approx(MODEL.rope_attachments_m[0, 2], abs=0.002)
-    assert balanced_attachment_height_m(MODEL, STANCE, 1.0) == pytest.approx(MODEL.centre_of_mass_m(STANCE)[2])
+    assert balanced_attachment_height_m(MODEL, STANCE, 0.95) == pytest.approx(
+        MODEL.rope_attachments_m[0, 2], abs=0.002
+    )
+    assert balanced_attachment_height_m(MODEL, STANCE, 1.0) == pytest.approx(
+        MODEL.centre_of_mass_m(STANCE)[2]
+    )
 
 
 def test_at_the_balanced_height_a_wall_of_85_degrees_loads_the_feet_as_level_ground_does() -> None:
     slope = math.radians(85.0)
-    found = static_equilibrium(MODEL, STANCE, slope_gravity(slope), 0.8, rope_directions_in_body=ALONG, rope_share=0.95)
+    found = static_equilibrium(
+        MODEL, STANCE, slope_gravity(slope), 0.8, rope_directions_in_body=ALONG, rope_share=0.95
+    )
     normal = found.foot_forces_in_body_n[:, 2]
     pressure = (normal @ MODEL.foot_positions_m(STANCE)[:, 0]) / normal.sum()
     assert pressure == pytest.approx(MODEL.centre_of_mass_m(STANCE)[0], abs=0.005)

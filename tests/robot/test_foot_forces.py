@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.parameters.names import LEGS
-from testbed.robot import foot_forces as ff
+from testbed.machine.names import LEGS
+from testbed.robot.loads import foot_forces as ff
 from testbed.robot.model import attitude_gravity, roboclimber_model
 
 MODEL = roboclimber_model()
 
 
 def test_leg_masses_and_the_base_add_up_to_the_machine() -> None:
-    assert MODEL.leg_numbers()[:, ff.MASSES : ff.MASSES + 3].sum() + MODEL.base_mass()[0] == np.float64(4000.0)
+    assert MODEL.leg_numbers()[:, ff.MASSES : ff.MASSES + 3].sum() + MODEL.base_mass()[
+        0
+    ] == np.float64(4000.0)
 
 
 def test_foot_forces_balance_pinocchios_inverse_dynamics_in_any_motion() -> None:
@@ -25,13 +27,28 @@ def test_foot_forces_balance_pinocchios_inverse_dynamics_in_any_motion() -> None
         w, alpha = rng.normal(0.0, 0.3, 3), rng.normal(0.0, 1.0, 3)
         velocity, change = rng.normal(0.0, 0.3, 3), rng.normal(0.0, 1.0, 3)
         gravity = attitude_gravity(*rng.uniform(-0.5, 0.5, 2))
-        needed = MODEL.inverse_dynamics(q, np.r_[velocity, w, qd], np.r_[change, alpha, qdd], gravity)
+        needed = MODEL.inverse_dynamics(
+            q, np.r_[velocity, w, qd], np.r_[change, alpha, qdd], gravity
+        )
         force = rng.normal(0.0, 3000.0, (4, 3))
         _, jacobians = MODEL.feet(q)
         torque = needed[6:] - np.einsum("ki,kij->j", force, jacobians)
         lift = change + np.cross(w, velocity) - gravity
         found, normal = np.zeros((4, 3)), np.zeros(4)
-        ff.foot_forces(legs, q, qd, qdd, torque, identity, w, alpha, lift, np.tile(identity[2], (4, 1)), found, normal)
+        ff.foot_forces(
+            legs,
+            q,
+            qd,
+            qdd,
+            torque,
+            identity,
+            w,
+            alpha,
+            lift,
+            np.tile(identity[2], (4, 1)),
+            found,
+            normal,
+        )
         np.testing.assert_allclose(found, force, atol=1e-6)
         np.testing.assert_allclose(normal, force[:, 2], atol=1e-6)
     assert len(LEGS) == 4

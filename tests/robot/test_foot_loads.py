@@ -13,12 +13,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from testbed.parameters.names import LEGS
-from testbed.parameters.provenance import roboclimber
-from testbed.robot.compliance import OilColumns
-from testbed.robot.foot_loads import ExpectedLoads, FootLoads, drill_wrench, external_wrench, point_wrench
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import roboclimber
+from testbed.robot.loads.compliance import OilColumns
+from testbed.robot.loads.foot_loads import (
+    ExpectedLoads,
+    FootLoads,
+    drill_wrench,
+    external_wrench,
+    point_wrench,
+)
 from testbed.robot.model import Payload, RobotModel, roboclimber_model, slope_gravity
-from testbed.robot.urdf import urdf_text
+from testbed.robot.urdf.generate import urdf_text
 
 MODEL = roboclimber_model()
 LOADS = ExpectedLoads(MODEL)
@@ -27,9 +33,13 @@ WEIGHT = 4000.0 * 9.81
 LEVEL = slope_gravity(0.0)
 
 
-def missing(model: RobotModel, found: FootLoads, posture: Any, gravity: Any, **acting: Any) -> np.ndarray:
+def missing(
+    model: RobotModel, found: FootLoads, posture: Any, gravity: Any, **acting: Any
+) -> np.ndarray:
     """Sum of all wrenches about the body's origin, computed without the solver; feet touch at their undersides."""
-    total = external_wrench(model, posture, gravity, acting.get("payload"), acting.get("ropes"), acting.get("drill"))
+    total = external_wrench(
+        model, posture, gravity, acting.get("payload"), acting.get("ropes"), acting.get("drill")
+    )
     for force, point in zip(found.force_in_body_n, model.foot_positions_m(posture), strict=True):
         total = total + np.concatenate([force, np.cross(point, force)])
     return np.asarray(total)
@@ -47,7 +57,9 @@ def test_on_level_ground_each_foot_carries_a_quarter_and_the_shift_of_the_centre
     found = LOADS.solve(STANCE, LEVEL)
     for leg, load in zip(LEGS, found.vertical_load_n, strict=True):
         front, left = (1 if leg[0] == "f" else -1), (1 if leg[1] == "l" else -1)
-        assert load == pytest.approx(WEIGHT / 4 * (1 + front * x / half_long + left * y / half_wide), rel=1e-6)
+        assert load == pytest.approx(
+            WEIGHT / 4 * (1 + front * x / half_long + left * y / half_wide), rel=1e-6
+        )
     assert found.balanced and found.friction_use.max() < 1e-6
 
 
@@ -56,7 +68,9 @@ def test_a_machine_symmetric_left_and_right_loads_left_and_right_alike(tmp_path:
     even = roboclimber().replaced({"rod_store_body.mass_kg": 1e-6, "body.mass_kg": 1463.2 + store})
     file = tmp_path / "even.urdf"
     file.write_text(urdf_text(even))
-    found = ExpectedLoads(RobotModel(file)).solve(STANCE, slope_gravity(0.6), rope_forces_in_body=rope_pull(0.8, 0.6))
+    found = ExpectedLoads(RobotModel(file)).solve(
+        STANCE, slope_gravity(0.6), rope_forces_in_body=rope_pull(0.8, 0.6)
+    )
     np.testing.assert_allclose(found.normal_n[0::2], found.normal_n[1::2], rtol=1e-6)
     np.testing.assert_allclose(found.tangential_n[0::2], found.tangential_n[1::2], rtol=1e-6)
 
@@ -67,7 +81,11 @@ def test_45_degrees_with_ropes_moves_the_loads_downhill_by_the_moment_balance() 
     x, _, height = MODEL.centre_of_mass_m(STANCE)
     pull = WEIGHT * math.sin(slope)
     # Moments about the axle of the rear soles (x = -1.25 m, z = -0.41 m): weight, ropes at 0.33 m, front feet.
-    front = (pull * math.cos(slope) / math.sin(slope) * (1.25 + x) - pull * (height + 0.41) + 0.8 * pull * 0.74) / 2.5
+    front = (
+        pull * math.cos(slope) / math.sin(slope) * (1.25 + x)
+        - pull * (height + 0.41)
+        + 0.8 * pull * 0.74
+    ) / 2.5
     assert found.balanced
     assert found.normal_n[:2].sum() == pytest.approx(front, rel=1e-6)
     assert found.normal_n.sum() == pytest.approx(WEIGHT * math.cos(slope), rel=1e-6)
@@ -78,18 +96,32 @@ POSTURES = st.lists(st.tuples(st.floats(-0.5, 0.5), st.floats(0.0, 0.4)), min_si
 
 
 @settings(max_examples=60, deadline=None)
-@given(POSTURES, st.floats(0.0, 1.3), st.floats(0.7, 1.05), st.floats(0.0, 400.0), st.integers(0, 10**6))
+@given(
+    POSTURES,
+    st.floats(0.0, 1.3),
+    st.floats(0.7, 1.05),
+    st.floats(0.0, 400.0),
+    st.integers(0, 10**6),
+)
 def test_whatever_is_balanced_is_in_equilibrium_within_friction_and_never_pulls(
     legs: list[tuple[float, float]], slope: float, share: float, carried: float, seed: int
 ) -> None:
     rng = np.random.default_rng(seed)
     posture = np.array([[turn, reach, 0.25] for turn, reach in legs]).ravel()
     payload = Payload(carried, (0.3, 0.34, 0.95)) if carried > 1 else None
-    acting = {"payload": payload, "ropes": rope_pull(share, slope, spread=0.17), "drill": drill_wrench(MODEL, 2000.0)}
+    acting = {
+        "payload": payload,
+        "ropes": rope_pull(share, slope, spread=0.17),
+        "drill": drill_wrench(MODEL, 2000.0),
+    }
     heights = rng.normal(scale=3e-4, size=4)
     found = LOADS.solve(
-        posture, slope_gravity(slope), payload=payload, rope_forces_in_body=acting["ropes"],
-        drill_wrench_in_body=acting["drill"], height_m=heights,
+        posture,
+        slope_gravity(slope),
+        payload=payload,
+        rope_forces_in_body=acting["ropes"],
+        drill_wrench_in_body=acting["drill"],
+        height_m=heights,
     )
     assert np.all(found.normal_n >= 0.0)
     assert np.all(found.tangential_n <= 0.65 * found.normal_n * (1 + 1e-6) + 1e-6)
@@ -103,7 +135,9 @@ def test_equilibrium_is_met_to_a_millionth_of_the_weight() -> None:
     ropes = rope_pull(0.9, 1.0, spread=0.1)
     found = LOADS.solve(STANCE, slope_gravity(1.0), rope_forces_in_body=ropes)
     assert found.balanced
-    assert np.abs(missing(MODEL, found, STANCE, slope_gravity(1.0), ropes=ropes)).max() < 1e-6 * WEIGHT
+    assert (
+        np.abs(missing(MODEL, found, STANCE, slope_gravity(1.0), ropes=ropes)).max() < 1e-6 * WEIGHT
+    )
 
 
 def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_slides() -> None:
@@ -111,7 +145,11 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
     ropes = rope_pull(0.9, slope, spread=0.15)
     gives = np.array([np.diag([3e-7, 2e-7, 8e-8])] * 4)
     found = LOADS.solve(
-        STANCE, slope_gravity(slope), rope_forces_in_body=ropes, height_m=heights, foot_compliance_m_n=gives
+        STANCE,
+        slope_gravity(slope),
+        rope_forces_in_body=ropes,
+        height_m=heights,
+        foot_compliance_m_n=gives,
     )
     assert found.friction_use.max() < 1.0
     points = MODEL.foot_positions_m(STANCE)
@@ -123,9 +161,18 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
     low = np.array([-1e30, -1e30, 0.0] * 4)
     equal = -load / kilo
     sense = np.concatenate([np.zeros(12), np.full(6, 5)]).astype(np.int32)
-    z = daqp.solve(energy, cost, balance, np.concatenate([np.full(12, 1e30), equal]),
-                   np.concatenate([low, equal]), sense, primal_tol=1e-11)[0]
-    np.testing.assert_allclose(found.force_in_body_n, np.reshape(z, (4, 3)) * kilo, atol=1e-4 * WEIGHT / 4)
+    z = daqp.solve(
+        energy,
+        cost,
+        balance,
+        np.concatenate([np.full(12, 1e30), equal]),
+        np.concatenate([low, equal]),
+        sense,
+        primal_tol=1e-11,
+    )[0]
+    np.testing.assert_allclose(
+        found.force_in_body_n, np.reshape(z, (4, 3)) * kilo, atol=1e-4 * WEIGHT / 4
+    )
 
 
 def test_a_foot_that_would_have_to_pull_is_released_and_three_feet_carry() -> None:
@@ -140,7 +187,12 @@ def test_a_foot_that_would_have_to_pull_is_released_and_three_feet_carry() -> No
 
 
 def test_a_swinging_foot_carries_nothing() -> None:
-    found = LOADS.solve(STANCE, LEVEL, in_contact=[True, False, True, True], payload=Payload(200.0, (-0.8, 0.4, 0.5)))
+    found = LOADS.solve(
+        STANCE,
+        LEVEL,
+        in_contact=[True, False, True, True],
+        payload=Payload(200.0, (-0.8, 0.4, 0.5)),
+    )
     assert found.balanced and not found.in_contact[1]
     assert np.all(found.force_in_body_n[1] == 0.0)
     assert found.unloads_first != "fr"
@@ -163,15 +215,23 @@ def test_sensitivities_are_the_slopes_of_the_loads() -> None:
     normals /= np.linalg.norm(normals, axis=1)[:, None]
 
     def solve(heights: Any = (0.0, 0.0, 0.0, 0.0), wrench: Any = (0.0,) * 6) -> FootLoads:
-        return LOADS.solve(STANCE, slope_gravity(slope), rope_forces_in_body=ropes, height_m=heights,
-                           drill_wrench_in_body=wrench, normals_in_body=normals)
+        return LOADS.solve(
+            STANCE,
+            slope_gravity(slope),
+            rope_forces_in_body=ropes,
+            height_m=heights,
+            drill_wrench_in_body=wrench,
+            normals_in_body=normals,
+        )
 
     found = solve()
     for foot in range(4):
         heights = np.zeros(4)
         heights[foot] = step
         change = (solve(heights).vertical_load_n - solve(-heights).vertical_load_n) / (2 * step)
-        np.testing.assert_allclose(found.load_per_height_n_m[:, foot], change, rtol=1e-4, atol=200.0)
+        np.testing.assert_allclose(
+            found.load_per_height_n_m[:, foot], change, rtol=1e-4, atol=200.0
+        )
     for k in range(6):
         wrench = np.zeros(6)
         wrench[k] = 1.0
@@ -188,7 +248,11 @@ def test_the_reserve_along_the_drill_axis_is_where_the_named_foot_leaves() -> No
     for share, stands in ((0.99, True), (1.01, False)):
         thrust = drill_wrench(MODEL, share * found.unload_reserve_n)
         pushed = LOADS.solve(
-            STANCE, slope_gravity(slope), rope_forces_in_body=ropes, drill_wrench_in_body=thrust, height_m=heights
+            STANCE,
+            slope_gravity(slope),
+            rope_forces_in_body=ropes,
+            drill_wrench_in_body=thrust,
+            height_m=heights,
         )
         assert bool(pushed.in_contact[leg]) is stands
         assert pushed.in_contact.sum() == (4 if stands else 3)
@@ -200,7 +264,9 @@ def test_without_ropes_45_degrees_slides_and_says_what_is_missing() -> None:
     normal = WEIGHT * math.cos(slope)
     assert not found.balanced
     np.testing.assert_allclose(found.friction_use, 1.0, rtol=1e-6)
-    np.testing.assert_allclose(found.missing_wrench[0], -(WEIGHT * math.sin(slope) - 0.65 * normal), rtol=1e-3)
+    np.testing.assert_allclose(
+        found.missing_wrench[0], -(WEIGHT * math.sin(slope) - 0.65 * normal), rtol=1e-3
+    )
     # It slides without tipping: what is missing acts at the centre of mass.
     height = MODEL.centre_of_mass_m(STANCE)[2]
     assert found.missing_wrench[4] == pytest.approx(height * found.missing_wrench[0], rel=1e-3)
@@ -224,12 +290,17 @@ def test_payload_argument_equals_a_model_that_carries_it() -> None:
     payload = Payload(800.0, (0.3, 0.34, 0.95))
     given_here = LOADS.solve(STANCE, slope_gravity(0.4), payload=payload)
     in_model = ExpectedLoads(MODEL.with_payload(payload)).solve(STANCE, slope_gravity(0.4))
-    np.testing.assert_allclose(given_here.force_in_body_n, in_model.force_in_body_n, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(
+        given_here.force_in_body_n, in_model.force_in_body_n, rtol=1e-9, atol=1e-6
+    )
 
 
 def test_height_errors_give_the_standard_deviation_of_the_loads() -> None:
     found, rng = LOADS.solve(STANCE, LEVEL), np.random.default_rng(4)
-    tried = [LOADS.solve(STANCE, LEVEL, height_m=rng.normal(scale=2e-5, size=4)).vertical_load_n for _ in range(600)]
+    tried = [
+        LOADS.solve(STANCE, LEVEL, height_m=rng.normal(scale=2e-5, size=4)).vertical_load_n
+        for _ in range(600)
+    ]
     np.testing.assert_allclose(np.std(tried, axis=0), found.deviation_n(2e-5), rtol=0.12)
 
 
@@ -247,7 +318,9 @@ def test_oil_column_of_the_vertical_cylinder_is_between_10_and_40_meganewtons_pe
 def test_rotation_joint_gives_as_its_oil_column_on_the_moment_arm() -> None:
     columns = OilColumns(roboclimber())
     give = columns.joint_compliance(STANCE)
-    half = columns.stiffness_n_m(np.tile([0.12047, 0.2, 0.25], 4))[0]  # extension at angle 0: sqrt(.3425) - .46510
+    half = columns.stiffness_n_m(np.tile([0.12047, 0.2, 0.25], 4))[
+        0
+    ]  # extension at angle 0: sqrt(.3425) - .46510
     assert give[0] == pytest.approx(1.0 / (half * 0.18796**2), rel=1e-3)  # arm: 0.11 / sqrt(0.3425)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.parameters.provenance import roboclimber
+from testbed.machine.provenance import roboclimber
 from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
 
 LINKAGE = RotationLinkage.from_parameters(roboclimber())
@@ -33,7 +33,9 @@ def test_extension_runs_from_zero_to_the_stroke_and_grows_with_the_angle() -> No
     assert extensions[-1] == pytest.approx(LINKAGE.stroke_m)
     assert np.all(np.diff(extensions) > 0)
     # By hand: sqrt(0.55^2 + 0.2^2 - 2 0.55 0.2 cos 125 deg) - the same with cos 55 deg.
-    assert LINKAGE.stroke_m == pytest.approx(math.sqrt(0.3425 + 0.1261868) - math.sqrt(0.3425 - 0.1261868), abs=1e-6)
+    assert LINKAGE.stroke_m == pytest.approx(
+        math.sqrt(0.3425 + 0.1261868) - math.sqrt(0.3425 - 0.1261868), abs=1e-6
+    )
 
 
 def test_angle_of_the_extension_of_an_angle_is_that_angle() -> None:
@@ -45,7 +47,9 @@ def test_angle_of_the_extension_of_an_angle_is_that_angle() -> None:
 def test_power_at_the_piston_equals_power_at_the_joint() -> None:
     angle, rate, force, step = 0.3, 0.2, 9000.0, 1e-7
     piston_speed = (LINKAGE.extension_m(angle + rate * step) - LINKAGE.extension_m(angle)) / step
-    assert force * piston_speed == pytest.approx(force * LINKAGE.moment_arm_m(angle) * rate, rel=1e-6)
+    assert force * piston_speed == pytest.approx(
+        force * LINKAGE.moment_arm_m(angle) * rate, rel=1e-6
+    )
 
 
 def test_compiled_kernel_equals_the_arrays_on_joint_1_and_is_identity_on_joints_2_and_3() -> None:

@@ -12,10 +12,16 @@ import pytest
 
 from testbed import resources
 from testbed.errors import InputError
-from testbed.parameters.names import AXES, GRAVITY_M_S2, LEGS, VERTICAL
-from testbed.parameters.provenance import roboclimber
-from testbed.robot.model import Payload, RobotModel, attitude_gravity, roboclimber_model, slope_gravity
-from testbed.robot.urdf import urdf_text
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, VERTICAL
+from testbed.machine.provenance import roboclimber
+from testbed.robot.model import (
+    Payload,
+    RobotModel,
+    attitude_gravity,
+    roboclimber_model,
+    slope_gravity,
+)
+from testbed.robot.urdf.generate import urdf_text
 
 MODEL = roboclimber_model()
 RNG = np.random.default_rng(20)
@@ -36,9 +42,14 @@ class Bullet:
     def __init__(self) -> None:
         self.client = pybullet.connect(pybullet.DIRECT)
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
-        self.robot = pybullet.loadURDF(str(resources.urdf()), flags=flags, physicsClientId=self.client)
+        self.robot = pybullet.loadURDF(
+            str(resources.urdf()), flags=flags, physicsClientId=self.client
+        )
         count = pybullet.getNumJoints(self.robot, physicsClientId=self.client)
-        names = [pybullet.getJointInfo(self.robot, j, physicsClientId=self.client)[1].decode() for j in range(count)]
+        names = [
+            pybullet.getJointInfo(self.robot, j, physicsClientId=self.client)[1].decode()
+            for j in range(count)
+        ]
         self.count, self.joints = count, [names.index(name) for name in AXES]
         moving = [name for name in names if name in AXES]
         self.to_axes = np.array([moving.index(name) for name in AXES])
@@ -49,18 +60,28 @@ class Bullet:
         return list(out)
 
     def masses(self) -> np.ndarray:
-        info = [pybullet.getDynamicsInfo(self.robot, j, physicsClientId=self.client) for j in range(-1, self.count)]
+        info = [
+            pybullet.getDynamicsInfo(self.robot, j, physicsClientId=self.client)
+            for j in range(-1, self.count)
+        ]
         return np.array([i[0] for i in info])
 
     def centre_of_mass(self, positions: np.ndarray) -> np.ndarray:
         for joint, value in zip(self.joints, positions, strict=True):
             pybullet.resetJointState(self.robot, joint, value, physicsClientId=self.client)
-        links = [pybullet.getLinkState(self.robot, j, 0, 1, physicsClientId=self.client)[0] for j in range(self.count)]
+        links = [
+            pybullet.getLinkState(self.robot, j, 0, 1, physicsClientId=self.client)[0]
+            for j in range(self.count)
+        ]
         base = pybullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)[0]
         return self.masses() @ np.array([base, *links]) / self.masses().sum()
 
     def mass_matrix(self, positions: np.ndarray) -> np.ndarray:
-        full = np.array(pybullet.calculateMassMatrix(self.robot, self.ordered(positions), physicsClientId=self.client))
+        full = np.array(
+            pybullet.calculateMassMatrix(
+                self.robot, self.ordered(positions), physicsClientId=self.client
+            )
+        )
         order = np.concatenate([[3, 4, 5, 0, 1, 2], 6 + self.to_axes])
         return full[np.ix_(order, order)]
 
@@ -68,7 +89,9 @@ class Bullet:
         pybullet.setGravity(*gravity, physicsClientId=self.client)
         pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *self.ordered(positions)]
         still = [0.0] * 18
-        force = pybullet.calculateInverseDynamics(self.robot, pose, still, still, physicsClientId=self.client)
+        force = pybullet.calculateInverseDynamics(
+            self.robot, pose, still, still, physicsClientId=self.client
+        )
         return np.array(force)[np.concatenate([np.arange(6), 6 + self.to_axes])]
 
 
@@ -144,7 +167,9 @@ def test_gravity_torques_agree_at_20_postures_and_attitudes(bullet: Bullet, othe
 def test_inverse_dynamics_is_mass_matrix_times_acceleration_plus_gravity_at_rest() -> None:
     acceleration = RNG.normal(size=18)
     gravity = slope_gravity(0.7)
-    expected = MODEL.mass_matrix(POSTURES[0]) @ acceleration + MODEL.gravity_forces(POSTURES[0], gravity)
+    expected = MODEL.mass_matrix(POSTURES[0]) @ acceleration + MODEL.gravity_forces(
+        POSTURES[0], gravity
+    )
     assert_close(MODEL.inverse_dynamics(POSTURES[0], np.zeros(18), acceleration, gravity), expected)
 
 
@@ -158,14 +183,21 @@ def test_a_hanging_vertical_joint_holds_900_newtons_on_level_ground() -> None:
 def test_slope_45_turns_the_weight_halfway_towards_downhill() -> None:
     half = 9.81 / np.sqrt(2.0)
     np.testing.assert_allclose(slope_gravity(np.pi / 4), [-half, 0.0, -half])
-    np.testing.assert_allclose(attitude_gravity(0.0, -np.pi / 4), slope_gravity(np.pi / 4), atol=1e-15)
+    np.testing.assert_allclose(
+        attitude_gravity(0.0, -np.pi / 4), slope_gravity(np.pi / 4), atol=1e-15
+    )
     np.testing.assert_allclose(attitude_gravity(np.pi / 2, 0.0), [0.0, -9.81, 0.0], atol=1e-15)
 
 
 def test_feet_stand_where_the_arms_reach() -> None:
     points = MODEL.foot_positions_m(STANCE)
     across = 0.4 + 0.7 * np.sin(np.pi / 3)
-    expected = [[1.25, across, -0.41], [1.25, -across, -0.41], [-1.25, across, -0.41], [-1.25, -across, -0.41]]
+    expected = [
+        [1.25, across, -0.41],
+        [1.25, -across, -0.41],
+        [-1.25, across, -0.41],
+        [-1.25, -across, -0.41],
+    ]
     np.testing.assert_allclose(points, expected, atol=1e-9)
 
 
@@ -187,9 +219,13 @@ def test_foot_jacobian_is_the_derivative_of_the_foot() -> None:
     for axis in range(12):
         shift = np.zeros(12)
         shift[axis] = step
-        slope = (MODEL.foot_positions_m(posture + shift) - MODEL.foot_positions_m(posture - shift)) / (2 * step)
+        slope = (
+            MODEL.foot_positions_m(posture + shift) - MODEL.foot_positions_m(posture - shift)
+        ) / (2 * step)
         np.testing.assert_allclose(jacobians[:, :, axis], slope, atol=1e-8)
-    np.testing.assert_allclose(MODEL.vertical_axes(posture), np.tile([0.0, 0.0, 1.0], (4, 1)), atol=1e-12)
+    np.testing.assert_allclose(
+        MODEL.vertical_axes(posture), np.tile([0.0, 0.0, 1.0], (4, 1)), atol=1e-12
+    )
 
 
 def test_a_payload_adds_its_weight_at_its_point() -> None:
@@ -206,7 +242,9 @@ def test_the_shipped_urdf_is_what_the_parameters_generate() -> None:
 
 
 def test_the_urdf_follows_a_changed_number(tmp_path: Path) -> None:
-    heavier = roboclimber().replaced({"legs.foot_mass_kg": 20.0, "traction_body.attachment_height_m": 0.5})
+    heavier = roboclimber().replaced(
+        {"legs.foot_mass_kg": 20.0, "traction_body.attachment_height_m": 0.5}
+    )
     file = tmp_path / "heavier.urdf"
     file.write_text(urdf_text(heavier))
     model = RobotModel(file)
@@ -222,17 +260,41 @@ def test_drill_axis_ropes_and_feet_have_their_frames() -> None:
 
 BROKEN = {
     "not XML": (lambda t: t[:500], "is not XML"),
-    "another root": (lambda t: t.replace("<robot ", "<sdf ").replace("</robot>", "</sdf>"), "root element"),
+    "another root": (
+        lambda t: t.replace("<robot ", "<sdf ").replace("</robot>", "</sdf>"),
+        "root element",
+    ),
     "no mass": (lambda t: t.replace('<mass value="15" />', "", 1), "fl_foot: has no mass"),
-    "mass zero": (lambda t: t.replace('<mass value="15" />', '<mass value="0" />', 1), "fl_foot mass = 0.0"),
-    "a word for a number": (lambda t: t.replace('<mass value="15" />', '<mass value="heavy" />', 1), "'heavy'"),
+    "mass zero": (
+        lambda t: t.replace('<mass value="15" />', '<mass value="0" />', 1),
+        "fl_foot mass = 0.0",
+    ),
+    "a word for a number": (
+        lambda t: t.replace('<mass value="15" />', '<mass value="heavy" />', 1),
+        "'heavy'",
+    ),
     "NaN": (lambda t: t.replace('<mass value="15" />', '<mass value="nan" />', 1), "'nan'"),
     "joint gone": (lambda t: t.replace('name="rl_radial"', 'name="rl_spare"'), "rl_radial"),
-    "joint twice": (lambda t: t.replace('joint name="rl_radial"', 'joint name="rr_radial"'), "appears twice"),
-    "wrong type": (lambda t: t.replace('fl_rotation" type="revolute', 'fl_rotation" type="fixed'), "wrong type"),
-    "orphan": (lambda t: t.replace('<child link="rod_store" />', '<child link="power_unit" />'), "hangs on two joints"),
-    "stray parent": (lambda t: t.replace('<parent link="fl_radial" />', '<parent link="leg" />'), "parent is no link"),
-    "no traction": (lambda t: t.replace("traction_left", "winch_left"), "link traction_left: is missing"),
+    "joint twice": (
+        lambda t: t.replace('joint name="rl_radial"', 'joint name="rr_radial"'),
+        "appears twice",
+    ),
+    "wrong type": (
+        lambda t: t.replace('fl_rotation" type="revolute', 'fl_rotation" type="fixed'),
+        "wrong type",
+    ),
+    "orphan": (
+        lambda t: t.replace('<child link="rod_store" />', '<child link="power_unit" />'),
+        "hangs on two joints",
+    ),
+    "stray parent": (
+        lambda t: t.replace('<parent link="fl_radial" />', '<parent link="leg" />'),
+        "parent is no link",
+    ),
+    "no traction": (
+        lambda t: t.replace("traction_left", "winch_left"),
+        "link traction_left: is missing",
+    ),
 }
 
 

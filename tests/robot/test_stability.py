@@ -44,8 +44,12 @@ def test_a_slope_too_steep_for_friction_is_held_with_a_rope_and_its_limit_counts
 
 def test_a_block_is_tipped_by_the_work_that_lifts_its_weight_over_the_edge() -> None:
     force = np.array([[0.0, 0.0, -10.0]])
-    assert tipping_work_j(FEET, force, [[0.0, 0.0, 1.0]]) == pytest.approx(10.0 * (math.sqrt(2.0) - 1.0))
-    assert tipping_work_j(FEET, force, [[0.5, 0.0, 1.0]]) == pytest.approx(10.0 * (math.hypot(0.5, 1.0) - 1.0))
+    assert tipping_work_j(FEET, force, [[0.0, 0.0, 1.0]]) == pytest.approx(
+        10.0 * (math.sqrt(2.0) - 1.0)
+    )
+    assert tipping_work_j(FEET, force, [[0.5, 0.0, 1.0]]) == pytest.approx(
+        10.0 * (math.hypot(0.5, 1.0) - 1.0)
+    )
     assert tipping_work_j(FEET, force, [[1.2, 0.0, 1.0]]) == 0.0
     assert tipping_work_j(FEET[:2], force, [[0.0, 0.0, 1.0]]) == 0.0
 

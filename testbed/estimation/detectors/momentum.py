@@ -22,7 +22,10 @@ def step(signals: Array, state: Array, p: Array, score: Array) -> None:
     """p = [K 1/s, moving mass kg, step s]."""
     for foot in range(4):
         s = state[foot]
-        force, momentum = signals[BALANCE, foot] - signals[PUBLISHED, foot], p[1] * signals[VELOCITY, foot]
+        force, momentum = (
+            signals[BALANCE, foot] - signals[PUBLISHED, foot],
+            p[1] * signals[VELOCITY, foot],
+        )
         if s[STARTED] == 0.0:
             s[INTEGRAL], s[STARTED] = momentum + force / p[0], 1.0
         else:

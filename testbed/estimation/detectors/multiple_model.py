@@ -37,7 +37,9 @@ def step(signals: Array, state: Array, p: Array, score: Array) -> None:
         s[VARIANCE] += p[3] ** 2
         spread = s[VARIANCE] + p[2] ** 2
         carried, lost = z - s[LOAD], max(z, 0.0)
-        gain = 0.5 * (carried * carried / spread - lost * lost / p[2] ** 2 + math.log(spread / p[2] ** 2))
+        gain = 0.5 * (
+            carried * carried / spread - lost * lost / p[2] ** 2 + math.log(spread / p[2] ** 2)
+        )
         s[ODDS] = changed_over(s[ODDS], p[4]) + min(max(gain, -p[5]), p[5])
         s[ODDS] = min(max(s[ODDS], -LARGEST / 2.0), LARGEST / 2.0)
         share = s[VARIANCE] / spread

@@ -18,21 +18,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation import encoder
-from testbed.estimation import leg_columns as k
-from testbed.estimation.friction_set import published
-from testbed.parameters.provenance import Parameters
+from testbed.estimation.live import encoder
+from testbed.estimation.live import leg_columns as k
+from testbed.estimation.live.friction_set import published
+from testbed.machine.provenance import Parameters
 
 Array = NDArray[np.float64]
 
 SIGNALS = (
-    "one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own", "own_low", "own_high", "own_sd",
-    "expected", "carried", "reference", "rate", "speed", "others", "turning", "balance", "velocity", "published",
-)  # fmt: skip
+    "one_chamber",
+    "two_chamber",
+    "friction",
+    "kbf",
+    "modified_kbf",
+    "own",
+    "own_low",
+    "own_high",
+    "own_sd",
+    "expected",
+    "carried",
+    "reference",
+    "rate",
+    "speed",
+    "others",
+    "turning",
+    "balance",
+    "velocity",
+    "published",
+)
 (
-    ONE_CHAMBER, TWO_CHAMBER, FRICTION, KBF, MODIFIED_KBF, OWN, OWN_LOW, OWN_HIGH, OWN_SD,
-    EXPECTED, CARRIED, REFERENCE, RATE, SPEED, OTHERS, TURNING, BALANCE, VELOCITY, PUBLISHED,
-) = range(len(SIGNALS))  # fmt: skip
+    ONE_CHAMBER,
+    TWO_CHAMBER,
+    FRICTION,
+    KBF,
+    MODIFIED_KBF,
+    OWN,
+    OWN_LOW,
+    OWN_HIGH,
+    OWN_SD,
+    EXPECTED,
+    CARRIED,
+    REFERENCE,
+    RATE,
+    SPEED,
+    OTHERS,
+    TURNING,
+    BALANCE,
+    VELOCITY,
+    PUBLISHED,
+) = range(len(SIGNALS))
 """N; CARRIED as above, REFERENCE its mean over some seconds, RATE its change N/s, SPEED of the piston from the oil
 m/s, OTHERS the change of the other feet's load over the last 20 ms N, TURNING rate of the body rad/s, BALANCE the
 load with no friction and no inertia N, VELOCITY the encoder's m/s, PUBLISHED the friction (5) at it N."""
@@ -41,8 +75,25 @@ load with no friction and no inertia N, VELOCITY the encoder's m/s, PUBLISHED th
 STARTED, SMOOTH_A, SMOOTH_B, SEAL_N, SPOOL, SPOOL_RATE, FAST, SLOW, MEAN, MOVED, ENCODER = range(11)
 STATE_SIZE = ENCODER + encoder.STATE_SIZE
 # --- numbers of the machine ---------------------------------------------------------------------------------------
-(DT, RATED, DROP, EDGE_PA, EDGE_AT, EDGE_PB, EDGE_BT, WN, ZETA, BAND, LEAK, EDGE_LEAK, EDGE_LEAK_P, TANK, AIR,
- RESOLUTION, PARAMETERS) = range(17)  # fmt: skip
+(
+    DT,
+    RATED,
+    DROP,
+    EDGE_PA,
+    EDGE_AT,
+    EDGE_PB,
+    EDGE_BT,
+    WN,
+    ZETA,
+    BAND,
+    LEAK,
+    EDGE_LEAK,
+    EDGE_LEAK_P,
+    TANK,
+    AIR,
+    RESOLUTION,
+    PARAMETERS,
+) = range(17)
 SMOOTH_S = 0.0015
 ATMOSPHERE_PA, OBSERVER_RAD_S, REST_M_S = 1.0e5, 60.0, 0.001
 RATE_FAST_S, RATE_SLOW_S, REFERENCE_S, MOVED_S = 0.005, 0.02, 3.0, 0.02
@@ -53,14 +104,29 @@ def parameters(machine: Parameters, dt_s: float) -> Array:
     """PARAMETERS numbers of the believed machine for a step of `dt_s`."""
     v, oil, unit = machine["valve"], machine["oil"], machine["power_unit"]
     out = np.zeros(PARAMETERS)
-    out[DT], out[RATED], out[DROP] = dt_s, v["rated_flow_vertical_m3_s"], v["rated_drop_per_edge_pa"]
-    for column, edge in ((EDGE_PA, "edge_pa"), (EDGE_AT, "edge_at"), (EDGE_PB, "edge_pb"), (EDGE_BT, "edge_bt")):
+    out[DT], out[RATED], out[DROP] = (
+        dt_s,
+        v["rated_flow_vertical_m3_s"],
+        v["rated_drop_per_edge_pa"],
+    )
+    for column, edge in (
+        (EDGE_PA, "edge_pa"),
+        (EDGE_AT, "edge_at"),
+        (EDGE_PB, "edge_pb"),
+        (EDGE_BT, "edge_bt"),
+    ):
         out[column] = v[edge]
-    out[WN], out[ZETA], out[BAND] = 2.0 * math.pi * v["natural_frequency_hz"], v["damping"], v["deadband"]
+    out[WN], out[ZETA], out[BAND] = (
+        2.0 * math.pi * v["natural_frequency_hz"],
+        v["damping"],
+        v["deadband"],
+    )
     out[LEAK], out[EDGE_LEAK] = oil["internal_leakage_m3_s_pa"], v["edge_leakage_m3_s_pa"]
     out[EDGE_LEAK_P], out[TANK], out[AIR] = (
-        v["edge_leakage_supply_m3_s_pa"], unit["tank_pressure_pa"], oil["entrained_air"],
-    )  # fmt: skip
+        v["edge_leakage_supply_m3_s_pa"],
+        unit["tank_pressure_pa"],
+        oil["entrained_air"],
+    )
     out[RESOLUTION] = machine["sensor"]["encoder_linear_m"]
     return out
 
@@ -97,11 +163,22 @@ def flows(spool: float, pa: float, pb: float, supply: float, p: Array) -> tuple[
 
 @njit
 def oil_travel(
-    da: float, db: float, pa: float, pb: float, supply: float, x: float, spool: float, leg: Array, p: Array
+    da: float,
+    db: float,
+    pa: float,
+    pb: float,
+    supply: float,
+    x: float,
+    spool: float,
+    leg: Array,
+    p: Array,
 ) -> float:
     """How far (m) the piston moved while the pressures changed by da, db (Pa): see the module's docstring."""
     inside = min(max(x, 0.0), leg[k.STROKE])
-    va, vb = leg[k.DEAD_A] + leg[k.AREA_A] * inside, leg[k.DEAD_B] + leg[k.AREA_B] * (leg[k.STROKE] - inside)
+    va, vb = (
+        leg[k.DEAD_A] + leg[k.AREA_A] * inside,
+        leg[k.DEAD_B] + leg[k.AREA_B] * (leg[k.STROKE] - inside),
+    )
     soft = 1.0 / leg[k.BULK]
     ka = leg[k.AREA_A] ** 2 / (va * (soft + air_compliance(pa, p[AIR])))
     kb = leg[k.AREA_B] ** 2 / (vb * (soft + air_compliance(pb, p[AIR])))
@@ -112,9 +189,18 @@ def oil_travel(
 
 @njit
 def step_leg(
-    pa: float, pb: float, x: float, command: float, supply: float, gravity_along: float, leg: Array, p: Array,
-    s: Array, out: Array, i: int,
-) -> None:  # fmt: skip
+    pa: float,
+    pb: float,
+    x: float,
+    command: float,
+    supply: float,
+    gravity_along: float,
+    leg: Array,
+    p: Array,
+    s: Array,
+    out: Array,
+    i: int,
+) -> None:
     """One leg: its CARRIED, REFERENCE, RATE and SPEED into column i of `out`."""
     if not (math.isfinite(pa) and math.isfinite(pb)):
         return
@@ -133,7 +219,9 @@ def step_leg(
     seen = s[ENCODER:STATE_SIZE]
     encoder.observe(seen, x, p[RESOLUTION], dt, OBSERVER_RAD_S)
     v = encoder.bounded_speed(seen, p[RESOLUTION], REST_M_S)
-    extra = leg[k.PRESSURE_COEFFICIENT] * (pa + pb) + leg[k.LOAD_COEFFICIENT] * max(out[OWN, i], 0.0)
+    extra = leg[k.PRESSURE_COEFFICIENT] * (pa + pb) + leg[k.LOAD_COEFFICIENT] * max(
+        out[OWN, i], 0.0
+    )
     factor = 1.0 + leg[k.SLOPE] * (x / leg[k.STROKE] - 0.5)
     high = leg[1] * factor + leg[2] + extra
     low = -(leg[5] * factor + leg[6] + extra)
@@ -156,9 +244,20 @@ def step_leg(
 
 @njit
 def step(
-    pa: Array, pb: Array, q: Array, u: Array, supply: float, gravity: Array, turning: Array, estimates: Array,
-    expected: Array, legs: Array, p: Array, state: Array, out: Array,
-) -> None:  # fmt: skip
+    pa: Array,
+    pb: Array,
+    q: Array,
+    u: Array,
+    supply: float,
+    gravity: Array,
+    turning: Array,
+    estimates: Array,
+    expected: Array,
+    legs: Array,
+    p: Array,
+    state: Array,
+    out: Array,
+) -> None:
     """One sample. pa, pb (Pa), q, u [12] by axis; supply Pa; gravity, turning [3] in the body frame; the chain's
     estimates [9, 4]; expected [4]; legs of chain.py; p; state [4, STATE_SIZE] -> out [SIGNALS, 4]."""
     total = 0.0
@@ -197,6 +296,17 @@ def run(data: Array, columns: Array, legs: Array, p: Array, state: Array, out: A
         gravity[1] = -9.81 * math.cos(pitch) * math.sin(roll)
         gravity[2] = -9.81 * math.cos(pitch) * math.cos(roll)
         step(
-            d[a : a + 12], d[b : b + 12], d[q : q + 12], d[u : u + 12], d[supply], gravity, d[turn : turn + 3],
-            estimates, d[expected : expected + 4], legs, p, state, out[row],
-        )  # fmt: skip
+            d[a : a + 12],
+            d[b : b + 12],
+            d[q : q + 12],
+            d[u : u + 12],
+            d[supply],
+            gravity,
+            d[turn : turn + 3],
+            estimates,
+            d[expected : expected + 4],
+            legs,
+            p,
+            state,
+            out[row],
+        )

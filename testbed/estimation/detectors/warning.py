@@ -30,9 +30,20 @@ LOAD, THRUST, RISING = range(len(SIGNALS))
 same for all feet, 0 where nothing is known of them."""
 LEVEL, SLOPE, PUSH, PUSH_RATE, MEAN, WAS, USUAL, STARTED, STANDS_S, STATE_SIZE = range(10)
 NUMBERS = (
-    "smooth_s", "share", "look_s", "look_thrust_s", "warn_at_n", "usual_s", "gone_n", "kappa", "step_s", "least_n",
-)  # fmt: skip
-SMOOTH_S, SHARE, LOOK_S, LOOK_THRUST_S, WARN_AT_N, USUAL_S, GONE_N, KAPPA, STEP_S, LEAST_N = range(len(NUMBERS))
+    "smooth_s",
+    "share",
+    "look_s",
+    "look_thrust_s",
+    "warn_at_n",
+    "usual_s",
+    "gone_n",
+    "kappa",
+    "step_s",
+    "least_n",
+)
+SMOOTH_S, SHARE, LOOK_S, LOOK_THRUST_S, WARN_AT_N, USUAL_S, GONE_N, KAPPA, STEP_S, LEAST_N = range(
+    len(NUMBERS)
+)
 """Time constant of the filter; share of the usual load below which a foot is low; how far to look ahead, and under a
 rising thrust; predicted load below which to warn; time over which a load is usual; load at which the foot across counts
 as gone; largest share of a thrust that a foot feels; step; what a foot must have borne."""

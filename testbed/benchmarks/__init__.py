@@ -1,0 +1,1 @@
+"""The laboratory: each benchmark a folder of its own."""

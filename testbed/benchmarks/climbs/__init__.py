@@ -1,0 +1,1 @@
+"""Long climbs and quiet stands."""

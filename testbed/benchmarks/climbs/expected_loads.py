@@ -1,0 +1,366 @@
+"""Expected foot loads against the simulated truth, in quiet stands over random postures, slopes, ropes and drills.
+
+    python -m testbed.benchmarks.climbs.expected_loads --cases 400 --out DIR --jobs 2
+
+A case: the robot stands on a plane, valves shut, each foot wrong in height by a normal error of FOOTING_SD_M; rope
+pulls and the drill's thrust and torque are drawn. When it has come to rest, the truth is read and compared with
+
+- what is expected with the feet's true heights under load and the ground's true stiffness,
+- what is expected from encoder readings, load pins, inertial unit and nominal geometry alone: its three combinations
+  that equilibrium fixes, and for each foot an interval that is to cover nine times in ten.
+
+Then the thrust rises until the first foot leaves: its name and the thrust are compared with those foretold.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.formats.files import make_folder, write_text
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.robot.attitude import rotation_from_attitude
+from testbed.robot.loads.foot_load_sets import (
+    fixed_combinations,
+    heights_under_load,
+    load_interval_n,
+    loads_of_measured_posture,
+)
+from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads, drill_wrench
+from testbed.robot.model import attitude_gravity, roboclimber_model
+from testbed.scenario.scenario import load_scenario
+from testbed.simulation.workers import work_through
+
+Array = NDArray[np.float64]
+SEED = 52_000
+FOOTING_SD_M = 3.0e-4
+"""Height error of a footing (E): a plate on levelled rock; with more, feet stand in the air."""
+SETTLE_S, RAMP_S = 1.5, 3.0
+GONE_N = 5.0
+NEAR = 0.10
+"""A foot is about to leave when its reserve along the drill axis is below this share of the weight on the slope. The
+question is asked when the rising thrust has come so near."""
+QUARTER_N = 1000.0 * GRAVITY_M_S2
+
+
+@dataclass(frozen=True)
+class Case:
+    """One stand. Loads N, along the vertical joints; LEGS order."""
+
+    number: int
+    slope_deg: float
+    normal_load_n: float
+    true_n: list[float]
+    known_n: list[float]
+    """With true heights and stiffness."""
+    combination_error_n: list[float]
+    """Encoders alone: the three combinations that equilibrium fixes, size 1."""
+    low_n: list[float]
+    high_n: list[float]
+    first_true: str | None
+    """First foot to leave, None if none did within the ramp."""
+    reserve_true_n: float
+    first_known: str | None
+    reserve_known_n: float
+    first_nominal: str | None
+    near_true_n: float
+    """Reserve left when the question was asked again, and the answers then."""
+    near_known: str | None
+    near_nominal: str | None
+    call_us: float
+
+
+def draw(number: int) -> tuple[list[str], float, float]:
+    """Overrides of a stand scenario, thrust N and torque N m of case `number`."""
+    rng = np.random.default_rng([SEED, number])
+    slope = float(rng.uniform(0.0, 80.0))
+    vertical = rng.uniform(0.15, 0.35) + rng.normal(0.0, FOOTING_SD_M, len(LEGS))
+    share = float(rng.uniform(0.85, 1.0)) if slope > 20.0 else float(rng.uniform(0.0, 1.0))
+    along = 4000.0 * GRAVITY_M_S2 * np.sin(np.radians(slope)) * share / 2.0
+    pull = along * rng.uniform(0.95, 1.05, 2)
+    thrust = float(rng.uniform(0.0, 0.6)) * 4000.0 * GRAVITY_M_S2 * np.cos(np.radians(slope))
+    overrides = [
+        f"terrain.slope_deg={slope:.3f}",
+        f"robot.vertical_m={vertical.tolist()}",
+        f"robot.radial_m={rng.uniform(0.05, 0.35, len(LEGS)).tolist()}",
+        f"robot.rotation_deg={rng.uniform(-20.0, 20.0, len(LEGS)).tolist()}",
+        f"ropes.tension_n={pull.tolist()}",
+        "hydraulics.valves_locked=true",
+        "rates.record_hz=10",
+    ]
+    return overrides, thrust, float(rng.uniform(0.0, 500.0))
+
+
+def stand(number: int) -> Case | None:
+    """One case; None where the drawn stance does not stand."""
+    from testbed.laws import drill as d
+    from testbed.world.simulation import Simulation
+
+    overrides, thrust, torque = draw(number)
+    world = Simulation(
+        load_scenario("stand_slope_45", overrides, seed=number, duration=SETTLE_S + RAMP_S)
+    )
+    try:
+        board = world.machine.board
+        board.drill_loads[d.FEED], board.drill_loads[d.TORQUE] = thrust, torque
+        world.run_block(round(10 * SETTLE_S))
+        if world.verdict != "stood" or np.count_nonzero(board.normal_force > GONE_N) < 3:
+            return None
+        now, true = _look(world, thrust, torque), board.normal_force.copy()
+        combinations = fixed_combinations(_model().foot_positions_m(now.position)[:, :2])
+        first, reserve, near, near_n = _first_to_leave(world, torque)
+        return Case(
+            number,
+            world.scenario.terrain.slope_deg,
+            float(true.sum()),
+            true.tolist(),
+            now.known.normal_n.tolist(),
+            (combinations @ (now.nominal.vertical_load_n - true)).tolist(),
+            now.low.tolist(),
+            now.high.tolist(),
+            first,
+            reserve,
+            now.known.unloads_first,
+            now.known.unload_reserve_n,
+            now.nominal.unloads_first,
+            near_n,
+            None if near is None else near.known.unloads_first,
+            None if near is None else near.nominal.unloads_first,
+            now.call_us,
+        )
+    finally:
+        world.close()
+
+
+def _model() -> Any:
+    return roboclimber_model()
+
+
+def _nominal() -> ExpectedLoads:
+    return ExpectedLoads(_model())
+
+
+@dataclass(frozen=True)
+class Look:
+    """What is expected at one moment, informed and from sensors alone, and the interval of the latter."""
+
+    position: Array
+    known: FootLoads
+    nominal: FootLoads
+    low: Array
+    high: Array
+    call_us: float
+
+
+def _look(world: Any, thrust: float, torque: float) -> Look:
+    position, gravity, acts = _sensed(world, thrust, torque)
+    expected = _nominal()
+    pressures = tuple(
+        np.array(
+            [
+                float(world._row[world.data_columns.index(f"pressure_{side}_{axis}")])
+                for axis in AXES
+            ]
+        )
+        for side in "ab"
+    )
+    started = time.perf_counter()
+    nominal = expected.solve(position, gravity, **acts)
+    call_us = 1e6 * (time.perf_counter() - started)
+    joints = expected.oil.joint_compliance(position, (pressures[0], pressures[1]))
+    low, high = load_interval_n(
+        expected, position, gravity, FOOTING_SD_M, joint_compliance=joints, **acts
+    )
+    return Look(position, _informed(world, thrust, torque), nominal, low, high, call_us)
+
+
+def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dict[str, Any]]:
+    """Joint positions, gravity in the body frame and acting loads as the sensors have them."""
+    row = {name: float(world._row[k]) for k, name in enumerate(world.data_columns)}
+    attitude = np.array([row[f"attitude_{k}"] for k in ("roll", "pitch", "yaw")])
+    directions = world.machine.expectation.rope_directions_in_world @ rotation_from_attitude(
+        attitude
+    )
+    tension = np.array([row["rope_tension_left"], row["rope_tension_right"]])
+    acts = {
+        "rope_forces_in_body": tension[:, None] * directions,
+        "drill_wrench_in_body": drill_wrench(_model(), thrust, -torque),
+    }
+    return (
+        np.array([row[f"position_{axis}"] for axis in AXES]),
+        attitude_gravity(attitude[0], attitude[1]),
+        acts,
+    )
+
+
+def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
+    """With the feet's true heights under load, the ground's true stiffness and friction, and the true loads."""
+    from testbed.world import plant
+
+    machine, board, terrain = world.machine, world.machine.board, world.scenario.terrain
+    rotation = board.rotation
+    informed = ExpectedLoads(
+        machine.kinematics,
+        friction=terrain.friction,
+        ground_compliance_m_n=1.0 / terrain.stiffness_n_m,
+    )
+    normals = np.tile(machine.ground.normal_in_world @ rotation, (len(LEGS), 1))
+    return loads_of_measured_posture(
+        informed,
+        board.q,
+        rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2]),
+        heights_under_load(informed, board.q, normals),
+        normals_in_body=normals,
+        rope_forces_in_body=np.array([rope[plant.ROPE_FORCE] for rope in board.ropes]) @ rotation,
+        drill_wrench_in_body=drill_wrench(_model(), thrust, -torque),
+    )
+
+
+def _first_to_leave(world: Any, torque: float) -> tuple[str | None, float, Look | None, float]:
+    """Raise the thrust slowly until a foot's load is gone.
+
+    Its name, the thrust it took N, what was expected when NEAR of the load was left, and what was left then, N.
+    """
+    from testbed.laws import drill as d
+
+    board = world.machine.board
+    if (board.normal_force <= GONE_N).any():
+        return None, float("inf"), None, float("inf")
+    start, total = float(board.drill_loads[d.FEED]), float(board.normal_force.sum())
+    weight = 4000.0 * GRAVITY_M_S2 * math.cos(math.radians(world.scenario.terrain.slope_deg))
+    looks: list[tuple[float, Look]] = []
+    for share in np.linspace(0.0, 1.0, round(RAMP_S * 10)):
+        board.drill_loads[d.FEED] = start + share * total
+        world.run_block(1)
+        if (board.normal_force <= GONE_N).any():
+            leg, reserve = LEGS[int(np.argmin(board.normal_force))], float(share * total)
+            near = [(reserve - at, look) for at, look in looks if reserve - at <= NEAR * weight]
+            return leg, reserve, *((near[0][1], near[0][0]) if near else (None, float("inf")))
+        looks.append((float(share * total), _look(world, start + share * total, torque)))
+        if world.finished:
+            break
+    return None, float("inf"), None, float("inf")
+
+
+def evaluate(cases: int, jobs: int, out: Path | None = None) -> list[Case]:
+    """The first `cases` cases; with `out`, those already there are not run again."""
+    lines = None if out is None else out / "expected_loads.jsonl"
+    done = _read(lines)
+    todo = [k for k in range(cases) if k not in done]
+    if out is not None:
+        make_folder(out)
+    for count, (case,) in enumerate(
+        work_through(_stand, todo, jobs, lambda _: False), len(done) + 1
+    ):
+        if case is not None:
+            done[case.number] = case
+            if lines is not None:
+                with lines.open("a") as file:
+                    file.write(json.dumps(asdict(case)) + "\n")
+        print(f"\r{count} of {cases} stands", end="", file=sys.stderr, flush=True)
+    found = [done[k] for k in sorted(done) if k < cases]
+    if out is not None:
+        write_text(out / "expected_loads.md", table(found))
+    return found
+
+
+def _stand(number: int) -> tuple[Case | None]:
+    return (stand(number),)
+
+
+def _read(lines: Path | None) -> dict[int, Case]:
+    found: dict[int, Case] = {}
+    for line in lines.read_text().splitlines() if lines is not None and lines.is_file() else []:
+        try:
+            case = Case(**json.loads(line))
+        except (json.JSONDecodeError, TypeError):
+            continue
+        found[case.number] = case
+    return found
+
+
+def scores(cases: Sequence[Case]) -> dict[str, float]:
+    """The numbers of the table. Errors as shares of a quarter of the weight."""
+    true = np.array([c.true_n for c in cases])
+    near = [c for c in cases if c.near_known is not None]
+    far = [c for c in cases if c.first_true is not None]
+    inside = (true >= [c.low_n for c in cases]) & (true <= [c.high_n for c in cases])
+    return {
+        "cases": len(cases),
+        "known_rms": float(
+            np.sqrt(np.mean((np.array([c.known_n for c in cases]) - true) ** 2)) / QUARTER_N
+        ),
+        "combination_rms": float(
+            np.sqrt(np.mean(np.square([c.combination_error_n for c in cases]))) / QUARTER_N
+        ),
+        "interval_cover": float(inside.mean()),
+        "interval_width_n": float(
+            np.median(np.subtract([c.high_n for c in cases], [c.low_n for c in cases]))
+        ),
+        "near": len(near),
+        "named_near": float(np.mean([c.near_known == c.first_true for c in near]))
+        if near
+        else float("nan"),
+        "named_near_nominal": float(np.mean([c.near_nominal == c.first_true for c in near]))
+        if near
+        else float("nan"),
+        "named_all": float(np.mean([c.first_known == c.first_true for c in far]))
+        if far
+        else float("nan"),
+        "call_us": float(np.median([c.call_us for c in cases])),
+    }
+
+
+def table(cases: Sequence[Case]) -> str:
+    """What is known, what came of it."""
+    s = scores(cases)
+    return (
+        "\n".join(
+            [
+                "| what is known | quantity | of these stands |",
+                "|---|---|---|",
+                f"| true heights under load and stiffness | RMS error of a load, share of weight / 4, "
+                f"{s['cases']:.0f} stands | {100 * s['known_rms']:.2f} % |",
+                f"| encoders, load pins, inertial unit | RMS error of the fixed combinations, share of weight / 4 "
+                f"| {100 * s['combination_rms']:.2f} % |",
+                f"| the same, footing known to {1000 * FOOTING_SD_M:g} mm | loads inside their 90 % interval "
+                f"| {100 * s['interval_cover']:.1f} % (median width {s['interval_width_n']:.0f} N) |",
+                f"| true heights | first foot to leave named, where one is near to it ({s['near']:.0f} stands) "
+                f"| {100 * s['named_near']:.1f} % |",
+                f"| true heights | first foot to leave named, all stands | {100 * s['named_all']:.1f} % |",
+                f"| encoders alone | first foot to leave named, where one is near to it "
+                f"| {100 * s['named_near_nominal']:.1f} % |",
+                f"| | time of a call, median | {s['call_us']:.0f} us |",
+            ]
+        )
+        + "\n"
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m testbed.benchmarks.climbs.expected_loads")
+    parser.add_argument("--cases", type=int, default=400)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--jobs", type=int, default=1)
+    given = parser.parse_args(arguments)
+    try:
+        print(table(evaluate(given.cases, given.jobs, given.out)), end="")
+    except InputError as error:
+        parser.exit(2, f"{error}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

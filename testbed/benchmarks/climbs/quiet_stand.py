@@ -1,0 +1,74 @@
+"""What a quiet stand's foot loads owe to the engine and what to the machine.
+
+The robot stands on 45 degrees for a while: valves locked or position loops on, leakage in or out, bodies stepped at
+1 kHz or at 4 kHz. Loads that differ between the two rates are the engine's; loads that move with the loops on are
+hunting; loads that drift with locked valves and stop drifting without leakage are leakage.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.machine.names import LEGS
+from testbed.scenario.scenario import load_scenario
+
+Array = NDArray[np.float64]
+LOCKED = ("hydraulics.valves_locked=true",)
+NO_LEAKAGE = ("hydraulics.without=[internal_leakage, outer_leakage, edge_leakage, hose]",)
+CASES: dict[str, tuple[str, ...]] = {
+    "valves locked": LOCKED,
+    "valves locked, no leakage": LOCKED + NO_LEAKAGE,
+    "position loops on": (),
+    "position loops on, no leakage": NO_LEAKAGE,
+}
+
+
+def foot_loads(overrides: tuple[str, ...], physics_hz: int, duration_s: float) -> Array:
+    """Loads along the vertical joints, N, (rows at 100 Hz, 4), sensors without noise."""
+    from testbed.world.simulation import Simulation
+
+    substeps = max(1, round(10 * 1000 / physics_hz))
+    common = [
+        "sensors.noise=false",
+        f"rates.physics_hz={physics_hz}",
+        f"rates.hydraulic_substeps={substeps}",
+    ]
+    scenario = load_scenario(
+        "stand_slope_45", [*common, "rates.record_hz=100", *overrides], duration=duration_s
+    )
+    world = Simulation(scenario)
+    try:
+        _, truth = world.run_block(round(duration_s * 100))
+    finally:
+        world.close()
+    columns = [world.truth_columns.index(f"foot_load_{leg}") for leg in LEGS]
+    return np.asarray(truth[:, columns])
+
+
+def quiet_stand(
+    duration_s: float = 60.0, cases: tuple[str, ...] = tuple(CASES)
+) -> dict[str, dict[str, Any]]:
+    """Per case: how far loads wander (standard deviation, worst foot), drift (last second less first) and, between
+    1 kHz and 4 kHz, differ at any time (worst foot, N)."""
+    out: dict[str, dict[str, Any]] = {}
+    for name in cases:
+        slow, fast = (foot_loads(CASES[name], hz, duration_s) for hz in (1000, 4000))
+        out[name] = {
+            "wander_n": float(slow.std(axis=0).max()),
+            "drift_n": float(np.abs(slow[-100:].mean(axis=0) - slow[:100].mean(axis=0)).max()),
+            "rate_difference_n": float(np.abs(slow - fast).max()),
+            "rate_difference_of_means_n": float(
+                np.abs(slow.mean(axis=0) - fast.mean(axis=0)).max()
+            ),
+            "mean_n": slow.mean(axis=0).tolist(),
+        }
+    return out
+
+
+if __name__ == "__main__":
+    import json
+
+    print(json.dumps(quiet_stand(), indent=1))

@@ -1,0 +1,1 @@
+"""How early detectors see a foot leave the ground."""

@@ -1,0 +1,181 @@
+"""The contact-loss benchmark as `contact_loss.json`, a self-contained page and a picture of the curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from testbed import __version__
+from testbed.benchmarks.contact_loss.summary import summarise, tuned
+from testbed.benchmarks.contact_loss.thresholds import read_thresholds, thresholds_text
+from testbed.formats.files import whole, write_json, write_text
+from testbed.report.page import render
+from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
+
+Tree = dict[str, Any]
+LOOKS: dict[str, tuple[str, str]] = {
+    "combined": (VERMILION, "-"),
+    "threshold_own": (BLUE, "-"),
+    "threshold_carried": (GREEN, "-"),
+    "threshold_two_chamber": (SKY, "-"),
+    "threshold_friction": (ORANGE, "-"),
+    "threshold_kbf": (GREY, "-"),
+    "threshold_modified_kbf": (BLACK, ":"),
+    "threshold_one_chamber": (PURPLE, ":"),
+    "cusum": (BLUE, "--"),
+    "glr": (GREEN, "--"),
+    "expected": (ORANGE, "--"),
+    "momentum": (PURPLE, "--"),
+    "multiple_model": (SKY, "--"),
+}
+
+
+def write_contact_loss(
+    scenes: Sequence[Tree], hours: float, out: Path, tune: bool = False
+) -> tuple[Tree, Path]:
+    """Write contact_loss.json, .html and contact_loss_curves.png, with `tune` thresholds.yaml too.
+
+    Raises InputError where `out` cannot be written.
+    """
+    thresholds = tuned(scenes) if tune else read_thresholds()
+    result = summarise(scenes, hours, thresholds)
+    page = out / "contact_loss.html"
+    write_json(out / "contact_loss.json", result)
+    write_text(page, _page(result))
+    with whole(out / "contact_loss_curves.png") as hidden:
+        _curves(result).savefig(hidden, dpi=110)
+    if tune:
+        write_text(out / "thresholds.yaml", thresholds_text(thresholds, hours))
+    return result, page
+
+
+def _page(result: Tree) -> str:
+    best = next(d for d in result["detectors"] if d["best"])
+    contents = {
+        "r": result,
+        "best": best,
+        "curves": svg(_curves(result), "curves"),
+        "targets": targets(result, best),
+        "version": __version__,
+    }
+    return render(
+        "contact_loss.html.j2", contents, {"ms": _ms, "share": _share, "span": _span, "rate": _rate}
+    )
+
+
+def _ms(value: float | None) -> str:
+    return "–" if value is None else f"{1000 * value:.1f}"
+
+
+def _share(value: float | None) -> str:
+    return "–" if value is None else f"{100 * value:.2f} %"
+
+
+def _rate(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
+
+
+def _span(value: list[float] | None, scale: float = 1.0) -> str:
+    return "" if value is None else f"{scale * value[0]:.3g} to {scale * value[1]:.3g}"
+
+
+def targets(result: Tree, best: Tree) -> list[tuple[str, str, str, bool | None]]:
+    """(what, target, measured, met) of the best detector; None where there was nothing to measure."""
+    warning, rate = result["warning"], best["false_alarms_per_hour"]
+    mean, floor = best["delay_mean_s"], best["delay_floor_s"]
+    fell = None
+    if best["declared"]["recall"] is not None and best["undeclared"]["recall"] is not None:
+        fell = best["declared"]["recall"] - best["undeclared"]["recall"]
+
+    def met(value: float | None, good: bool) -> bool | None:
+        return None if value is None else good
+
+    return [
+        (
+            "recall",
+            "at least 99.5 %",
+            _share(best["recall"]),
+            met(best["recall"], (best["recall"] or 0) >= 0.995),
+        ),
+        (
+            "false alarms an hour and foot",
+            "at most 0.125",
+            _rate(rate),
+            met(rate, (rate or 0) <= 0.125),
+        ),
+        (
+            "delay, median",
+            "at most 20 ms",
+            _ms(best["delay_median_s"]),
+            met(best["delay_median_s"], (best["delay_median_s"] or 0) <= 0.020),
+        ),
+        (
+            "delay, 95th percentile",
+            "at most 40 ms",
+            _ms(best["delay_p95_s"]),
+            met(best["delay_p95_s"], (best["delay_p95_s"] or 0) <= 0.040),
+        ),
+        (
+            "mean delay over the floor",
+            "at most 2",
+            "–" if mean is None or not floor else f"{mean / floor:.2f}",
+            None if mean is None or not floor else mean <= 2.0 * floor,
+        ),
+        (
+            "gradual losses warned of 100 ms ahead",
+            "at least 80 %",
+            _share(warning["warned_100_ms_ahead"]),
+            met(warning["warned_100_ms_ahead"], (warning["warned_100_ms_ahead"] or 0) >= 0.8),
+        ),
+        (
+            "warnings followed by a loss",
+            "at least 90 %",
+            _share(warning["precision"]),
+            met(warning["precision"], (warning["precision"] or 0) >= 0.9),
+        ),
+        (
+            "recall lost to an undeclared effect",
+            "at most 2 points",
+            _share(fell),
+            met(fell, (fell or 0) <= 0.02),
+        ),
+    ]
+
+
+def _curves(result: Tree) -> Any:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(RC):  # type: ignore[arg-type]
+        figure = Figure(figsize=(9.0, 4.2))
+        delay, recall = figure.subplots(1, 2)
+        none_1_h = 0.5 / max(
+            result["foot_hours"]["loaded"], 1e-6
+        )  # where no false alarm at all is drawn
+        for entry in result["detectors"]:
+            rows = [row for row in entry["curve"] if row[1] is not None]
+            colour, dash = LOOKS.get(entry["name"], (GREY, "-"))
+            x = [max(row[0], none_1_h) for row in rows]
+            thick = 2.0 if entry["best"] else 1.0
+            label = entry["name"].replace("_", " ")
+            look = {
+                "color": colour,
+                "linestyle": dash,
+                "linewidth": thick,
+                "drawstyle": "steps-post",
+            }
+            delay.plot(x, [1000 * row[1] for row in rows], label=label, **look)
+            recall.plot(x, [100 * row[2] for row in rows], **look)
+        for axis in (delay, recall):
+            axis.set_xscale("log")
+            axis.axvline(0.125, color=GREY, linewidth=0.6)
+            axis.set_xlabel("false alarms an hour and foot (leftmost: none at all)")
+        delay.set_yscale("symlog", linthresh=1.0)
+        delay.set_ylim(bottom=0.0)
+        recall.set_ylim(0.0, 101.0)
+        delay.set_ylabel("median delay of what is detected [ms]")
+        recall.set_ylabel("detected losses [%]")
+        figure.subplots_adjust(left=0.07, right=0.99, top=0.78, bottom=0.13, wspace=0.2)
+        figure.legend(loc="upper left", ncols=5, bbox_to_anchor=(0.03, 1.0), fontsize=8)
+        return figure

@@ -1,0 +1,121 @@
+"""What each number of the early warning is worth: it and its neighbours judged on scenes that are kept.
+
+    python -m testbed.benchmarks.contact_loss.warning_numbers OUT --split tuning
+
+reads the scenes that `testbed contact-loss --out OUT` left and prints precision and share warned of in time for the
+rule as it is, without the thrust's plan, on the true load, and with one number at a time lower and higher. The numbers
+were set by hand along such tables on the tuning split alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.contact_loss.scenes import Scene, draw
+from testbed.benchmarks.contact_loss.summary import wilson
+from testbed.benchmarks.contact_loss.warning import looked_at, marks, outcome, read_loads
+from testbed.control.drilling.thrust_plan import planned_thrust
+from testbed.errors import InputError
+from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
+from testbed.estimation.detectors.warning import GONE_N, NUMBERS, STEP_S
+
+Array = NDArray[np.float64]
+CHANGES = (0.8, 1.25)
+GONE_CHANGES_N = (-150.0, 150.0)
+"""Factors on a number; what the load of a foot that is gone is changed by, as it may be nothing."""
+
+
+class Kept:
+    """One scene with its loads and the thrust's plan."""
+
+    def __init__(self, tree: dict[str, Any], loads: dict[str, Array]) -> None:
+        self.tree, self.loads = tree, loads
+        task = draw(Scene(**tree["scene"])).scenario.task
+        self.plan = planned_thrust(task, len(loads["true"]), WARNING_STEP_S)
+
+    def outcome(self, kind: str, numbers: Sequence[float], planned: bool = True) -> dict[str, Any]:
+        """See contact_loss_warning.outcome."""
+        seen = looked_at(self.loads[kind], self.plan if planned else None)
+        return outcome(self.tree, seen, self.loads["true"], numbers)
+
+
+def kept_scenes(out: Path, split: str) -> list[Kept]:
+    """Scenes of a split without a supervisor. Raises InputError where there is none."""
+    found = []
+    for path in sorted((out / "scenes").glob(f"{split}-*.json")):
+        tree, loads = (
+            json.loads(path.read_text(encoding="utf-8")),
+            read_loads(path.with_suffix(".npz")),
+        )
+        if loads is not None and tree["scene"]["kind"] != "supervised":
+            found.append(Kept(tree, loads))
+    if not found:
+        raise InputError(
+            "holds no scenes",
+            file=out,
+            field="scenes",
+            value=split,
+            allowed="tuning-*.json and .npz",
+        )
+    return found
+
+
+def line(name: str, outcomes: Sequence[dict[str, Any]]) -> str:
+    """One row of the table."""
+    found = marks(outcomes, wilson)
+    right, in_time = found["precision"], found["warned_100_ms_ahead"]
+    shares = ["   –" if value is None else f"{value:.3f}" for value in (right, in_time)]
+    return f"{name:32s} {shares[0]} of {found['warnings']:4d} right   {shares[1]} of {found['gradual_losses']:3d} in time"
+
+
+def neighbours() -> list[tuple[str, list[float]]]:
+    """The rule's numbers with one at a time changed."""
+    found = []
+    for k, name in enumerate(NUMBERS):
+        changed = [WARNING.numbers[k] * factor for factor in CHANGES]
+        if k == GONE_N:
+            changed = [WARNING.numbers[k] + change for change in GONE_CHANGES_N]
+        for value in changed if k != STEP_S else []:
+            found.append(
+                (f"{name} = {value:.4g}", [*WARNING.numbers[:k], value, *WARNING.numbers[k + 1 :]])
+            )
+    return found
+
+
+def report(scenes: Sequence[Kept]) -> Iterator[str]:
+    """The table's rows, one by one."""
+    yield line("as it is", [s.outcome("own", WARNING.numbers) for s in scenes])
+    yield line(
+        "without the thrust's plan",
+        [s.outcome("own", WARNING.numbers, planned=False) for s in scenes],
+    )
+    yield line("on the true load", [s.outcome("true", WARNING_ON_TRUTH) for s in scenes])
+    for name, numbers in neighbours():
+        yield line(name, [s.outcome("own", numbers) for s in scenes])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; exit status 2 on bad input."""
+    parser = argparse.ArgumentParser(
+        prog="python -m testbed.benchmarks.contact_loss.warning_numbers"
+    )
+    parser.add_argument("out", type=Path, help="folder that `testbed contact-loss` has written")
+    parser.add_argument("--split", choices=("tuning", "scoring"), default="tuning")
+    given = parser.parse_args(arguments)
+    try:
+        for row in report(kept_scenes(given.out, given.split)):
+            print(row, flush=True)
+    except InputError as error:
+        parser.exit(2, f"{error}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,207 @@
+"""Fit the numbers of `testbed.diagnosis.leg.belief`: `python -m testbed.benchmarks.diagnosis.calibration DIR`.
+
+DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
+What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
+by a small ridge. It is fitted on one half of the rigs and judged on the other, both ways, before all of them are used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
+from testbed.diagnosis.leg.belief import (
+    FILE,
+    LAPSING,
+    Calibration,
+    distribution,
+    flow_terms_signs,
+    generic_signs,
+    left_signs,
+    presence_signs,
+    second_signs,
+)
+from testbed.diagnosis.leg.signs import Signs
+from testbed.errors import InputError
+from testbed.formats.files import check_file, write_text
+
+Array = npt.NDArray[np.float64]
+RIDGE = 3.0
+"""Weight of the squared distances from START, which rests on more rigs, against the loss summed over all rigs; of
+constants it is SLIGHT."""
+SLIGHT = 0.02
+LEAST = 1e-3
+"""Probability that counts for a set that was never tried."""
+START = {
+    "left": {"one": -1.791, "force": 4.627, "flow": 4.948, "gain": -0.5859},
+    "generic": {"one": -4.4, "gain": 0.415, "share": 0.922, "fall": 0.08916, "alone": 1.197},
+    "flow_terms": {"one": -3.739, "gain": 2.046, "fall": 1.722, "share": 0.9052},
+    "presence": {"one": -7.823, "gain": 2.794, "fall": 2.017, "carried": 0.4325},
+    "second": {
+        "one": 1.311,
+        "more": 1.525,
+        "fall": 1.423,
+        "carried": -0.02039,
+        "first": -0.5,
+        "left": -1.93,
+        "worst": -0.4948,
+        "alone": 0.6172,
+    },
+    "rivals": {"slack": 17.68, "share": 0.007985, "power_1": 3.233, "power_2": 3.052},
+}
+"""Where the fit starts and what the ridge holds it to: weights fitted before on 277 other rigs."""
+LAPSES = tuple(f"{question}_{kind}" for question in LAPSING for kind in ("missed", "ghost"))
+LAPSE_START = -3.5
+"""Logarithm of the odds of a lapse from which the fit starts: one in 33."""
+QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
+COMMAND = "python -m testbed.benchmarks.diagnosis.calibration"
+
+
+def read_trials(folders: Sequence[Path]) -> list[Trial]:
+    """The single rigs below folders of `testbed evaluate-diagnosis`, by seed. Raises InputError without any."""
+    paths = sorted(path for folder in folders for path in (folder / "rigs").glob("*.json"))
+    trials = [t for path in paths if "signs" in (t := json.loads(path.read_text()))]
+    if not trials:
+        raise InputError(
+            "holds no rigs with signs",
+            file=folders[0],
+            allowed="what testbed evaluate-diagnosis wrote",
+        )
+    return trials
+
+
+def names_of(example: Signs) -> dict[str, list[str]]:
+    """Question -> its signs."""
+    asked = (left_signs, generic_signs, flow_terms_signs, presence_signs, second_signs)
+    return {question: list(ask(example)) for question, ask in zip(QUESTIONS, asked, strict=True)}
+
+
+def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
+    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of lapses in log odds."""
+    out: dict[str, dict[str, float]] = {}
+    at = 0
+    for question in QUESTIONS:
+        here = dict(zip(names[question], moved[at : at + len(names[question])], strict=True))
+        out[question] = {k: float(START[question].get(k, 0.0) + v) for k, v in here.items()}
+        at += len(here)
+    rest, last = START["rivals"], moved[at + len(START["rivals"]) :]
+    rivals = {
+        k: float(v * np.exp(n))
+        for (k, v), n in zip(rest.items(), moved[at : at + len(rest)], strict=True)
+    }
+    lapses = {
+        k: float(1.0 / (1.0 + np.exp(-LAPSE_START - n))) for k, n in zip(LAPSES, last, strict=True)
+    }
+    return Calibration(**out, rivals=rivals, lapses=lapses)
+
+
+def fit(trials: Sequence[Trial]) -> Calibration:
+    """The numbers with the least loss on these rigs."""
+    from scipy.optimize import minimize
+
+    rigs = [(Signs.from_json(t["signs"]), truth_set(t)) for t in trials]
+    names = names_of(rigs[0][0])
+    others = len(START["rivals"]) + len(LAPSES)
+    held = np.array([name != "one" for signs in names.values() for name in signs] + [True] * others)
+
+    def loss(moved: Array) -> float:
+        c = unpacked(moved, names)
+        total = sum(np.log(max(given(distribution(s, c), truth), LEAST)) for s, truth in rigs)
+        return float(-total + RIDGE * np.sum(moved[held] ** 2) + SLIGHT * np.sum(moved**2))
+
+    return unpacked(
+        np.asarray(minimize(loss, np.zeros(len(held)), method="BFGS", options={"maxiter": 200}).x),
+        names,
+    )
+
+
+def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
+    """Probability given to a set of names."""
+    return sum(p for names, p in found.items() if frozenset(names) == truth)
+
+
+def restated(trials: Sequence[Trial], c: Calibration) -> list[Trial]:
+    """The trials with the probabilities, the verdict and the names that these numbers would give."""
+    out = []
+    for t in trials:
+        ranked = sorted(
+            distribution(Signs.from_json(t["signs"]), c).items(), key=lambda item: -item[1]
+        )
+        top = ranked[0][0]
+        verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
+        hypotheses = [{"names": list(n), "probability": p} for n, p in ranked]
+        names = list(top) if verdict == "effect" else []
+        out.append({**t, "hypotheses": hypotheses, "verdict": verdict, "names": names})
+    return out
+
+
+def halves(trials: Sequence[Trial]) -> list[Trial]:
+    """Every rig restated by numbers that were fitted on the other half (rigs of every kind in each)."""
+    parts = [[t for t in trials if (t["seed"] // 8) % 2 == k] for k in (0, 1)]
+    return restated(parts[0], fit(parts[1])) + restated(parts[1], fit(parts[0]))
+
+
+def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -> str:
+    """The numbers with where they come from."""
+    seeds = [int(t["seed"]) for t in trials]
+    row = {
+        "fitted_by": f"{COMMAND} DIR, DIR of testbed evaluate-diagnosis",
+        "rigs": len(seeds),
+        "seeds": ranges(seeds),
+        "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
+        "brier_across_halves": round(held_out["brier"], 4),
+        **{
+            question: rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals", "lapses")
+        },
+    }
+    return yaml.safe_dump(row, sort_keys=False)
+
+
+def ranges(seeds: Sequence[int]) -> str:
+    """`1000-1041, 1065`."""
+    out: list[list[int]] = []
+    for seed in sorted(set(seeds)):
+        if out and seed == out[-1][1] + 1:
+            out[-1][1] = seed
+        else:
+            out.append([seed, seed])
+    return ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in out)
+
+
+def rounded(weights: Any) -> dict[str, float]:
+    """Weights to four digits, as the files have them."""
+    return {k: float(f"{v:.4g}") for k, v in weights.items()}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fit, judge across halves, write. Returns the exit status."""
+    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
+    parser.add_argument(
+        "folders", nargs="+", type=Path, help="folders of testbed evaluate-diagnosis"
+    )
+    parser.add_argument("--out", type=Path, default=FILE, help="file to write")
+    asked = parser.parse_args(arguments)
+    try:
+        check_file(asked.out)
+        trials = read_trials(asked.folders)
+        held_out = calibration(halves(trials))
+        found = fit(trials)
+        write_text(asked.out, as_yaml(found, trials, held_out))
+    except (InputError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    print(asked.out.read_text())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

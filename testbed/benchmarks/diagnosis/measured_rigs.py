@@ -1,0 +1,169 @@
+"""Identification, and diagnosis, judged on really measured rigs: relative force error on recordings kept back.
+
+A cylinder with a load cell: error of the estimated force over the force, root mean squares, where the piston moves.
+A drive: the model's force from the position against the drive's, as the drive's own benchmark does it (Janot, Gautier,
+Brunot 2019): position and force through a Butterworth low-pass of order 4 at 100 Hz, to both sides; every term and the
+force decimated by 25; the first 5 and the last 10 samples dropped. Decimating needs its own low-pass: to pick every
+25th sample folds the vibrations onto the motion; what comes out then depends on the sample one begins with (5 to 10 %).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.estimation.friction.identification import identify_rig
+from testbed.estimation.leg.force import MOVING_M_S, estimate
+from testbed.estimation.leg.signals import signals_of
+from testbed.recording.axis import Recording, Rig, read_rig
+from testbed.recording.leg_model import Friction, LegModel
+
+Array = NDArray[np.float64]
+CUT_HZ, ORDER, DECIMATED = 100.0, 4, 25
+FIRST, LAST = 5, 10
+SEAL_LIMIT, DRIVE_LIMIT = 0.006, 0.054
+"""What is wanted of the identified model: at most, median of the seals; the drive."""
+SEAL_AFTER, DRIVE_AFTER = 0.004, 0.032
+"""The same of the diagnosed model's estimate."""
+
+
+@dataclass(frozen=True)
+class Marked:
+    """One recording of one rig: relative error of the identified model's force, and of the estimate that uses it."""
+
+    rig: str
+    kind: str
+    recording: str
+    relative_error: float
+    by_estimate: float
+    effects: tuple[str, ...] = ()
+    """What the diagnosis added, where it was asked."""
+    by_diagnosed: float | None = None
+    """Relative error of the estimate that uses the diagnosed model."""
+
+
+def mark(rig: Rig, diagnosed: bool = False) -> list[Marked]:
+    """Identify on `identify` (and, `diagnosed`, find what the model lacks), judge on `verify`."""
+    from testbed.diagnosis.leg.diagnose import diagnose
+
+    model = identify_rig(rig).model
+    found = diagnose(rig) if diagnosed else None
+    out = []
+    for r in rig.verify:
+        by_estimate = estimate_error(r, model)
+        own = drive_error(r, model) if rig.kind == "drive" else by_estimate
+        marked = Marked(rig.name, rig.kind, r.name, own, by_estimate)
+        if found is not None:
+            names = tuple(entry.name for entry in found.entries)
+            marked = replace(
+                marked, effects=names, by_diagnosed=estimate_error(r, found.models["after"])
+            )
+        out.append(marked)
+    return out
+
+
+def mark_all(folder: Path, diagnosed: bool = False) -> list[Marked]:
+    """Every rig below `folder`. Raises InputError where there is none."""
+    rigs = (
+        sorted(p for p in folder.iterdir() if (p / "identify").is_dir()) if folder.is_dir() else []
+    )
+    if not rigs:
+        raise InputError("holds no rig", file=folder, allowed="folders with identify/ and verify/")
+    return [m for path in rigs for m in mark(read_rig(path), diagnosed)]
+
+
+def median_error(found: list[Marked], kind: str, diagnosed: bool = False) -> float:
+    """Median relative error over the recordings of one kind of rig; `diagnosed`: with the diagnosed model."""
+    return float(
+        np.median(
+            [m.by_diagnosed if diagnosed else m.relative_error for m in found if m.kind == kind]
+        )
+    )
+
+
+def estimate_error(recording: Recording, model: LegModel) -> float:
+    """RMS error of the estimated external force over RMS force, where the piston moves."""
+    signals = signals_of(recording, model.known)
+    moving = np.abs(np.interp(recording.time_s, signals.time_s, signals.velocity_m_s)) > MOVING_M_S
+    reference = recording.reference_force_n
+    if reference is None:
+        raise InputError(
+            "the external force is not known", file=recording.folder, field="reference_force"
+        )
+    error = (estimate(recording, model).force_n - reference)[moving]
+    force = recording.actuator_force_n if recording.actuator_force_n is not None else reference
+    return _rms(error) / _rms(force[moving])
+
+
+def drive_error(recording: Recording, model: LegModel) -> float:
+    """RMS of the drive's force less the model's, over RMS of the drive's force; low-passed and decimated."""
+    from scipy.signal import butter, decimate, filtfilt
+
+    force = recording.actuator_force_n
+    if force is None:
+        raise InputError("is missing", file=recording.folder, field="channels.actuator_force")
+    period = float(np.median(np.diff(recording.time_s)))
+    b, a = butter(ORDER, CUT_HZ * 2.0 * period)
+    x = filtfilt(b, a, recording.position_m)
+    v = np.gradient(x, period)
+    predicted = (model.known.moving_mass_kg or 0.0) * np.gradient(v, period) + friction(
+        model.friction, v
+    )
+    predicted = predicted - model.force_offset_n
+
+    def few(values: Array) -> Array:
+        return np.asarray(decimate(filtfilt(b, a, values), DECIMATED)[FIRST:-LAST])
+
+    return _rms(few(force) - few(predicted)) / _rms(few(force))
+
+
+def friction(f: Friction, v_m_s: Array) -> Array:
+    """(5) at speeds (n,), N."""
+    speed = np.abs(v_m_s)
+    plus = f.viscous_plus_n_s_m * speed + f.coulomb_plus_n
+    plus = plus + f.stribeck_plus_n * np.exp(-speed / f.stribeck_speed_plus_m_s)
+    minus = f.viscous_minus_n_s_m * speed + f.coulomb_minus_n
+    minus = minus + f.stribeck_minus_n * np.exp(-speed / f.stribeck_speed_minus_m_s)
+    return np.where(v_m_s > 0.0, plus, np.where(v_m_s < 0.0, -minus, 0.0))
+
+
+def table(found: list[Marked]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows, relative errors in per cent."""
+    heads = ["rig", "recording", "model's force, %", "estimate's, %"]
+    rows = [
+        [m.rig, m.recording, f"{100 * m.relative_error:.2f}", f"{100 * m.by_estimate:.2f}"]
+        for m in found
+    ]
+    diagnosed = any(m.by_diagnosed is not None for m in found)
+    if diagnosed:
+        heads += ["diagnosed, %", "with"]
+        rows = [
+            [*row, f"{100 * (m.by_diagnosed or 0.0):.2f}", ", ".join(m.effects) or "nothing"]
+            for row, m in zip(rows, found, strict=True)
+        ]
+    wanted = (
+        ("cylinder", "seals, median", SEAL_LIMIT, SEAL_AFTER),
+        ("drive", "drive", DRIVE_LIMIT, DRIVE_AFTER),
+    )
+    for kind, label, limit, after in wanted:
+        if any(m.kind == kind for m in found):
+            rows.append(
+                [
+                    label,
+                    f"wanted: at most {100 * limit:.1f}",
+                    f"{100 * median_error(found, kind):.2f}",
+                    "",
+                ]
+            )
+            if diagnosed:
+                error = f"{100 * median_error(found, kind, diagnosed=True):.2f}"
+                rows[-1] += [error, f"wanted: at most {100 * after:.1f}"]
+    return heads, rows
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

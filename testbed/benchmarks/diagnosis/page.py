@@ -1,0 +1,165 @@
+"""The blind test of the diagnosis as numbers (`evaluation.json`) and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from testbed.benchmarks.diagnosis.scores import scores
+from testbed.formats.files import write_json, write_text
+from testbed.report.page import render
+from testbed.report.style import BLUE, GREY, RC, svg
+
+TARGETS = {
+    "single_named": ("single effects named right", "at least 0.85"),
+    "single_among_first_two": ("the right one among the first two", "at least 0.95"),
+    "double_both_named": ("two effects, both named", "at least 0.60"),
+    "clean_none": ("clean rigs left alone", "at least 0.95"),
+    "outside_unnamed": ("effects outside the list called unnamed", "at least 0.80"),
+    "outside_confidently_misnamed": (
+        "effects outside the list confidently misnamed",
+        "at most 0.10",
+    ),
+    "intervals": ("90 % intervals that hold the truth", "0.90"),
+}
+RIVALS = {
+    "do_nothing": "do nothing",
+    "refit_only": "refit only",
+    "raw_bic": "raw BIC",
+    "black_box": "black box",
+}
+
+
+def write_evaluation(trials: Sequence[dict[str, Any]], out: Path) -> tuple[dict[str, Any], Path]:
+    """Write evaluation.json and evaluation.html. Raises InputError where `out` cannot be written."""
+    result = scores(trials)
+    page = out / "evaluation.html"
+    write_json(out / "evaluation.json", result)
+    write_text(page, _page(result))
+    return result, page
+
+
+def table(result: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """(header, rows) of the main marks, the baselines' beside them."""
+    rows = []
+    for key, (text, target) in TARGETS.items():
+        r = result[key]
+        interval = f"{r['low95']:.2f} to {r['high95']:.2f}" if r["of"] else ""
+        rows.append(
+            [text, target, f"{r['share']:.3f}", interval, str(r["of"]), *_rivals(result, key)]
+        )
+    rows += _closed(result)
+    calibration, rigs = result["calibration"], str(result["rigs"])
+    blank = [""] * len(RIVALS)
+    error = calibration["expected_calibration_error"]
+    rows.append(["expected calibration error", "at most 0.05", f"{error:.3f}", "", rigs, *blank])
+    base = f"less than {calibration['brier_of_base_rates']:.3f} (base rates)"
+    rows.append(["Brier score", base, f"{calibration['brier']:.3f}", "", rigs, *blank])
+    worse = result["clean_made_worse"]
+    rows.append(
+        [
+            "clean rigs made worse by, the largest",
+            "at most 0.01",
+            f"{worse:.3f}",
+            "",
+            "",
+            "0",
+            "0",
+            "",
+            "",
+        ]
+    )
+    seconds = result["seconds_a_rig"]
+    rows.append(
+        ["seconds a rig, median (loaded machine)", "60", f"{seconds['p50']:.0f}", "", rigs, *blank]
+    )
+    return ["", "target", "measured", "95 % interval", "rigs", *RIVALS.values()], rows
+
+
+def _rivals(result: dict[str, Any], key: str) -> list[str]:
+    out = []
+    for name in RIVALS:
+        mark = result["baselines"][name].get(key)
+        share = mark["share"] if isinstance(mark, dict) else mark
+        out.append("" if share is None else f"{share:.2f}")
+    return out
+
+
+def _closed(result: dict[str, Any]) -> list[list[str]]:
+    share, oracle = result["closed_share"], result["closed_share_of_the_oracle"]
+    black = result["baselines"]["black_box"]["closed_share"]
+    if not share:
+        return []
+    rows = []
+    for q, text, target in (
+        ("p50", "median", "at least 0.90"),
+        ("p10", "10th percentile", "at least 0.60"),
+    ):
+        same = f"told the names, of the force: {oracle[q]:.2f}"
+        box = f"{black[q]:.2f}" if black else ""
+        rows.append(
+            [
+                f"closable squared error closed, {text}",
+                target,
+                f"{share[q]:.3f}",
+                same,
+                "",
+                "0",
+                "0",
+                "",
+                box,
+            ]
+        )
+        added = result["closed_share_of_what_was_added"]
+        if added:
+            label = f"the same of what the hidden effects add to a sound twin's error, {text}"
+            rows.append([label, "", f"{added[q]:.3f}", "", "", "0", "0", "", ""])
+    return rows
+
+
+def _page(result: dict[str, Any]) -> str:
+    heads, rows = table(result)
+    confusion = [
+        (h, sorted(said.items(), key=lambda i: -i[1]))
+        for h, said in sorted(result["confusion"].items())
+    ]
+    contents = {
+        "rigs": result["rigs"],
+        "heads": heads,
+        "rows": rows,
+        "confusion": confusion,
+        "figure": _figure(result),
+    }
+    return render("diagnosis_evaluation.html.j2", contents)
+
+
+def _figure(result: dict[str, Any]) -> str:
+    """Calibration plot and accuracy against strength."""
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(RC):  # type: ignore[arg-type]
+        figure, (left, right) = plt.subplots(1, 2, figsize=(8.5, 3.0))
+        left.plot([0, 1], [0, 1], color=GREY, lw=0.8)
+        for stated, hit, count in result["calibration"]["bins"]:
+            left.plot(stated, hit, "o", color=BLUE, ms=3.0 + count**0.5, alpha=0.7)
+        left.set_xlabel("stated probability of the first hypothesis")
+        left.set_ylabel("rate of being right")
+        classes = result["accuracy_by_strength"]
+        middle = [(c["from"] * c["to"]) ** 0.5 for c in classes]
+        right.plot(
+            middle, [c["named"]["share"] for c in classes], "o-", color=BLUE, label="named right"
+        )
+        right.plot(
+            middle, [c["visible"]["share"] for c in classes], "o--", color=GREY, label="visible"
+        )
+        right.set_xscale("log")
+        right.set_xticks(middle, [f"{m:.2g}" for m in middle])
+        right.minorticks_off()
+        right.set_ylim(-0.02, 1.05)
+        right.set_xlabel("strength of a single effect (1: well visible)")
+        right.legend()
+        figure.tight_layout()
+        text = svg(figure, "evaluation")
+        plt.close(figure)
+    return text

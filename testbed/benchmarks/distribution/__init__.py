@@ -1,0 +1,1 @@
+"""Force-distributing controllers against an oracle."""

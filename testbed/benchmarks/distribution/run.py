@@ -1,0 +1,198 @@
+"""One case of the force-distribution benchmark under one controller, or under the oracle that knows the truth.
+
+One second of position hold brings the footing in, then the controller takes over; a second later the measuring begins,
+and a second after that the drill. The oracle is the quadratic program on the true foot loads, rope tensions and
+attitude.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.distribution.cases import Case, Outcome
+from testbed.control.distribution.controllers import believed_statics, controller
+from testbed.control.distribution.distribution import Distribution, Sharing
+from testbed.control.distribution.quadratic import Constraints, Quadratic
+from testbed.control.distribution.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
+from testbed.control.programs.references import Measured
+from testbed.control.programs.trim import Trim
+from testbed.machine.names import LEGS
+from testbed.scenario.scenario import Scenario
+
+Array = NDArray[np.float64]
+ON_S, MEASURE_S = 1.0, 2.0
+LOST_N, LOST_ROWS, FLOOR_N = 100.0, 20, 100.0
+"""A foot is lost when its normal load stays below LOST_N for LOST_ROWS ms; friction use counts no less than FLOOR_N."""
+ORACLE = "oracle"
+PUT_RIGHT_S = 0.2
+
+
+class Informed(Statics):
+    """The oracle's balance: what is measured, put right by the truth.
+
+    The truth comes in over PUT_RIGHT_S: the friction in fast pressures damps the loops, and a loop that hears the bare
+    truth hunts.
+    """
+
+    def __init__(self, known: Statics) -> None:
+        self.__dict__.update(known.__dict__)
+        self.truth = np.zeros(UNKNOWNS)
+        """(14,) true foot forces and rope pulls."""
+        self.attitude_rad = np.zeros(3)
+        self._error: Array | None = None
+
+    def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
+        """The balance now."""
+        now = super().look(replace(measured, attitude_rad=self.attitude_rad), carrying)
+        error = now.measured - self.truth
+        self._error = (
+            error
+            if self._error is None
+            else self._error + 0.01 / PUT_RIGHT_S * (error - self._error)
+        )
+        return replace(now, measured=now.measured - self._error)
+
+    def tell(self, truth: dict[str, float]) -> None:
+        """The truth of the last tick: means, so that blows between two ticks are no alias."""
+        from scipy.spatial.transform import Rotation
+
+        for k, side in enumerate(("left", "right")):
+            self.truth[FEET + k] = np.linalg.norm(
+                [truth[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"]
+            )
+        turned = Rotation.from_quat(
+            [truth[f"body_pose_in_world_{k}"] for k in ("qx", "qy", "qz", "qw")]
+        )
+        force = np.array(
+            [[truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
+        )
+        self.truth[:FEET] = (force @ turned.as_matrix())[:, [2, 0, 1]].ravel()
+        yaw, pitch, roll = turned.as_euler("ZYX")
+        self.attitude_rad = np.array([roll, pitch, yaw])
+
+
+def run_case(case: Case, name: str, sharing: Sharing | None = None) -> Outcome:
+    """One case under one controller: a name of the table, `oracle`, or `sharing` under any name."""
+    from testbed.world.simulation import Simulation
+
+    spec = case.scenario()
+    sim = Simulation(spec)
+    try:
+        return _run(sim, spec, case, name, sharing)
+    finally:
+        sim.close()
+
+
+def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Sharing | None) -> Outcome:
+    machine = sim.machine
+    trim = Trim(machine.program)
+    trim.goal_m = np.array(case.footing_m)
+    machine.program = trim
+    hz = spec.rates.record_hz
+    blocks = [sim.run_block(round(ON_S * hz))]
+    if sharing is None:
+        sharing = Quadratic(spec.terrain.friction) if name == ORACLE else controller(name)
+    ropes = machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
+    statics = believed_statics(spec, ropes)
+    oracle = Informed(statics) if name == ORACLE else None
+    machine.program = program = Distribution(trim, oracle or statics, sharing)
+    program.timed = True
+    judge, checked, infeasible = Quadratic(spec.terrain.friction), 0, 0
+    while not sim.finished:
+        if oracle is not None:
+            oracle.tell(
+                dict(zip(sim.truth_columns, blocks[-1][1][-hz // 100 :].mean(axis=0), strict=True))
+            )
+        blocks.append(sim.run_block(hz // 100 if oracle is not None else hz // 4))
+        due = oracle is None or len(blocks) % 25 == 0
+        if (
+            due
+            and program.plan is not None
+            and program.balance is not None
+            and name != "position_hold"
+        ):
+            load = program.balance.load if program.plan.load is None else program.plan.load
+            wanted = judge.constraints(replace(program.balance, load=load), 0.0)
+            checked += 1
+            bad = not program.plan.feasible or breaks(program.plan.forces / wanted.scale, wanted)
+            infeasible += int(bad and possible(wanted))
+    data, truth = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    return _measure(sim, spec, name, data, truth, program, checked, infeasible)
+
+
+def _measure(
+    sim: Any,
+    spec: Scenario,
+    name: str,
+    data: Array,
+    truth: Array,
+    program: Distribution,
+    checked: int,
+    infeasible: int,
+) -> Outcome:
+    read = {column: truth[:, k] for k, column in enumerate(sim.truth_columns)}
+    inside = read["t"] >= MEASURE_S
+    if not inside.any():  # lost before the measuring began
+        inside[-1] = True
+    normal = np.stack([read[f"contact_normal_{leg}"] for leg in LEGS], axis=1)[inside]
+    forces = np.stack(
+        [[read[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"] for leg in LEGS]
+    ).transpose(2, 0, 1)
+    across = np.sqrt(np.maximum((forces[inside] ** 2).sum(axis=2) - normal**2, 0.0))
+    use = across / (spec.terrain.friction * np.maximum(normal, FLOOR_N))
+    body = np.stack([read[f"body_pose_in_world_{k}"] for k in "xyz"], axis=1)[inside]
+    seen = {column: data[:, k] for k, column in enumerate(sim.data_columns)}
+    tension = np.stack([seen[f"rope_tension_{side}"] for side in ("left", "right")], axis=1)[inside]
+    valves = np.stack([seen[f"valve_{leg}_vertical"] for leg in LEGS])[:, inside]
+    return Outcome(
+        controller=name,
+        friction_use=float(np.quantile(use.max(axis=1), 0.95)),
+        lowest_normal_n=float(normal.min()),
+        losses=sum(count_losses(normal[:, leg]) for leg in range(len(LEGS)))
+        + int(sim.verdict != "stood"),
+        hours=float(inside.sum()) / spec.rates.record_hz / 3600.0,
+        body_motion_m=float(np.linalg.norm(body - body[0], axis=1).max()),
+        rope_range_n=float((tension.max(axis=0) - tension.min(axis=0)).max()),
+        valve_effort=float(np.abs(valves).mean()),
+        plans_checked=checked,
+        infeasible=infeasible,
+        solve_p99_s=float(
+            np.quantile(program.solve_s[2:] or [0.0], 0.99)
+        ),  # lost before it planned: nothing to time
+        verdict=str(sim.verdict),
+    )
+
+
+def count_losses(normal_n: Array) -> int:
+    """How often a foot's normal load (n,) stays below LOST_N for LOST_ROWS rows."""
+    low = np.concatenate([[False], normal_n < LOST_N, [False]])
+    edges = np.flatnonzero(np.diff(low.astype(int)))
+    return int(np.sum(edges[1::2] - edges[::2] >= LOST_ROWS))
+
+
+def breaks(z: Array, c: Constraints, tolerance: float = 1e-4) -> bool:
+    """Whether a plan (14,), in units of the load, breaks a constraint by more than the tolerance."""
+    over = max(float((c.rows @ z - c.high).max()), float((c.low - c.rows @ z).max()))
+    off = float(np.abs(c.balance @ z - c.value).max())
+    outside = max(float((c.below - z).max()), float((z - c.above).max()))
+    return max(over, off, outside) > tolerance or bool((z[NORMALS] < -tolerance).any())
+
+
+def possible(c: Constraints) -> bool:
+    """Whether a linear program finds any plan."""
+    from scipy.optimize import linprog
+
+    bounded = np.isfinite(c.low)
+    found = linprog(
+        np.zeros(len(c.below)),
+        A_ub=np.vstack([c.rows, -c.rows[bounded]]),
+        b_ub=np.concatenate([c.high, -c.low[bounded]]),
+        A_eq=c.balance,
+        b_eq=c.value,
+        bounds=list(zip(c.below, c.above, strict=True)),
+    )
+    return bool(found.status == 0)

@@ -1,0 +1,1 @@
+"""Force filters on six scenes."""

@@ -1,0 +1,145 @@
+"""The force filters compared: six scenes, six rivals each with its best constant, lock-out and delay of true steps.
+
+All filters share Q and R (the noise is known, and how smooth the plain filter shall be is a choice). In every scene
+a rival counts with the constant that suits it best there; the testbed's own filter has one setting for all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.filters.scenes import NOISE_N, RATE_HZ, SCENES, scene
+from testbed.estimation.filters.table import OWN, RIVALS, Filter
+from testbed.formats.files import make_folder, write_json
+
+Q_N2, R_N2 = 9.0, NOISE_N**2
+"""R is the noise; Q gives the plain filter a time constant of 20 ms at 1 kHz."""
+SETTLE = 200
+STEP_AT = 200
+"""Samples: left out at the start of a scene; before the step in the trial of steps."""
+
+
+@dataclass(frozen=True)
+class SceneResult:
+    """Root mean square errors in N of one scene, and own / best rival."""
+
+    scene: str
+    rmse_n: dict[str, float]
+    constants: dict[str, list[float]]
+    ratio: float
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What becomes of true steps: locked out = never half way within the trial; delay to half height, ms."""
+
+    filter: str
+    steps: int
+    locked_out: int
+    delay_median_ms: float
+    delay_p95_ms: float
+    delay_worst_ms: float
+
+
+def rmse_n(filter_: Filter, constant: tuple[float, ...], name: str, seeds: int) -> float:
+    """Root mean square error in N over `seeds` runs of a scene."""
+    squares = []
+    for seed in range(seeds):
+        truth, measured = scene(name, seed)
+        error = (filter_(measured, Q_N2, R_N2, constant) - truth)[SETTLE:]
+        squares.append(float(np.mean(error**2)))
+    return float(np.sqrt(np.mean(squares)))
+
+
+def compare_scene(name: str, seeds: int = 5) -> SceneResult:
+    """All filters on one scene."""
+    errors, constants = {}, {}
+    for rival in RIVALS:
+        tried = [(rmse_n(rival, c, name, seeds), c) for c in rival.constants]
+        errors[rival.name], best = min(tried)
+        constants[rival.name] = list(best)
+    ours = rmse_n(OWN, OWN.constants[0], name, seeds)
+    ratio = ours / min(errors.values())
+    return SceneResult(
+        name, errors | {OWN.name: ours}, constants | {OWN.name: list(OWN.constants[0])}, ratio
+    )
+
+
+def half_height_delays(
+    filter_: Filter, heights_n: NDArray[np.float64], seed: int = 0
+) -> NDArray[np.float64]:
+    """Samples from each true step to half its height, inf where it is not reached in 800 samples.
+
+    The same noise for every filter, so that delays compare step by step.
+    """
+    rng = np.random.default_rng(seed)
+    delays = np.full(heights_n.size, np.inf)
+    for i, height in enumerate(heights_n):
+        z = rng.normal(0.0, NOISE_N, STEP_AT + 800)
+        z[STEP_AT:] += height
+        x = filter_(z, Q_N2, R_N2)[STEP_AT:] * np.sign(height)
+        reached = np.nonzero(x >= 0.5 * abs(height))[0]
+        if reached.size:
+            delays[i] = reached[0]
+    return delays
+
+
+def step_trial(steps: int = 10_000) -> list[StepResult]:
+    """True steps of 0.3 to 10 kN, both ways, log-uniform, through every filter with its usual constant."""
+    rng = np.random.default_rng(11)
+    heights = np.exp(rng.uniform(np.log(300.0), np.log(10_000.0), steps)) * rng.choice(
+        [-1.0, 1.0], steps
+    )
+    results = []
+    for filter_ in (*RIVALS, OWN):
+        delay = half_height_delays(filter_, heights)
+        median, p95 = np.percentile(delay, [50.0, 95.0], method="lower") * 1e3 / RATE_HZ
+        worst = float(delay.max()) * 1e3 / RATE_HZ
+        results.append(
+            StepResult(
+                filter_.name, steps, int(np.isinf(delay).sum()), float(median), float(p95), worst
+            )
+        )
+    return results
+
+
+def run_benchmark(out: Path, seeds: int = 5, steps: int = 10_000) -> dict[str, object]:
+    """Run everything; writes `filters.json` into `out` and returns its contents. InputError: cannot be written."""
+    make_folder(out)
+    answer: dict[str, object] = {
+        "q_n2": Q_N2,
+        "r_n2": R_N2,
+        "scenes": [asdict(compare_scene(name, seeds)) for name in SCENES],
+        "steps": [asdict(r) for r in step_trial(steps)],
+    }
+    write_json(out / "filters.json", answer)
+    return answer
+
+
+def table(answer: dict[str, object]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of the one table: RMSE in N per scene, then what becomes of true steps."""
+    names = [f.name for f in (*RIVALS, OWN)]
+    scenes: list[dict[str, object]] = answer["scenes"]  # type: ignore[assignment]
+    steps: list[dict[str, float]] = answer["steps"]  # type: ignore[assignment]
+    rows = []
+    for s in scenes:
+        errors: dict[str, float] = s["rmse_n"]  # type: ignore[assignment]
+        rows.append([f"{s['scene']}, N", *(f"{errors[n]:.1f}" for n in names), f"{s['ratio']:.2f}"])
+    plain, own = steps[0], steps[-1]
+    for key, label in (
+        ("locked_out", f"locked out of {plain['steps']} true steps"),
+        ("delay_median_ms", "step delay, median, ms"),
+        ("delay_p95_ms", "step delay, 95 %, ms"),
+        ("delay_worst_ms", "step delay, worst, ms"),
+    ):
+        ratio = "" if key == "locked_out" else f"{own[key] / plain[key]:.2f} of kf"
+        rows.append([label, *(_number(s[key]) for s in steps), ratio])
+    return ["scene", *names, "own / best"], rows
+
+
+def _number(value: float) -> str:
+    return "never" if np.isinf(value) else f"{value:.0f}"

@@ -1,0 +1,1 @@
+"""The compiled hydraulics against stiff solvers and its own books."""

@@ -1,0 +1,189 @@
+"""How many times faster the compiled hydraulics is than SciPy's LSODA at equal error.
+
+Both get what the engine gives: commands and rates held over a millisecond, twelve axes on one supply, one call a
+millisecond, and both are to deliver the mean forces on the rods. LSODA's right-hand side is compiled too.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.hydraulics.reference import N_AXIS, Amplifiers, held_rates, pack
+from testbed.compiled import njit
+from testbed.laws import columns as c
+from testbed.laws.hydraulics import hydraulic_step
+from testbed.laws.initial import start_axes, start_supply
+from testbed.machine.provenance import roboclimber
+from testbed.robot.linkage import RotationLinkage
+from testbed.scenario.parts import Rates
+from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.switches import switch_off
+
+Array = NDArray[np.float64]
+STEP_S = 1e-3
+LADDER = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+"""Tolerances offered to LSODA, loosest first."""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Twelve axes moving: rates and commands (steps, 12) held over each step."""
+
+    params: Array
+    unit: Array
+    axes: Array
+    supply: Array
+    x: Array
+    v: Array
+    commands: Array
+
+
+def walk(steps: int = 150) -> Walk:
+    """Every axis on its own sine, driven by a valve command that fits it."""
+    machine = roboclimber()
+    params, unit = (
+        axis_parameters(machine, RotationLinkage.from_parameters(machine).stroke_m),
+        unit_parameters(machine),
+    )
+    switch_off(["oil_warming"], params, unit)
+    rng = np.random.default_rng(20090715)
+    t = (np.arange(steps)[:, None] + 0.5) * STEP_S
+    w, phase, speed = rng.uniform(4, 20, 12), rng.uniform(0, 6, 12), rng.uniform(0.01, 0.04, 12)
+    v = speed * np.sin(w * t + phase)
+    gain = np.where(v > 0, params[:, c.K_PA], params[:, c.K_AT])
+    commands = 1.2 * v * params[:, c.AREA_A] / (gain * np.sqrt(3e6)) + params[
+        :, c.DEADBAND
+    ] * np.sign(v)
+    x = np.tile([0.12, 0.2, 0.25], 4)
+    axes, supply = (
+        start_axes(params, x, np.tile([0.0, 0.0, 7e3], 4)),
+        start_supply(unit, 40.0, 0.06),
+    )
+    return Walk(params, unit, axes, supply, x, v, commands)
+
+
+@njit
+def kernel_loop(
+    axes: Any,
+    params: Any,
+    supply: Any,
+    unit: Any,
+    x: Any,
+    v: Any,
+    commands: Any,
+    zero: Any,
+    substeps: int,
+    out: Any,
+) -> None:
+    """Forces of every step into out (steps, n): the kernel called from compiled code, as the world does."""
+    for k in range(v.shape[0]):
+        hydraulic_step(
+            axes, params, supply, unit, x, v[k], commands[k], zero, zero, STEP_S, substeps
+        )
+        out[k] = axes[:, c.FORCE]
+        x += STEP_S * v[k]
+
+
+def kernel_run(run: Walk, substeps: int) -> tuple[Array, float]:
+    """Forces (steps, 12), N, and processor time, s."""
+    out = np.empty_like(run.v)
+    state = run.axes.copy(), run.params, run.supply.copy(), run.unit, run.x.copy()
+    start = time.thread_time()
+    kernel_loop(*state, run.v, run.commands, np.zeros(12), substeps, out)
+    return out, time.thread_time() - start
+
+
+def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]:
+    """The same by SciPy's LSODA at `rtol` (absolute tolerance a tenth of it on states of order one).
+
+    solve_ivp(method="LSODA"), or with `bare` the old odeint: the same solver with less around it.
+    """
+    from scipy.integrate import odeint, solve_ivp
+
+    y, x = pack(run.axes, run.supply), run.x.copy()
+    amplifiers = Amplifiers(run.params, run.axes[:, c.AMPLIFIER].copy(), run.axes[:, c.PLAY].copy())
+    warmth = float(run.supply[c.TEMPERATURE] - run.unit[c.VISC_REFERENCE])
+    out, spent = np.empty_like(run.v), 0.0
+    for k, (v, u) in enumerate(zip(run.v, run.commands, strict=True)):
+        arguments = (
+            run.params,
+            run.unit,
+            x,
+            v,
+            amplifiers.amplifier,
+            u,
+            amplifiers.played,
+            0.0,
+            warmth,
+        )
+        start = time.thread_time()
+        if bare:
+            after = odeint(
+                held_rates, y, (0.0, STEP_S), arguments, tfirst=True, rtol=rtol, atol=0.1 * rtol
+            )[-1]
+        else:
+            after = solve_ivp(
+                held_rates,
+                (0.0, STEP_S),
+                y,
+                method="LSODA",
+                args=arguments,
+                rtol=rtol,
+                atol=0.1 * rtol,
+            ).y[:, -1]
+        spent += time.thread_time() - start
+        integral = slice(8, N_AXIS * 12, N_AXIS)
+        out[k] = (after[integral] - y[integral]) * 100.0 / STEP_S
+        y = after
+        amplifiers.amplifier, amplifiers.played = amplifiers.after(STEP_S, u)
+        x = x + STEP_S * v
+    return out, spent
+
+
+def equal_error(run: Walk, truth: Array, error_n: float, bare: bool) -> tuple[float, float, float]:
+    """LSODA at the loosest tolerance of the ladder that is as exact: time (us a step), error (N, RMS), tolerance."""
+    time_s = error = rtol = 0.0
+    for rtol in LADDER:
+        forces, time_s = lsoda_run(run, rtol, bare)
+        error = _rms(forces - truth)
+        if error <= error_n:
+            break
+    return time_s / len(run.v) * 1e6, error, rtol
+
+
+def compare_speed(steps: int = 150) -> dict[str, float]:
+    """Times (us a step), errors (N, RMS) and tolerances of the kernel and of LSODA at equal error, and the ratios."""
+    run = walk(steps)
+    truth, _ = lsoda_run(run, 1e-9, bare=True)
+    substeps = Rates().hydraulic_substeps
+    kernel_run(run, substeps)
+    spent = []
+    for _ in range(5):
+        forces, once = kernel_run(run, substeps)
+        spent.append(once / steps * 1e6)
+    error = _rms(forces - truth)
+    kernel = float(np.median(spent))
+    out = {"kernel_us": kernel, "kernel_error_n": error}
+    for name, bare in (("lsoda", False), ("odeint", True)):
+        time_us, off, rtol = equal_error(run, truth, error, bare)
+        out |= {
+            f"{name}_us": time_us,
+            f"{name}_error_n": off,
+            f"{name}_rtol": rtol,
+            f"{name}_ratio": time_us / kernel,
+        }
+    return out
+
+
+def _rms(e: Array) -> float:
+    return float(np.sqrt(np.mean(e**2)))
+
+
+def kernel_vs_lsoda() -> float:
+    """How many times faster the kernel is than SciPy's LSODA at equal error."""
+    return compare_speed()["lsoda_ratio"]

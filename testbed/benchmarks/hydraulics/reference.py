@@ -1,0 +1,320 @@
+"""The laws of the hydraulics once more, as one continuous right-hand side for SciPy's stiff solvers.
+
+Written apart from the kernel: states are scaled oil volumes, pressures come from a bracketed root, the amplifier and
+the play operator from their closed form on a held command. Units inside: volumes in cm3, else SI.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.laws import columns as c
+
+Array = NDArray[np.float64]
+P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
+N_AXIS = 9
+"""States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle (mm), dwell,
+integral of the force (N s / 100)."""
+N_SUPPLY = 2
+"""States of the unit: oil in the line (cm3), pump stroke."""
+
+
+@njit
+def volume_of_one(p: float, bulk: float, air: float) -> float:
+    """nu(p)."""
+    x = (p - P0) / bulk
+    return float((1.0 - air) * (1.0 - x + x * x / 2.0) + air * (P0 / p) ** (1.0 / 1.4))
+
+
+@njit
+def chamber_pressure(volume: float, oil: float, bulk: float, air: float) -> float:
+    """Root of nu(p) = volume / oil in ln p, by Newton inside a bracket; vapour pressure in a void."""
+    nu = volume / oil
+    if nu >= volume_of_one(PV, bulk, air):
+        return PV
+    low, high = math.log(PV), math.log(1.0e9)
+    y = math.log(5.0e6)
+    for _ in range(200):
+        p = math.exp(y)
+        f = volume_of_one(p, bulk, air) - nu
+        if f > 0.0:
+            low = y
+        else:
+            high = y
+        slope = p * (-(1.0 - air) * (1.0 - (p - P0) / bulk) / bulk) - air / 1.4 * (P0 / p) ** (
+            1.0 / 1.4
+        )
+        new = y - f / slope
+        if not low < new < high:
+            new = 0.5 * (low + high)
+        if abs(new - y) < 1e-15 * abs(y):
+            break
+        y = new
+    return math.exp(y)
+
+
+@njit
+def line_pressure(oil: float, u: Any) -> float:
+    """Pressure of the supply line that holds `oil` m3: bisection and secant on a monotone function."""
+    low, high = PV, 1.0e8
+    for _ in range(200):
+        p = 0.5 * (low + high)
+        acc = u[c.ACC_VOLUME] * (1.0 - u[c.ACC_PRECHARGE] / p) if p > u[c.ACC_PRECHARGE] else 0.0
+        if (u[c.LINE_VOLUME] + acc) / volume_of_one(p, u[c.SUPPLY_BULK], u[c.SUPPLY_AIR]) > oil:
+            high = p
+        else:
+            low = p
+        if high - low < 1e-9 * p:
+            break
+    return 0.5 * (low + high)
+
+
+@njit
+def enthalpy_between(p1: float, p2: float, bulk: float, air: float) -> float:
+    """Integral of nu from p1 to p2, J/m3."""
+    x1, x2, k = (p1 - P0) / bulk, (p2 - P0) / bulk, 1.0 - 1.0 / 1.4
+    liquid = bulk * (1.0 - air) * ((x2 - x1) - (x2**2 - x1**2) / 2.0 + (x2**3 - x1**3) / 6.0)
+    return float(liquid + air * P0 / k * ((p2 / P0) ** k - (p1 / P0) ** k))
+
+
+@njit
+def edge(k: float, drop: float) -> float:
+    """k sign(drop) sqrt|drop|, smoothed below 0.2 bar as the kernel's."""
+    return float(k * drop / (drop * drop + 4.0e8) ** 0.25)
+
+
+@njit
+def held_play(t: float, a0: float, u: float, r0: float, width: float, tau: float) -> float:
+    """Output of amplifier and play t after the command became u: r0 unless the amplifier's band has left it behind."""
+    a = u + (a0 - u) * math.exp(-t / tau)
+    return min(max(r0, a - width), a + width)
+
+
+@njit
+def held_plays(t: float, a0: Any, u: Any, r0: Any, params: Any) -> Any:
+    """`held_play` of n axes, (n)."""
+    out = np.empty(len(u))
+    for i in range(len(u)):
+        out[i] = held_play(t, a0[i], u[i], r0[i], params[i, c.HYSTERESIS], params[i, c.AMP_TAU])
+    return out
+
+
+@njit
+def friction_rates(
+    p: Any, x: float, v: float, pa: float, pb: float, z: float, dwell: float, warm: float
+) -> tuple[float, float, float]:
+    """Friction force (N), dz/dt (m/s), d dwell/dt (1/s): equation (5) with a bristle state."""
+    if v >= 0.0:
+        fc, fs, cs, sigma = p[c.FC_POS], p[c.FS_POS], p[c.CS_POS], p[c.VISC_POS]
+    else:
+        fc, fs, cs, sigma = p[c.FC_NEG], p[c.FS_NEG], p[c.CS_NEG], p[c.VISC_NEG]
+    fc = fc * (1.0 + p[c.FR_POSITION] * (x / p[c.STROKE] - 0.5)) + p[c.FR_PRESSURE] * (
+        pa + pb - 2.0 * P0
+    )
+    fc = max(fc, 1.0e-3)
+    rate = 0.0
+    if p[c.DWELL_GAIN] > 0.0:
+        rate = (p[c.DWELL_GAIN] - dwell) / p[c.DWELL_TIME] - abs(v) * p[c.BRISTLE_K] / fc * dwell
+        fs = fs + fc * dwell
+    g = fc + fs * math.exp(-abs(v) / cs)
+    dz = v - p[c.BRISTLE_K] * abs(v) * z / g
+    return p[c.BRISTLE_K] * z + p[c.BRISTLE_D] * dz + sigma * warm * v, dz, rate
+
+
+@njit
+def stop_force(p: Any, x: float, v: float) -> float:
+    """Cushion and stop at both ends, N, along +x."""
+    force = 0.0
+    for side in (1.0, -1.0):
+        gap = x if side > 0.0 else p[c.STROKE] - x
+        towards = -side * v
+        push = 0.0
+        if gap < p[c.CUSHION_LENGTH] and towards > 0.0:
+            push += p[c.CUSHION_D] * towards * (1.0 - gap / p[c.CUSHION_LENGTH])
+        if gap < 0.0:
+            push += max(0.0, -p[c.STOP_K] * gap + p[c.STOP_D] * towards)
+        force += side * push
+    return force
+
+
+@njit
+def axis_rates(
+    y: Any, dy: Any, p: Any, x: float, v: float, target: float, ps: float, pt: float, warm: float
+) -> float:
+    """Rates of one axis's states; returns what it draws from the supply, m3/s."""
+    pa = chamber_pressure(p[c.DEAD_A] + p[c.AREA_A] * x, y[0] * CM3, p[c.BULK], p[c.AIR])
+    pb = chamber_pressure(
+        p[c.DEAD_B] + p[c.AREA_B] * (p[c.STROKE] - x), y[1] * CM3, p[c.BULK], p[c.AIR]
+    )
+    o = math.copysign(max(abs(y[4]) - p[c.DEADBAND], 0.0), y[4]) / (1.0 - p[c.DEADBAND])
+    up, down = max(o, 0.0), max(-o, 0.0)
+    leak_p, leak = p[c.EDGE_LEAK_P], p[c.EDGE_LEAK]
+    from_supply_a = edge(p[c.K_PA] * up, ps - pa) + leak_p * (ps - pa)
+    from_supply_b = edge(p[c.K_PB] * down, ps - pb) + leak_p * (ps - pb)
+    to_tank_a = edge(p[c.K_AT] * down, pa - pt) + leak * (pa - pt)
+    to_tank_b = edge(p[c.K_BT] * up, pb - pt) + leak * (pb - pt)
+    inner = p[c.LEAK_I] * (pa - pb)
+    dy[2] = (pa / 1e6 - y[2]) / p[c.HOSE_TIME]
+    dy[3] = (pb / 1e6 - y[3]) / p[c.HOSE_TIME]
+    hose_a, hose_b = p[c.HOSE_CAP] * dy[2] * 1e6, p[c.HOSE_CAP_B] * dy[3] * 1e6
+    dy[0] = (from_supply_a - to_tank_a - inner - p[c.LEAK_O] * (pa - pt) - hose_a) / CM3
+    dy[1] = (from_supply_b - to_tank_b + inner - p[c.LEAK_O] * (pb - pt) - hose_b) / CM3
+    wn = p[c.SPOOL_WN]
+    dy[4] = 100.0 * y[5]
+    dy[5] = (wn * wn * (target - y[4]) - 2.0 * p[c.SPOOL_ZETA] * wn * 100.0 * y[5]) / 100.0
+    friction, dz, dy[7] = friction_rates(p, x, v, pa, pb, y[6] / 1e3, y[7], warm)
+    dy[6] = 1e3 * dz
+    rod = pa * p[c.AREA_A] - pb * p[c.AREA_B] - (p[c.AREA_A] - p[c.AREA_B]) * P0
+    dy[8] = (rod - friction + stop_force(p, x, v)) / 100.0
+    return float(from_supply_a + from_supply_b)
+
+
+@njit
+def unit_rates(y: Any, dy: Any, u: Any, ps: float, drawn: float, taken: float) -> None:
+    """Rates of the power unit's states: y = oil in the line (cm3), pump stroke."""
+    pt = u[c.TANK_P]
+    wanted = min(max((u[c.PUMP_SET] - ps) / u[c.PUMP_BAND], 0.0), 1.0)
+    dy[1] = (wanted - y[1]) / u[c.PUMP_TAU]
+    flow = y[1] * u[c.PUMP_FLOW] * u[c.PUMP_ON]
+    power = flow * enthalpy_between(pt, ps, u[c.SUPPLY_BULK], u[c.SUPPLY_AIR])
+    if power > u[c.PUMP_POWER]:
+        flow *= u[c.PUMP_POWER] / power
+    relief = max(ps - u[c.RELIEF_SET], 0.0) + min(ps - pt, 0.0)
+    traction = taken * min(max((ps - pt) / 1.0e5, 0.0), 1.0)
+    dy[0] = (
+        flow - drawn - u[c.RELIEF_SLOPE] * relief - u[c.PUMP_LEAK] * (ps - pt) - traction
+    ) / CM3
+
+
+@njit
+def rates(
+    y: Any, params: Any, u: Any, x: Any, v: Any, target: Any, taken: float, warmth: float
+) -> Any:
+    """dy/dt of n axes and the unit; x, v, target (n): extension, rate, what the spool follows."""
+    n = x.shape[0]
+    dy = np.empty_like(y)
+    ps = line_pressure(y[N_AXIS * n] * CM3, u)
+    drawn = 0.0
+    for i in range(n):
+        warm = math.exp(-(u[c.VISC_RATE] + params[i, c.EXTRA_VISC_RATE]) * warmth)
+        part = slice(N_AXIS * i, N_AXIS * (i + 1))
+        drawn += axis_rates(
+            y[part], dy[part], params[i], x[i], v[i], target[i], ps, u[c.TANK_P], warm
+        )
+    unit_rates(y[N_AXIS * n :], dy[N_AXIS * n :], u, ps, drawn, taken)
+    return dy
+
+
+@njit
+def held_rates(
+    t: float,
+    y: Any,
+    params: Any,
+    u: Any,
+    x: Any,
+    v: Any,
+    a0: Any,
+    command: Any,
+    r0: Any,
+    taken: float,
+    warmth: float,
+) -> Any:
+    """`rates` where the pistons' rates v and the commands are held from t = 0 on."""
+    return rates(y, params, u, x + v * t, v, held_plays(t, a0, command, r0, params), taken, warmth)
+
+
+def pack(axes: Array, supply: Array) -> Array:
+    """The kernel's state as the reference's."""
+    y = np.zeros(N_AXIS * len(axes) + N_SUPPLY)
+    for i, s in enumerate(axes):
+        y[N_AXIS * i : N_AXIS * (i + 1)] = (
+            s[c.OIL_A] / CM3,
+            s[c.OIL_B] / CM3,
+            s[c.HOSE_P] / 1e6,
+            s[c.HOSE_P_B] / 1e6,
+            s[c.SPOOL],
+            s[c.SPOOL_RATE] / 100.0,
+            s[c.BRISTLE] * 1e3,
+            s[c.DWELL],
+            0.0,
+        )
+    y[-2:] = supply[c.OIL_SUPPLY] / CM3, supply[c.PUMP_STROKE]
+    return y
+
+
+@dataclass
+class Amplifiers:
+    """Amplifier and play operator of n axes on commands held over whole segments."""
+
+    params: Array
+    amplifier: Array
+    played: Array
+
+    def after(self, t: float, command: Array) -> tuple[Array, Array]:
+        """Amplifier and play t seconds after `command` was given, (n) each."""
+        out = held_plays(t, self.amplifier, command, self.played, self.params)
+        return command + (self.amplifier - command) * np.exp(
+            -t / self.params[:, c.AMP_TAU]
+        ), np.asarray(out)
+
+
+Motion = Callable[[float], tuple[Array, Array]]
+"""Time (s) -> extensions and rates, (n) each."""
+
+
+def solve(
+    axes: Array,
+    params: Array,
+    supply: Array,
+    unit: Array,
+    motion: Motion,
+    commands: Array,
+    hold_s: float,
+    step_s: float,
+    *,
+    method: str = "Radau",
+    rtol: float = 1e-9,
+    atol: float = 1e-9,
+) -> Array:
+    """Mean force of each axis over every `step_s`, N, (steps, n), by SciPy; `commands` (segments, n) held `hold_s`."""
+    from scipy.integrate import solve_ivp
+
+    y = pack(axes, supply)
+    amplifiers = Amplifiers(params, axes[:, c.AMPLIFIER].copy(), axes[:, c.PLAY].copy())
+    n, per_segment = len(axes), round(hold_s / step_s)
+    warmth = float(supply[c.TEMPERATURE] - unit[c.VISC_REFERENCE])
+    taken = float(supply[c.TRACTION_FLOW])
+    integral = [y[8 : N_AXIS * n : N_AXIS].copy()]
+    for k, command in enumerate(commands):
+        start = k * hold_s
+
+        def slope(t: float, y: Array, command: Array = command, start: float = start) -> Array:
+            x, v = motion(start + t)
+            return np.asarray(
+                rates(y, params, unit, x, v, amplifiers.after(t, command)[1], taken, warmth)
+            )
+
+        grid = np.linspace(0.0, hold_s, per_segment + 1)
+        answer = solve_ivp(
+            slope,
+            (0.0, hold_s),
+            y,
+            method=method,
+            t_eval=grid,
+            rtol=rtol,
+            atol=atol,
+            max_step=hold_s,
+        )
+        if not answer.success:
+            raise RuntimeError(f"the reference solver gave up: {answer.message}")
+        integral.extend(answer.y[8 : N_AXIS * n : N_AXIS, 1:].T)
+        y = answer.y[:, -1]
+        amplifiers.amplifier, amplifiers.played = amplifiers.after(hold_s, command)
+    return np.asarray(np.diff(np.array(integral), axis=0) * 100.0 / step_s)

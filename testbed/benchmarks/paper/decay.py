@@ -1,0 +1,140 @@
+"""Figure 5 on one leg: after a raising step the one-chamber force decays towards the true weight while positions hold.
+
+The carried mass rides on a vertical cylinder (x its extension, m; load along -x); a position loop holds it within a
+tolerance.
+While the leg rises, the oil that leaves chamber B through its edge to the tank holds a back pressure there; the valve
+shuts on it. If its shut edges leak more to the tank than from the supply, that back pressure drains within tens of
+seconds, and chamber A, which carries weight plus pB A_B, falls towards the weight. With edges that leak alike it stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.laws import columns as c
+from testbed.laws.hydraulics import hydraulic_step
+from testbed.laws.initial import start_axes, start_supply
+from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.names import GRAVITY_M_S2
+from testbed.machine.provenance import roboclimber
+from testbed.robot.linkage import RotationLinkage
+from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.switches import switch_off
+
+Array = NDArray[np.float64]
+STEP_S = 1e-3
+CARRIED_KG = 1000.0
+"""A quarter of the robot."""
+COLD_DEGC = 20.0
+"""The oil was cold in all the paper's experiments (A); the number is assumed."""
+START_M, RISE_M, RISE_S, RISE_AT_S = 0.1, 0.02, 0.5, 2.0
+OVERLAPPED: Mapping[str, float] = {
+    "valve.edge_leakage_supply_m3_s_pa": 0.0,
+    "valve.edge_leakage_m3_s_pa": 1.0e-13,
+}
+"""Edges that leak to the tank alone: an overlapped spool whose supply edges are tight (assumed)."""
+SUSPECTS = ("edge_leakage", "internal_leakage", "hose", "air", "dwell", "friction_pressure")
+(X, PA, PB) = range(3)
+
+
+@dataclass(frozen=True)
+class Decay:
+    """One raising step: one-chamber force (1), N, and position, m, over time, s; and what became of them."""
+
+    t_s: Array
+    one_chamber_n: Array
+    position_m: Array
+    weight_n: float
+    start_n: float
+    """One-chamber force a second after the step, above the weight."""
+    end_n: float
+    """The same at the end."""
+    half_time_s: float
+    """Until half of what goes has gone; nan if less than a tenth goes."""
+    moved_m: float
+    """How far the position went meanwhile."""
+
+    @property
+    def gone(self) -> float:
+        """Share of the excess over the weight that decays; negative if it grows."""
+        return 1.0 - self.end_n / self.start_n
+
+
+@njit
+def hold_loop(
+    axes: Any,
+    params: Any,
+    supply: Any,
+    unit: Any,
+    reference: Any,
+    rate: Any,
+    mass: float,
+    tolerance: float,
+    out: Any,
+) -> None:
+    """Follow reference (m) and rate (m/s), a row of out (n, 3) a millisecond; a valve shut within the tolerance."""
+    x, v, u, zero = np.array([reference[0]]), np.zeros(1), np.zeros(1), np.zeros(1)
+    p = params[0]
+    for k in range(reference.shape[0]):
+        error = reference[k] - x[0]
+        wanted = rate[k] + 8.0 * error
+        if rate[k] == 0.0 and abs(error) < tolerance:
+            wanted = 0.0
+        opening = (
+            wanted * p[c.AREA_A] / ((p[c.K_PA] if wanted > 0.0 else p[c.K_AT]) * math.sqrt(3.0e6))
+        )
+        u[0] = (
+            0.0
+            if wanted == 0.0
+            else opening * (1.0 - p[c.DEADBAND]) + math.copysign(p[c.DEADBAND], wanted)
+        )
+        hydraulic_step(axes, params, supply, unit, x, v, u, zero, zero, STEP_S, 2)
+        v[0] += STEP_S * (axes[0, c.FORCE] / mass - GRAVITY_M_S2)
+        x[0] += STEP_S * v[0]
+        out[k, X], out[k, PA], out[k, PB] = (
+            x[0],
+            axes[0, c.P_A] - ATMOSPHERE_PA,
+            axes[0, c.P_B] - ATMOSPHERE_PA,
+        )
+
+
+def raising_step(
+    changes: Mapping[str, float], without: Sequence[str] = (), seconds: float = 40.0
+) -> Decay:
+    """One step of 20 mm, then `seconds` of holding; `changes` of the parameter file, parts left out by name."""
+    machine = roboclimber().replaced(changes)
+    params = axis_parameters(machine, RotationLinkage.from_parameters(machine).stroke_m)[2:3].copy()
+    unit = unit_parameters(machine)
+    switch_off(without, params, unit)
+    weight = CARRIED_KG * GRAVITY_M_S2
+    t: Array = STEP_S * np.arange(round((RISE_AT_S + RISE_S + seconds) / STEP_S), dtype=np.float64)
+    rising = (t >= RISE_AT_S) & (t < RISE_AT_S + RISE_S)
+    rate = np.where(rising, RISE_M / RISE_S, 0.0)
+    reference = START_M + STEP_S * np.cumsum(rate)
+    axes = start_axes(params, reference[:1], np.array([weight]), 6.0e6)
+    out = np.empty((len(t), 3))
+    tolerance = machine["control"]["tolerance_m"]
+    supply = start_supply(unit, COLD_DEGC, 0.06)
+    hold_loop(axes, params, supply, unit, reference, rate, CARRIED_KG, tolerance, out)
+    force = out[:, PA] * params[0, c.AREA_A]
+    after = t >= RISE_AT_S + RISE_S + 1.0
+    held, excess = t[after], force[after] - weight
+    end = float(excess[-2000:].mean())
+    half = np.nonzero(excess < 0.5 * (excess[0] + end))[0]
+    half_time = float(held[half[0]] - held[0]) if len(half) and end < 0.9 * excess[0] else math.nan
+    return Decay(
+        t, force, out[:, X], weight, float(excess[0]), end, half_time, float(np.ptp(out[after, X]))
+    )
+
+
+def culprit(changes: Mapping[str, float] = OVERLAPPED, seconds: float = 40.0) -> dict[str, float]:
+    """Share of the excess that decays: with everything ("all"), and without each suspect."""
+    shares = {"all": raising_step(changes, (), seconds).gone}
+    return shares | {part: raising_step(changes, (part,), seconds).gone for part in SUSPECTS}

@@ -1,0 +1,1 @@
+"""An independent simulator of one vertical leg, the source of rigs for blind tests."""

@@ -1,0 +1,151 @@
+"""Speed of the whole loop against the bare engine, measured in one process, alternating.
+
+Bare: the same URDF standing on all four feet on the same kind of ground (level, for without ropes it would slide),
+held by the engine's own position motors and limits, 50 solver iterations, `stepSimulation` alone. Times are processor
+times of the thread, so that other work on the machine does not count. Full: the scenario
+`drill_slope_45` while it drills, everything on and recorded.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from testbed.scenario.scenario import Scenario, load_scenario
+
+ROUNDS = 15
+STEPS = 300
+SETTLE = 8000
+"""Steps before the bare engine is timed: just after landing its solver finds less to do (85 instead of 125 us)."""
+ROUGH = ("terrain.kind=heightfield", "terrain.roughness_m=0.03")
+
+
+def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
+    """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of paired ratios."""
+    from testbed.benchmarks.speed.environments import against_bare
+    from testbed.benchmarks.speed.parts import fresh_process
+
+    flat = _drilling(())
+    rough = _drilling(ROUGH)
+    bare = bare_engine(())
+    timed = alternate(
+        {"bare": bare.step, "full": _blocks(flat), "rough": _blocks(rough)}, rounds, steps
+    )
+    parts = _parts(flat, steps)
+    out: dict[str, Any] = {
+        "bare_step_us": statistics.median(timed["bare"]),
+        "full_step_us": statistics.median(timed["full"]),
+        "ratio": _ratio(timed["full"], timed["bare"]),
+        "full_step_rough_us": statistics.median(timed["rough"]),
+        "ratio_rough": _ratio(timed["rough"], timed["bare"]),
+        **parts,
+    }
+    out["kernel_ratio"] = out["hydraulics_us"] / out["bare_step_us"]
+    for world in (flat, rough):
+        world.close()
+    bare.close()
+    from testbed.benchmarks.hydraulics.kernel_speed import kernel_vs_lsoda
+
+    out["kernel_vs_lsoda"] = kernel_vs_lsoda()
+    env = against_bare(rounds=3, steps=30)
+    out["env_steps_per_s"], out["env_ratio"] = env["env_steps_per_s"], env["ratio"]
+    return out | fresh_process()
+
+
+def alternate(
+    jobs: dict[str, Callable[[], Any]], rounds: int, steps: int
+) -> dict[str, list[float]]:
+    """Microseconds per call of each job, one figure a round, the jobs taking turns within a round."""
+    times: dict[str, list[float]] = {name: [] for name in jobs}
+    for _ in range(rounds):
+        for name, job in jobs.items():
+            start = time.thread_time()
+            for _ in range(steps if name == "bare" else 1):
+                job()
+            times[name].append((time.thread_time() - start) / steps * 1e6)
+    return times
+
+
+def _ratio(over: list[float], under: list[float]) -> float:
+    return statistics.median(a / b for a, b in zip(over, under, strict=True))
+
+
+def _drilling(overrides: tuple[str, ...]) -> Any:
+    from testbed.world.simulation import Simulation
+
+    scenario: Scenario = load_scenario(
+        "drill_slope_45", ["task.start_s=0.2", *overrides], duration=3600.0
+    )
+    world = Simulation(scenario)
+    world.run_block(1500)
+    return world
+
+
+def _blocks(world: Any) -> Callable[[], Any]:
+    return lambda: world.run_block(STEPS)
+
+
+def bare_engine(overrides: tuple[str, ...]) -> Any:
+    """An engine with the robot standing on level ground on the engine's own motors."""
+    from testbed import resources
+    from testbed.world.engine import Engine
+    from testbed.world.ground.terrain import make_ground
+    from testbed.world.start import nominal_joints
+
+    scenario = load_scenario("stand_flat", list(overrides))
+    engine = Engine(resources.urdf(), make_ground(scenario.terrain), step_s=1e-3)
+    joints = nominal_joints(scenario)
+    engine.reset(np.array([0.0, 0.0, 0.16 + float(joints[2])]), np.eye(3), joints)
+    engine.hold_with_motors(joints)
+    force, normal = np.zeros((4, 3)), np.zeros(4)
+    for _ in range(SETTLE):
+        engine.step()
+    if engine.contacts(force, normal) > 0.0 or (normal <= 0.0).any():
+        raise RuntimeError("the bare robot does not stand on its four feet")
+    return engine
+
+
+def _parts(world: Any, steps: int) -> dict[str, float]:
+    """Where the time of a full step goes, microseconds: each part called alone on the running world."""
+    from testbed.laws.hydraulics import hydraulic_step
+    from testbed.world import between
+
+    m, b = world.machine, world.machine.board
+    x, v, load, side = (b.scratch[k].copy() for k in (0, 1, 3, 4))
+    axes, supply, force, normal = (
+        b.axes.copy(),
+        b.supply.copy(),
+        b.foot_force.copy(),
+        b.normal_force.copy(),
+    )
+    substeps = world.scenario.rates.hydraulic_substeps
+
+    def hydraulics() -> None:
+        hydraulic_step(axes, b.params, supply, b.unit, x, v, b.command, load, side, 1e-3, substeps)
+
+    def engine() -> None:
+        m.engine.apply(b.given)
+        m.engine.step()
+
+    jobs: dict[str, Callable[[], Any]] = {
+        "hydraulics_us": hydraulics,
+        "sensors_us": lambda: world._do(between.SENSE),
+        "estimators_us": lambda: world._do(between.ESTIMATE),
+        "read_us": lambda: m.engine.read(b.engine_state),
+        "contacts_us": lambda: m.engine.contacts(force, normal),
+        "expected_us": world._expect,
+        "engine_us": engine,
+    }
+    out = {}
+    for name, job in jobs.items():
+        job()
+        start = time.thread_time()
+        for _ in range(steps):
+            job()
+        out[name] = (time.thread_time() - start) / steps * 1e6
+    out["expected_us"] /= world._every_expected
+    return out

@@ -1,0 +1,70 @@
+"""How fast the environments step: against the bare engine at the same rate, and two processes against one."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+
+from testbed.benchmarks.speed.bench import bare_engine
+
+DRILL = "Roboclimber/Drill-v0"
+STEP_MS = 20
+
+
+def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[str, float]:
+    """Environment steps a second over what the bare engine would reach, both on processor time, taking turns.
+
+    `ratio` is the median over rounds of (bare engine's time for the same simulated time) / (environment's time).
+    """
+    from testbed import envs
+
+    env = envs.make(name, duration_s=3600.0)
+    env.reset(seed=0)
+    still = np.zeros(env.action_space.shape or (), dtype=np.float32)
+    bare = bare_engine(())
+    for _ in range(steps):
+        env.step(still)
+    full, lone = [], []
+    for _ in range(rounds):
+        start = time.thread_time()
+        for _ in range(steps * STEP_MS):
+            bare.step()
+        lone.append(time.thread_time() - start)
+        start = time.thread_time()
+        for _ in range(steps):
+            env.step(still)
+        full.append(time.thread_time() - start)
+    env.close()
+    bare.close()
+    return {
+        "env_steps_per_s": steps / statistics.median(full),
+        "bare_steps_per_s": steps / statistics.median(lone),
+        "ratio": statistics.median(b / f for b, f in zip(lone, full, strict=True)),
+    }
+
+
+def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str, float]:
+    """Steps a second of two asynchronous workers over those of one, by the clock; medians over rounds."""
+    from testbed import envs
+
+    rates: dict[int, list[float]] = {1: [], 2: []}
+    vectors: dict[int, Any] = {
+        n: envs.make_vec(name, n, vectorization_mode="async", duration_s=3600.0) for n in rates
+    }
+    for n, vector in vectors.items():
+        vector.reset(seed=0)
+        vector.step(np.zeros(vector.action_space.shape, dtype=np.float32))
+        rates[n].clear()
+    for _ in range(rounds):
+        for n, vector in vectors.items():
+            start = time.perf_counter()
+            for _ in range(steps):
+                vector.step(np.zeros(vector.action_space.shape, dtype=np.float32))
+            rates[n].append(n * steps / (time.perf_counter() - start))
+    for vector in vectors.values():
+        vector.close()
+    one, two = (statistics.median(rates[n]) for n in (1, 2))
+    return {"one_steps_per_s": one, "two_steps_per_s": two, "gain": two / one}

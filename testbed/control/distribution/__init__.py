@@ -1,0 +1,1 @@
+"""Sharing the load out between feet and ropes."""

@@ -1,0 +1,134 @@
+"""The quadratic program's plan plus what somebody wants beyond it, and what that somebody may look at.
+
+An agent that learns sees what a Sharing sees, as one vector: the plan, how far the measured forces are off it, what
+the measured forces lack of balancing the load (wrong estimates show there), and its own last orders.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.distribution.distribution import Plan
+from testbed.control.distribution.quadratic import Quadratic
+from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
+from testbed.machine.names import LEGS, SIDES
+
+Array = NDArray[np.float64]
+SHARE_N, PULL_N = 2000.0, 2000.0
+"""Order for an action of 1: normal load of a foot, pull of a rope beyond the plan's."""
+VIEW_S = 0.1
+"""Time constant of what is measured in the view (E): blows are left out, slow errors are seen."""
+Seen = tuple[str, str, str, str, float, float]
+
+
+def _each(name: str, what: str, low: float, high: float, across: float) -> list[Seen]:
+    rows: list[Seen] = []
+    for leg in LEGS:
+        rows.append(
+            (f"control.{name}_{leg}_z", f"{what}, normal load of {leg}", "N", "body z", low, high)
+        )
+        rows += [
+            (
+                f"control.{name}_{leg}_{k}",
+                f"{what}, ground on {leg} along {k}",
+                "N",
+                f"body {k}",
+                -across,
+                across,
+            )
+            for k in "xy"
+        ]
+    return rows
+
+
+def _ropes(name: str, what: str, low: float, high: float) -> list[Seen]:
+    return [
+        (f"{name}_{side}", f"{what}, {side} rope", "N", "along it", low, high) for side in SIDES
+    ]
+
+
+VIEW: tuple[Seen, ...] = (
+    *_each("plan", "planned", 0.0, 1.5e4, 4e3),
+    *_ropes("control.plan_pull", "planned pull", 0.0, 3.2e4),
+    *_each("off", "measured less planned", -1e3, 1e3, 1e3),
+    *_ropes("control.off_pull", "measured less planned", -1e3, 1e3),
+    *(
+        (f"control.lacks_f{k}", "force that they lack of balance", "N", f"body {k}", -1e3, 1e3)
+        for k in "xyz"
+    ),
+    *(
+        (f"control.lacks_m{k}", "moment that they lack of balance", "N m", f"body {k}", -1e3, 1e3)
+        for k in "xyz"
+    ),
+    ("control.thrust", "believed thrust of the drill, + lifts the body", "N", "body z", -6e3, 6e3),
+    *(
+        (f"orders.share_{leg}", f"load wanted on {leg} beyond the plan's", "N", "body z", -2e3, 2e3)
+        for leg in LEGS
+    ),
+    *_ropes("orders.pull", "pull wanted beyond the plan's", -2e3, 2e3),
+)
+"""Name, meaning, unit, frame, low and high of what the agent sees, index by index."""
+_LOW, _HIGH = (np.array([row[k] for row in VIEW]) for k in (4, 5))
+
+
+class Corrected(Quadratic):
+    """See the module's docstring. `order` takes an action; no action is the program itself."""
+
+    name = "corrected"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.load_n, self.pull_n = np.zeros(len(LEGS)), np.zeros(len(SIDES))
+        self._planned = np.zeros(UNKNOWNS)
+        self._measured: Array | None = None
+        self._lacks, self._thrust_n = np.zeros(6), 0.0
+        self._posture: tuple[Array, list[bool], Array] = np.empty(0), [], np.empty(0)
+
+    def order(self, action: Array) -> None:
+        """Take an action (6,) in [-1, 1]: normal loads of fl fr rl rr and pulls of the left and right rope."""
+        self.load_n, self.pull_n = SHARE_N * action[: len(LEGS)], PULL_N * action[len(LEGS) :]
+
+    def plan(self, now: Balance) -> Plan:
+        """See Sharing."""
+        plan = super().plan(now)
+        self._look(now, plan)
+        wanted = plan.forces.copy()
+        wanted[NORMALS] += self.load_n
+        wanted[ROPES] = np.maximum(wanted[ROPES] + self.pull_n, 0.0)
+        beyond = wanted - plan.forces
+        wanted[:FEET] -= self._borne(now) @ (
+            now.balance @ beyond
+        )  # the feet take what would move the body
+        return replace(plan, forces=wanted)
+
+    def _borne(self, now: Balance) -> Array:
+        """(12, 6) the smallest forces of the carrying feet that bear a unit wrench; worked out once a posture."""
+        balance, carrying, borne = self._posture
+        if balance is not now.balance or carrying != now.carrying.tolist():
+            borne = np.asarray(
+                np.linalg.pinv(now.balance[:, :FEET] * np.repeat(now.carrying, 3)), dtype=np.float64
+            )
+            self._posture = now.balance, now.carrying.tolist(), borne
+        return borne
+
+    def view(self) -> Array:
+        """(len(VIEW),) what the agent sees after the last plan, each row from [low, high] to [-1, 1], clipped."""
+        off = np.zeros(UNKNOWNS) if self._measured is None else self._measured - self._planned
+        raw = np.concatenate(
+            [self._planned, off, self._lacks, [self._thrust_n], self.load_n, self.pull_n]
+        )
+        return np.asarray(np.clip((2.0 * raw - _LOW - _HIGH) / (_HIGH - _LOW), -1.0, 1.0))
+
+    def _look(self, now: Balance, plan: Plan) -> None:
+        if self._measured is None:
+            self._measured = now.measured.copy()
+        self._measured += 0.01 / VIEW_S * (now.measured - self._measured)
+        self._planned = plan.forces
+        self._lacks = -(now.balance @ self._measured + now.load)
+        self._thrust_n = now.thrust_n
+
+
+assert len(VIEW) == 2 * UNKNOWNS + 6 + 1 + 6 and FEET == 12

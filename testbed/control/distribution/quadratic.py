@@ -1,0 +1,183 @@
+"""Sharing by a quadratic program: the highest use of friction is as low as it can be, whatever the friction is.
+
+    min  worst * s^2 + sum_i (tx_i^2 + ty_i^2 + even * n_i^2) / mean(n)^2 + steady * |pull - last pull|^2
+    with |t_i| + doubt <= s (n_i + taken_i)   each carrying foot
+         balance, n_i >= lowest, joint forces within what the supply gives, 0 <= pull <= rating
+
+Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a foot from living on
+a few hundred newtons that nobody can be sure of. `taken` is what a surge of the thrust would take off a foot (none
+here). As s is sought and not given, no coefficient of friction has to be believed, and a plan within the cones is found
+where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it cannot be had.
+
+s * n is not linear: it is taken about the last plan; the plans of following ticks converge.
+use_program.py turns it into the arrays that daqp solves.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.distribution.distribution import Plan
+from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
+from testbed.control.distribution.use_program import About, UseProgram, highest_use
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import roboclimber
+
+Array = NDArray[np.float64]
+CONE_SIDES = 8
+LOWEST_NORMAL_N = 800.0
+"""Least normal load of a plan: twice what blows, estimates and the loops leave open (E)."""
+DOUBT_N = 600.0
+"""Break-away of a radial joint at rest (E)."""
+POOR_FRICTION = 0.45
+"""Coefficient of poor rock, 0.7 of the usual (E): plans that need more are made for friction alone."""
+WORST, EVEN, STEADY, STRICT = 4.0, 0.05, 0.02, 50.0
+"""Weights of the highest use, of even normal loads and of quiet ropes against friction use squared; how much more the
+highest use weighs where the doubt is given up (E)."""
+FIRST_ROUNDS, CLOSER = 6, 0.02
+"""Rounds until the first plan; most by which s may fall from round to round."""
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """low <= rows @ z <= high and below <= z <= above, balance @ z = value; z in units of `scale` N."""
+
+    rows: Array
+    low: Array
+    high: Array
+    balance: Array
+    value: Array
+    below: Array
+    above: Array
+    scale: float
+
+
+@dataclass
+class _Last:
+    """What the next plan is made about."""
+
+    normals: Array
+    """(4,) in units of the load."""
+    pull: Array
+    use: float
+    doubt: float = 1.0
+    """Share of the doubt that is kept to."""
+    lowest: float = 1.0
+    """Share of the lowest load that is kept to."""
+
+
+class Quadratic:
+    """See the module's docstring. `friction`: what `constraints` takes it to be; None is the parameter file's."""
+
+    name = "qp"
+
+    def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
+        numbers = roboclimber()
+        self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
+        self.lowest_n = lowest_n
+        self._rating_n = float(numbers["traction"]["rating_n"])
+        self._last: _Last | None = None
+        self._cones, self._use_rows = _cones(self.friction), _cones(0.0)
+        self._program = UseProgram(self._use_rows)
+
+    def plan(self, now: Balance) -> Plan:
+        """See Sharing. Where no plan balances the load without a pulling foot, nothing is asked for."""
+        rounds = 1
+        if self._last is None:
+            scale = _size(now.load)
+            even = np.where(now.carrying, 1 / 6, 0.0)
+            self._last, rounds = (
+                _Last(even, now.measured_pull_n / scale, 2 * POOR_FRICTION),
+                FIRST_ROUNDS,
+            )
+        z = None
+        for _ in range(rounds):
+            z = self._solve(now, self._last)
+        while z is None and self._last.lowest > 0.0:
+            z = self._solve(now, self._last)
+        if z is None:
+            return Plan(now.measured, feasible=False)
+        return Plan(z)
+
+    def constraints(self, now: Balance, lowest_n: float) -> Constraints:
+        """What a plan must keep to, with at least `lowest_n` on every carrying foot."""
+        scale = _size(now.load)
+        below, above = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
+        below[NORMALS] = np.where(now.carrying, lowest_n / scale, 0.0)
+        for leg in np.flatnonzero(~now.carrying):
+            below[3 * leg : 3 * leg + 3], above[3 * leg : 3 * leg + 3] = 0.0, 0.0
+        below[ROPES], above[ROPES] = 0.0, self._rating_n / scale
+        low, high = (now.lowest - now.held) / scale, (now.highest - now.held) / scale
+        cones, free = np.zeros(len(self._cones)), np.full(len(self._cones), -np.inf)
+        return Constraints(
+            np.vstack([self._cones, now.joint_map]),
+            np.concatenate([free, low]),
+            np.concatenate([cones, high]),
+            now.balance,
+            -now.load / scale,
+            below,
+            above,
+            scale,
+        )
+
+    def taken(self, now: Balance) -> Array:
+        """(4,) change of the normal loads, N, that a plan must stand without warning."""
+        return np.zeros(len(now.carrying))
+
+    def _solve(self, now: Balance, last: _Last) -> Array | None:
+        scale = _size(now.load)
+        taken = self.taken(now) / scale * last.doubt
+        z = self._program.solve(now, last.normals, last.pull, taken, self._about(last, scale))
+        if z is None:
+            last.lowest = 0.0 if last.lowest < 0.1 else 0.7 * last.lowest
+            return None
+        last.lowest = min(last.lowest + 0.002, 1.0)
+        use = highest_use(z, self._use_rows)
+        last.normals, last.pull, last.use = (
+            z[:FEET:3].copy(),
+            z[FEET:UNKNOWNS].copy(),
+            max(float(z[UNKNOWNS]), 0.0),
+        )
+        last.doubt = (
+            max(0.8 * last.doubt - 0.01, 0.0)
+            if use > POOR_FRICTION
+            else min(last.doubt + 0.02, 1.0)
+        )
+        return np.asarray(z[:UNKNOWNS] * scale)
+
+    def _about(self, last: _Last, scale: float) -> About:
+        """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and n_0."""
+        tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
+        return About(
+            scale=scale,
+            lowest=self.lowest_n * last.lowest / scale,
+            highest_pull=self._rating_n / scale,
+            doubt=DOUBT_N * last.doubt / scale,
+            use=last.use,
+            least_use=max(last.use - CLOSER, 0.0),
+            tangential=tangential,
+            even=EVEN * tangential,
+            steady=STEADY,
+            worst=WORST * (1.0 + STRICT * (1.0 - last.doubt)),
+        )
+
+
+def _size(load: Array) -> float:
+    """Of a wrench's force, N."""
+    force = load[:3]
+    return math.sqrt(force @ force)
+
+
+def _cones(friction: float) -> Array:
+    """Rows r with r . z <= 0: pyramids inside the friction cones; for friction 0, |t| as the pyramid measures it."""
+    rows = np.zeros((len(LEGS) * CONE_SIDES, UNKNOWNS))
+    for leg in range(len(LEGS)):
+        for side in range(CONE_SIDES):
+            angle = 2 * np.pi * side / CONE_SIDES
+            part = np.array([np.cos(angle), np.sin(angle)]) / np.cos(np.pi / CONE_SIDES)
+            rows[leg * CONE_SIDES + side, 3 * leg : 3 * leg + 3] = (-friction, *part)
+    return rows

@@ -1,0 +1,182 @@
+"""The machine's balance as control sees it: feet, ropes and joints as linear maps of the forces to be shared out.
+
+Unknowns z (14): per foot (LEGS order) the ground's force on it along body z (normal), x, y, N; then the pulls of the
+left and right rope, N. All in the body frame, which stands parallel to the slope.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.programs.references import Measured
+from testbed.laws.drill import THRUST
+from testbed.machine.names import AXES, JOINTS, LEGS
+from testbed.machine.provenance import Parameters
+from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+from testbed.robot.loads.compliance import OilColumns
+from testbed.robot.loads.drill_loads import known_wrench
+from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
+from testbed.robot.model import RobotModel, attitude_gravity
+
+Array = NDArray[np.float64]
+FEET = 3 * len(LEGS)
+UNKNOWNS = FEET + 2
+NORMALS = slice(0, FEET, 3)
+ROPES = slice(FEET, UNKNOWNS)
+_LEG = np.arange(len(LEGS))
+_ORDER = (2, 0, 1)
+"""A foot's unknowns are z, x, y."""
+
+
+POSTURE_STEP = 2.0e-4
+"""A posture is worked out anew when a joint has moved by this, rad or m: 0.3 mm at a foot (E)."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """One posture: balance @ z + load = 0; lowest <= joint_map @ z + held <= highest."""
+
+    balance: Array
+    """(6, 14) wrench on the body about its origin of unit unknowns."""
+    load: Array
+    """(6,) wrench of everything else: weight, payload, drill; N, N m."""
+    joint_map: Array
+    """(12, 14) joint force of unit unknowns, N m or N."""
+    held: Array
+    """(12,) joint forces that hold the legs themselves."""
+    lowest: Array
+    highest: Array
+    """(12,) what the joints can exert at the measured supply pressure."""
+    measured: Array
+    """(14,) what the unknowns are now, from pressures, estimates and load pins."""
+    carrying: NDArray[np.bool_]
+    thrust_map: Array
+    """(6,) wrench of a unit thrust of the drill, away from the slope."""
+    thrust_n: float
+    """What control ordered of the drill, N, + away from the slope; part of `load`."""
+    rigid: Array
+    """(12, 6) orthonormal foot displacements (z, x, y of each foot) that move the body as a whole."""
+    inner: Array
+    """(12, 6) orthonormal foot displacements, or forces, that leave the body alone: the complement of `rigid`."""
+    compliance: Array
+    """(12,) of the locked joints: rad/(N m), m/N."""
+
+    @property
+    def measured_loads_n(self) -> Array:
+        """(4,) normal loads."""
+        return self.measured[NORMALS]
+
+    @property
+    def measured_pull_n(self) -> Array:
+        """(2,)"""
+        return self.measured[ROPES]
+
+
+@dataclass(frozen=True)
+class _Posture:
+    """What follows from the joints alone; the fields of the same names in Balance."""
+
+    position: Array
+    balance: Array
+    joint_map: Array
+    rigid: Array
+    inner: Array
+    compliance: Array
+    arms: Array
+    legs: Array
+    """(4, 3, 3) each leg's own part of joint_map."""
+
+
+class Statics:
+    """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards the anchors."""
+
+    def __init__(
+        self, model: RobotModel, parameters: Parameters, rope_directions_in_body: Array
+    ) -> None:
+        self.model = model
+        self._ropes = np.array(
+            [
+                point_wrench(d, at)
+                for d, at in zip(rope_directions_in_body, model.rope_attachments_m, strict=True)
+            ]
+        ).T
+        areas = [_areas(parameters[f"{joint}_cylinder"]) for joint in JOINTS]
+        self._area_a, self._area_b = (np.tile([a[k] for a in areas], len(LEGS)) for k in (0, 1))
+        self._linkage = RotationLinkage.from_parameters(parameters).geometry
+        self._tank_pa = float(parameters["power_unit"]["tank_pressure_pa"])
+        self._oil = OilColumns(parameters)
+        self._thrust = drill_wrench(model, 1.0)
+        self._posture: _Posture | None = None
+
+    def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
+        """The balance now."""
+        p, position = self._posture, measured.position
+        if p is None or np.abs(position - p.position).max() > POSTURE_STEP:
+            p = self._posture = self._work_out(position.copy())
+        gravity = attitude_gravity(float(measured.attitude_rad[0]), float(measured.attitude_rad[1]))
+        reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(p.arms)
+        held = self.model.gravity_forces(position, gravity)
+        return Balance(
+            balance=p.balance,
+            load=known_wrench(self.model, measured.drill, gravity) - held[:6],
+            joint_map=p.joint_map,
+            held=held[6:],
+            lowest=-reach * self._area_b,
+            highest=reach * self._area_a,
+            measured=self._unknowns(measured, p, held[6:]),
+            carrying=carrying.copy(),
+            thrust_map=self._thrust,
+            thrust_n=float(measured.drill[THRUST]),
+            rigid=p.rigid,
+            inner=p.inner,
+            compliance=p.compliance,
+        )
+
+    def _work_out(self, position: Array) -> _Posture:
+        points, jacobians = self.model.feet(position)
+        balance, joint_map = np.zeros((6, UNKNOWNS)), np.zeros((len(AXES), UNKNOWNS))
+        balance[:, :FEET] = _maps(points)
+        balance[:, ROPES] = self._ropes
+        joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
+        turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
+        extension, arms = np.empty(len(AXES)), np.empty(len(AXES))
+        joint_to_cylinder(position, self._linkage, extension, arms)
+        compliance = self._oil.joint_compliance(position)
+        legs = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
+        return _Posture(
+            position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms, legs
+        )
+
+    def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
+        """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators know better."""
+        z = np.empty(UNKNOWNS)
+        z[ROPES] = measured.rope_tension_n
+        if measured.foot_force_in_body_n is not None:
+            z[:FEET] = measured.foot_force_in_body_n[:, _ORDER].ravel()
+            return z
+        joint = (
+            measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b
+        ) * p.arms
+        z[:FEET] = np.linalg.solve(p.legs, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
+        z[NORMALS] = measured.load_n
+        return z
+
+
+def _maps(points: Array) -> Array:
+    """(6, 12) wrenches of unit forces z, x, y at points (4, 3)."""
+    out = np.zeros((6, FEET))
+    x, y, z = points.T
+    out[2, 0::3], out[0, 1::3], out[1, 2::3] = 1.0, 1.0, 1.0
+    out[3, 0::3], out[4, 0::3] = y, -x
+    out[4, 1::3], out[5, 1::3] = z, -y
+    out[3, 2::3], out[5, 2::3] = -z, x
+    return out
+
+
+def _areas(cylinder: dict[str, float]) -> tuple[float, float]:
+    bore, rod = cylinder["bore_m"], cylinder["rod_m"]
+    return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)

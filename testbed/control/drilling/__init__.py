@@ -1,0 +1,1 @@
+"""How hard the drill may press."""

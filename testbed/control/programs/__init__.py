@@ -1,0 +1,1 @@
+"""Programs of set points: what the robot is told to do."""

@@ -1,0 +1,78 @@
+"""How fast set points may move: what valves, pump and traction devices can do on a planned way.
+
+A way is sampled, and its duration is the shortest at which no joint, no rope and not the pump is asked for more than
+its limit. Progress along it is a trapezoid of speed: rest, ramp, cruise, ramp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.machine.names import JOINTS
+from testbed.machine.provenance import Parameters
+
+Array = NDArray[np.float64]
+RAMP = 0.12
+"""Share of a way's time in which its speed rises, and falls."""
+PEAK = 1.0 / (1.0 - RAMP)
+"""Highest speed relative to the mean."""
+SWING_RAMP = 0.2
+"""The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot across from it."""
+LOADED_SHARE, FREE_SHARE = 0.7, 0.95
+"""Share of a valve's flow at its rated drop that set points may ask for (E), of legs that stand and of a leg in the
+air: the rest is the loops' reserve."""
+PUMP_SHARE = 0.7
+"""Share of the pump's full flow that set points may ask for (E)."""
+TRACTION_SHARE = 0.9
+"""Share of a traction device's speed that the body's motion may ask for (E): the rest is for the tension's sake."""
+
+
+class Pace:
+    """Limits of one machine: cylinder flows (12), traction speed and the pump's flow."""
+
+    def __init__(self, p: Parameters, arm_m: float) -> None:
+        """`arm_m`: moment arm of the rotation cylinders at the start, m."""
+        valve = p["valve"]
+        areas = np.array([np.pi / 4 * p[f"{joint}_cylinder"]["bore_m"] ** 2 for joint in JOINTS])
+        rated = np.array([valve[f"rated_flow_{joint}_m3_s"] for joint in JOINTS])
+        self._volume = np.tile(areas * np.array([arm_m, 1.0, 1.0]), 4)
+        self._rated = np.tile(rated, 4)
+        self._pump = PUMP_SHARE * p["power_unit"]["full_flow_m3_s"]
+        self._traction_area = p["traction"]["piston_area_m2"]
+        self._traction_m_s = TRACTION_SHARE * p["traction"]["speed_max_m_s"]
+
+    def shift_s(self, joints: Array, ropes_m: Array) -> float:
+        """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n, 2) to be kept, m."""
+        return PEAK * self._needed_s(joints, ropes_m, LOADED_SHARE)
+
+    def swing_s(self, joints: Array) -> float:
+        """Least duration of a leg's swing, sampled evenly in time: joints (n, 12)."""
+        return self._needed_s(joints, np.zeros((len(joints), 2)), FREE_SHARE)
+
+    def free_s(self, axis: int, change: float) -> float:
+        """Least duration of a move by `change` (rad or m) of one joint of a leg in the air."""
+        return (
+            abs(change)
+            / (1.0 - SWING_RAMP)
+            * float(self._volume[axis] / (FREE_SHARE * self._rated[axis]))
+        )
+
+    def _needed_s(self, joints: Array, ropes_m: Array, share: float) -> float:
+        count = len(joints) - 1
+        oil = np.abs(np.diff(joints, axis=0)) * self._volume * count
+        rope = np.diff(ropes_m, axis=0) * count
+        hauled = np.maximum(-rope, 0.0) * self._traction_area
+        pump = oil.sum(axis=1) + hauled.sum(axis=1)
+        needs = (oil / (share * self._rated), np.abs(rope) / self._traction_m_s, pump / self._pump)
+        return max(float(need.max()) for need in needs)
+
+
+def progress(share: float, ramp: float = RAMP) -> float:
+    """Share of the way covered at a share of its time: a trapezoid of speed with ramps of `ramp`."""
+    t, peak = min(max(share, 0.0), 1.0), 1.0 / (1.0 - ramp)
+    if t < ramp:
+        return 0.5 * peak * t * t / ramp
+    if t > 1.0 - ramp:
+        return 1.0 - 0.5 * peak * (1.0 - t) ** 2 / ramp
+    return peak * (t - 0.5 * ramp)

@@ -1,0 +1,50 @@
+"""Set points of a body that moves to and fro over standing feet: sinusoids along its three axes.
+
+All feet stay where they are, so every cylinder moves in both directions under load: what a residual needs to show
+friction, leakage and drift apart. The ropes are hauled and paid out with the body.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.programs.references import Command, Measured
+from testbed.machine.provenance import roboclimber
+from testbed.robot.kinematics import LegKinematics
+from testbed.scenario.tasks import Sway
+
+Array = NDArray[np.float64]
+RISE_S = 3.0
+"""The amplitudes grow from nothing within this time (E)."""
+
+
+class SwayProgram:
+    """See Program. `rope_directions_in_body` (2, 3): unit vectors towards the anchors at the start."""
+
+    def __init__(self, task: Sway, start: Array, rope_directions_in_body: Array) -> None:
+        self.task = task
+        self._legs = LegKinematics.from_parameters(roboclimber())
+        self._feet = self._legs.feet(start)
+        self._nought = start - self._legs.joints(self._feet)
+        self._ropes = rope_directions_in_body
+        self._now = Command(reference=start.copy())
+
+    def body_m(self, t: float) -> Array:
+        """Where the body is meant to be at time t, from where it started (3), m, body axes."""
+        since = t - self.task.start_s
+        if since <= 0.0:
+            return np.zeros(3)
+        rise = 0.5 - 0.5 * np.cos(np.pi * min(since / RISE_S, 1.0))
+        angle = 2.0 * np.pi * since / np.array(self.task.period_s)
+        return np.asarray(rise * np.array(self.task.amplitude_m) * np.sin(angle))
+
+    def update(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Program."""
+        del measured
+        command, goal = self._now, self.body_m(t + dt)
+        wanted = self._legs.joints(self._feet - goal) + self._nought
+        command.rate[:] = (wanted - command.reference) / dt
+        command.rate[np.abs(command.rate) < 1e-9] = 0.0
+        command.rope_rate_m_s[:] = -self._ropes @ (goal - self.body_m(t)) / dt
+        return command

@@ -1,0 +1,1 @@
+"""What one leg or axis lacks, from its recordings."""

@@ -1,0 +1,143 @@
+"""The published model before any effect: friction (5) identified in the air, then on everything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.leg.evidence import evidence
+from testbed.diagnosis.leg.fit import Fit, solve
+from testbed.diagnosis.leg.hypotheses import restarted
+from testbed.diagnosis.leg.problem import (
+    Coordinate,
+    Point,
+    Problem,
+    effect_coordinates,
+    friction_coordinates,
+)
+from testbed.diagnosis.leg.series import Series
+from testbed.effects import Active, by_name
+from testbed.errors import InputError
+from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
+from testbed.estimation.leg.flow import Edge
+from testbed.recording.axis import Rig
+from testbed.recording.leg_model import Friction, LegModel
+
+Array = npt.NDArray[np.float64]
+EDGE = (
+    Coordinate("nuisance", "gain", 1.0, 0.8, 1.25, 0.004, False, ("flow", "supply"), (1.0, 0.004)),
+    Coordinate(
+        "nuisance",
+        "smooth_pa",
+        5e4,
+        1e3,
+        3e5,
+        0.5,
+        True,
+        ("flow", "supply"),
+        (float(np.log(5e4)), 0.7),
+    ),
+)
+"""A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
+ZERO = (Coordinate("zero", "zero_n", 0.0, -1e3, 1e3, 1.0),)
+"""Of a bench's pressure sensor and load cell: nobody declares them, and they are no finding."""
+
+
+def declared(rig: Rig) -> LegModel:
+    """The declared model without friction; what is declared as null and cannot be 0 is filled from the data."""
+    known = rig.known
+    changes: dict[str, float] = {}
+    if known.stroke_m is None:
+        x = np.concatenate([r.position_m for r in rig.identify])
+        changes["stroke_m"] = float(max(np.ptp(x), 1e-3))
+    return LegModel(rig=rig.kind, known=known.model_copy(update=changes))  # type: ignore[arg-type]
+
+
+def first_friction(
+    series: Sequence[Series], model: LegModel, believed: Sequence[Active] = ()
+) -> tuple[Friction, float]:
+    """(a rough friction from medians, the scale of forces in N): where the fit starts."""
+    total, speed = [], []
+    for s in series:
+        signals = corrected(s.signals, believed)
+        terms = force_terms(model, signals, believed)
+        y = without_friction_n(signals, terms) - (
+            s.reference_n if s.reference_n is not None else 0.0
+        )
+        total.append(y[s.trusted])
+        speed.append(s.signals.velocity_m_s[s.trusted])
+    y, v = np.concatenate(total), np.concatenate(speed)
+    if (v > 0).sum() < 30 or (v < 0).sum() < 30:
+        raise InputError(
+            f"position hardly moves: {len(v)} samples faster than 3 mm/s, both directions needed",
+            allowed="recordings in which the piston slides both ways",
+        )
+    plus, minus = float(np.median(y[v > 0])), float(np.median(-y[v < 0]))
+    scale = max(
+        0.1 * (abs(plus) + abs(minus)), 0.3 * float(np.median(np.abs(y - np.median(y)))), 0.05
+    )
+    typical = max(float(np.median(np.abs(v))), 1e-3)
+    viscous = 0.2 * max(plus + minus, 0.0) / 2.0 / typical
+    return Friction(
+        viscous_plus_n_s_m=viscous,
+        coulomb_plus_n=max(plus, 0.0),
+        stribeck_plus_n=0.1 * scale,
+        stribeck_speed_plus_m_s=0.01,
+        viscous_minus_n_s_m=viscous,
+        coulomb_minus_n=max(minus, 0.0),
+        stribeck_minus_n=0.1 * scale,
+        stribeck_speed_minus_m_s=0.01,
+    ), scale
+
+
+AGAIN_M_S = 0.02
+"""Stribeck speed, both ways, from which a leg's friction is fitted a second time."""
+
+
+def _better(problem: Problem, fit: Fit) -> Fit:
+    """The fit, or the one from other Stribeck speeds where that predicts held-out blocks better: valleys are flat."""
+    coordinates = [restarted(c, fit.at) for c in fit.coordinates]
+    coordinates = [
+        replace(c, start=AGAIN_M_S) if c.name.startswith("stribeck_speed") else c
+        for c in coordinates
+    ]
+    again = solve(problem, coordinates, fit.at, iterations=20)
+    found = evidence(problem, again)
+    return again if found.gain_over(evidence(problem, fit), found) > 0.0 else fit
+
+
+def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
+    """Friction (5), a mass that is declared as null, and the nuisance; (fit, model with friction and mass).
+
+    A bench that hardly accelerates shows no mass: there a null mass stays null.
+    """
+    friction, scale = first_friction(problem.series, problem.base, problem.believed)
+    coordinates = friction_coordinates(friction, scale)
+    if problem.with_flow:
+        coordinates += EDGE
+    if problem.kind == "cylinder":
+        coordinates += ZERO
+    if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
+        mass = by_name("inertia.mass")
+        unknown = [
+            replace(c, start=10.0, low=0.0, scale=10.0, prior=None)
+            for c in effect_coordinates(mass)
+        ]
+        fixed = Point(
+            friction, Edge(), (*problem.believed, Active(mass, mass.complete({"mass": 10.0})))
+        )
+        found = solve(problem, [*coordinates, *unknown], fixed, iterations=20)
+        value = found.at.effects[-1].values["mass"]
+        problem.base = problem.base.model_copy(
+            update={"known": problem.base.known.model_copy(update={"moving_mass_kg": value})}
+        )
+        problem.series = tuple(s.declared(problem.base.known) for s in problem.series)
+        friction = found.at.friction
+        coordinates = [restarted(c, Point(friction, Edge(), problem.believed)) for c in coordinates]
+    fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
+    if problem.kind == "vertical-leg":
+        fit = _better(problem, fit)
+    return fit, fit.model(problem.base)

@@ -1,0 +1,197 @@
+"""From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
+
+Five questions L, each a logistic regression on a few signs, and rivalry among sets of the same size:
+
+    P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
+    P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
+    P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
+
+A question may be answered wrongly however clear its signs are: instead of L, the probability is
+missed + (1 - missed - ghost) L, with the rates at which a sure "no" and a sure "yes" turn out to be wrong.
+
+The last falls as a power, not exponentially: the noise's model is not exact, and a leader far ahead may still be the
+wrong name for a law of another form. The numbers are in `calibration.yaml`, with the rigs they were fitted on;
+`python -m testbed.benchmarks.diagnosis.calibration` fits them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from testbed.diagnosis.leg.signs import Signs
+
+FILE = Path(__file__).with_name("calibration.yaml")
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Question -> sign -> weight; `rivals`: slack, share, power for single effects, power for larger sets; `lapses`:
+    rates at which a sure "no" (`..._missed`) and a sure "yes" (`..._ghost`) are wrong, for LAPSING."""
+
+    left: Mapping[str, float]
+    generic: Mapping[str, float]
+    flow_terms: Mapping[str, float]
+    presence: Mapping[str, float]
+    second: Mapping[str, float]
+    rivals: Mapping[str, float]
+    lapses: Mapping[str, float] = field(default_factory=dict)
+
+    def lapsed(self, question: str, answer: float) -> float:
+        """The probability of a yes, as far from certain as this question's answers have been."""
+        missed, ghost = (self.lapses.get(f"{question}_{kind}", 0.0) for kind in ("missed", "ghost"))
+        return missed + (1.0 - missed - ghost) * answer
+
+
+LAPSING = ("unnamed", "presence", "second")
+"""Is there what no name covers? Is there an effect? Is there a second one?"""
+
+
+@cache
+def calibration() -> Calibration:
+    """The numbers that this version ships."""
+    import yaml
+
+    row = yaml.safe_load(FILE.read_text())
+    return Calibration(**{f.name: row[f.name] for f in fields(Calibration) if f.name in row})
+
+
+def _log(value: float, least: float) -> float:
+    return float(np.log(max(value, least)))
+
+
+def _size(value: float) -> float:
+    """A logarithm for numbers of either sign, straight near 0."""
+    return float(np.arcsinh(value / 5.0))
+
+
+def presence_signs(s: Signs) -> dict[str, float]:
+    """What tells whether there is an effect at all."""
+    f = s.first or s.refit
+    return {
+        "one": 1.0,
+        "gain": _log(f.gain, 0.5),
+        "fall": _log(f.fall, 1e-3),
+        "carried": _size(f.carried),
+    }
+
+
+def second_signs(s: Signs) -> dict[str, float]:
+    """What tells whether there is a second effect beside the first.
+
+    What a strong first effect's own formula leaves over looks like a small second one: hence the first one's gain, and
+    what is left even with the second, and whether others in its place would gain almost as much.
+    """
+    first, second = s.first or s.refit, s.second or s.refit
+    return {
+        "one": 1.0,
+        "more": _log(second.more, 0.5),
+        "fall": _log(second.fall, 1e-3),
+        "carried": _size(second.carried),
+        "first": _log(first.gain, 0.5),
+        "left": _log(max(second.force, second.flow), 1.0),
+        "worst": _log(1.0 + min(second.worst, 2.0), 1.0),
+        "alone": _alone(s),
+    }
+
+
+def _alone(s: Signs) -> float:
+    """Share of the second effect's gain that the next best in its place does not reach, 0 to 1."""
+    first = s.first or s.refit
+    more = sorted((g - first.gain for names, g in s.gains if len(names) > 1), reverse=True)
+    if not more or more[0] <= 0.0:
+        return 0.0
+    return 1.0 - max(more[1] if len(more) > 1 else 0.0, 0.0) / more[0]
+
+
+FORCE_LEFT, FLOW_LEFT = (2.5, 0.05), (2.0, 0.03)
+"""Noise over the sensors' floor that a sound leg may leave, as its friction and its valve are never quite the formulas;
+and the share of what there was that a named effect of another form may leave on top."""
+
+
+def left_signs(s: Signs) -> dict[str, float]:
+    """What tells that no name covers what is there: more is left than the form of a law explains.
+
+    A name that gained much is forgiven more.
+    """
+    best = s.best
+    return {
+        "one": 1.0,
+        "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * s.refit.force), 1.0),
+        "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * s.refit.flow), 1.0),
+        "gain": _log(best.gain, 6.0),
+    }
+
+
+def generic_signs(s: Signs) -> dict[str, float]:
+    """The same, told by generic terms of the force balance: they gain, and not little beside what names gained; or they
+    alone gain more than the names do."""
+    generic = max(s.generic_gain, 0.5)
+    share = generic / (generic + max(s.best.gain, 0.5))
+    ahead = s.alone_gain - s.best.gain if s.best.names else 0.0
+    return {
+        "one": 1.0,
+        "gain": _log(generic, 0.5),
+        "share": _log(share, 1e-3),
+        "fall": _log(s.generic_fall, 1e-3),
+        "alone": _log(ahead / AHEAD, 1.0),
+    }
+
+
+AHEAD, FLOW_GAIN, FLOW_FALL = 5.0, 1000.0, 0.3
+"""Log-likelihood that generic terms may lead names by for nothing; and what linear terms gain, and how far they lower
+the noise, in the flow balances of a sound leg, whose edges and spool are never quite the formulas."""
+
+
+def flow_terms_signs(s: Signs) -> dict[str, float]:
+    """The same, told by linear terms of the flow balances, again beside what names gained."""
+    gain = max(s.flow_gain, 1.0)
+    share = gain / (gain + max(s.best.gain, 0.5))
+    return {
+        "one": 1.0,
+        "gain": _log(gain / FLOW_GAIN, 0.1),
+        "fall": _log(s.flow_fall / FLOW_FALL, 0.1),
+        "share": _log(share, 1e-3),
+    }
+
+
+def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
+    total = sum(weights[k] * v for k, v in signs.items() if k in weights)
+    return float(1.0 / (1.0 + np.exp(-np.clip(total, -30.0, 30.0))))
+
+
+def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
+    """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers."""
+    covered = (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
+    missing = c.lapsed(
+        "unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(s), c.flow_terms))
+    )
+    singles = [(n, g) for n, g in s.gains if len(n) == 1]
+    larger = [(n, g) for n, g in s.gains if len(n) > 1]
+    some = c.lapsed("presence", _answer(presence_signs(s), c.presence)) if singles else 0.0
+    two = c.lapsed("second", _answer(second_signs(s), c.second)) if larger else 0.0
+    out: dict[Names, float] = {("unnamed",): missing, (): (1.0 - missing) * (1.0 - some)}
+    for group, power, whole in (
+        (singles, c.rivals["power_1"], some * (1.0 - two)),
+        (larger, c.rivals["power_2"], some * two),
+    ):
+        for names, share in rivalry(group, c.rivals["slack"], c.rivals["share"], power):
+            out[names] = out.get(names, 0.0) + (1.0 - missing) * whole * share
+    return out
+
+
+def rivalry(
+    group: Sequence[tuple[Names, float]], slack: float, share: float, power: float
+) -> list[tuple[Names, float]]:
+    """Shares of the sets of one size, adding up to 1: (names, gain) -> (names, share)."""
+    if not group:
+        return []
+    gains = np.array([g for _, g in group])
+    behind = (gains.max() - gains) / (slack + share * max(float(gains.max()), 0.0))
+    belief = (1.0 + behind) ** -power
+    return [(n, float(b)) for (n, _), b in zip(group, belief / belief.sum(), strict=True)]

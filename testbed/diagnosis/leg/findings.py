@@ -1,0 +1,172 @@
+"""What a diagnosis found, as `findings.json` and model files carry it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.leg.errors import Errors
+from testbed.diagnosis.leg.fit import Fit
+from testbed.diagnosis.leg.hypotheses import LeftOut
+from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.search import Search
+from testbed.diagnosis.leg.unexplained import Unexplained
+from testbed.diagnosis.leg.verdict import Verdict
+from testbed.effects import by_name, kind_of, place_of
+from testbed.formats.files import make_folder, write_json
+from testbed.recording.axis import Rig
+from testbed.recording.leg_model import EffectEntry, LegModel, Parameter, write_model
+
+FORMAT = "roboclimber-findings/1"
+CAUTION, OTHER_FORM = 2.0, {"force": 0.12, "flow": 0.05}
+"""Intervals are wider than the data alone say: by this factor, and by this share of the value for what the force
+balance shows and what only flows show, as friction and sensors are never exactly what their formulas say. Set on the
+rigs that `calibration.yaml` was fitted on."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Everything about one rig: the search, the verdict, the three models and their errors on `verify`."""
+
+    rig: Rig
+    problem: Problem
+    state: Search
+    found: Unexplained
+    verdict: Verdict
+    models: dict[str, LegModel]
+    entries: tuple[EffectEntry, ...]
+    errors: Errors
+    floor_note: str = ""
+
+    @property
+    def left_out(self) -> list[LeftOut]:
+        """Hypotheses that this data cannot show."""
+        return self.state.left_out
+
+
+def entries_of(
+    fit: Fit, memory: float, by_blocks: npt.NDArray[np.float64] | None = None
+) -> tuple[EffectEntry, ...]:
+    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins;
+    `by_blocks`: covariance with blocks as witnesses. The wider of both counts."""
+    variance = np.diag(fit.covariance) * max(memory, 1.0)
+    if by_blocks is not None:
+        variance = np.maximum(variance, np.diag(by_blocks))
+    sigma = CAUTION * np.sqrt(np.maximum(variance, 0.0))
+    spread = {
+        (c.owner, c.name): (c, t, s)
+        for c, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)
+    }
+    out = []
+    for active in fit.at.effects:
+        parameters = {}
+        for name, value in active.values.items():
+            spec = active.effect.spec(name)
+            if (
+                spec.default is not None
+                and value == spec.default
+                and (active.effect.name, name) not in spread
+            ):
+                continue
+            parameters[name] = Parameter(
+                value=value,
+                unit=spec.unit,
+                interval90=_interval(spread, active.effect.name, name, value),
+            )
+        name = active.effect.name
+        out.append(EffectEntry(name=kind_of(name), parameters=parameters, place=place_of(name)))
+    return tuple(out)
+
+
+def _interval(
+    spread: dict[tuple[str, str], Any], owner: str, name: str, value: float
+) -> tuple[float, float] | None:
+    if (owner, name) not in spread:
+        return None
+    c, t, s = spread[(owner, name)]
+    form = OTHER_FORM["force" if "force" in c.moves else "flow"]
+    half = np.hypot(1.645 * s, form * (1.0 if c.log else abs(t)))
+    low, high = t - half, t + half
+    if c.log:
+        low, high = float(np.exp(low)), float(np.exp(high))
+    return float(max(min(low, value), c.low)), float(min(max(high, value), c.high))
+
+
+def as_json(d: Diagnosis) -> dict[str, Any]:
+    """The contents of findings.json."""
+    effects = []
+    for entry in d.entries if d.verdict.kind == "effect" else ():
+        effect = by_name(entry.name)
+        effects.append(
+            {
+                "name": entry.name,
+                "probability": round(d.verdict.probability(entry.name), 4),
+                "ambiguous_with": list(d.verdict.ambiguous.get(entry.name, ())),
+                "parameters": {
+                    k: {
+                        "value": p.value,
+                        "unit": p.unit,
+                        "interval90": list(p.interval90) if p.interval90 else None,
+                    }
+                    for k, p in entry.parameters.items()
+                },
+                "equation": effect.equation,
+            }
+        )
+    quantities = {q: d.errors.total(q) for q in ("force_n", "flow_m3_s")}
+    return {
+        "format": FORMAT,
+        "rig": d.rig.name,
+        "verdict": d.verdict.kind,
+        "effects": effects,
+        "hypotheses": hypotheses_json(d.verdict),
+        "error": {q: v for q, v in quantities.items() if v}
+        | {"by_recording": d.errors.by_recording},
+        "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
+    }
+
+
+def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
+    """Sets with a probability above 0.0005, rounded so that they add up to 1 exactly."""
+    kept = [(names, p) for names, p in verdict.hypotheses if p > 5e-4]
+    total = sum(p for _, p in kept)
+    rounded = [round(p / total, 4) for _, p in kept]
+    rounded[0] = round(rounded[0] + 1.0 - sum(rounded), 4)
+    return [
+        {"names": list(names), "probability": p}
+        for (names, _), p in zip(kept, rounded, strict=True)
+    ]
+
+
+def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
+    """(header, rows) of a short table: what is missing, and the errors on verify."""
+    rows = []
+    for entry in d.entries:
+        numbers = ", ".join(
+            f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip()
+            for k, p in entry.parameters.items()
+        )
+        rows.append([entry.name, numbers, f"probability {d.verdict.probability(entry.name):.3f}"])
+    for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
+        total = d.errors.total(quantity)
+        if total:
+            rows.append(
+                [
+                    f"error, {unit}",
+                    ", ".join(f"{k} {v:.3g}" for k, v in total.items()),
+                    "root mean square on verify",
+                ]
+            )
+    return ["", "value", ""], rows
+
+
+def write_findings(d: Diagnosis, out: Path) -> None:
+    """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
+    make_folder(out)
+    write_json(out / "findings.json", as_json(d))
+    for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
+        write_model(out / f"{name}.yaml", d.models[stage])

@@ -1,0 +1,357 @@
+"""Robust least squares over groups of unlike noise, and its linearised leave-blocks-out prediction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.leg.problem import STRAIGHT, Coordinate, Point, Problem, point, start_vector
+from testbed.recording.leg_model import LegModel
+
+Array = npt.NDArray[np.float64]
+HUBER = 3.0
+FOLDS = 8
+LEAST_GAIN = 0.3
+"""A fall of the cost, in units of log-likelihood of bins that are far from independent, that ends a fit."""
+TRIES = 10
+"""Steps tried in one iteration, each eight times as damped as the one before: far from the answer all but the shortest
+may lead uphill."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted hypothesis. `residual`, `jacobian`: per channel, stacked bins (fitted units)."""
+
+    coordinates: tuple[Coordinate, ...]
+    theta: Array
+    at: Point
+    residual: dict[str, Array]
+    jacobian: dict[str, Array]
+    scale: dict[str, Array]
+    """Channel -> noise of each group."""
+    covariance: Array
+
+    def model(self, base: LegModel) -> LegModel:
+        """The base model with this fit's friction (no effects)."""
+        return self.at.model(base)
+
+
+def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str, Array]:
+    """Stacked residuals of some channels."""
+    model = at.model(problem.base)
+    out: dict[str, Array] = {}
+    if "force" in channels:
+        out["force"] = problem.force(model, at.effects)
+    if "flow" in channels or "supply" in channels:
+        out |= {k: v for k, v in problem.flow(model, at.effects, at.edge).items() if k in channels}
+    return out
+
+
+def group_scale(
+    residual: Array, count: Array, group: npt.NDArray[np.int64], groups: int, floor: float
+) -> Array:
+    """Robust standard deviation of each group: 1.48 MAD about 0, at least `floor`."""
+    out = np.full(groups, np.inf)
+    for g in range(groups):
+        here = np.abs(residual[(group == g) & (count > 0)])
+        if here.size > 20:
+            # Between the median and the root mean square: tails count, single bursts do not.
+            clipped = np.minimum(here, 4.0 * 1.48 * np.median(here))
+            out[g] = max(float(np.sqrt(np.mean(clipped**2))), floor)
+    return out
+
+
+FLOORS = {"force": 1e-3, "flow": 1e-8, "supply": 10.0}
+
+
+def weights(
+    problem: Problem, residual: dict[str, Array], scale: dict[str, Array]
+) -> dict[str, Array]:
+    """Square roots of the weights of each bin: 1 / noise, less for outliers (Huber), 0 for empty bins."""
+    out = {}
+    for channel, r in residual.items():
+        layout = problem.layout[channel]
+        s = scale[channel][layout.group] * layout.relative
+        with np.errstate(invalid="ignore", divide="ignore"):
+            z = np.abs(r) / s
+            root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(z, 1e-12)))
+            out[channel] = np.where((layout.count > 0) & np.isfinite(s), root / s, 0.0)
+    return out
+
+
+def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
+    """The noise of every group."""
+    return {
+        c: group_scale(
+            r / problem.layout[c].relative,
+            problem.layout[c].count,
+            problem.layout[c].group,
+            len(problem.layout[c].names),
+            FLOORS[c],
+        )
+        for c, r in residual.items()
+    }
+
+
+def jacobian(
+    problem: Problem,
+    coordinates: Sequence[Coordinate],
+    theta: Array,
+    fixed: Point,
+    at_zero: dict[str, Array],
+) -> dict[str, Array]:
+    """Differences forward (backward at an upper bound), channel by channel; exact where friction enters straight.
+
+    A coordinate that does not move a channel has a zero column."""
+    out = {c: np.zeros((len(r), len(theta)), order="F") for c, r in at_zero.items()}
+    exact = _exact(problem, coordinates, theta, fixed) if "force" in at_zero else {}
+    for j, c in enumerate(coordinates):
+        if j in exact:
+            out["force"][:, j] = exact[j]
+            continue
+        moved = [m for m in c.moves if m in at_zero]
+        if not moved:
+            continue
+        step = 1e-3 * c.scale
+        if theta[j] + step > (np.log(c.high) if c.log else c.high):
+            step = -step  # at its upper bound nothing moves forward
+        shifted = theta.copy()
+        shifted[j] += step
+        for channel, r in residuals(problem, point(coordinates, shifted, fixed), moved).items():
+            out[channel][:, j] = (r - at_zero[channel]) / step
+    return out
+
+
+def _exact(
+    problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point
+) -> dict[int, Array]:
+    """Index of a coordinate -> its column of the force's Jacobian, for friction that enters straight."""
+    friction = {j: c.name for j, c in enumerate(coordinates) if c.owner == "friction"}
+    wanted = {j: STRAIGHT.index(name) for j, name in friction.items() if name in STRAIGHT}
+    if not wanted:
+        return {}
+    at = point(coordinates, theta, fixed)
+    found = problem.straight_columns(at.model(problem.base), at.effects)
+    return {} if found is None else {j: found[:, k] for j, k in wanted.items()}
+
+
+def solve(
+    problem: Problem,
+    coordinates: Sequence[Coordinate],
+    fixed: Point,
+    iterations: int = 12,
+    scale: dict[str, Array] | None = None,
+    rescale: bool = True,
+) -> Fit:
+    """Levenberg-Marquardt with bounds, robust weights and group noise that is re-estimated on the way."""
+    channels = problem.channels()
+    theta = start_vector(coordinates)
+    low, high = _bounds(coordinates)
+    unit = np.array([c.scale for c in coordinates])
+    r = residuals(problem, point(coordinates, theta, fixed), channels)
+    scale = scale or scales(problem, r)
+    damping = 1e-3
+    jac = jacobian(problem, coordinates, theta, fixed, r)
+    for iteration in range(iterations):
+        w = weights(problem, r, scale)
+        h, g = _normal(jac, r, w, unit)
+        prior_h, prior_g = _prior(coordinates, theta, unit)
+        now = _cost(problem, r, scale) + _prior_cost(coordinates, theta)
+        accepted = False
+        for _ in range(TRIES):
+            damped = h + prior_h + damping * np.diag(np.diag(h + prior_h) + 1e-9)
+            step = _step(damped, g + prior_g, theta, low, high) * unit
+            step = np.clip(
+                step, -3.0 * unit * (1 if iteration else 3), 3.0 * unit * (1 if iteration else 3)
+            )
+            trial = np.clip(theta + step, low, high)
+            r_trial = residuals(problem, point(coordinates, trial, fixed), channels)
+            cost = _cost(problem, r_trial, scale) + _prior_cost(coordinates, trial)
+            if np.isfinite(cost) and cost < now:
+                accepted = True
+                break
+            damping = max(damping * 8.0, 1e-3)
+        if not accepted:
+            break
+        gain = now - cost
+        theta, r = trial, r_trial
+        damping = max(damping / 6.0, 1e-7)
+        jac = jacobian(problem, coordinates, theta, fixed, r)
+        if rescale and iteration < 12:
+            scale = scales(problem, r)
+        if gain < LEAST_GAIN and iteration > 0:
+            break
+    w = weights(problem, r, scale)
+    h, _ = _normal(jac, r, w, unit)
+    prior_h, _ = _prior(coordinates, theta, unit)
+    covariance = np.asarray(
+        np.linalg.pinv(h + prior_h + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit),
+        dtype=np.float64,
+    )
+    return Fit(
+        tuple(coordinates), theta, point(coordinates, theta, fixed), r, jac, scale, covariance
+    )
+
+
+def _bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
+    """(lowest, highest) of every coordinate in fitted units."""
+    with np.errstate(divide="ignore"):
+        low = np.array([np.log(c.low) if c.log else c.low for c in coordinates])
+        high = np.array([np.log(c.high) if c.log else c.high for c in coordinates])
+    return low, high
+
+
+def _step(h: Array, g: Array, theta: Array, low: Array, high: Array) -> Array:
+    """-h^-1 g with the coordinates held that stand at a bound and would go beyond it.
+
+    To clip a step that they were part of would leave the others where they make sense with them only.
+    """
+    free = np.ones(len(g), dtype=bool)
+    while True:
+        step = np.zeros(len(g))
+        step[free] = -np.linalg.lstsq(h[np.ix_(free, free)], g[free], rcond=None)[0]
+        beyond = ((theta <= low) & (step < 0.0)) | ((theta >= high) & (step > 0.0))
+        if not beyond.any():
+            return step
+        free &= ~beyond
+
+
+def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extra: int) -> float:
+    """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra` more coordinates.
+
+    The Jacobian of the shared coordinates is the fit's own; only the new columns are computed.
+    """
+    channels = tuple(at.residual)
+    theta = start_vector(coordinates)
+    r = residuals(problem, point(coordinates, theta, at.at), channels)
+    new = jacobian(
+        problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r
+    )
+    unit = np.array([c.scale for c in coordinates])
+    jac = {c: np.hstack([at.jacobian[c], new[c]]) for c in channels}
+    w = weights(problem, r, at.scale)
+    h, g = _normal(jac, r, w, unit)
+    prior_h, prior_g = _prior(coordinates, theta, unit)
+    ridge = (1e-8 * np.trace(h) / len(unit) + 1e-9) * np.eye(len(unit))
+    step = _step(h + prior_h + ridge, g + prior_g, theta, *_bounds(coordinates))
+    promised = -0.5 * float((g + prior_g) @ step)
+    return _cost(problem, at.residual, at.scale) - _cost(problem, r, at.scale) + promised
+
+
+def _started(coordinates: Sequence[Coordinate], theta: Array, at: Fit) -> Point:
+    return point(coordinates, theta, at.at)
+
+
+def block_covariance(problem: Problem, fit: Fit) -> Array:
+    """Covariance (k, k) of the fitted coordinates that takes whole blocks of time as witnesses, not bins.
+
+    H^-1 (sum of g_b g_b') H^-1 with the cost's gradient g_b over block b: what is left inside a block may be as
+    coloured, and as unlike in size from block to block, as it likes.
+    """
+    h, _, unit = normal_equations(problem, fit)
+    w = weights(problem, fit.residual, fit.scale)
+    blocks = 1 + max(int(problem.layout[c].block.max()) for c in fit.residual)
+    gradient = np.zeros((blocks, len(unit)))
+    for channel, j in fit.jacobian.items():
+        pull = w[channel] ** 2 * fit.residual[channel]
+        np.add.at(gradient, problem.layout[channel].block, j * unit * pull[:, None])
+    inverse = np.linalg.pinv(h + 1e-9 * np.eye(len(unit)))
+    return np.asarray(
+        inverse @ (gradient.T @ gradient) @ inverse * np.outer(unit, unit), dtype=np.float64
+    )
+
+
+def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:
+    """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of the scales."""
+    unit = np.array([c.scale for c in fit.coordinates])
+    h, g = _normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
+    prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
+    return h + prior_h, g + prior_g, unit
+
+
+def _normal(
+    jac: dict[str, Array], r: dict[str, Array], w: dict[str, Array], unit: Array
+) -> tuple[Array, Array]:
+    size = len(unit)
+    h, g = np.zeros((size, size)), np.zeros(size)
+    for channel, j in jac.items():
+        moved = np.flatnonzero(j.any(axis=0))  # most parameters leave most channels alone
+        weighted = j[:, moved] * unit[moved] * w[channel][:, None]
+        h[np.ix_(moved, moved)] += weighted.T @ weighted
+        g[moved] += weighted.T @ (w[channel] * r[channel])
+    return h, g
+
+
+def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> float:
+    """Half the Huber sum over all bins."""
+    total = 0.0
+    for channel, values in r.items():
+        layout = problem.layout[channel]
+        s = scale[channel][layout.group] * layout.relative
+        use = (layout.count > 0) & np.isfinite(s)
+        z = np.abs(values[use]) / s[use]
+        total += float(np.sum(np.where(z < HUBER, 0.5 * z * z, HUBER * z - 0.5 * HUBER**2)))
+    return total
+
+
+def _prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
+    h, g = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
+    for j, c in enumerate(coordinates):
+        if c.prior is not None:
+            centre, sigma = c.prior
+            h[j, j] = (unit[j] / sigma) ** 2
+            g[j] = unit[j] * (theta[j] - centre) / sigma**2
+    return h, g
+
+
+def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
+    pairs = zip(coordinates, theta, strict=True)
+    return float(sum(0.5 * ((t - c.prior[0]) / c.prior[1]) ** 2 for c, t in pairs if c.prior))
+
+
+def held_out(
+    problem: Problem, fit: Fit, ridge: float = 1e-6, by_recording: bool = False
+) -> dict[str, Array]:
+    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in turn, or every
+    recording is a fold of its own.
+
+    Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
+    """
+    unit = np.array([c.scale for c in fit.coordinates])
+    w = weights(problem, fit.residual, fit.scale)
+    h, g = _normal(fit.jacobian, fit.residual, w, unit)
+    prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
+    low, high = _bounds(fit.coordinates)
+    pull = g + prior_g
+    free = ~(
+        ((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0))
+    )  # the others stay at a bound
+    total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
+    out = {c: r.copy() for c, r in fit.residual.items()}
+    folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
+    for fold in range(len(problem.series) if by_recording else FOLDS):
+        h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))
+        rows = {}
+        for channel, j in fit.jacobian.items():
+            here = folds[channel] == fold
+            rows[channel] = here
+            weighted = j[here] * unit * w[channel][here, None]
+            h_fold += weighted.T @ weighted
+            g_fold += weighted.T @ (w[channel][here] * fit.residual[channel][here])
+        delta = np.zeros(len(unit))
+        delta[free] = np.linalg.solve((total - h_fold)[np.ix_(free, free)], g_fold[free])
+        for channel, j in fit.jacobian.items():
+            out[channel][rows[channel]] += (j[rows[channel]] * unit) @ delta
+    return out
+
+
+def _folds(problem: Problem, channel: str, by_recording: bool) -> npt.NDArray[np.int64]:
+    layout = problem.layout[channel]
+    if not by_recording:
+        return np.asarray(layout.block % FOLDS, dtype=np.int64)
+    order = [s.name for s in problem.series]
+    number = np.array([order.index(recording) for _, recording in layout.names], dtype=np.int64)
+    return np.asarray(number[layout.group], dtype=np.int64)

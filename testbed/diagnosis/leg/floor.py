@@ -1,0 +1,161 @@
+"""What sensors and encoder alone leave, propagated through the same smoothing and the same velocity estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.leg.evidence import Key, student
+from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.series import Series
+from testbed.estimation.leg.force import estimate
+from testbed.estimation.leg.signals import WIDTH_S, signals_of
+from testbed.recording.axis import Recording
+from testbed.recording.leg_model import Friction, LegModel
+
+Array = npt.NDArray[np.float64]
+
+
+def white_noise(values: Array) -> float:
+    """Standard deviation of a channel's white noise, robust: from second differences."""
+    second = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
+    return float(1.48 * np.median(second) / np.sqrt(6.0))
+
+
+def smoothing_gain(rate_hz: float, width_s: float) -> float:
+    """Standard deviation of white noise after Gaussian smoothing, per unit before."""
+    return float(min(1.0, np.sqrt(1.0 / (2.0 * np.sqrt(np.pi) * max(width_s * rate_hz, 0.3)))))
+
+
+def rate_gain(rate_hz: float, width_s: float) -> float:
+    """The same for the derivative, 1/s."""
+    width = max(width_s, 0.3 / rate_hz)
+    return float(np.sqrt(1.0 / (4.0 * np.sqrt(np.pi) * rate_hz * width**3)))
+
+
+def force_floor_n(
+    series: Series, recording: Recording, friction: Friction, width_s: float
+) -> Array:
+    """A realisation of the encoder's error in the force and of the pressures' noise, N, shape (n,)."""
+    known = series.signals.known
+    v = series.signals.velocity_m_s
+    slope = np.where(v > 0, friction.viscous_plus_n_s_m, friction.viscous_minus_n_s_m)
+    encoder = (
+        -(known.moving_mass_kg or 0.0) * series.acceleration_noise_m_s2
+        - slope * series.velocity_noise_m_s
+    )
+    noise = 0.0
+    for values, area in (
+        (recording.pressure_a_pa, known.area_a_m2),
+        (recording.pressure_b_pa, known.area_b_m2),
+    ):
+        if values is not None:
+            noise += (white_noise(values) * area) ** 2
+    if recording.actuator_force_n is not None:
+        noise += white_noise(recording.actuator_force_n) ** 2
+    reference = recording.header.reference_force
+    if reference is not None and reference.kind == "load-cell":
+        noise += (reference.standard_deviation or 0.0) ** 2 + (
+            reference.resolution or 0.0
+        ) ** 2 / 12.0
+    size = np.sqrt(noise) * smoothing_gain(series.full_rate_hz, width_s)
+    rng = np.random.default_rng(0)
+    return np.asarray(encoder + size * rng.standard_normal(len(v)), dtype=np.float64)
+
+
+def flow_floor_m3_s(series: Series, recording: Recording) -> tuple[Array, Array]:
+    """The same for the flow balances of A and B, m3/s, shape (n,)."""
+    k = series.signals.known
+    x = series.signals.position_m
+    rng = np.random.default_rng(1)
+    out = []
+    gain = rate_gain(series.full_rate_hz, WIDTH_S)
+    for values, area, volume in (
+        (recording.pressure_a_pa, k.area_a_m2, (k.dead_volume_a_m3 or 0.0) + k.area_a_m2 * x),
+        (
+            recording.pressure_b_pa,
+            k.area_b_m2,
+            (k.dead_volume_b_m3 or 0.0) + k.area_b_m2 * ((k.stroke_m or 0.0) - x),
+        ),
+    ):
+        pressure = white_noise(values) * gain if values is not None else 0.0
+        soft = volume / (k.bulk_modulus_pa or 1e9)
+        out.append(area * series.velocity_noise_m_s + soft * pressure * rng.standard_normal(len(x)))
+    return out[0], out[1]
+
+
+def group_floors(
+    problem: Problem, recordings: Sequence[Recording], friction: Friction
+) -> dict[Key, float]:
+    """Scale that each group of a perfect model would have, in the units of `Evidence.scale`."""
+    out: dict[Key, float] = {}
+    for series, recording in zip(problem.series, recordings, strict=True):
+        force = force_floor_n(series, recording, friction, WIDTH_S)
+        mask = series.trusted & series.clear
+        _floor(out, ("force", series.name), series.binned(force, mask), series.encoder_noise_n())
+        if problem.with_flow:
+            moving = series.binned(np.zeros(len(force)), series.trusted)[1] > 0
+            for part, values in zip(
+                ("flow_a", "flow_b"), flow_floor_m3_s(series, recording), strict=True
+            ):
+                mean, count = series.binned(values, series.clear)
+                count = np.where(moving, count, 0.0)
+                _floor(out, (part, series.name), (mean, count), series.encoder_noise_m3_s())
+    return out
+
+
+def _floor(out: dict[Key, float], key: Key, binned: tuple[Array, Array], noise: Array) -> None:
+    mean, count = binned
+    here = count > 0
+    if here.sum() < 30:
+        return
+    typical = float(np.mean(noise[here] ** 2))
+    relative = (
+        np.sqrt(0.3 + 0.7 * noise[here] ** 2 / typical)
+        if typical > 0.0
+        else np.ones(int(here.sum()))
+    )
+    out[key] = student(mean[here] / relative)[0]
+
+
+def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
+    """A realisation of what encoder, pressure sensors and load cell do to the estimated force, N, shape (n,).
+
+    The recording's own smoothed channels are taken as the truth, read through its sensors again and estimated; the
+    estimate from the channels themselves is subtracted.
+    """
+    rng = np.random.default_rng(2)
+    signals = signals_of(recording, model.known)
+    step = recording.position_resolution_m
+
+    def at_samples(values: Array) -> Array:
+        return np.interp(recording.time_s, signals.time_s, values)
+
+    x = at_samples(signals.position_m)
+    truth: dict[str, Array] = {"position_m": x}
+    read: dict[str, Array] = {"position_m": np.floor(x / step + 0.37) * step if step > 0.0 else x}
+    for name in ("pressure_a_pa", "pressure_b_pa", "actuator_force_n"):
+        values, smoothed = getattr(recording, name), getattr(signals, name)
+        if values is not None:
+            truth[name] = at_samples(smoothed)
+            read[name] = truth[name] + white_noise(values) * rng.standard_normal(len(values))
+    continuous = recording.header.channels["position"].model_copy(update={"resolution": None})
+    header = recording.header.model_copy(
+        update={"channels": recording.header.channels | {"position": continuous}}
+    )
+    noisy: Array = estimate(replace(recording, **read), model).force_n  # type: ignore[arg-type]
+    quiet: Array = estimate(replace(recording, header=header, **truth), model).force_n  # type: ignore[arg-type]
+    noise = np.asarray(noisy - quiet, dtype=np.float64)
+    # Where noise decides on which side of a set the force lies, the difference is the set's width, not noise.
+    limit = 6.0 * 1.48 * float(np.median(np.abs(noise)))
+    noise = np.clip(noise, -limit, limit)
+    reference = recording.header.reference_force
+    if reference is not None and reference.kind == "load-cell":
+        size = np.hypot(
+            reference.standard_deviation or 0.0, (reference.resolution or 0.0) / np.sqrt(12.0)
+        )
+        noise = noise + size * rng.standard_normal(len(noise))
+    return np.asarray(noise, dtype=np.float64)

@@ -1,0 +1,86 @@
+"""Is there structure left in the flow balances? What linear terms without a name would explain of them.
+
+Only terms that hold none of the residual's own noise: metered flows, position and pressures, not the velocity and not
+the pressures' rates (with those, residual and terms together would reproduce the encoder's noise).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.leg.evidence import of_residual
+from testbed.diagnosis.leg.fit import Fit, held_out, normal_equations
+from testbed.diagnosis.leg.problem import Coordinate, Problem
+from testbed.diagnosis.leg.series import Series
+from testbed.estimation.leg.flow import edge_flow
+
+Array = npt.NDArray[np.float64]
+TERMS = ("in", "out", "in_2", "out_2", "position", "one", "pressure_a", "pressure_b", "late")
+"""Of each chamber: metered in and out, their squares, along the stroke, constant, pressures, rate of metered flow."""
+RIDGE = 1e-8
+
+
+def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
+    """(held-out log-likelihood that linear terms in both flow balances add to a fit, largest relative fall of a
+    moving group's noise); (0, 0) without flow balances."""
+    if "flow" not in fit.residual:
+        return 0.0, 0.0
+    columns = np.concatenate([_columns(s) for s in problem.series])
+    columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-30)
+    extra = tuple(
+        Coordinate("flow", f"{name}_{chamber}", 0.0, -1.0, 1.0, 1.0, moves=("flow",))
+        for chamber in "ab"
+        for name in TERMS
+    )
+    jacobian = {
+        c: np.hstack([j, columns if c == "flow" else np.zeros((len(j), len(extra)))])
+        for c, j in fit.jacobian.items()
+    }
+    more = replace(
+        fit, coordinates=fit.coordinates + extra, theta=np.append(fit.theta, np.zeros(len(extra)))
+    )
+    more = _stepped(problem, replace(more, jacobian=jacobian))
+    before = of_residual(problem, {"flow": held_out(problem, fit)["flow"]})
+    after = of_residual(problem, {"flow": held_out(problem, more, RIDGE)["flow"]})
+    return after.gain_over(before, after), after.largest_fall(before)
+
+
+def _stepped(problem: Problem, fit: Fit) -> Fit:
+    """The fit after one linear step: exact for the terms, which are linear."""
+    h, g, unit = normal_equations(problem, fit)
+    ridge = RIDGE * max(float(np.trace(h)) / len(unit), 1.0) * np.eye(len(unit))
+    step = -np.linalg.solve(h + ridge, g) * unit
+    return replace(
+        fit,
+        theta=fit.theta + step,
+        residual={c: r + fit.jacobian[c] @ step for c, r in fit.residual.items()},
+    )
+
+
+def _columns(s: Series) -> Array:
+    """Binned terms of one recording, chamber A before B; shape (2 * bins, 2 * terms), m3/s and of order one."""
+    k, signals, o = s.signals.known, s.signals, s.opening
+    pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
+    assert o is not None and pa is not None and pb is not None
+    assert (
+        k.valve_rated_flow_m3_s
+        and k.valve_rated_drop_per_edge_pa
+        and k.supply_pressure_nominal_pa
+        and k.stroke_m
+    )
+    tank = k.tank_pressure_pa or 0.0
+    blocks = []
+    for pressure, into in ((pa, o > 0.0), (pb, o < 0.0)):
+        drop = np.where(into, k.supply_pressure_nominal_pa - pressure, pressure - tank)
+        flow = edge_flow(o, drop, k.valve_rated_flow_m3_s, k.valve_rated_drop_per_edge_pa)
+        enters, leaves = np.where(into, flow, 0.0), np.where(into, 0.0, flow)
+        along = (enters - leaves) * (signals.position_m / k.stroke_m - 0.5)
+        rate = np.gradient(enters - leaves) * signals.rate_hz
+        level = [np.ones(len(o)), pa / 1e7 - 0.4, pb / 1e7 - 0.4]
+        rows = (enters, leaves, enters**2, leaves**2, along, *level, rate)
+        blocks.append(np.stack([s.binned(row, s.clear)[0] for row in rows], axis=1))
+    a, b = blocks
+    return np.block([[a, np.zeros_like(b)], [np.zeros_like(a), b]])

@@ -1,0 +1,181 @@
+"""A rig's recordings as the fit sees them: smoothed channels at a moderate rate, bins, blocks, masks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.effects.base import Signals
+from testbed.estimation.leg.flow import smoothed_opening, spool
+from testbed.estimation.leg.force import trusted, unseen_travel_m
+from testbed.estimation.leg.motion import encoder_noise, smooth
+from testbed.estimation.leg.signals import WIDTH_S, grid, signals_of
+from testbed.recording.axis import Recording
+from testbed.recording.known import Known
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+RATE_HZ = 250.0
+SLOW_S = 0.02
+GAP_STEPS, GAP_S, BESIDE_GAP_S = 3.5, 0.02, 0.06
+"""Samples farther apart than so many usual steps, and than this, have a gap between them; what is left out beside it.
+A straight line across a gap is a motion at one speed that nobody saw, with a jerk at both ends."""
+BIN = 3
+"""Samples at RATE_HZ that are averaged into one residual."""
+BLOCK_S = 2.5
+"""Residuals of one block are held out together: longer than their memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One recording. `trusted`: direction of friction is certain; `clear`: nothing saturated or missing; (n,)."""
+
+    name: str
+    signals: Signals
+    reference_n: Array | None
+    trusted: Mask
+    clear: Mask
+    free: bool
+    spool_full: Array | None
+    opening: Array | None
+    step: int
+    full_rate_hz: float
+    block: npt.NDArray[np.int64]
+    velocity_noise_m_s: Array
+    acceleration_noise_m_s2: Array
+
+    def declared(self, known: Known) -> Series:
+        """The same series with other declared numbers."""
+        return replace(self, signals=self.signals.with_(known=known))
+
+    @property
+    def width_s(self) -> float:
+        """Standard deviation of the smoothing that every channel went through."""
+        return smoothing_s(self.full_rate_hz)
+
+    @property
+    def bins(self) -> int:
+        """Number of whole bins."""
+        return len(self.signals.time_s) // BIN
+
+    def opening_for(self, deadband: float) -> Array | None:
+        """The valve's smoothed opening for another deadband."""
+        if self.spool_full is None:
+            return None
+        return smoothed_opening(
+            self.spool_full, deadband, self.width_s * self.full_rate_hz, self.step
+        )
+
+    def binned(self, values: Array, mask: Mask) -> tuple[Array, Array]:
+        """(mean over the masked samples of each bin, number of them), each of shape (bins,)."""
+        n = self.bins * BIN
+        # Strided sums: numpy's reduction over a last axis of three is several times slower.
+        masked, m = values[:n] * mask[:n], mask[:n].astype(np.float64)
+        total, count = masked[0:n:BIN].copy(), m[0:n:BIN].copy()
+        for k in range(1, BIN):
+            total += masked[k:n:BIN]
+            count += m[k:n:BIN]
+        return total / np.maximum(count, 1.0), count
+
+    def encoder_noise_n(self) -> Array:
+        """What the encoder's steps alone do to the force of each bin: local root mean square, N, shape (bins,)."""
+        mass = self.signals.known.moving_mass_kg or 0.0
+        everywhere = np.ones(len(self.signals.time_s), dtype=np.bool_)
+        force = self.binned(mass * self.acceleration_noise_m_s2, everywhere)[0]
+        return self._local(force)
+
+    def encoder_noise_m3_s(self) -> Array:
+        """The same for the flow of piston A, m3/s, shape (bins,)."""
+        everywhere = np.ones(len(self.signals.time_s), dtype=np.bool_)
+        return self._local(
+            self.signals.known.area_a_m2 * self.binned(self.velocity_noise_m_s, everywhere)[0]
+        )
+
+    def _local(self, values: Array) -> Array:
+        per_second = self.signals.rate_hz / BIN
+        return np.sqrt(np.maximum(smooth(values**2, 0.06 * per_second), 0.0))
+
+
+def smoothing_s(rate_hz: float) -> float:
+    """Standard deviation of the smoothing of channels sampled at a rate: a little more than one sample, at least."""
+    return max(WIDTH_S, 1.2 / rate_hz)
+
+
+def in_gaps(sampled_s: Array, time_s: Array) -> Mask:
+    """Which of `time_s` (n,) lie in a gap of the samples, or so near to one that smoothing carries it there."""
+    steps = np.diff(sampled_s)
+    far = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
+    out = np.zeros(len(time_s), dtype=np.bool_)
+    for k in far:
+        out |= (time_s > sampled_s[k] - BESIDE_GAP_S) & (time_s < sampled_s[k + 1] + BESIDE_GAP_S)
+    return out
+
+
+def series_of(recordings: Sequence[Recording], known: Known | None = None) -> tuple[Series, ...]:
+    """Prepare recordings; blocks are numbered through all of them."""
+    out: list[Series] = []
+    first = 0
+    for recording in recordings:
+        item = _one(recording, known, first)
+        first = int(item.block.max()) + 1
+        out.append(item)
+    return tuple(out)
+
+
+def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
+    time, rate = grid(recording)
+    step = max(1, round(rate / RATE_HZ))
+    signals = signals_of(recording, known, step=step).with_(place=recording.name)
+    width = smoothing_s(rate) * rate
+    once = smooth(signals.acceleration_m_s2, SLOW_S * signals.rate_hz)
+    # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not shrunk.
+    slow = 2.0 * once - smooth(once, SLOW_S * signals.rate_hz)
+    if recording.position_resolution_m > 0.0:
+        signals = signals.with_(slow_acceleration_m_s2=slow)
+    whole = signals_of(recording, known)
+    noise_v, noise_a = encoder_noise(
+        whole.position_m, rate, recording.position_resolution_m, width / rate
+    )
+
+    def even(values: Array) -> Array:
+        return values if time is recording.time_s else np.interp(time, recording.time_s, values)
+
+    reference = None
+    if recording.reference_force_n is not None:
+        reference = smooth(even(recording.reference_force_n), width)[::step]
+    saturated = (recording.saturated_a | recording.saturated_b).astype(np.float64)
+    clear = (smooth(even(saturated), width)[::step] < 1e-3) & ~in_gaps(
+        recording.time_s, signals.time_s
+    )
+    stroke_full, open_ = None, None
+    k = signals.known
+    if (
+        recording.valve_command is not None
+        and k.declares_flow
+        and signals.pressure_b_pa is not None
+    ):
+        assert k.valve_natural_frequency_hz and k.valve_damping and k.valve_deadband is not None
+        stroke_full = spool(
+            even(recording.valve_command), rate, k.valve_natural_frequency_hz, k.valve_damping
+        )
+        open_ = smoothed_opening(stroke_full, k.valve_deadband, width, step)
+    bins = len(signals.time_s) // BIN
+    block = first_block + ((np.arange(bins) * BIN / signals.rate_hz) // BLOCK_S).astype(np.int64)
+    return Series(
+        name=recording.name,
+        signals=signals,
+        reference_n=reference,
+        trusted=trusted(signals.velocity_m_s, signals.rate_hz, travel_m=unseen_travel_m(recording)),
+        clear=clear,
+        free=recording.is_free,
+        spool_full=stroke_full,
+        opening=open_,
+        step=step,
+        full_rate_hz=rate,
+        block=block,
+        velocity_noise_m_s=noise_v[::step],
+        acceleration_noise_m_s2=noise_a[::step],
+    )

@@ -1,0 +1,103 @@
+"""What the best set of names leaves unexplained: excess over the sensors' floor, and what generic terms find."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from testbed.diagnosis.leg.evidence import Key, evidence
+from testbed.diagnosis.leg.fit import Fit, solve
+from testbed.diagnosis.leg.floor import group_floors
+from testbed.diagnosis.leg.flow_structure import flow_structure
+from testbed.diagnosis.leg.hypotheses import restarted
+from testbed.diagnosis.leg.problem import Coordinate, Point, Problem, effect_coordinates
+from testbed.diagnosis.leg.search import Candidate, Search
+from testbed.effects import Active, unnamed
+from testbed.recording.axis import Recording
+
+SEAL_SPEED_M_S, SEAL_RISE = 0.04, 0.3
+"""Fastest Stribeck speed of a seal that slides in oil, and the share of Coulomb friction from which its rise is fitted:
+with a freer one, the published friction imitates a drag that grows with the square of the speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unexplained:
+    """`excess`: group -> residual scale over floor, for the refit and for the best set; `floors`: the floors.
+    `encoder_m`: standard deviation of the encoder's rounding.
+
+    `generic_gain`: held-out log-likelihood that the generic terms add to the best set; `generic_fall`: relative fall.
+    `alone_gain`: what they add to the refit without any name. `flow_gain`, `flow_fall`: what linear terms add to the
+    best set's flow balances.
+    """
+
+    excess_refit: dict[Key, float]
+    excess_best: dict[Key, float]
+    generic_gain: float
+    generic_fall: float
+    generic: Candidate
+    alone_gain: float
+    flow_gain: float
+    flow_fall: float
+    floors: dict[Key, float]
+    encoder_m: float
+
+
+def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
+    """Compare the best set with the floor and with the best set plus generic terms."""
+    best = state.best or state.refit
+    floors = group_floors(state.problem, recordings, best.fit.at.friction)
+    generic = _generic(state.problem, best)
+    alone = _generic(state.problem, state.refit) if best.names else generic
+    flow_gain, flow_fall = flow_structure(state.problem, best.fit)
+    return Unexplained(
+        {
+            k: state.refit.evidence.scale[k] / f
+            for k, f in floors.items()
+            if k in state.refit.evidence.scale
+        },
+        {k: best.evidence.scale[k] / f for k, f in floors.items() if k in best.evidence.scale},
+        generic.evidence.gain_over(best.evidence, generic.evidence),
+        generic.evidence.largest_fall(best.evidence),
+        generic,
+        alone.evidence.gain_over(state.refit.evidence, alone.evidence),
+        flow_gain,
+        flow_fall,
+        floors,
+        max(r.position_resolution_m for r in recordings) / 12.0**0.5,
+    )
+
+
+def _generic(problem: Problem, before: Candidate) -> Candidate:
+    """A set with the generic terms, friction being a seal's, or as it was where that predicts better.
+
+    Beside bristles, which take long to compute and hold the friction's shape themselves, only as it was.
+    """
+    starts = (False,) if "friction.presliding" in before.names else (True, False)
+    fits = [fit_generic(problem, before.fit, seal) for seal in starts]
+    found = [Candidate((*before.names, "unnamed"), fit, evidence(problem, fit)) for fit in fits]
+    return max(found, key=lambda c: c.evidence.gain_over(before.evidence, c.evidence))
+
+
+def fit_generic(problem: Problem, at: Fit, seal: bool) -> Fit:
+    """A fit with the generic terms; `seal`: its Stribeck effect starts, and stays, like a seal's."""
+    coordinates = [restarted(c, at.at) for c in at.coordinates]
+    if seal:
+        coordinates = [_like_a_seal(c, at.at) for c in coordinates]
+    coordinates += effect_coordinates(unnamed.EFFECT, generic_names(problem), {})
+    effects = (*at.at.effects, Active(unnamed.EFFECT, unnamed.EFFECT.complete({})))
+    return solve(problem, coordinates, replace(at.at, effects=effects), 15 if seal else 5, at.scale)
+
+
+def _like_a_seal(c: Coordinate, at: Point) -> Coordinate:
+    if c.name.startswith("stribeck_speed"):
+        return replace(c, start=min(c.start, 0.25 * SEAL_SPEED_M_S), high=SEAL_SPEED_M_S)
+    if c.name.startswith("stribeck"):
+        most = SEAL_RISE * max(at.friction.coulomb_plus_n, at.friction.coulomb_minus_n)
+        return replace(c, start=min(c.start, most))
+    return c
+
+
+def generic_names(problem: Problem) -> tuple[str, ...]:
+    """Generic terms that this rig's channels give; the constant among them is friction's own."""
+    found = unnamed.basis(problem.series[0].signals)
+    return tuple(name for name in found if name != "bias")

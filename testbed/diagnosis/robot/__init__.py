@@ -1,0 +1,1 @@
+"""What the whole robot lacks: which leg, which effect."""

@@ -1,0 +1,1 @@
+"""Friction (5) identified from recordings."""

@@ -1,0 +1,175 @@
+"""What recordings say about friction: one row for every few hundredths of a second in which the piston slides.
+
+A row is a speed and the force that is left of the balance without friction,
+    y = pA A_A - pB A_B + m (g cos(inclination) - a) - F_ref = F_f(v),
+with F_ref = 0 in the air. Rows lie further apart than the smoothing reaches, so that their errors are independent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.estimation.leg.balance import piston_force_n
+from testbed.estimation.leg.signals import signals_of
+from testbed.recording.axis import Recording
+from testbed.recording.known import Known
+
+Array = NDArray[np.float64]
+
+SMOOTHING_S = 0.008
+ROW_S = 0.032
+"""Four standard deviations of the smoothing: the Gaussian's correlation has fallen to 2 %."""
+SLIDING_M_S = 1.5e-3
+"""Slower than this a piston may stick between two counts of the encoder."""
+REVERSAL_S = 0.04
+MINIMUM_ROWS = 40
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Rows (m,): signed speed m/s, force left over N, acceleration m/s2, pressure A Pa, number of the recording."""
+
+    velocity_m_s: Array
+    force_n: Array
+    acceleration_m_s2: Array
+    pressure_a_pa: Array
+    recording: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.velocity_m_s)
+
+
+def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
+    """Rows of all recordings together. Raises InputError naming the recording that cannot serve, and why."""
+    parts = [_rows(r, known, i) for i, r in enumerate(recordings)]
+    evidence = Evidence(
+        *(np.concatenate([getattr(p, f) for p in parts]) for f in Evidence.__dataclass_fields__)
+    )
+    if len(evidence) < MINIMUM_ROWS:
+        raise InputError(
+            f"the piston hardly moves: {len(evidence)} stretches of {ROW_S:g} s above {SLIDING_M_S * 1e3:g} mm/s",
+            file=recordings[0].folder.parent,
+            allowed=f"at least {MINIMUM_ROWS}",
+        )
+    return evidence
+
+
+def _rows(recording: Recording, known: Known, number: int) -> Evidence:
+    if recording.reference_force_n is None:
+        raise InputError(
+            "the external force is not known", file=recording.folder, field="reference_force"
+        )
+    check_chambers(recording)
+    check_alive(recording)
+    signals = signals_of(recording, known, SMOOTHING_S)
+    # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of rows can see
+    v = np.gradient(signals.position_m) * signals.rate_hz
+    a = np.gradient(v) * signals.rate_hz
+    mass = known.moving_mass_kg or 0.0
+    reference = smoothed_reference(recording, signals.time_s)
+    y = piston_force_n(signals) + mass * (known.gravity_along_axis_m_s2 - a) - reference
+    step = max(1, round(ROW_S * signals.rate_hz))
+    pick = np.flatnonzero(
+        steadily_sliding(v, signals.rate_hz) & unsaturated(recording, signals.time_s)
+    )
+    pick = pick[pick % step == 0]
+    pressure = np.zeros_like(v) if signals.pressure_a_pa is None else signals.pressure_a_pa
+    return Evidence(v[pick], y[pick], a[pick], pressure[pick], np.full(pick.size, number))
+
+
+def smoothed_reference(recording: Recording, time_s: Array) -> Array:
+    """The reference force smoothed like the other channels, on their grid, N."""
+    from testbed.estimation.leg.motion import smooth
+
+    assert recording.reference_force_n is not None
+    if not recording.reference_force_n.any():
+        return np.zeros_like(time_s)
+    even = np.interp(time_s, recording.time_s, recording.reference_force_n)
+    rate = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
+    return smooth(even, max(SMOOTHING_S * rate, 1.2))
+
+
+def steadily_sliding(v: Array, rate_hz: float) -> NDArray[np.bool_]:
+    """Fast enough, and not within REVERSAL_S of a sample that is not, a change of direction or an end."""
+    from scipy.ndimage import binary_erosion
+
+    reach = round(REVERSAL_S * rate_hz)
+    fast = np.abs(v) > SLIDING_M_S
+    fast[1:] &= v[1:] * v[:-1] > 0.0  # a quick reversal may have no slow sample
+    return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=0), dtype=np.bool_)
+
+
+def unsaturated(recording: Recording, time_s: Array) -> NDArray[np.bool_]:
+    """Samples of the grid `time_s` with neither sensor at the end of its range within 30 samples, shape (n,)."""
+    bad = (recording.saturated_a | recording.saturated_b).astype(np.float64)
+    if not bad.any():
+        return np.ones(len(time_s), dtype=np.bool_)
+    return np.asarray(
+        np.interp(time_s, recording.time_s, np.convolve(bad, np.ones(61), "same")) < 0.5
+    )
+
+
+def check_chambers(recording: Recording) -> None:
+    """Refuse a vertical leg that was recorded with chamber A alone."""
+    if recording.rig == "vertical-leg" and recording.pressure_b_pa is None:
+        raise InputError(
+            "is missing: the balance of a vertical leg needs both chambers",
+            file=recording.folder,
+            field="channels.pressure_b",
+        )
+
+
+def check_alive(recording: Recording, moving: bool = True) -> None:
+    """Refuse channels that say nothing: a constant position, a pressure that never changes or is clipped throughout.
+
+    `moving` = False lets a position pass that stays (a leg pressed on a load cell).
+    Raises InputError with the recording, the channel and where it happens.
+    """
+    if moving and np.ptp(recording.position_m) <= 2.0 * recording.position_resolution_m:
+        raise InputError(
+            f"the position stays at {recording.position_m[0]:.6g} m within two counts from "
+            f"t = {recording.time_s[0]:.6g} s to {recording.time_s[-1]:.6g} s",
+            file=recording.folder,
+            field="position",
+        )
+    for name, values, saturated in (
+        ("pressure_a", recording.pressure_a_pa, recording.saturated_a),
+        ("pressure_b", recording.pressure_b_pa, recording.saturated_b),
+    ):
+        if values is None:
+            continue
+        if saturated.mean() > 0.5:
+            at = recording.time_s[int(np.argmax(saturated))]
+            raise InputError(
+                f"the sensor is at the end of its range in {100 * saturated.mean():.0f} % of the samples, "
+                f"first at t = {at:.6g} s",
+                file=recording.folder,
+                field=name,
+            )
+        check_not_stuck(recording, name, values, saturated)
+
+
+def check_not_stuck(
+    recording: Recording, name: str, values: Array, saturated: NDArray[np.bool_]
+) -> None:
+    """Refuse a pressure that repeats one value to the last bit for more than a second while the piston travels 5 mm.
+
+    Raises InputError with the time at which the sensor froze.
+    """
+    change = np.flatnonzero(np.diff(values) != 0.0)
+    edges = np.concatenate([[0], change + 1, [len(values) - 1]])
+    time, x = recording.time_s, recording.position_m
+    for k in np.flatnonzero(np.diff(time[edges]) > 1.0):
+        start, stop = edges[k], edges[k + 1]
+        if np.ptp(x[start : stop + 1]) > 5e-3 and not saturated[start]:
+            raise InputError(
+                f"the sensor is stuck at {values[start]:.6g} Pa from t = {time[start]:.6g} s to {time[stop]:.6g} s "
+                f"while the piston moves",
+                file=recording.folder,
+                field=name,
+            )

@@ -1,0 +1,167 @@
+"""Friction (5) identified from recordings: eight parameters with 90 % intervals, and which of them are not shown.
+
+A rig with recordings in the air is identified on those alone, all else as declared. A rig without any (a bench with a
+load cell, a drive) is identified on all of `identify`, together with what it leaves undeclared: its mass, and the
+constant force of a sensor's zero; of a `cylinder` the area too, as a seal's bore is nominal. There the parts of (5)
+that do not help to predict a recording set aside are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.estimation.friction.evidence import MINIMUM_ROWS, Evidence, gather
+from testbed.estimation.friction.posterior import Side, curve, fit_side
+from testbed.estimation.friction.undeclared import PARTS, take_out
+from testbed.recording.axis import Recording, Rig
+from testbed.recording.known import Known
+from testbed.recording.leg_model import Friction, LegModel
+
+Array = NDArray[np.float64]
+SIDES = ("plus", "minus")
+FIELDS = ("viscous_{}_n_s_m", "coulomb_{}_n", "stribeck_{}_n", "stribeck_speed_{}_m_s")
+UNITS = ("N s/m", "N", "N", "m/s")
+
+
+@dataclass(frozen=True)
+class Identified:
+    """One parameter: value, 90 % interval, whether the motion shows it, and if not, why."""
+
+    name: str
+    value: float
+    unit: str
+    interval90: tuple[float, float]
+    shown: bool
+    why: str = ""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What an identification found: the model, its parameters, the residual per side in N, rows used, recordings."""
+
+    model: LegModel
+    parameters: tuple[Identified, ...]
+    residual_n: tuple[float, float]
+    rows: int
+    recordings: tuple[str, ...]
+
+    def tree(self) -> dict[str, object]:
+        """As JSON carries it."""
+        return {
+            "parameters": {
+                p.name: {
+                    "value": p.value,
+                    "unit": p.unit,
+                    "interval90": list(p.interval90),
+                    "shown": p.shown,
+                }
+                | ({"why": p.why} if p.why else {})
+                for p in self.parameters
+            },
+            "residual_n": dict(zip(SIDES, self.residual_n, strict=True)),
+            "rows": self.rows,
+            "recordings": list(self.recordings),
+        }
+
+
+def identify_rig(rig: Rig) -> Identification:
+    """Identify a rig on its `identify` recordings. Raises InputError where they cannot serve, naming which and why."""
+    free = [r for r in rig.identify if r.is_free]
+    return identify(free or list(rig.identify), rig.known, rig.kind)
+
+
+def identify(
+    recordings: Sequence[Recording], known: Known, kind: str = "vertical-leg"
+) -> Identification:
+    """Identify from given recordings whose external force is known (0 N in the air, or a load cell's)."""
+    evidence = gather(recordings, known)
+    known, offset, evidence, form = take_out(evidence, known, kind)
+    sides = [_side(evidence, sign, recordings, form) for sign in (1.0, -1.0)]
+    parameters = tuple(
+        p
+        for name, side in zip(SIDES, sides, strict=True)
+        for p in _parameters(name, side, evidence)
+    )
+    friction = Friction(**{p.name: p.value for p in parameters})
+    names = tuple(r.name for r in recordings)
+    intervals = ", ".join(
+        f"{p.name} [{p.interval90[0]:.4g}, {p.interval90[1]:.4g}]" for p in parameters
+    )
+    unseen = ", ".join(p.name for p in parameters if not p.shown)
+    model = LegModel(
+        rig=kind,  # type: ignore[arg-type]
+        known=known,
+        friction=friction,
+        force_offset_n=offset,
+        description=f"friction (5) identified on {', '.join(names)}; 90 % intervals: {intervals}"
+        + (f"; not shown by the motion: {unseen}" if unseen else ""),
+    )
+    return Identification(
+        model, parameters, (sides[0].residual_n, sides[1].residual_n), len(evidence), names
+    )
+
+
+def _side(evidence: Evidence, sign: float, recordings: Sequence[Recording], form: str) -> Side:
+    rows = evidence.velocity_m_s * sign > 0.0
+    if rows.sum() < MINIMUM_ROWS // 2:
+        way = "extends" if sign > 0 else "retracts"
+        raise InputError(
+            f"the piston hardly ever {way}: {int(rows.sum())} rows",
+            file=recordings[0].folder.parent,
+            allowed=f"at least {MINIMUM_ROWS // 2} rows in each direction",
+        )
+    return fit_side(np.abs(evidence.velocity_m_s[rows]), sign * evidence.force_n[rows], PARTS[form])
+
+
+def _parameters(name: str, side: Side, evidence: Evidence) -> list[Identified]:
+    low, high = np.quantile(side.draws, [0.05, 0.95], axis=0)
+    low, high = np.minimum(low, side.value), np.maximum(high, side.value)
+    speeds = np.abs(evidence.velocity_m_s[(evidence.velocity_m_s > 0) == (name == "plus")])
+    reasons = _unseen(side, low, high, speeds)
+    return [
+        Identified(
+            field.format(name),
+            float(side.value[i]),
+            UNITS[i],
+            (float(low[i]), float(high[i])),
+            not reasons[i],
+            reasons[i],
+        )
+        for i, field in enumerate(FIELDS)
+    ]
+
+
+def _unseen(side: Side, low: Array, high: Array, speed: Array) -> list[str]:
+    """Why a parameter is not shown by the motion, '' where it is.
+
+    A force counts as shown when its interval is narrower than a quarter of the friction's mean; the viscous one
+    at the highest speed; the Stribeck speed when its interval spans less than a factor 4 and F_s0 is not 0.
+    """
+    mean = max(float(np.mean(curve(side.value, speed))), 1e-9)
+    slow, fast = np.quantile(speed, [0.02, 0.98])
+    width = high - low
+    span = f"speeds from {slow * 1e3:.1f} to {fast * 1e3:.1f} mm/s"
+    out = ["", "", "", ""]
+    if width[0] * fast > 0.25 * mean:
+        out[0] = f"{span} hardly change the friction"
+    if width[1] > 0.25 * mean:
+        out[1] = f"{span} do not tell the Coulomb from the other parts"
+    if width[2] > 0.25 * mean:
+        out[2] = f"{span} hold too little of the Stribeck range"
+    if low[2] <= 0.02 * mean:
+        out[3] = "the Stribeck part may be absent"
+    elif high[3] / low[3] > 4.0:
+        out[3] = f"{span} hold too little of the Stribeck range"
+    for i in range(3):
+        if not side.parts[i]:
+            out[i] = (
+                f"left out: {span} do not show it, or data set aside are predicted no better with it"
+            )
+        elif high[i] <= 0.0:
+            out[i] = "at its bound 0: these data would have it negative"
+    return out

@@ -1,0 +1,1 @@
+"""One leg over a recording: signals, balances, force."""

@@ -1,0 +1,77 @@
+"""The believed force balance of a leg: everything but friction, and friction that depends on the load it reveals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.effects import Active
+from testbed.effects.base import ForceTerms, Signals
+from testbed.effects.friction_load import REFERENCE_LOAD_N
+from testbed.recording.leg_model import LegModel
+
+Array = npt.NDArray[np.float64]
+
+
+def corrected(signals: Signals, effects: Sequence[Active]) -> Signals:
+    """Signals as the sensors should have read them."""
+    for active in effects:
+        if active.effect.correct is not None:
+            signals = active.effect.correct(signals, active.values)
+    return signals
+
+
+def force_terms(model: LegModel, signals: Signals, effects: Sequence[Active]) -> ForceTerms:
+    """The force balance with every effect's change."""
+    mass = model.known.moving_mass_kg or 0.0
+    terms = ForceTerms(mass_kg=mass, weight_mass_kg=mass, force_n=model.force_offset_n)
+    for active in effects:
+        if active.effect.force is not None:
+            active.effect.force(signals, terms, active.values)
+    return terms
+
+
+def piston_force_n(signals: Signals) -> Array:
+    """pA A_A - pB A_B, or a drive's actuator force; N, along extension, shape (n,)."""
+    if signals.actuator_force_n is not None and signals.pressure_a_pa is None:
+        return signals.actuator_force_n
+    assert signals.pressure_a_pa is not None
+    force = signals.pressure_a_pa * signals.known.area_a_m2
+    return (
+        force
+        if signals.pressure_b_pa is None
+        else force - signals.pressure_b_pa * signals.known.area_b_m2
+    )
+
+
+def without_friction_n(signals: Signals, terms: ForceTerms) -> Array:
+    """F_ext + F_f = F_p + m g cos(inclination) - m a + force; N, shape (n,)."""
+    weight = terms.weight_mass_kg * signals.known.gravity_along_axis_m_s2
+    total = (
+        piston_force_n(signals) + weight - terms.mass_kg * signals.acceleration_m_s2 + terms.force_n
+    )
+    if terms.added_mass_kg:
+        slow = signals.slow_acceleration_m_s2
+        total = total - terms.added_mass_kg * (signals.acceleration_m_s2 if slow is None else slow)
+    return np.asarray(total, dtype=np.float64)
+
+
+def external_n(rest_n: Any, direction: Any, terms: ForceTerms) -> Array:
+    """F_ext from rest_n = F_ext + direction * friction of the load; a fixed point, exact for exponent 1."""
+    c, e = terms.load_coefficient, terms.load_exponent
+    if c == 0.0:
+        return np.asarray(rest_n, dtype=np.float64)
+    force = np.where(rest_n > 0.0, rest_n / (1.0 + direction * c), rest_n)
+    if e == 1.0:
+        return np.asarray(force, dtype=np.float64)
+    for _ in range(4):
+        load = np.maximum(force, 1.0)
+        power = c * REFERENCE_LOAD_N * (load / REFERENCE_LOAD_N) ** e
+        gap = force + direction * np.where(force > 0.0, power, 0.0) - rest_n
+        force = force - gap / np.maximum(
+            1.0 + direction * np.where(force > 0.0, power * e / load, 0.0), 0.2
+        )
+    return np.asarray(force, dtype=np.float64)

@@ -1,0 +1,127 @@
+"""Position, velocity and acceleration from an encoder that steps.
+
+Between two steps the true position is only known to lie within one count, but at a step it is known to the sampling
+time: the position is first drawn through the steps (at low speed this is ten times finer than the count), then
+smoothed. Zero-phase: a Gaussian of standard deviation `width_s`; causal: a one-sided kernel of the same variance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.compiled import njit
+
+Array = npt.NDArray[np.float64]
+
+
+def through_steps(time_s: Array, position_m: Array, resolution_m: float) -> Array:
+    """Position drawn straight through the middles of the encoder's steps, shape (n,), m.
+
+
+    At rest, between two equal edges, it stays where it was. A continuous position (resolution 0) is returned as it is.
+    """
+    if resolution_m <= 0.0:
+        return position_m
+    at = np.flatnonzero(np.diff(position_m))
+    if at.size == 0:
+        return position_m.copy()
+    knots_t = 0.5 * (time_s[at] + time_s[at + 1])
+    knots_x = 0.5 * (position_m[at] + position_m[at + 1])
+    # A long pause between two steps is a rest at the lower step's level, not a slow glide: the count's middle is held.
+    pause = np.flatnonzero(np.diff(knots_t) > 0.25)
+    inner = np.concatenate([knots_t[pause] + 0.05, knots_t[pause + 1] - 0.05])
+    held = np.concatenate([position_m[at[pause] + 1], position_m[at[pause] + 1]])
+    t = np.concatenate([[time_s[0]], knots_t, inner, [time_s[-1]]])
+    x = np.concatenate([[position_m[0]], knots_x, held, [position_m[-1]]])
+    order = np.argsort(t, kind="stable")
+    return np.asarray(np.interp(time_s, t[order], x[order]), dtype=np.float64)
+
+
+def smooth(values: Array, width_samples: float, derivative: int = 0) -> Array:
+    """Gaussian smoothing (or its first derivative per sample) of shape (n,), zero phase.
+
+    At both ends the series goes on mirrored in its last point, so that a ramp stays a ramp.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    width = max(width_samples, 0.3)
+    pad = min(int(4.0 * width) + 1, len(values) - 1)
+    longer = np.concatenate(
+        [2.0 * values[0] - values[pad:0:-1], values, 2.0 * values[-1] - values[-2 : -pad - 2 : -1]]
+    )
+    out = gaussian_filter1d(longer, width, order=derivative, mode="nearest", truncate=4.0)
+    if derivative == 1:  # the cut-off Gaussian reads a ramp's slope 0.1 % low
+        reach = int(4.0 * width) + 2
+        out = (
+            out
+            / gaussian_filter1d(
+                np.arange(2.0 * reach + 1.0), width, order=1, mode="nearest", truncate=4.0
+            )[reach]
+        )
+    return np.asarray(out[pad : pad + len(values)], dtype=np.float64)
+
+
+def smooth_causal(values: Array, width_samples: float) -> Array:
+    """Two equal one-pole low-passes in a row: their impulse response has standard deviation `width_samples`."""
+    pole = float(np.exp(-np.sqrt(2.0) / max(width_samples, 0.3)))
+    return np.asarray(
+        _twice_low_passed(np.asarray(values, dtype=np.float64), pole), dtype=np.float64
+    )
+
+
+@njit
+def _twice_low_passed(values: Array, pole: float) -> Array:
+    out = np.empty(values.size)
+    first = second = values[0]
+    for k in range(values.size):
+        first = pole * first + (1.0 - pole) * values[k]
+        second = pole * second + (1.0 - pole) * first
+        out[k] = second
+    return out
+
+
+def motion(
+    position_m: Array, rate_hz: float, width_s: float, causal: bool = False
+) -> tuple[Array, Array, Array]:
+    """Smoothed position m, velocity m/s, acceleration m/s2, each of shape (n,), from a uniform grid."""
+    width = width_s * rate_hz
+    if causal:
+        x = smooth_causal(position_m, width)
+        v = np.diff(x, prepend=x[:1]) * rate_hz
+        return x, v, np.diff(v, prepend=v[:1]) * rate_hz
+    pad = min(int(4.0 * width) + 1, len(position_m) - 1)
+    longer = _carried_on(position_m, pad, max(round(END_FIT_S * rate_hz), 12))
+    x, v = smooth(longer, width), smooth(longer, width, 1) * rate_hz
+    # Not the second derivative of the truncated Gaussian: its weights do not add up to zero.
+    inside = slice(pad, pad + len(position_m))
+    return x[inside], v[inside], np.asarray((np.gradient(v) * rate_hz)[inside], dtype=np.float64)
+
+
+END_FIT_S = 0.06
+"""Over this time a parabola carries the motion on beyond the ends of a recording."""
+
+
+def _carried_on(position_m: Array, pad: int, window: int) -> Array:
+    """The series with `pad` samples before and behind it, from parabolas through its first and last samples."""
+    window = min(window, len(position_m))
+    index = np.arange(window, dtype=np.float64)
+    before = np.polyval(np.polyfit(index, position_m[:window], 2), np.arange(-pad, 0))
+    behind = np.polyval(np.polyfit(index, position_m[-window:], 2), np.arange(window, window + pad))
+    return np.concatenate([before, position_m, behind])
+
+
+def encoder_noise(
+    position_m: Array, rate_hz: float, resolution_m: float, width_s: float
+) -> tuple[Array, Array]:
+    """Errors of velocity (m/s) and acceleration (m/s2) that the encoder's steps alone leave, each of shape (n,).
+
+    `position_m`: a smooth position taken as the truth; it is read through an encoder again and estimated as usual.
+    """
+    if resolution_m <= 0.0:
+        return np.zeros_like(position_m), np.zeros_like(position_m)
+    time = np.arange(len(position_m)) / rate_hz
+    read = np.floor(position_m / resolution_m + 0.37) * resolution_m
+    _, v, a = motion(through_steps(time, read, resolution_m), rate_hz, width_s)
+    _, v_true, a_true = motion(position_m, rate_hz, width_s)
+    return v - v_true, a - a_true

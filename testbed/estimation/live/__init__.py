@@ -1,0 +1,1 @@
+"""The estimators that run beside the machine, sample by sample."""

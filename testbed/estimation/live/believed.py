@@ -1,0 +1,274 @@
+"""What the live chain believes of one machine: numbers per leg, packed once for the compiled step.
+
+Built from the machine's parameter file and, where there are any, from the effects of a believed model file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.effects import by_name
+from testbed.errors import InputError
+from testbed.estimation.detectors import signals
+from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.machine.provenance import Parameters, roboclimber
+from testbed.recording.leg_model import EffectEntry, Friction, LegModel
+
+SCALARS = (
+    "area_a_m2",
+    "area_b_m2",
+    "mass_kg",
+    "extra_mass_kg",
+    "stroke_m",
+    "gain_a",
+    "gain_b",
+    "zero_a_pa",
+    "zero_b_pa",
+    "drift_a_pa_s",
+    "position_slope",
+    "pressure_coefficient_m2",
+    "load_coefficient",
+    "viscosity_rate_1_k",
+    "viscosity_reference_degc",
+    "spring_stiffness_n_m",
+    "spring_rest_m",
+    "cushion_stiffness_n_m",
+    "cushion_start_m",
+    "force_offset_n",
+    "dead_volume_a_m3",
+    "dead_volume_b_m3",
+    "bulk_modulus_pa",
+    "seal_stiffness_n_m",
+    "valve_deadband",
+)
+"""A leg's believed numbers beside its eight friction parameters; the order of `Leg.packed`."""
+
+
+OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One vertical cylinder as believed, SI; what is 0 is not there. Measured = (1 + gain) p + zero + drift t."""
+
+    area_a_m2: float
+    area_b_m2: float
+    friction: Friction
+    mass_kg: float = 91.7
+    extra_mass_kg: float = 0.0
+    stroke_m: float = 0.5
+    gain_a: float = 0.0
+    gain_b: float = 0.0
+    zero_a_pa: float = 0.0
+    zero_b_pa: float = 0.0
+    drift_a_pa_s: float = 0.0
+    position_slope: float = 0.0
+    pressure_coefficient_m2: float = 0.0
+    load_coefficient: float = 0.0
+    viscosity_rate_1_k: float = 0.0
+    viscosity_reference_degc: float = 20.0
+    spring_stiffness_n_m: float = 0.0
+    spring_rest_m: float = 0.0
+    cushion_stiffness_n_m: float = 0.0
+    cushion_start_m: float = 0.0
+    force_offset_n: float = 0.0
+    dead_volume_a_m3: float = 4.0e-4
+    dead_volume_b_m3: float = 4.0e-4
+    bulk_modulus_pa: float = 1.4e9
+    seal_stiffness_n_m: float = 3.0e7
+    valve_deadband: float = 0.03
+
+    def packed(self) -> NDArray[np.float64]:
+        """friction[8] of (5), then SCALARS in their order."""
+        return np.array(
+            self.friction.packed() + [getattr(self, name) for name in SCALARS], dtype=np.float64
+        )
+
+    def with_effect(self, effect: EffectEntry) -> Leg:
+        """This leg with a named effect of a model file added; an effect that has no live term changes nothing.
+
+        Nor does one with a shape that is not its plain law's: its first number alone would be worse than none.
+        """
+        live = LIVE_EFFECTS.get(effect.name, {})
+        defaults = {
+            p.name: p.default for p in by_name(effect.name).parameters if p.default is not None
+        }
+        if any(
+            value != defaults.get(name, value)
+            for name, value in effect.values.items()
+            if name not in live
+        ):
+            return self
+        changes = {
+            target: getattr(self, target) + effect.values.get(parameter, 0.0)
+            for parameter, target in live.items()
+        }
+        return replace(self, **changes) if changes else self
+
+
+LIVE_EFFECTS: Mapping[str, Mapping[str, str]] = {
+    "friction.position": {"slope": "position_slope"},
+    "friction.pressure": {"coefficient": "pressure_coefficient_m2"},
+    "friction.load": {"coefficient": "load_coefficient"},
+    "friction.temperature": {"rate": "viscosity_rate_1_k"},
+    "inertia.mass": {"mass": "extra_mass_kg"},
+    "force.spring": {"stiffness": "spring_stiffness_n_m", "rest": "spring_rest_m"},
+    "force.cushion": {"stiffness": "cushion_stiffness_n_m", "start": "cushion_start_m"},
+    "sensor.gain_a": {"gain_error": "gain_a"},
+    "sensor.gain_b": {"gain_error": "gain_b"},
+    "sensor.drift_a": {"rate": "drift_a_pa_s"},
+}
+"""Named effects that the live chain corrects for: parameter -> field of `Leg`."""
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """How the chain filters and decides; N, s, m/s.
+
+    `kbf_q_n2`, `kbf_r_n2`, `e_max_n` are the paper's Q, R, e_max: constants found by trial and error there and
+    not public; these give a time constant of about 20 ms at 1 kHz.
+    """
+
+    kbf_q_n2: float = 9.0
+    kbf_r_n2: float = 3600.0
+    e_max_n: float = 300.0
+    hold_samples: float = 10.0
+    observer_rad_s: float = 60.0
+    rest_m_s: float = 0.001
+    slide_m_s: float = 0.003
+    pressure_sd_pa: float = 8.3e3
+    friction_sd_share: float = 0.15
+    speed_sd_m_s: float = 0.002
+    acceleration_sd_m_s2: float = 0.15
+    contact_on_n: float = 1200.0
+    contact_off_n: float = 900.0
+    contact_dwell_s: float = 0.02
+    lost_dwell_s: float = 0.0
+    """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""
+
+
+SLOWEST_S = 0.0051
+"""Step up to which the explicit observers of encoder and spool are stable: 200 Hz."""
+
+
+def _shipped_valve() -> NDArray[np.float64]:
+    return signals.parameters(roboclimber(), 1.0e-3)
+
+
+@dataclass(frozen=True)
+class Believed:
+    """Everything the chain is built from: four legs (fl, fr, rl, rr), the step, the encoder, the tuning."""
+
+    legs: tuple[Leg, Leg, Leg, Leg]
+    dt_s: float = 1.0e-3
+    encoder_resolution_m: float = 1.0e-4
+    gravity_m_s2: float = GRAVITY_M_S2
+    tuning: Tuning = field(default_factory=Tuning)
+    body: NDArray[np.float64] = field(default_factory=partial(np.zeros, 0))
+    """The whole machine as body_belief.packed gives it; empty: each vertical cylinder is estimated by itself."""
+    supply_pa: float = 9.0e6
+    """Supply pressure where none is measured, gauge."""
+    valve: NDArray[np.float64] = field(default_factory=_shipped_valve)
+    """Valve and oil as the contact detector believes them (detectors/signals.py)."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that no chain can run on."""
+        for name in ("dt_s", "encoder_resolution_m", "gravity_m_s2"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError("must be positive", field=name, value=value, allowed="> 0")
+        if self.dt_s > SLOWEST_S:
+            raise InputError(
+                "is too slow for the observers",
+                field="dt_s",
+                value=self.dt_s,
+                allowed="at least 200 Hz",
+            )
+        if len(self.legs) != len(LEGS):
+            raise InputError(
+                "wrong number of legs", field="legs", value=len(self.legs), allowed="4"
+            )
+
+    @classmethod
+    def from_machine(
+        cls, machine: Parameters, dt_s: float, effects: Sequence[EffectEntry] = ()
+    ) -> Believed:
+        """The belief that a parameter file gives: the same vertical cylinder on all legs, plus believed effects.
+
+        An effect with a `place` (`fl` or `fl_vertical`) concerns that leg alone, one without concerns all.
+        Raises InputError where the file lacks a number.
+        """
+        c, seal = machine["vertical_cylinder"], machine["seal"]
+        area_a = 0.25 * math.pi * c["bore_m"] ** 2
+        base = Leg(
+            area_a_m2=area_a,
+            area_b_m2=area_a - 0.25 * math.pi * c["rod_m"] ** 2,
+            friction=friction_of(c),
+            mass_kg=machine["legs"]["vertical_mass_kg"] + machine["legs"]["foot_mass_kg"],
+            stroke_m=c["stroke_m"],
+            viscosity_reference_degc=seal["viscosity_reference_degc"],
+            dead_volume_a_m3=c["dead_volume_a_m3"],
+            dead_volume_b_m3=c["dead_volume_b_m3"],
+            bulk_modulus_pa=machine["oil"]["bulk_modulus_pa"],
+            seal_stiffness_n_m=seal["bristle_stiffness_n_m"],
+            valve_deadband=machine["valve"]["deadband"],
+        )
+        found = cls._of(base, effects, dt_s, machine["sensor"]["encoder_linear_m"])
+        supply = machine["power_unit"]["supply_pressure_pa"]
+        return replace(found, supply_pa=supply, valve=signals.parameters(machine, dt_s))
+
+    @classmethod
+    def from_model(
+        cls, model: LegModel, dt_s: float, encoder_resolution_m: float = 1.0e-4
+    ) -> Believed:
+        """The belief that a model file gives, the same on all four legs save for effects with a place."""
+        k = model.known
+        for name in ("bore_m", "rod_m", "moving_mass_kg"):
+            if getattr(k, name) is None:
+                raise InputError(
+                    "must be known", field=f"known.{name}", allowed="a number in the model file"
+                )
+        base = Leg(
+            k.area_a_m2,
+            k.area_b_m2,
+            model.friction,
+            k.moving_mass_kg or 0.0,
+            stroke_m=k.stroke_m or 0.5,
+            force_offset_n=model.force_offset_n,
+            **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
+        )
+        found = cls._of(base, model.effects, dt_s, encoder_resolution_m)
+        return replace(found, valve=signals.parameters(roboclimber(), dt_s))
+
+    @classmethod
+    def _of(
+        cls, base: Leg, effects: Sequence[EffectEntry], dt_s: float, resolution_m: float
+    ) -> Believed:
+        legs = []
+        for name in LEGS:
+            leg = base
+            for effect in effects:
+                if effect.place in (None, name, f"{name}_vertical"):
+                    leg = leg.with_effect(effect)
+            legs.append(leg)
+        return cls((legs[0], legs[1], legs[2], legs[3]), dt_s, resolution_m)
+
+
+def friction_of(c: Parameters) -> Friction:
+    """(5) as a cylinder's group of the parameter file gives it."""
+    return Friction(
+        viscous_plus_n_s_m=c["viscous_out_n_s_m"],
+        coulomb_plus_n=c["coulomb_out_n"],
+        stribeck_plus_n=c["static_out_n"],
+        stribeck_speed_plus_m_s=c["stribeck_out_m_s"],
+        viscous_minus_n_s_m=c["viscous_in_n_s_m"],
+        coulomb_minus_n=c["coulomb_in_n"],
+        stribeck_minus_n=c["static_in_n"],
+        stribeck_speed_minus_m_s=c["stribeck_in_m_s"],
+    )

@@ -1,1 +1,0 @@
-"""Recordings in and out, metrics, benchmarks, the paper's experiments."""

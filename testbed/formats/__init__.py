@@ -1,0 +1,1 @@
+"""How files are read and written: checked objects, YAML, tables, files that are whole or not there."""

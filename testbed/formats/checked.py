@@ -1,0 +1,185 @@
+"""The manners of every checked object: unknown keys refused, numbers finite, frozen, errors in one line."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from testbed.errors import InputError
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+class Checked(BaseModel):
+    """Base of all checked objects: frozen, strict, finite numbers, no unknown key."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        """Refuse an unknown key with the nearest known one."""
+        if isinstance(data, Mapping):
+            for key in data:
+                if key not in cls.model_fields:
+                    near = difflib.get_close_matches(str(key), cls.model_fields, n=1, cutoff=0.6)
+                    hint = f", did you mean {near[0]!r}?" if near else ""
+                    raise PydanticCustomError(
+                        "unknown_key",
+                        "unknown key{hint}",
+                        {"hint": hint, "key": str(key), "allowed": ", ".join(cls.model_fields)},
+                    )
+        return data
+
+
+def _as_tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _as_four(value: Any) -> Any:
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return (value,) * 4
+    return _as_tuple(value)
+
+
+def _flat(value: Any, prefix: str = "") -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    out: dict[str, Any] = {}
+    for key, item in value.items():
+        if isinstance(item, Mapping):
+            out.update(_flat(item, f"{prefix}{key}."))
+        else:
+            out[f"{prefix}{key}"] = _as_tuple(item)
+    return out
+
+
+Four = Annotated[tuple[float, float, float, float], BeforeValidator(_as_four)]
+"""Four numbers in leg order fl, fr, rl, rr; one number stands for all four."""
+
+Names = Annotated[tuple[str, ...], BeforeValidator(_as_tuple)]
+Pair = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
+Triple = Annotated[tuple[float, float, float], BeforeValidator(_as_tuple)]
+Sequence = BeforeValidator(_as_tuple)
+"""Annotation that lets a YAML list stand for a tuple."""
+
+Numbers = Annotated[dict[str, float | tuple[float, ...]], BeforeValidator(_flat)]
+"""Dotted parameter path -> number in SI units (nested groups are flattened)."""
+
+
+def checked(model: type[ModelT], data: Any, file: str | Path) -> ModelT:
+    """`data` as a checked object. Raises InputError: file, dotted field, value, what is allowed."""
+    if not isinstance(data, Mapping):
+        raise InputError("must be a mapping of keys to values", file=file, value=data)
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise _translated(error, data, file) from error
+
+
+def _translated(error: ValidationError, data: Any, file: str | Path) -> InputError:
+    first = error.errors(include_url=False)[0]
+    context = first.get("ctx") or {}
+    field, value = _place(first["loc"], data, first["type"])
+    kind, message = first["type"], first["msg"]
+    if kind == "unknown_key":
+        key = context["key"]
+        return InputError(
+            message, file=file, field=".".join([*field, key]), allowed=context["allowed"]
+        )
+    if kind == "missing":
+        return InputError("is missing", file=file, field=".".join(field))
+    if kind == "union_tag_not_found":
+        return InputError(
+            "is missing",
+            file=file,
+            field=".".join([*field, "kind"]),
+            allowed="one of the known kinds",
+        )
+    if kind == "union_tag_invalid":
+        tags = str(context["expected_tags"]).replace("'", "")
+        tag = str(context["tag"])
+        near = difflib.get_close_matches(tag, tags.split(", "), n=1)
+        hint = f", did you mean {near[0]!r}?" if near else ""
+        return InputError(
+            f"unknown kind{hint}",
+            file=file,
+            field=".".join([*field, "kind"]),
+            value=tag,
+            allowed=tags,
+        )
+    if kind in ("impossible", "value_error"):
+        message = message.removeprefix("Value error, ")
+        return InputError(
+            message,
+            file=file,
+            field=".".join(field) or None,
+            value=_shown(value),
+            allowed=context.get("allowed"),
+        )
+    allowed = _ALLOWED.get(kind, message[0].lower() + message[1:].removeprefix("Input should be "))
+    try:
+        allowed = allowed.format(**{k: _number(v) for k, v in context.items()})
+    except (KeyError, IndexError):
+        allowed = message
+    problem = "is out of range" if kind in _RANGES else "cannot be used"
+    return InputError(
+        problem, file=file, field=".".join(field), value=_shown(value), allowed=allowed
+    )
+
+
+_RANGES = ("greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number")
+_ALLOWED = {
+    "greater_than": "more than {gt}",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "less than {lt}",
+    "less_than_equal": "at most {le}",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "literal_error": "{expected}",
+    "too_short": "{min_length} entries",
+    "too_long": "{max_length} entries",
+    "tuple_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping of keys to values",
+    "model_attributes_type": "a mapping of keys to values",
+    "int_from_float": "a whole number",
+}
+
+
+def _number(value: Any) -> Any:
+    return f"{value:g}" if isinstance(value, float) else value
+
+
+def _shown(value: Any) -> Any:
+    return "nothing" if value is None else value
+
+
+def _place(loc: tuple[int | str, ...], data: Any, kind: str) -> tuple[list[str], Any]:
+    """The dotted field as the file spells it (pydantic also lists union tags) and its value."""
+    names: list[str] = []
+    node = data
+    for index, part in enumerate(loc):
+        found = (isinstance(node, Mapping) and part in node) or (
+            isinstance(node, list) and isinstance(part, int) and part < len(node)
+        )
+        if found:
+            node = node[part]
+            names.append(str(part))
+        elif kind == "missing" and index == len(loc) - 1:
+            names.append(str(part))
+            node = None
+    return names, node
+
+
+def impossible(message: str, allowed: str) -> PydanticCustomError:
+    """An error for a validator: values that are numbers in range but make no sense together."""
+    return PydanticCustomError("impossible", message, {"allowed": allowed})

@@ -1,0 +1,109 @@
+"""Files that are there whole or not at all, and the one line that says why one cannot be written."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from testbed.errors import InputError
+
+
+def make_folder(folder: str | Path, field: str = "--out") -> Path:
+    """Make a folder and see that a file can be made in it: before the work begins, not after it.
+
+    Raises InputError, in `field`, where that cannot be.
+    """
+    folder = Path(folder)
+    probe = folder / ".writable"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink(missing_ok=True)  # another process may be at the same
+    except OSError as error:
+        raise _unwritable(folder, error, field) from error
+    return folder
+
+
+def check_file(
+    path: str | Path, endings: Sequence[str] = (), field: str = "--out", within: Path | None = None
+) -> Path:
+    """See that a file (with one of these endings, if any are given) can be made: before the work begins, not after it.
+
+    `within`: a folder that the work makes. Raises InputError, in `field`, where the file cannot be made; an older one
+    stays as it is.
+    """
+    path = Path(path)
+    _check_name(path, field)
+    if endings and path.suffix not in endings:
+        raise InputError("unknown ending", file=path, field=field, allowed=", ".join(endings))
+    if path.parent.is_dir():
+        make_folder(path.parent, field)
+    elif within is None or path.parent.resolve() != within.resolve():
+        raise InputError("its folder does not exist", file=path, field=field)
+    return path
+
+
+def _check_name(path: Path, field: str | None = None) -> None:
+    """Refuse a name that is none, and what a file must not take the place of: a folder, a device, a pipe."""
+    try:
+        other = path.exists() and not path.is_file()
+    except OSError as error:
+        raise _unwritable(path, error, field) from error
+    if not path.name:
+        raise InputError("names no file", file=path, field=field, allowed="the name of a file")
+    if other:
+        raise InputError(
+            "is no regular file", file=path, field=field, allowed="a new file, or one to replace"
+        )
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A hidden file beside `path` to write to; it takes the place of `path` at the end, or is gone with an exception.
+
+    Raises InputError in place of an OSError, and for a `path` that is no file's: empty, a folder, a device, a pipe.
+    """
+    _check_name(path)
+    hidden = path.with_name(f".{path.name}")
+    try:
+        yield hidden
+        os.replace(hidden, path)
+    except BaseException as error:
+        with suppress(OSError):
+            hidden.unlink()
+        if isinstance(error, OSError):
+            raise _unwritable(path, error) from error
+        raise
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text file, whole or not at all. Raises InputError where it cannot be written."""
+    with whole(Path(path)) as hidden:
+        hidden.write_text(text, encoding="utf-8")
+
+
+def write_json(path: str | Path, tree: Any) -> None:
+    """Write `plain(tree)` as JSON, whole or not at all. Raises InputError where it cannot be written."""
+    write_text(path, json.dumps(plain(tree), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON knows it: numpy's numbers and arrays unwrapped, what is not a finite number null."""
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if hasattr(value, "tolist"):  # of numpy
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _unwritable(path: Path, error: OSError, field: str | None = None) -> InputError:
+    return InputError(f"cannot be written: {error.strerror or error}", file=path, field=field)

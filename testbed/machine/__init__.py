@@ -1,0 +1,1 @@
+"""The machine's numbers, each with unit, source and mark."""

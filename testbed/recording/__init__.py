@@ -1,0 +1,1 @@
+"""Recordings, rigs and model files: what passes between the testbed and the outside."""

@@ -1,0 +1,221 @@
+"""A recording of one hydraulic axis: `recording.yaml` + its table, read into checked SI channels.
+
+A rig is a folder with `identify/<name>/` and `verify/<name>/`, each a recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.formats.table import read_columns
+from testbed.recording.axis_header import Header, read_header
+from testbed.recording.checks import check_finite, check_span, check_time, pressure
+from testbed.recording.known import Known
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
+"""What is declared of a machine and cannot change from one recording to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One recording, SI, one row a sample, length n everywhere; a channel that was not recorded is None.
+
+    Pressures are gauge, through their calibration. `saturated_*` marks samples at the end of a
+    sensor's range. `reference_force_n` is the true external force (0 with the foot in the air), None where
+    nobody knows it.
+    """
+
+    name: str
+    folder: Path
+    header: Header
+    time_s: Array
+    position_m: Array
+    valve_command: Array | None
+    pressure_a_pa: Array | None
+    pressure_b_pa: Array | None
+    supply_pressure_pa: Array | None
+    oil_temperature_degc: Array | None
+    actuator_force_n: Array | None
+    reference_force_n: Array | None
+    saturated_a: Mask
+    saturated_b: Mask
+
+    @property
+    def rig(self) -> str:
+        """`vertical-leg`, `cylinder` or `drive`."""
+        return self.header.rig
+
+    @property
+    def known(self) -> Known:
+        """What is declared."""
+        return self.header.known
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Nominal rate; `time_s` is what counts."""
+        return self.header.sample_rate_hz
+
+    @property
+    def is_free(self) -> bool:
+        """True where the external force is known to be 0 N."""
+        reference = self.header.reference_force
+        return reference is not None and reference.kind in ("foot-in-air", "free")
+
+    @property
+    def position_resolution_m(self) -> float:
+        """The encoder's step; where it is not declared, the smallest step seen (0 if continuous)."""
+        declared = self.header.channels["position"].resolution
+        if declared is not None:
+            return declared
+        steps = np.abs(np.diff(np.unique(self.position_m)))
+        return float(steps.min()) if steps.size and steps.min() > 1e-7 else 0.0
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A machine's recordings: `identify` to fit and to choose on, `verify` to judge on."""
+
+    name: str
+    folder: Path
+    identify: tuple[Recording, ...]
+    verify: tuple[Recording, ...]
+
+    @property
+    def kind(self) -> str:
+        """`vertical-leg`, `cylinder` or `drive`."""
+        return self.identify[0].rig
+
+    @property
+    def known(self) -> Known:
+        """What is declared (equal in all recordings of a rig)."""
+        return self.identify[0].known
+
+
+def read_recording(folder: str | Path) -> Recording:
+    """Read and check one recording folder (or its recording.yaml). Every fault is an InputError, one line."""
+    folder = recording_folder(folder)
+    file = folder / "recording.yaml"
+    header = read_header(file)
+    wanted = {c.column: f"channels.{q}.column" for q, c in header.channels.items()}
+    reference = header.reference_force
+    if reference is not None and reference.column is not None:
+        wanted[reference.column] = "reference_force.column"
+    data = folder / header.data
+    columns = read_columns(data, wanted, file)
+    at, position = header.channels["time"].column, header.channels["position"]
+    check_time(columns[at], header.sample_rate_hz, data, file, at)
+    for name, values in columns.items():
+        check_finite(name, values, columns[at], data)
+    check_span(
+        "channels.position.unit",
+        position.unit,
+        columns[position.column],
+        header.known.stroke_m,
+        file,
+    )
+    return _build(folder, header, columns)
+
+
+def recording_folder(place: str | Path) -> Path:
+    """The folder of a recording, given it or its recording.yaml. Raises InputError where there is no such folder."""
+    folder = Path(place)
+    folder = folder.parent if folder.name == "recording.yaml" else folder
+    if not folder.is_dir():
+        raise InputError("no such recording folder", file=folder)
+    return folder
+
+
+def read_rig(folder: str | Path) -> Rig:
+    """Read a rig folder with `identify/` and `verify/`.
+
+    Raises InputError where one of them is missing or empty, and for recordings of different machines.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError("no such rig folder", file=folder)
+    parts = {}
+    for part in ("identify", "verify"):
+        if not (folder / part).is_dir():
+            raise InputError(
+                f"has no folder {part!r}",
+                file=folder,
+                allowed="identify/<name>/ and verify/<name>/",
+            )
+        names = sorted(p for p in (folder / part).iterdir() if p.is_dir())
+        if not names:
+            raise InputError("holds no recording", file=folder / part)
+        parts[part] = tuple(read_recording(p) for p in names)
+    rig = Rig(folder.resolve().name, folder, parts["identify"], parts["verify"])
+    for other in (*rig.identify, *rig.verify):
+        if other.rig != rig.kind:
+            raise InputError(
+                f"is of another kind than {rig.identify[0].name}",
+                file=other.folder,
+                field="rig",
+                value=other.rig,
+                allowed=rig.kind,
+            )
+        check_same_machine(rig.identify[0], other)
+    return rig
+
+
+def check_same_machine(first: Recording, other: Recording, names: Sequence[str] = SAME) -> None:
+    """Refuse a recording of another machine than the first one's: one of the declared `names` differs."""
+    for name in names:
+        mine, theirs = getattr(first.known, name), getattr(other.known, name)
+        if mine != theirs:
+            raise InputError(
+                f"is another rig than {first.folder}",
+                file=other.folder / "recording.yaml",
+                field=f"known.{name}",
+                value="nothing" if theirs is None else theirs,
+                allowed=f"{'nothing' if mine is None else mine}, or a rig of its own",
+            )
+
+
+def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording:
+    def series(quantity: str) -> Array | None:
+        channel = header.channels.get(quantity)
+        return None if channel is None else columns[channel.column]
+
+    a, saturated_a = pressure(header.channels.get("pressure_a"), series("pressure_a"))
+    b, saturated_b = pressure(header.channels.get("pressure_b"), series("pressure_b"))
+    time, position = series("time"), series("position")
+    assert time is not None and position is not None
+    n = len(time)
+    reference: Array | None = None
+    if header.reference_force is not None:
+        column = header.reference_force.column
+        reference = (
+            columns[column]
+            if header.reference_force.kind == "load-cell" and column
+            else np.zeros(n)
+        )
+    never = np.zeros(n, dtype=np.bool_)
+    return Recording(
+        name=folder.resolve().name,
+        folder=folder,
+        header=header,
+        time_s=time,
+        position_m=position,
+        valve_command=series("valve_command"),
+        pressure_a_pa=a,
+        pressure_b_pa=b,
+        supply_pressure_pa=series("supply_pressure"),
+        oil_temperature_degc=series("oil_temperature"),
+        actuator_force_n=series("actuator_force"),
+        reference_force_n=reference,
+        saturated_a=never if saturated_a is None else saturated_a,
+        saturated_b=never if saturated_b is None else saturated_b,
+    )

@@ -1,0 +1,97 @@
+"""What the rows of every recording must satisfy, of one axis or of the whole robot, and pressures in Pa."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.recording.axis_header import Channel
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+MINIMUM_SAMPLES = 50
+"""Fewer rows than this carry no velocity worth the name."""
+RATE_FACTOR = 100.0
+"""A table whose rate differs from the declared one by more is not in seconds."""
+STROKES = 2.0
+"""Positions that span more strokes than this are not in metres."""
+
+
+def check_time(
+    time: Array, sample_rate_hz: float, file: Path, declared_in: Path, field: str = "time"
+) -> None:
+    """Refuse times (n,), s, that are few, do not rise, or are far from the declared rate."""
+    if len(time) < MINIMUM_SAMPLES:
+        raise InputError(
+            f"too few samples: {len(time)}", file=file, allowed=f"at least {MINIMUM_SAMPLES}"
+        )
+    check_finite("time", time, time, file)
+    steps = np.diff(time)
+    if (steps <= 0).any():
+        row = int(np.argmax(steps <= 0)) + 1
+        how = "goes backwards" if steps[row - 1] < 0 else "stands still"
+        raise InputError(
+            f"time {how} at row {row}: {time[row - 1]:.6g} s, then {time[row]:.6g} s", file=file
+        )
+    found_hz = 1.0 / float(np.median(steps))
+    if not 1.0 / RATE_FACTOR <= found_hz / sample_rate_hz <= RATE_FACTOR:
+        raise InputError(
+            f"the samples come at {found_hz:.3g} Hz, the header declares {sample_rate_hz:.6g} Hz: "
+            f"column {field!r} is hardly in s",
+            file=declared_in,
+            field="sample_rate_hz",
+            value=sample_rate_hz,
+            allowed=f"within a factor of {RATE_FACTOR:g} of the table's rate",
+        )
+
+
+def check_span(
+    field: str, unit: str, position_m: Array, stroke_m: float | None, declared_in: Path
+) -> None:
+    """Refuse positions (n,), m, that span far more than the declared stroke: they are in another unit."""
+    span = float(np.ptp(position_m))
+    if stroke_m is not None and span > STROKES * stroke_m:
+        raise InputError(
+            f"the positions span {span:.6g} {unit}, the stroke is {stroke_m:g} m",
+            file=declared_in,
+            field=field,
+            value=unit,
+            allowed=f"at most {STROKES:g} strokes; positions in m",
+        )
+
+
+def check_finite(name: str, values: Array, time: Array, file: Path) -> None:
+    """Refuse a column (n,) with a value that is not finite, naming its first row and time."""
+    bad = ~np.isfinite(values)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(
+            f"column {name!r} is not finite at row {row} (t = {time[row]:.6g} s): {values[row]} "
+            f"({int(bad.sum())} such rows)",
+            file=file,
+        )
+
+
+def pressure(channel: Channel | None, raw: Array | None) -> tuple[Array | None, Mask | None]:
+    """Pressure (n,) in Pa through its calibration, and where the sensor is at the end of its range."""
+    if channel is None or raw is None:
+        return None, None
+    values = in_pa(channel, raw)
+    if channel.range_pa is None:
+        return values, None
+    low, high = channel.range_pa
+    # The clip happens before the voltage is rounded to the converter's step: 0.1 % of the range is tolerance.
+    margin = 1e-3 * (high - low)
+    at_end = values >= high - margin
+    if low != 0.0:
+        at_end |= values <= low + margin
+    return values, at_end
+
+
+def in_pa(channel: Channel, raw: Array) -> Array:
+    """A pressure channel's column (n,) in Pa: as it is, or through the calibration from V."""
+    c = channel.calibration
+    return raw if c is None else c.k_pa_per_v * (c.a * raw + c.b)

@@ -1,0 +1,164 @@
+"""A recording of the whole robot: `recording.yaml` + its table, read into checked SI columns.
+
+The header is that of one axis but for its channels, which carry the names of the contract's columns, and `known`,
+which maps dotted parameters of the machine to value and unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from testbed.errors import InputError
+from testbed.formats.checked import Checked, checked
+from testbed.formats.checked import Sequence as Listed
+from testbed.formats.table import read_columns
+from testbed.formats.yaml_files import read_mapping
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import Parameters, check_parameters, roboclimber
+from testbed.recording.axis import recording_folder
+from testbed.recording.axis_header import Channel, check_format, check_present, check_unit
+from testbed.recording.checks import check_finite, check_span, check_time, in_pa
+from testbed.recording.known import Known
+from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
+
+Array = npt.NDArray[np.float64]
+
+
+class RobotChannel(Channel):
+    """Where a quantity is in the table, and in words what it is."""
+
+    meaning: str | None = None
+
+
+class Declared(Checked):
+    """A number (or list of numbers) of the machine as the robot believes it."""
+
+    value: Annotated[float | tuple[float, ...], Listed]
+    unit: str
+
+
+class RobotHeader(Checked):
+    """The contents of a robot's recording.yaml."""
+
+    format: Literal["roboclimber-recording/1"]
+    rig: Literal["robot"]
+    data: Annotated[str, Field(min_length=1)]
+    sample_rate_hz: Annotated[float, Field(gt=0.0, le=1e6)]
+    channels: dict[str, RobotChannel]
+    known: dict[str, Declared]
+    surveyed: Any = None
+    scenario: str | None = None
+    seed: int | None = None
+    task: str | None = None
+    description: str | None = None
+    source: str | None = None
+    licence: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RobotRecording:
+    """What sensors read and control expected: `data` maps the contract's column names to arrays (n,), SI.
+
+    `machine` is what the header's `known` makes of the shipped machine. What estimators said in the run is left out.
+    """
+
+    folder: Path
+    header: RobotHeader
+    machine: Parameters
+    data: Mapping[str, Array]
+
+    @property
+    def file(self) -> Path:
+        """The header's file."""
+        return self.folder / "recording.yaml"
+
+    @property
+    def name(self) -> str:
+        """The scenario that ran, or the folder's name."""
+        return self.header.scenario or self.folder.resolve().name
+
+
+def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording:
+    """Read and check a recording of the whole robot, finished or killed. Every fault is an InputError, one line.
+
+    `needed`: quantities that the caller cannot do without, beside those of the feet's loads.
+    """
+    folder = recording_folder(folder)
+    file = folder / "recording.yaml"
+    header = _read_header(file)
+    check_present(header.channels, needed, file)
+    machine = _machine(header.known, file)
+    table = folder / header.data
+    channels = {q: c for q, c in header.channels.items() if is_evidence(q)}
+    columns = read_columns(
+        table, {c.column: f"channels.{q}.column" for q, c in channels.items()}, file
+    )
+    time = columns[channels["t"].column]
+    check_time(time, header.sample_rate_hz, table, file, channels["t"].column)
+    for name, values in columns.items():
+        check_finite(name, values, time, table)
+    data = {q: in_pa(c, columns[c.column]) for q, c in channels.items()}
+    for leg in LEGS:
+        quantity = f"position_{leg}_vertical"
+        field, stroke_m = f"channels.{quantity}.unit", machine["vertical_cylinder"]["stroke_m"]
+        check_span(field, channels[quantity].unit, data[quantity], stroke_m, file)
+    return RobotRecording(folder, header, machine, data)
+
+
+def _read_header(path: Path) -> RobotHeader:
+    tree = read_mapping(path)
+    check_format(tree, path)
+    header = checked(RobotHeader, tree, path)
+    for quantity, channel in header.channels.items():
+        meant, found = misspelt(quantity), described(quantity)
+        if meant is not None:
+            raise InputError(
+                f"unknown quantity, did you mean {meant!r}?",
+                file=path,
+                field=f"channels.{quantity}",
+            )
+        if found is not None and is_evidence(quantity):
+            check_unit(quantity, channel, (found[0], "V") if found[0] == "Pa" else found[:1], path)
+    check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)
+    return header
+
+
+def _machine(known: Mapping[str, Declared], file: Path) -> Parameters:
+    """The shipped machine with the `known` numbers. Raises InputError for a number that no machine has."""
+    values = dict(roboclimber().leaves())
+    check_parameters({path: item.value for path, item in known.items()}, file, "known")
+    for path, item in known.items():
+        if item.unit != values[path].unit:
+            raise InputError(
+                "wrong unit",
+                file=file,
+                field=f"known.{path}.unit",
+                value=item.unit,
+                allowed=values[path].unit,
+            )
+    machine = roboclimber().replaced(
+        {path: item.value for path, item in known.items() if item.value != values[path].value}
+    )
+    for group, numbers in machine.items():
+        if isinstance(numbers, Parameters):
+            _check_group(str(group), numbers, file)
+    return machine
+
+
+def _check_group(group: str, numbers: Parameters, file: Path) -> None:
+    """Hold a group's numbers to the bounds that they have for one axis."""
+    same = {name: value for name, value in numbers.items() if name in Known.model_fields}
+    try:
+        checked(Known, same, file)
+    except InputError as error:
+        field = f"known.{group}" if error.field is None else f"known.{group}.{error.field}"
+        raise InputError(
+            error.problem, file=file, field=field, value=error.value, allowed=error.allowed
+        ) from error

@@ -1,0 +1,1 @@
+"""Elastic, unilateral feet with friction in equilibrium."""

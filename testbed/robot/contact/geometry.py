@@ -1,0 +1,195 @@
+"""Compiled: from legs and normals to contact axes, to the contact solver, and back to what a foot reports."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.robot.contact.solver import solve_contacts
+
+Array = NDArray[np.float64]
+
+
+@njit
+def contact_axes(normals: Array) -> Array:
+    """Rotations (n, 3, 3) whose columns are the normal, a tangent near body x and a tangent near body y.
+
+    A normal along body x has no tangent near it: NaN.
+    """
+    frames = np.empty((normals.shape[0], 3, 3))
+    for i in range(normals.shape[0]):
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        size = np.sqrt((1.0 - x * x) ** 2 + (x * y) ** 2 + (x * z) ** 2)
+        size = size if size > 1e-9 else np.nan
+        a, b, c = (1.0 - x * x) / size, -x * y / size, -x * z / size
+        frames[i, 0, 0], frames[i, 1, 0], frames[i, 2, 0] = x, y, z
+        frames[i, 0, 1], frames[i, 1, 1], frames[i, 2, 1] = a, b, c
+        frames[i, 0, 2], frames[i, 1, 2], frames[i, 2, 2] = (
+            y * c - z * b,
+            z * a - x * c,
+            x * b - y * a,
+        )
+    return frames
+
+
+@njit
+def contact_maps(
+    undersides: Array, axes: Array, frames: Array, radius_m: float, about: Array
+) -> Array:
+    """Wrenches (n, 6, 3) about the point `about` (3,) of unit forces along the contact axes.
+
+    The foot's sphere touches at its centre (underside + radius along the leg's axis) less radius along the normal.
+    """
+    maps = np.empty((undersides.shape[0], 6, 3))
+    for i in range(undersides.shape[0]):
+        px, py, pz = (
+            undersides[i, 0] + radius_m * (axes[i, 0] - frames[i, 0, 0]) - about[0],
+            undersides[i, 1] + radius_m * (axes[i, 1] - frames[i, 1, 0]) - about[1],
+            undersides[i, 2] + radius_m * (axes[i, 2] - frames[i, 2, 0]) - about[2],
+        )
+        for k in range(3):
+            x, y, z = frames[i, 0, k], frames[i, 1, k], frames[i, 2, k]
+            maps[i, 0, k], maps[i, 1, k], maps[i, 2, k] = x, y, z
+            maps[i, 3, k], maps[i, 4, k], maps[i, 5, k] = (
+                py * z - pz * y,
+                pz * x - px * z,
+                px * y - py * x,
+            )
+    return maps
+
+
+@njit
+def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: Array) -> Array:
+    """Compliances (n, 3, 3) m/N in contact axes: joints (12,) through the Jacobians (n, 3, 12), plus `extra` (n, 3, 3).
+
+    `extra` is in the body frame: the ground's and the frame's.
+    """
+    n = frames.shape[0]
+    out, body = np.zeros((n, 3, 3)), np.empty((3, 3))
+    for i in range(n):
+        for j in range(3):
+            for k in range(3):
+                body[j, k] = extra[i, j, k]
+                for axis in range(joints.shape[0]):
+                    body[j, k] += jacobians[i, j, axis] * joints[axis] * jacobians[i, k, axis]
+        for a in range(3):
+            for b in range(3):
+                for j in range(3):
+                    for k in range(3):
+                        out[i, a, b] += frames[i, j, a] * body[j, k] * frames[i, k, b]
+    return out
+
+
+@njit
+def _moved(wrench: Array, point: Array) -> Array:
+    """A wrench about the origin, told about `point`: the moment loses point x force."""
+    out = np.empty(6)
+    for k in range(6):
+        out[k] = wrench[k]
+    out[3] -= point[1] * wrench[2] - point[2] * wrench[1]
+    out[4] -= point[2] * wrench[0] - point[0] * wrench[2]
+    out[5] -= point[0] * wrench[1] - point[1] * wrench[0]
+    return out
+
+
+@njit
+def _move_gradient(gradient: Array, point: Array) -> None:
+    """To the derivative by a wrench about the origin, from that by the wrench about `point` (transpose of `_moved`)."""
+    gradient[0] -= gradient[4] * point[2] - gradient[5] * point[1]
+    gradient[1] -= gradient[5] * point[0] - gradient[3] * point[2]
+    gradient[2] -= gradient[3] * point[1] - gradient[4] * point[0]
+
+
+@njit
+def _in_body(
+    axes: Array, frames: Array, forces: Array, per_height: Array, per_load: Array
+) -> tuple[Array, ...]:
+    """Forces (n, 3) in the body frame, and loads (n,), loads per height (n, n), per wrench (n, 6) along `axes`."""
+    n = forces.shape[0]
+    in_body, load = np.zeros((n, 3)), np.zeros(n)
+    by_height, by_wrench = np.zeros((n, n)), np.zeros((n, 6))
+    for i in range(n):
+        for k in range(3):
+            along = 0.0
+            for j in range(3):
+                in_body[i, j] += frames[i, j, k] * forces[i, k]
+                along += axes[i, j] * frames[i, j, k]
+            load[i] += along * forces[i, k]
+            for j in range(n):
+                by_height[i, j] += along * per_height[i, k, j]
+            for j in range(6):
+                by_wrench[i, j] += along * per_load[i, k, j]
+    return in_body, load, by_height, by_wrench
+
+
+@njit
+def feet_under_load(
+    load: Array,
+    centre: Array,
+    undersides: Array,
+    jacobians: Array,
+    verticals: NDArray[np.int64],
+    normals: Array,
+    radius_m: float,
+    joints: Array,
+    extra: Array,
+    heights: Array,
+    active: NDArray[np.bool_],
+    friction: Array,
+    push: Array,
+) -> tuple[Array, ...]:
+    """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which reserves are counted.
+
+    Solved about the centre of mass `centre` (3,), so that a load the feet cannot balance pushes it away, not over.
+    Returns forces in the body frame, normal, tangential, vertical loads, friction use, touching (0 or 1), vertical
+    loads per height and per wrench, reserves, missing wrench, Newton steps (1,).
+    """
+    n = normals.shape[0]
+    axes = np.empty((n, 3))
+    for i in range(n):
+        for k in range(3):
+            axes[i, k] = -jacobians[i, k, verticals[i]]
+    frames = contact_axes(normals)
+    maps = contact_maps(undersides, axes, frames, radius_m, centre)
+    compliances = contact_compliances(jacobians, joints, extra, frames)
+    forces, touches, _, missing, per_height, per_load, steps = solve_contacts(
+        _moved(load, centre), maps, compliances, heights, active, friction
+    )
+    back = np.empty(3)
+    for k in range(3):
+        back[k] = -centre[k]
+    missing = _moved(missing, back)
+    for i in range(n):
+        for k in range(3):
+            _move_gradient(per_load[i, k], centre)
+    in_body, vertical, by_height, by_wrench = _in_body(axes, frames, forces, per_height, per_load)
+    normal, counted = np.empty(n), np.empty(1)
+    tangential, use, reserve, carries = np.zeros(n), np.zeros(n), np.empty(n), np.zeros(n)
+    counted[0] = steps
+    for i in range(n):
+        normal[i], reserve[i] = forces[i, 0], np.inf
+        tangential[i] = np.sqrt(forces[i, 1] ** 2 + forces[i, 2] ** 2)
+        if not touches[i]:
+            continue
+        carries[i] = 1.0
+        if friction[i] > 0.0:
+            use[i] = tangential[i] / (friction[i] * forces[i, 0])
+        slope = 0.0
+        for k in range(6):
+            slope += per_load[i, 0, k] * push[k]
+        if slope < -1e-9:
+            reserve[i] = -forces[i, 0] / slope
+    return (
+        in_body,
+        normal,
+        tangential,
+        vertical,
+        use,
+        carries,
+        by_height,
+        by_wrench,
+        reserve,
+        missing,
+        counted,
+    )

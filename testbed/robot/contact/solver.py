@@ -1,0 +1,325 @@
+"""Compiled: a rigid body on elastic, unilateral feet with Coulomb friction, in equilibrium with a given wrench.
+
+Unknown is the body's small displacement d = (translation t, rotation r) about a point, best the centre of mass. A foot
+at p with compliance C (3, 3) and free height h along the ground's normal n is deformed by u = h n - (t + r x p); its
+force f is the one that minimises the complementary energy 1/2 f.C f - f.u over the forces a foot can have: f.n >= 0
+(it never pulls) and |f tangential| <= friction * f.n. Equilibrium: sum of the feet's wrenches + load = 0.
+
+For given friction bounds this is one convex problem in six variables, solved by Newton's method with a line search
+(each foot: release what pulls, let slide what slides, in closed form); the bounds then follow the normal loads until
+they agree (Coulomb: sliding does not lift a foot, unlike the associated cone). A soft spring SUPPORT on the body makes
+the problem solvable when the feet cannot balance the load: what it carries is the missing wrench, the least possible
+for the normal loads found.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.robot.contact.law import foot_reaction
+
+Array = NDArray[np.float64]
+SUPPORT = 0.1
+"""Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; carries 1e-3 N where the feet balance."""
+
+
+@njit
+def _evaluate(
+    move: Array,
+    load: Array,
+    maps: Array,
+    compliances: Array,
+    heights: Array,
+    active: NDArray[np.bool_],
+    bounds: Array,
+    friction: Array,
+    forces: Array,
+    slopes: Array,
+    touches: NDArray[np.bool_],
+    slides: NDArray[np.bool_],
+    residual: Array,
+    stiffness: Array,
+) -> float:
+    """Forces, residual wrench and tangent stiffness at a body displacement; returns the convex potential."""
+    strain = np.empty(3)
+    potential = 0.0
+    for k in range(6):
+        residual[k] = load[k] - SUPPORT * move[k]
+        potential += 0.5 * SUPPORT * move[k] ** 2 - load[k] * move[k]
+    for j in range(6):
+        for k in range(6):
+            stiffness[j, k] = SUPPORT if j == k else 0.0
+    for i in range(maps.shape[0]):
+        if not active[i]:
+            continue
+        for axis in range(3):
+            strain[axis] = heights[i] if axis == 0 else 0.0
+            for k in range(6):
+                strain[axis] -= maps[i, k, axis] * move[k]
+        touches[i], slides[i] = foot_reaction(
+            compliances[i], strain, bounds[i], friction[i], forces[i], slopes[i]
+        )
+        for axis in range(3):
+            bent = 0.0
+            for other in range(3):
+                bent += compliances[i, axis, other] * forces[i, other]
+            potential += forces[i, axis] * (strain[axis] - 0.5 * bent)
+            for k in range(6):
+                residual[k] += maps[i, k, axis] * forces[i, axis]
+        _add_stiffness(maps[i], slopes[i], stiffness)
+    return potential
+
+
+@njit
+def _size(vector: Array) -> float:
+    total = 0.0
+    for k in range(vector.shape[0]):
+        total += vector[k] * vector[k]
+    return float(np.sqrt(total))
+
+
+@njit
+def _add_stiffness(map_: Array, slope: Array, stiffness: Array) -> None:
+    """stiffness (6, 6) += map slope map^T."""
+    for row in range(6):
+        for axis in range(3):
+            part = 0.0
+            for other in range(3):
+                part += map_[row, other] * slope[other, axis]
+            for column in range(6):
+                stiffness[row, column] += part * map_[column, axis]
+
+
+@njit
+def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
+    """Solve stiffness step = residual (6 x 6, symmetric positive definite) by Cholesky, in place of `stiffness`."""
+    for i in range(6):
+        for j in range(i + 1):
+            total = stiffness[i, j]
+            for k in range(j):
+                total -= stiffness[i, k] * stiffness[j, k]
+            stiffness[i, j] = np.sqrt(max(total, 1e-9)) if i == j else total / stiffness[j, j]
+    for i in range(6):
+        total = residual[i]
+        for k in range(i):
+            total -= stiffness[i, k] * step[k]
+        step[i] = total / stiffness[i, i]
+    for i in range(5, -1, -1):
+        total = step[i]
+        for k in range(i + 1, 6):
+            total -= stiffness[k, i] * step[k]
+        step[i] = total / stiffness[i, i]
+
+
+@njit
+def _newton(
+    move: Array,
+    scale: float,
+    load: Array,
+    maps: Array,
+    compliances: Array,
+    heights: Array,
+    active: NDArray[np.bool_],
+    bounds: Array,
+    forces: Array,
+    slopes: Array,
+    touches: NDArray[np.bool_],
+    slides: NDArray[np.bool_],
+) -> int:
+    """Move the body to equilibrium for given friction bounds (fills `move`, `forces` ...); returns Newton steps."""
+    residual, stiffness, frozen = np.empty(6), np.empty((6, 6)), np.zeros(bounds.shape[0])
+    step, start = np.empty(6), np.empty(6)
+    potential = _evaluate(
+        move,
+        load,
+        maps,
+        compliances,
+        heights,
+        active,
+        bounds,
+        frozen,
+        forces,
+        slopes,
+        touches,
+        slides,
+        residual,
+        stiffness,
+    )
+    for taken in range(60):
+        if _size(residual) <= 1e-10 * scale + 1e-12:
+            return taken
+        _newton_step(stiffness, residual, step)
+        gain, before, length = 0.0, potential, 1.0
+        for k in range(6):
+            gain += step[k] * residual[k]
+            start[k] = move[k]
+        while length > 1e-6:
+            for k in range(6):
+                move[k] = start[k] + length * step[k]
+            potential = _evaluate(
+                move,
+                load,
+                maps,
+                compliances,
+                heights,
+                active,
+                bounds,
+                frozen,
+                forces,
+                slopes,
+                touches,
+                slides,
+                residual,
+                stiffness,
+            )
+            if potential <= before - 1e-4 * length * gain + 1e-12 * abs(before):
+                break
+            length *= 0.5
+        if gain <= 1e-15 * abs(potential):
+            return taken + 1
+    return 60
+
+
+@njit
+def _inverse(matrix: Array) -> Array:
+    """Inverse (6, 6) by elimination with pivoting."""
+    n = matrix.shape[0]
+    work, out = np.empty((n, n)), np.empty((n, n))
+    for row in range(n):
+        for k in range(n):
+            work[row, k] = matrix[row, k]
+            out[row, k] = 1.0 if row == k else 0.0
+    for column in range(n):
+        pivot = column
+        for row in range(column + 1, n):
+            if abs(work[row, column]) > abs(work[pivot, column]):
+                pivot = row
+        for k in range(n):
+            work[column, k], work[pivot, k] = work[pivot, k], work[column, k]
+            out[column, k], out[pivot, k] = out[pivot, k], out[column, k]
+        head = work[column, column]
+        for k in range(n):
+            work[column, k] /= head
+            out[column, k] /= head
+        for row in range(n):
+            factor = work[row, column]
+            if row != column and factor != 0.0:
+                for k in range(n):
+                    work[row, k] -= factor * work[column, k]
+                    out[row, k] -= factor * out[column, k]
+    return out
+
+
+@njit
+def _sensitivities(
+    maps: Array, slopes: Array, active: NDArray[np.bool_], stiffness: Array
+) -> tuple[Array, Array]:
+    """Forces per free height (n, 3, n) N/m and per load wrench (n, 3, 6), contact axes, at the solution."""
+    n = maps.shape[0]
+    inverse = _inverse(stiffness)
+    per_load, per_height, stiff = np.zeros((n, 3, 6)), np.zeros((n, 3, n)), np.zeros((3, 6))
+    for i in range(n):
+        if not active[i]:
+            continue
+        for axis in range(3):
+            for k in range(6):
+                stiff[axis, k] = -(
+                    slopes[i, axis, 0] * maps[i, k, 0]
+                    + slopes[i, axis, 1] * maps[i, k, 1]
+                    + slopes[i, axis, 2] * maps[i, k, 2]
+                )
+        for axis in range(3):
+            for column in range(6):
+                for k in range(6):
+                    per_load[i, axis, column] += stiff[axis, k] * inverse[k, column]
+    for j in range(n):
+        if not active[j]:
+            continue
+        for k in range(6):
+            pushed = 0.0
+            for axis in range(3):
+                pushed += maps[j, k, axis] * slopes[j, axis, 0]
+            for i in range(n):
+                for axis in range(3):
+                    per_height[i, axis, j] += per_load[i, axis, k] * pushed
+        for axis in range(3):
+            per_height[j, axis, j] += slopes[j, axis, 0]
+    return per_height, per_load
+
+
+@njit
+def solve_contacts(
+    load: Array,
+    maps: Array,
+    compliances: Array,
+    heights: Array,
+    active: NDArray[np.bool_],
+    friction: Array,
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array, Array, Array, int]:
+    """Feet in equilibrium with `load` (6,), force and moment about the point that `maps` have, N and N m.
+
+    maps (n, 6, 3): wrench of a unit force along a foot's contact axes (normal, two tangents); compliances (n, 3, 3)
+    m/N in these axes; heights (n,) m; active (n,): may touch; friction (n,). Returns forces (n, 3) in contact axes,
+    touches, slides, missing wrench (6,), forces per height (n, 3, n) N/m, per load wrench (n, 3, 6), Newton steps.
+    """
+    n = maps.shape[0]
+    move, residual, stiffness = np.zeros(6), np.empty(6), np.empty((6, 6))
+    forces, slopes = np.zeros((n, 3)), np.zeros((n, 3, 3))
+    touches, slides = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    scale, steps = _size(load), 0
+    bounds, missing = np.empty(n), np.empty(6)
+    for i in range(n):
+        bounds[i] = friction[i] * scale / n
+    for _ in range(100):
+        steps += _newton(
+            move,
+            scale,
+            load,
+            maps,
+            compliances,
+            heights,
+            active,
+            bounds,
+            forces,
+            slopes,
+            touches,
+            slides,
+        )
+        settled = True
+        for i in range(n):
+            # A bound matters where the foot slides, or would slide with the bound it ought to have.
+            wanted, used = (
+                friction[i] * forces[i, 0],
+                np.sqrt(forces[i, 1] ** 2 + forces[i, 2] ** 2),
+            )
+            if (
+                active[i]
+                and abs(wanted - bounds[i]) > 1e-9 * scale
+                and (slides[i] or used > wanted)
+            ):
+                settled = False
+            bounds[i] = wanted
+        if settled:
+            break
+    _evaluate(
+        move,
+        load,
+        maps,
+        compliances,
+        heights,
+        active,
+        bounds,
+        friction,
+        forces,
+        slopes,
+        touches,
+        slides,
+        residual,
+        stiffness,
+    )
+    per_height, per_load = _sensitivities(maps, slopes, active, stiffness)
+    for k in range(6):
+        missing[k] = SUPPORT * move[k]
+    return forces, touches, slides, missing, per_height, per_load, steps

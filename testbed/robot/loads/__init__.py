@@ -1,0 +1,1 @@
+"""What the feet carry: expected from balance, or found from motion."""

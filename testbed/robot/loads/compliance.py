@@ -1,0 +1,78 @@
+"""How much a foot gives: the oil columns of its three cylinders in series with the ground.
+
+A locked cylinder is a spring of the two oil volumes, k = beta (A_A^2 / V_A + A_B^2 / V_B), V_A = dead + A_A x,
+V_B = dead + A_B (stroke - x). Through the leg's Jacobian J (3 x 3) its compliance reaches the foot: J diag(1/k) J^T.
+Use it where positions are those of the unloaded cylinders; where positions are measured under load they contain the
+oil's give already, and only the ground (and frame) is left.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
+from testbed.machine.names import JOINTS, LEGS
+from testbed.machine.provenance import Parameters
+from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+
+Array = NDArray[np.float64]
+WORKING_PRESSURE_PA = 4.0e6
+"""Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with its load)."""
+
+
+class OilColumns:
+    """The twelve locked cylinders as springs."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        """Areas and volumes of the twelve cylinders from the parameter file."""
+        linkage = RotationLinkage.from_parameters(parameters)
+        cylinders = [parameters[f"{joint}_cylinder"] for joint in JOINTS]
+        strokes = [linkage.stroke_m, *(cylinder["stroke_m"] for cylinder in cylinders[1:])]
+        self._geometry = linkage.geometry
+        self._area_a = _per_axis([math.pi / 4 * c["bore_m"] ** 2 for c in cylinders])
+        self._area_b = self._area_a - _per_axis([math.pi / 4 * c["rod_m"] ** 2 for c in cylinders])
+        self._dead_a = _per_axis([c["dead_volume_a_m3"] for c in cylinders])
+        self._dead_b = _per_axis([c["dead_volume_b_m3"] for c in cylinders])
+        self._stroke = _per_axis(strokes)
+        oil = parameters["oil"]
+        self._bulk, self._air = oil["bulk_modulus_pa"], oil["entrained_air"]
+        self._modulus = self._modulus_pa(WORKING_PRESSURE_PA)
+
+    def _modulus_pa(self, gauge_pa: float) -> float:
+        return float(
+            effective_bulk_modulus(max(gauge_pa, 0.0) + ATMOSPHERE_PA, self._bulk, self._air)
+        )
+
+    def stiffness_n_m(
+        self, extensions_m: ArrayLike, pressures_pa: tuple[Array, Array] | None = None
+    ) -> Array:
+        """Stiffness (12,) of the locked cylinders at extensions (12,), N/m (module docstring).
+
+        pressures_pa: gauge pressures (12,), (12,) of chambers A and B where they are known: oil with air in it is
+        softer at low pressure. Without them it is that of WORKING_PRESSURE_PA.
+        """
+        extensions = np.asarray(extensions_m, dtype=float)
+        volume_a = self._dead_a + self._area_a * extensions
+        volume_b = self._dead_b + self._area_b * (self._stroke - extensions)
+        of_a = of_b = np.asarray(self._modulus)
+        if pressures_pa is not None:
+            of_a, of_b = (np.array([self._modulus_pa(float(p)) for p in of]) for of in pressures_pa)
+        return np.asarray(of_a * self._area_a**2 / volume_a + of_b * self._area_b**2 / volume_b)
+
+    def joint_compliance(
+        self, positions: ArrayLike, pressures_pa: tuple[Array, Array] | None = None
+    ) -> Array:
+        """Compliance (12,) of the locked joints at joint positions (12,): rad/(N m) for rotation, else m/N.
+
+        pressures_pa: see stiffness_n_m.
+        """
+        extensions, arms = np.empty(self._stroke.size), np.empty(self._stroke.size)
+        joint_to_cylinder(np.asarray(positions, dtype=float), self._geometry, extensions, arms)
+        return np.asarray(1.0 / (self.stiffness_n_m(extensions, pressures_pa) * arms**2))
+
+
+def _per_axis(values: list[float]) -> Array:
+    return np.tile(np.array(values, dtype=float), len(LEGS))

@@ -1,0 +1,106 @@
+"""Expected loads with what is known of the footing: measured under load, or known by its deviation alone.
+
+Three of the four loads' combinations are fixed by equilibrium; the fourth, the twist, by heights and compliances. A
+tenth of a millimetre decides hundreds of newtons, so an encoder cannot tell it: then a load is an interval. Where the
+feet's heights under load are known exactly (a survey, a simulator), it is a number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from testbed.machine.names import AXES, LEGS, VERTICAL
+from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads
+
+Array = NDArray[np.float64]
+NORMAL_QUANTILE_90 = 1.645
+FRICTION_HOLD_N = 150.0
+"""Standard deviation of what the cylinders' friction holds of the twist (E; seen in thirty simulated stands)."""
+
+
+def heights_under_load(
+    expected: ExpectedLoads, positions: ArrayLike, normals: ArrayLike | None = None
+) -> Array:
+    """(4,) heights, m, at which flat ground meets feet whose joint positions (12) were measured under load.
+
+    normals (4, 3): the ground's, in the body frame; default body z. Add the true heights of ground that is not flat.
+    """
+    up = (
+        np.tile([0.0, 0.0, 1.0], (len(LEGS), 1))
+        if normals is None
+        else np.asarray(normals, dtype=float)
+    )
+    heights = -np.einsum("ij,ij->i", expected.model.foot_positions_m(positions), up)
+    return np.asarray(heights - heights.mean())
+
+
+def loads_of_measured_posture(
+    expected: ExpectedLoads,
+    positions: ArrayLike,
+    gravity_in_body: ArrayLike,
+    heights_m: ArrayLike,
+    **acts: Any,
+) -> FootLoads:
+    """Loads of a posture measured under load, ground heights given (see heights_under_load).
+
+    The joints' give is in their positions already, so only the ground gives. A further load changes the joints too:
+    sensitivities and reserves are those of joints, oil and ground together, at these loads.
+    """
+    heights = np.asarray(heights_m, dtype=float)
+    now = expected.solve(
+        positions, gravity_in_body, height_m=heights, joint_compliance=np.zeros(len(AXES)), **acts
+    )
+    given = expected.oil.joint_compliance(positions)
+    jacobians = expected.model.feet(positions)[1]
+    give = np.array([jacobians[k, 2] ** 2 @ given for k in range(len(LEGS))])
+    free = expected.solve(
+        positions, gravity_in_body, height_m=heights + give * now.normal_n, **acts
+    )
+    slopes = np.where(free.reserve_n > 0.0, free.normal_n / free.reserve_n, 0.0)
+    reserve = np.divide(now.normal_n, slopes, out=np.full(len(LEGS), np.inf), where=slopes > 1e-9)
+    return replace(
+        now,
+        load_per_height_n_m=free.load_per_height_n_m,
+        load_per_wrench=free.load_per_wrench,
+        reserve_n=reserve,
+    )
+
+
+def load_interval_n(
+    expected: ExpectedLoads,
+    positions: ArrayLike,
+    gravity_in_body: ArrayLike,
+    footing_deviation_m: float,
+    **acts: Any,
+) -> tuple[Array, Array]:
+    """Ends (4,), (4,) of each foot's vertical load, N, between which it lies nine times in ten.
+
+    The feet's height errors are independent and normal with the given deviation; only their part along the twist
+    matters, widened by what the cylinders' friction may hold of it. Lifting feet and sliding ones are reckoned with by
+    solving at both ends.
+    """
+    twist = twist_of(expected.model.foot_positions_m(positions)[:, :2])
+    given = acts.get("joint_compliance")
+    joints = expected.oil.joint_compliance(positions) if given is None else np.asarray(given)
+    held_m = FRICTION_HOLD_N * (joints[list(VERTICAL)].mean() + expected.ground_compliance_m_n)
+    reach = NORMAL_QUANTILE_90 * float(np.hypot(footing_deviation_m, held_m)) * twist
+    ends = [
+        expected.solve(positions, gravity_in_body, height_m=way * reach, **acts).vertical_load_n
+        for way in (-1.0, 1.0)
+    ]
+    return np.minimum(*ends), np.maximum(*ends)
+
+
+def twist_of(feet_xy: Array) -> Array:
+    """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr and rl."""
+    null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
+    return np.asarray(null * np.sign(null[0]))
+
+
+def fixed_combinations(feet_xy: Array) -> Array:
+    """(3, 4) orthonormal combinations of the loads on feet (4, 2) that equilibrium fixes."""
+    return np.asarray(np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][:3])

@@ -1,0 +1,227 @@
+"""Expected foot loads: what each foot should carry, from weight, posture, ropes and drill.
+
+Four feet and six equations: on a plane the normal loads have one degree of freedom that equilibrium leaves open (the
+twist: one diagonal against the other). Compliance and the feet's free heights decide it, so every answer comes with its
+sensitivity to height errors. A foot never pulls; friction is Coulomb's.
+
+Wrenches are force and moment about the body's origin, body frame, N and N m, acting on the machine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from testbed.machine.names import AXES, LEGS, VERTICAL
+from testbed.machine.provenance import Parameters, roboclimber
+from testbed.robot.contact.geometry import feet_under_load
+from testbed.robot.loads.compliance import OilColumns
+from testbed.robot.model import Payload, RobotModel
+
+Array = NDArray[np.float64]
+BALANCED = 1e-6
+"""Equilibrium counts as reached when the missing wrench is below this share of the load."""
+
+
+@dataclass(frozen=True)
+class FootLoads:
+    """Expected loads of the four feet (LEGS order), ground on foot, N; body frame."""
+
+    force_in_body_n: Array
+    """(4, 3)."""
+    normal_n: Array
+    """(4,) along the ground's normal."""
+    tangential_n: Array
+    """(4,) size of the friction force."""
+    vertical_load_n: Array
+    """(4,) along the vertical joint's axis: what its cylinder feels of the ground."""
+    friction_use: Array
+    """(4,) tangential / (friction * normal); 1 slides; 0 for a foot in the air."""
+    in_contact: NDArray[np.bool_]
+    """(4,) feet that carry."""
+    load_per_height_n_m: Array
+    """(4, 4): change of vertical load i by raising the ground under foot j, N/m."""
+    load_per_wrench: Array
+    """(4, 6): change of vertical load i by a wrench on the body, N/N and N/(N m)."""
+    reserve_n: Array
+    """(4,) further push away from the slope, along the drill axis, at which a foot leaves, if friction holds until
+    then and no other foot leaves before; infinite if it never does."""
+    missing_wrench: Array
+    """(6,) wrench that the feet cannot balance; about zero when `balanced`."""
+    balanced: bool
+    """Whether feet that never pull, within friction, hold the machine."""
+    newton_steps: int
+
+    @property
+    def unloads_first(self) -> str | None:
+        """The leg whose foot leaves first under a push along the drill axis (None: no foot would)."""
+        first = int(np.argmin(self.reserve_n))
+        return LEGS[first] if np.isfinite(self.reserve_n[first]) else None
+
+    @property
+    def unload_reserve_n(self) -> float:
+        """Further push along the drill axis at which the first foot leaves, N."""
+        return float(self.reserve_n.min())
+
+    def deviation_n(self, height_deviation_m: float) -> Array:
+        """Standard deviation (4,) of the vertical loads for independent height errors of that size, N, first order."""
+        return np.asarray(height_deviation_m * np.linalg.norm(self.load_per_height_n_m, axis=1))
+
+
+def point_wrench(force_in_body: ArrayLike, point_in_body: ArrayLike) -> Array:
+    """Wrench (6,) about the body's origin of a force (3,) N at a point (3,) m; both in the body frame."""
+    fx, fy, fz = np.asarray(force_in_body, dtype=float).tolist()
+    x, y, z = np.asarray(point_in_body, dtype=float).tolist()
+    return np.array([fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
+
+
+def drill_wrench(model: RobotModel, thrust_n: float, torque_n_m: float = 0.0) -> Array:
+    """Reaction of drilling on the machine (6,): thrust + pushes it away from the slope, torque about the drill axis.
+
+    `torque_n_m` is what the rock does to the machine, + about body z.
+    """
+    wrench = point_wrench([0.0, 0.0, thrust_n], model.drill_mount_m)
+    wrench[5] += torque_n_m
+    return wrench
+
+
+def external_wrench(
+    model: RobotModel,
+    positions: ArrayLike,
+    gravity_in_body: ArrayLike,
+    payload: Payload | None,
+    rope_forces_in_body: ArrayLike | None,
+    drill: ArrayLike | None,
+) -> Array:
+    """Everything that acts on the machine but the feet, (6,): weight, payload, ropes (2, 3) and drill wrench (6,)."""
+    load = -model.gravity_forces(positions, gravity_in_body)[:6]
+    if payload is not None:
+        weight = payload.mass_kg * np.asarray(gravity_in_body, dtype=float)
+        load += point_wrench(weight, payload.point_in_body_m)
+    if rope_forces_in_body is not None:
+        for force, point in zip(
+            np.asarray(rope_forces_in_body, dtype=float), model.rope_attachments_m, strict=True
+        ):
+            load += point_wrench(force, point)
+    return load if drill is None else load + np.asarray(drill, dtype=float)
+
+
+class ExpectedLoads:
+    """Solves for the expected foot loads of one machine; a call takes about a tenth of a millisecond."""
+
+    def __init__(
+        self,
+        model: RobotModel,
+        parameters: Parameters | None = None,
+        *,
+        friction: float | None = None,
+        ground_compliance_m_n: float | None = None,
+    ) -> None:
+        """Believed friction and ground compliance (m/N, per foot) come from the parameters unless given."""
+        numbers = roboclimber() if parameters is None else parameters
+        self.model = model
+        self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
+        nominal = 1.0 / numbers["ground"]["stiffness_n_m"]
+        self.ground_compliance_m_n = float(
+            nominal if ground_compliance_m_n is None else ground_compliance_m_n
+        )
+        self.oil = OilColumns(numbers)
+        self._ground = np.tile(self.ground_compliance_m_n * np.eye(3), (len(LEGS), 1, 1))
+        self._push = drill_wrench(model, 1.0)
+
+    def solve(  # one argument each for what acts and what is believed; all but posture and gravity have a default
+        self,
+        positions: ArrayLike,
+        gravity_in_body: ArrayLike,
+        *,
+        payload: Payload | None = None,
+        rope_forces_in_body: ArrayLike | None = None,
+        drill_wrench_in_body: ArrayLike | None = None,
+        height_m: ArrayLike | None = None,
+        in_contact: ArrayLike | None = None,
+        normals_in_body: ArrayLike | None = None,
+        joint_compliance: ArrayLike | None = None,
+        foot_compliance_m_n: ArrayLike | None = None,
+        friction: ArrayLike | None = None,
+    ) -> FootLoads:
+        """Foot loads at joint positions (12,) under gravity (3,) m/s2 in the body frame.
+
+        rope_forces_in_body (2, 3) N at the attachment points; drill_wrench_in_body (6,); height_m (4,): how far the
+        ground under a foot stands proud of the plane through the unloaded feet, along the normal; in_contact (4,):
+        false for a swinging foot; normals_in_body (4, 3); joint_compliance (12,), default the locked oil columns
+        (zeros: joints held rigidly, or positions measured under load); foot_compliance_m_n (4, 3, 3) in the body
+        frame instead of joints and ground; friction, one or (4,). If no equilibrium exists, `balanced` is false
+        and `missing_wrench` says what the feet cannot balance.
+        """
+        model = self.model
+        load = external_wrench(
+            model, positions, gravity_in_body, payload, rope_forces_in_body, drill_wrench_in_body
+        )
+        undersides, jacobians = model.feet(positions)
+        if foot_compliance_m_n is not None:
+            joints, extra = _RIGID, np.asarray(foot_compliance_m_n, dtype=float)
+        else:
+            extra = self._ground
+            joints = (
+                self.oil.joint_compliance(positions)
+                if joint_compliance is None
+                else np.asarray(joint_compliance)
+            )
+        out = feet_under_load(
+            load,
+            self._centre(positions, payload),
+            undersides,
+            jacobians,
+            _VERTICAL,
+            _NORMALS if normals_in_body is None else np.asarray(normals_in_body, dtype=float),
+            model.foot_radius_m,
+            joints,
+            extra,
+            _NOUGHT if height_m is None else np.asarray(height_m, dtype=float),
+            _ALL if in_contact is None else np.asarray(in_contact, dtype=bool),
+            np.full(len(LEGS), self.friction if friction is None else friction, dtype=float),
+            self._push,
+        )
+        (
+            in_body,
+            normal,
+            tangential,
+            vertical,
+            use,
+            carries,
+            by_height,
+            by_wrench,
+            reserve,
+            missing,
+            steps,
+        ) = out
+        balanced = bool(missing @ missing <= BALANCED**2 * (load @ load))
+        return FootLoads(
+            in_body,
+            normal,
+            tangential,
+            vertical,
+            use,
+            carries > 0.5,
+            by_height,
+            by_wrench,
+            reserve,
+            missing,
+            balanced,
+            int(steps[0]),
+        )
+
+    def _centre(self, positions: ArrayLike, payload: Payload | None) -> Array:
+        centre = self.model.centre_of_mass_m(positions)
+        if payload is None:
+            return centre
+        share = payload.mass_kg / (payload.mass_kg + self.model.total_mass_kg)
+        return np.asarray(centre + share * (np.array(payload.point_in_body_m) - centre))
+
+
+_VERTICAL = np.array(VERTICAL)
+_NOUGHT, _ALL = np.zeros(len(LEGS)), np.ones(len(LEGS), dtype=bool)
+_RIGID = np.zeros(len(AXES))
+_NORMALS = np.tile(np.array([0.0, 0.0, 1.0]), (len(LEGS), 1))

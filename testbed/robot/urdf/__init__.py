@@ -1,0 +1,1 @@
+"""The machine's URDF: generated, checked, merged, drawn."""

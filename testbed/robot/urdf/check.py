@@ -1,0 +1,157 @@
+"""Reads a URDF and refuses one that cannot be this machine, with one line that says what is wrong where."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from testbed.errors import InputError
+from testbed.machine.names import AXES, LEGS, SIDES
+
+NEEDED_LINKS: tuple[str, ...] = (
+    "body",
+    "drill_mast",
+    *(f"traction_{side}" for side in SIDES),
+    *(f"{leg}_foot" for leg in LEGS),
+)
+_NUMBERS = (
+    "xyz",
+    "rpy",
+    "value",
+    "ixx",
+    "ixy",
+    "ixz",
+    "iyy",
+    "iyz",
+    "izz",
+    "lower",
+    "upper",
+    "effort",
+    "velocity",
+    "size",
+    "radius",
+    "length",
+    "rgba",
+)
+
+
+def read_urdf(path: str | Path) -> str:
+    """The text of a URDF that has this machine's links and joints, each link with mass and inertia.
+
+    Raises InputError naming the file, the link or joint and what is wrong.
+    """
+    try:
+        text = Path(path).read_text()
+        robot = ET.fromstring(text)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    except UnicodeDecodeError as error:
+        raise InputError("is not text", file=path, allowed="a URDF") from error
+    except ET.ParseError as error:
+        raise InputError(f"is not XML: {error}", file=path) from error
+    if robot.tag != "robot":
+        raise InputError(f"its root element is <{robot.tag}>", file=path, allowed="<robot>")
+    _check_numbers(robot, path)
+    links = _named(robot, "link", path)
+    joints = _named(robot, "joint", path)
+    for name, link in links.items():
+        _check_inertial(name, link, path)
+    _check_tree(links, joints, path)
+    for name in NEEDED_LINKS:
+        if name not in links:
+            raise InputError("is missing", file=path, field=f"link {name}")
+    for name in AXES:
+        _check_axis(name, joints, path)
+    return text
+
+
+def _named(robot: ET.Element, tag: str, path: str | Path) -> dict[str, ET.Element]:
+    found: dict[str, ET.Element] = {}
+    for element in robot.findall(tag):
+        name = element.get("name")
+        if not name:
+            raise InputError(f"a <{tag}> has no name", file=path)
+        if name in found:
+            raise InputError("appears twice", file=path, field=f"{tag} {name}")
+        found[name] = element
+    return found
+
+
+def _check_numbers(robot: ET.Element, path: str | Path) -> None:
+    for owner in robot:
+        for element in owner.iter():
+            for word in _NUMBERS:
+                raw = element.get(word)
+                if raw is not None and not _all_finite(raw):
+                    where = f"{owner.tag} {owner.get('name')} <{element.tag}> {word}"
+                    raise InputError("is not finite numbers", file=path, field=where, value=raw)
+
+
+def _all_finite(raw: str) -> bool:
+    try:
+        return bool(raw.split()) and all(math.isfinite(float(part)) for part in raw.split())
+    except ValueError:
+        return False
+
+
+def _check_inertial(name: str, link: ET.Element, path: str | Path) -> None:
+    mass = link.find("inertial/mass")
+    inertia = link.find("inertial/inertia")
+    if mass is None or inertia is None:
+        allowed = "an <inertial> in every link"
+        raise InputError("has no mass or inertia", file=path, field=f"link {name}", allowed=allowed)
+    value = float(mass.get("value", "nan"))
+    if not value > 0.0:
+        raise InputError(
+            "must be positive", file=path, field=f"link {name} mass", value=value, allowed="> 0 kg"
+        )
+    ixx, ixy, ixz, iyy, iyz, izz = (
+        float(inertia.get(w, "nan")) for w in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    )
+    minors = (
+        ixx,
+        ixx * iyy - ixy**2,
+        ixx * (iyy * izz - iyz**2) - ixy * (ixy * izz - iyz * ixz) + ixz * (ixy * iyz - iyy * ixz),
+    )
+    if not all(minor > 0.0 for minor in minors):
+        raise InputError("is not positive definite", file=path, field=f"link {name} inertia")
+
+
+def _check_tree(
+    links: dict[str, ET.Element], joints: dict[str, ET.Element], path: str | Path
+) -> None:
+    parents: dict[str, str] = {}
+    for name, joint in joints.items():
+        ends = []
+        for end in ("parent", "child"):
+            element = joint.find(end)
+            link = "" if element is None else element.get("link", "")
+            if link not in links:
+                raise InputError(
+                    f"its {end} is no link", file=path, field=f"joint {name}", value=link
+                )
+            ends.append(link)
+        if ends[1] in parents:
+            raise InputError("hangs on two joints", file=path, field=f"link {ends[1]}")
+        parents[ends[1]] = ends[0]
+    for name in links:
+        node, steps = name, 0
+        while node in parents and steps <= len(links):
+            node, steps = parents[node], steps + 1
+        if node != "body":
+            raise InputError("is not connected to the body", file=path, field=f"link {name}")
+
+
+def _check_axis(name: str, joints: dict[str, ET.Element], path: str | Path) -> None:
+    kind = "revolute" if name.endswith("rotation") else "prismatic"
+    if name not in joints:
+        raise InputError("is missing", file=path, field=f"joint {name}")
+    found = joints[name].get("type")
+    if found != kind:
+        raise InputError(
+            "has the wrong type", file=path, field=f"joint {name}", value=found, allowed=kind
+        )
+    limit = joints[name].find("limit")
+    if limit is None or float(limit.get("lower", "0")) >= float(limit.get("upper", "0")):
+        raise InputError("needs limits with lower < upper", file=path, field=f"joint {name}")

@@ -1,0 +1,214 @@
+"""What each link looks like: primitives that draw the machine; nothing here has mass or touches anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import Parameters
+from testbed.robot.urdf.shapes import Shape, bar, box, post
+
+UPRIGHT_M = 0.94
+"""Length of the inner column above the foot's underside, m."""
+
+
+def visuals(parameters: Parameters, link: str) -> list[Shape]:
+    """The primitives of a link, in its frame (the URDF's)."""
+    if link.startswith("traction"):
+        return _traction(parameters)
+    part = link.split("_")[-1] if link[:2] in LEGS else link
+    return _PARTS[part](parameters)
+
+
+def _body(p: Parameters) -> list[Shape]:
+    hip_x, hip_y = p["legs"]["hip_x_m"], p["legs"]["hip_y_m"]
+    low = p["body"]["belly_height_m"]
+    drawn: list[Shape] = []
+    for side in (1.0, -1.0):
+        drawn.append(box((1.32, 0.09, 0.20), (0.0, side * 0.43, 0.0), "yellow"))
+        drawn.append(box((1.32, 0.16, 0.02), (0.0, side * 0.40, 0.11), "dark"))
+        drawn.append(box((1.5, 0.24, 0.04), (0.0, side * 0.23, low + 0.02), "steel"))
+        drawn.append(box((0.09, 0.95, 0.20), (side * 0.66, 0.0, 0.0), "yellow"))
+        drawn.append(box((0.07, 0.86, 0.16), (0.05 + side * 0.24, 0.0, 0.0), "yellow"))
+    drawn.append(box((0.50, 0.78, 0.03), (-0.50, 0.0, 0.10), "grey"))
+    drawn.append(box((0.34, 0.78, 0.03), (0.48, 0.0, 0.10), "grey"))
+    drawn.append(box((0.26, 0.30, 0.44), (0.10, -0.36, 0.34), "light"))
+    drawn.append(box((0.20, 0.01, 0.14), (0.10, -0.515, 0.44), "glass"))
+    for leg in LEGS:
+        drawn += _corner(p, hip_x if leg[0] == "f" else -hip_x, hip_y if leg[1] == "l" else -hip_y)
+    return drawn
+
+
+def _corner(p: Parameters, x: float, y: float) -> list[Shape]:
+    """Bearing plates of one hip, and the rotation cylinder's barrel along the platform."""
+    inward = -math.copysign(1.0, x)
+    lever = p["rotation_linkage"]["lever_m"] * math.copysign(1.0, -x)
+    anchor = (x + inward * p["rotation_linkage"]["body_anchor_m"], y, 0.17)
+    pin = (x, y + lever, 0.17)
+    middle = tuple(a + 0.62 * (b - a) for a, b in zip(anchor, pin, strict=True))
+    drawn = [
+        box((0.34, 0.26, 0.05), (x + inward * 0.08, y, side * 0.125), "yellow")
+        for side in (1.0, -1.0)
+    ]
+    drawn.append(post(0.05, -0.18, 0.20, x, y, "chrome"))
+    drawn.append(bar(anchor, (middle[0], middle[1], middle[2]), 0.042, "dark"))
+    drawn.append(bar((middle[0], middle[1], middle[2]), pin, 0.02, "chrome"))
+    drawn.append(post(0.03, 0.10, 0.22, anchor[0], anchor[1], "orange"))
+    return drawn
+
+
+def _power_unit(p: Parameters) -> list[Shape]:
+    long, wide, tall = p["power_unit_body"]["inertia_box_m"]
+    base = -tall / 2
+    drawn = [
+        box((long, wide, tall * 0.40), (0.0, 0.0, base + tall * 0.20), "dark"),
+        box((long * 0.96, wide * 0.94, tall * 0.58), (0.0, 0.0, base + tall * 0.69), "yellow"),
+        box((long * 0.80, wide * 0.80, 0.03), (0.0, 0.0, tall / 2 + 0.015), "grey"),
+        post(0.035, tall / 2, tall / 2 + 0.28, -long * 0.3, wide * 0.28, "steel"),
+        post(0.05, tall / 2, tall / 2 + 0.06, long * 0.25, -wide * 0.25, "red"),
+    ]
+    for k in range(5):
+        drawn.append(box((0.015, wide * 0.72, 0.022), (-long / 2, 0.0, 0.0 + 0.045 * k), "dark"))
+        for side in (1.0, -1.0):
+            drawn.append(
+                box((long * 0.6, 0.015, 0.022), (0.0, side * wide * 0.47, 0.0 + 0.045 * k), "dark")
+            )
+    return drawn
+
+
+def _drill_mast(p: Parameters) -> list[Shape]:
+    drill = p["drill_body"]
+    length, rails = drill["mast_length_m"], drill["mast_offset_m"]
+    half, rear = 0.13, rails - 0.05
+    drawn: list[Shape] = []
+    for side in (half, -half):
+        drawn.append(box((0.05, 0.05, length), (rear, side, length / 2), "orange"))
+        drawn.append(box((0.04, 0.04, length), (rails + 0.12, side, length / 2), "orange"))
+    bays = 8
+    step = length / bays
+    for k in range(bays):
+        low, high = k * step, (k + 1) * step
+        ends = (half, -half) if k % 2 else (-half, half)
+        drawn.append(
+            bar((rails + 0.12, ends[0], low), (rails + 0.12, ends[1], high), 0.014, "orange")
+        )
+        for side in (half, -half):
+            drawn.append(bar((rear, side, low), (rails + 0.12, side, high), 0.014, "orange"))
+        drawn.append(box((0.03, 2 * half, 0.03), (rear, 0.0, high - 0.015), "orange"))
+    drawn += _drill_string(p)
+    drawn.append(post(0.045, 0.25, 1.55, rails + 0.035, 0.0, "dark"))
+    drawn.append(post(0.025, 1.55, length - 0.1, rails + 0.035, 0.0, "chrome"))
+    drawn.append(box((0.34, 0.34, 0.05), (rails - 0.02, 0.0, length), "dark"))
+    brace = 0.85
+    for side in (1.0, -1.0):
+        drawn.append(
+            bar((rails + 0.12, side * half, 1.35), (0.62, side * 0.36, 0.20), 0.025, "steel")
+        )
+        drawn.append(bar((rear, side * half, brace), (-0.22, side * 0.40, 0.20), 0.02, "steel"))
+    return drawn
+
+
+def _drill_string(p: Parameters) -> list[Shape]:
+    """Sledge, rotary head, rod and hammer on the drill axis (x = y = 0 of the mast)."""
+    drill = p["drill_body"]
+    rod_top = 0.22 + drill["rod_length_m"]
+    bit = drill["hole_diameter_m"] / 2
+    return [
+        box((drill["mast_offset_m"] - 0.10, 0.18, 0.10), (0.15, 0.0, rod_top + 0.12), "steel"),
+        box((0.22, 0.24, 0.30), (0.0, 0.0, rod_top + 0.18), "yellow"),
+        post(0.07, rod_top + 0.33, rod_top + 0.50, 0.0, 0.0, "dark"),
+        post(0.055, rod_top - 0.06, rod_top + 0.04, 0.0, 0.0, "dark"),
+        post(0.030, 0.16, rod_top, 0.0, 0.0, "chrome"),
+        post(bit, -0.14, 0.20, 0.0, 0.0, "steel"),
+        box((0.26, 0.26, 0.06), (0.06, 0.0, 0.25), "red"),
+    ]
+
+
+def _rod_store(p: Parameters) -> list[Shape]:
+    tall = p["rod_store_body"]["inertia_box_m"][2]
+    length = p["drill_body"]["rod_length_m"]
+    drawn = [post(0.03, -tall / 2, tall / 2, 0.0, 0.0, "steel")]
+    for height in (-0.66, 0.62):
+        drawn.append(post(0.17, height, height + 0.03, 0.0, 0.0, "yellow"))
+    for k in range(8):
+        x, y = (0.13 * f(2 * math.pi * k / 8) for f in (math.cos, math.sin))
+        drawn.append(post(0.03, -length / 2, length / 2, x, y, "grey" if k % 2 else "light"))
+    return drawn
+
+
+def _traction(p: Parameters) -> list[Shape]:
+    """Two gripping jaws on rails behind a sheave; the rope leaves towards +x at the link's origin."""
+    drawn = [
+        box((0.56, 0.18, 0.05), (-0.32, 0.0, -0.13), "orange"),
+        box((0.06, 0.20, 0.16), (-0.05, 0.0, -0.08), "orange"),
+    ]
+    for x in (-0.22, -0.46):
+        drawn.append(box((0.14, 0.17, 0.16), (x, 0.0, -0.02), "orange"))
+        drawn.append(box((0.08, 0.12, 0.05), (x, 0.0, 0.085), "dark"))
+    for y in (0.07, -0.07):
+        drawn.append(bar((-0.58, y, 0.0), (-0.06, y, 0.0), 0.018, "chrome"))
+        drawn.append(bar((-0.04, y * 0.85, -0.10), (-0.04, y * 0.5, -0.10), 0.13, "dark"))
+    drawn.append(bar((-0.04, -0.035, -0.10), (-0.04, 0.035, -0.10), 0.10, "chrome"))
+    drawn.append(bar((-0.60, 0.0, 0.0), (0.03, 0.0, 0.0), 0.010, "steel"))
+    return drawn
+
+
+def _rotation(p: Parameters) -> list[Shape]:
+    return [
+        post(0.11, -0.10, 0.10, 0.0, 0.0, "orange"),
+        box((0.60, 0.19, 0.18), (0.06, 0.0, 0.0), "grey"),
+        box((0.03, 0.22, 0.21), (0.36, 0.0, 0.0), "orange"),
+        bar((-0.20, 0.0, 0.125), (0.24, 0.0, 0.125), 0.035, "dark"),
+    ]
+
+
+def _radial(p: Parameters) -> list[Shape]:
+    drawn = [
+        box((0.62, 0.13, 0.12), (-0.36, 0.0, 0.0), "light"),
+        bar((-0.30, 0.0, 0.125), (-0.08, 0.0, 0.125), 0.016, "chrome"),
+        box((0.20, 0.20, 0.93), (0.0, 0.0, 0.385), "yellow"),
+        box((0.22, 0.22, 0.05), (0.0, 0.0, -0.06), "dark"),
+        box((0.22, 0.22, 0.05), (0.0, 0.0, 0.83), "dark"),
+        box((0.08, 0.16, 0.34), (-0.12, 0.0, 0.10), "yellow"),
+        post(0.045, 0.18, 0.86, 0.155, 0.0, "dark"),
+        post(0.055, 0.84, 0.90, 0.155, 0.0, "orange"),
+        post(0.022, -0.06, 0.18, 0.155, 0.0, "chrome"),
+        box((0.09, 0.10, 0.06), (0.135, 0.0, 0.20), "orange"),
+        box((0.09, 0.10, 0.06), (0.135, 0.0, 0.72), "orange"),
+    ]
+    return drawn
+
+
+def _vertical(p: Parameters) -> list[Shape]:
+    sole = p["legs"]["foot_height_retracted_m"] - p["legs"]["hip_z_m"]
+    return [
+        box((0.14, 0.14, UPRIGHT_M), (0.0, 0.0, sole + 0.08 + UPRIGHT_M / 2), "light"),
+        post(0.020, sole + 0.10, 0.50, 0.155, 0.0, "chrome"),
+        box((0.24, 0.10, 0.05), (0.06, 0.0, sole + 0.11), "orange"),
+    ]
+
+
+def _foot(p: Parameters) -> list[Shape]:
+    radius = p["legs"]["foot_plate_radius_m"]
+    ribs = [
+        box((0.24, 0.02, 0.05), (0.0, 0.0, 0.06), "dark", yaw=k * math.pi / 3) for k in range(3)
+    ]
+    return [
+        post(radius, 0.0, 0.035, 0.0, 0.0, "dark"),
+        post(radius * 0.86, 0.035, 0.045, 0.0, 0.0, "steel"),
+        Shape("sphere", (0.055,), (0.0, 0.0, 0.085), colour="chrome"),
+        *ribs,
+    ]
+
+
+_PARTS: dict[str, Callable[[Parameters], list[Shape]]] = {
+    "body": _body,
+    "power_unit": _power_unit,
+    "drill_mast": _drill_mast,
+    "rod_store": _rod_store,
+    "rotation": _rotation,
+    "radial": _radial,
+    "vertical": _vertical,
+    "foot": _foot,
+}

@@ -1,0 +1,146 @@
+"""Fixed links welded into what carries them: the same machine with fewer bodies for an engine to step.
+
+Masses, centres and full inertias are added exactly; the result is written in principal axes, so that nothing is lost
+to an engine that knows diagonal inertias only. Links named in `keep` stay apart.
+"""
+
+from __future__ import annotations
+
+import math
+from xml.etree import ElementTree as ET
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def merged(text: str, keep: tuple[str, ...] = ()) -> str:
+    """URDF text in which every fixed joint is welded, save for those to links in `keep`."""
+    robot = ET.fromstring(text)
+    while True:
+        joint = next(
+            (j for j in robot.iter("joint") if j.get("type") == "fixed" and _child(j) not in keep),
+            None,
+        )
+        if joint is None:
+            return ET.tostring(robot, encoding="unicode")
+        _weld(robot, joint)
+
+
+def _weld(robot: ET.Element, joint: ET.Element) -> None:
+    links = {link.get("name"): link for link in robot.findall("link")}
+    parent, child = links[_end(joint, "parent")], links[_child(joint)]
+    rotation, shift = _frame(joint.find("origin"))
+    bodies = [_mass(parent, np.eye(3), np.zeros(3)), _mass(child, rotation, shift)]
+    for part in (*child.findall("visual"), *child.findall("collision")):
+        own_rotation, own_shift = _frame(part.find("origin"))
+        _set_frame(part, rotation @ own_rotation, shift + rotation @ own_shift)
+        parent.append(part)
+    _set_inertial(parent, bodies)
+    for other in robot.findall("joint"):
+        if _end(other, "parent") == child.get("name"):
+            own_rotation, own_shift = _frame(other.find("origin"))
+            _set_frame(other, rotation @ own_rotation, shift + rotation @ own_shift)
+            other.find("parent").set("link", str(parent.get("name")))  # type: ignore[union-attr]
+    robot.remove(joint)
+    robot.remove(child)
+
+
+def _mass(link: ET.Element, rotation: Array, shift: Array) -> tuple[float, Array, Array]:
+    """Mass, centre (3) and inertia about it (3, 3) of a link, in its parent's frame."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    mass = float(inertial.find("mass").get("value"))  # type: ignore[union-attr, arg-type]
+    i = {k: float(v) for k, v in inertial.find("inertia").attrib.items()}  # type: ignore[union-attr]
+    tensor = np.array(
+        [
+            [i["ixx"], i["ixy"], i["ixz"]],
+            [i["ixy"], i["iyy"], i["iyz"]],
+            [i["ixz"], i["iyz"], i["izz"]],
+        ]
+    )
+    own_rotation, own_shift = _frame(inertial.find("origin"))
+    turn = rotation @ own_rotation
+    return mass, shift + rotation @ own_shift, turn @ tensor @ turn.T
+
+
+def _set_inertial(link: ET.Element, bodies: list[tuple[float, Array, Array]]) -> None:
+    mass = sum(m for m, _, _ in bodies)
+    centre = sum((m * c for m, c, _ in bodies), np.zeros(3)) / mass
+    tensor = np.zeros((3, 3))
+    for m, c, own in bodies:
+        r = c - centre
+        tensor += own + m * (float(r @ r) * np.eye(3) - np.outer(r, r))
+    turn, diagonal = np.eye(3), np.diag(tensor)
+    if np.abs(tensor - np.diag(diagonal)).max() > 1e-9 * np.abs(tensor).max():
+        diagonal, turn = np.linalg.eigh(tensor)
+        turn, diagonal = _nearest_axes(turn, diagonal)
+    old = link.find("inertial")
+    if old is not None:
+        link.remove(old)
+    inertial = ET.SubElement(link, "inertial")
+    _set_frame(inertial, turn, centre)
+    ET.SubElement(inertial, "mass", value=repr(float(mass)))
+    zero = {"ixy": "0", "ixz": "0", "iyz": "0"}
+    moments = {k: repr(float(v)) for k, v in zip(("ixx", "iyy", "izz"), diagonal, strict=True)}
+    ET.SubElement(inertial, "inertia", zero | moments)
+
+
+def _nearest_axes(turn: Array, diagonal: Array) -> tuple[Array, Array]:
+    """The principal axes in the order and sense that turns least."""
+    order = [int(np.argmax(np.abs(turn[k]))) for k in range(3)]
+    if sorted(order) != [0, 1, 2]:
+        order = [0, 1, 2]
+    turn, diagonal = turn[:, order], diagonal[order]
+    turn = turn * np.where(np.diag(turn) < 0, -1.0, 1.0)
+    if np.linalg.det(turn) < 0:
+        turn[:, 2] = -turn[:, 2]
+    return turn, diagonal
+
+
+def _frame(origin: ET.Element | None) -> tuple[Array, Array]:
+    if origin is None:
+        return np.eye(3), np.zeros(3)
+    xyz = np.array([float(v) for v in origin.get("xyz", "0 0 0").split()])
+    rpy = [float(v) for v in origin.get("rpy", "0 0 0").split()]
+    return rotation_from_rpy(rpy), xyz
+
+
+def _set_frame(element: ET.Element, rotation: Array, shift: Array) -> None:
+    old = element.find("origin")
+    if old is not None:
+        element.remove(old)
+    rpy = rpy_from_rotation(rotation)
+    xyz = " ".join(map(repr, shift.tolist()))
+    element.insert(0, ET.Element("origin", xyz=xyz, rpy=" ".join(map(repr, rpy))))
+
+
+def _end(joint: ET.Element, end: str) -> str:
+    return str(joint.find(end).get("link"))  # type: ignore[union-attr]
+
+
+def _child(joint: ET.Element) -> str:
+    return _end(joint, "child")
+
+
+def rotation_from_rpy(rpy: list[float]) -> Array:
+    """URDF's convention: R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = [[f(v) for v in rpy] for f in (math.cos, math.sin)]
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rpy_from_rotation(r: Array) -> list[float]:
+    """The inverse, rad; at pitch +-90 degrees, where roll and yaw are one angle, roll is 0."""
+    across = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], across)
+    if across < 1e-9:
+        return [0.0, pitch, math.atan2(-r[0, 1], r[1, 1])]
+    return [math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])]

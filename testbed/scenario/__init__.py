@@ -1,0 +1,1 @@
+"""Scenario and sweep files, read into frozen, checked objects."""

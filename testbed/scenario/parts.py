@@ -1,0 +1,325 @@
+"""The parts of a scenario: rates, ground, posture, ropes, hydraulics, sensors, belief, expectation."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from testbed.formats.checked import Checked, Four, Names, Numbers, Pair, Sequence, impossible
+from testbed.machine.names import AXES, LEGS
+from testbed.scenario.hydraulic_parts import HydraulicPart
+from testbed.scenario.terrain import Terrain
+
+SensorPart = Literal[
+    "encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"
+]
+PLACES: tuple[str, ...] = (*AXES, *LEGS, "rope_left", "rope_right", "body", "supply")
+"""Where an undeclared effect may sit."""
+
+
+class Rates(Checked):
+    """How often each part of the loop runs; all divide the rate of the physics."""
+
+    physics_hz: int = Field(
+        default=1000, ge=100, le=20000, description="steps of the bodies and contacts [Hz]"
+    )
+    hydraulic_substeps: int = Field(
+        default=2, ge=1, le=200, description="steps of the oil within one step of the bodies"
+    )
+    control_hz: int = Field(default=1000, ge=1, description="position controllers [Hz]")
+    sensor_hz: int = Field(default=1000, ge=1, description="sensors are sampled [Hz]")
+    estimator_hz: int = Field(
+        default=1000,
+        ge=200,
+        description="force estimates and contact words; slower, their observers diverge [Hz]",
+    )
+    expected_loads_hz: int = Field(
+        default=10, ge=1, description="expected foot loads from the model [Hz]"
+    )
+    record_hz: int = Field(default=1000, ge=1, description="rows written [Hz]")
+
+    @model_validator(mode="after")
+    def _whole_multiples(self) -> Rates:
+        for name in ("control_hz", "sensor_hz", "estimator_hz", "expected_loads_hz", "record_hz"):
+            value = getattr(self, name)
+            if self.physics_hz % value:
+                raise impossible(
+                    f"{name} = {value} does not divide physics_hz = {self.physics_hz}",
+                    "a whole fraction of physics_hz",
+                )
+        return self
+
+
+class Robot(Checked):
+    """The start posture and what the robot carries."""
+
+    urdf: str | None = Field(
+        default=None, description="another URDF than the shipped one; relative to the scenario file"
+    )
+    vertical_m: Four = Field(
+        default=(0.25,) * 4,
+        description="extension of the vertical joints fl, fr, rl, rr, or one for all [m]",
+    )
+    radial_m: Four = Field(default=(0.2,) * 4, description="extension of the radial joints [m]")
+    rotation_deg: Four = Field(
+        default=(0.0,) * 4, description="angle of the rotation joints from their middle [deg]"
+    )
+    payload_kg: float = Field(
+        default=0.0, ge=0, le=2000, description="extra mass on the platform [kg]"
+    )
+    height_offset_m: float = Field(
+        default=0.0, le=1, description="start pose raised above standing on the ground [m]"
+    )
+
+    @field_validator("vertical_m", "radial_m")
+    @classmethod
+    def _within_stroke(cls, values: tuple[float, ...]) -> tuple[float, ...]:
+        if any(not 0 <= v <= 0.5 for v in values):
+            raise impossible("is outside the cylinder's stroke", "0 to 0.5 m")
+        return values
+
+    @field_validator("rotation_deg")
+    @classmethod
+    def _within_turn(cls, values: tuple[float, ...]) -> tuple[float, ...]:
+        if any(abs(v) > 60 for v in values):
+            raise impossible("is outside the joint's range", "-60 to 60 deg")
+        return values
+
+    @field_validator("height_offset_m")
+    @classmethod
+    def _feet_above_ground(cls, value: float) -> float:
+        if value < 0:
+            raise impossible(f"puts the feet {-value:g} m under the ground", "0 to 1 m")
+        return value
+
+
+class Ropes(Checked):
+    """Two ropes from anchors above the robot to its traction devices; they pull and never push."""
+
+    enabled: bool = Field(default=True, description="false: no ropes")
+    anchor_distance_m: float = Field(
+        default=30.0, ge=3, le=500, description="anchors above the robot, along the slope [m]"
+    )
+    anchor_spread_m: float = Field(
+        default=10.0, ge=0, le=200, description="distance between the two anchors [m]"
+    )
+    azimuth_deg: float = Field(
+        default=0.0,
+        ge=-60,
+        le=60,
+        description="where the anchors' middle lies, from straight up the slope to the left [deg]",
+    )
+    share: float = Field(
+        default=0.9,
+        ge=0,
+        le=1.5,
+        description="share of the weight along the slope that the ropes carry at the start",
+    )
+    attachment_height_m: float | None = Field(
+        default=None,
+        ge=-0.2,
+        le=1.5,
+        description="height of the traction devices' sheaves in the body frame; null: the URDF's, 0.33 m. On 85 "
+        "degrees each centimetre off the balance shifts the feet's loads by 11 cm of the 2.5 m that they stand "
+        "apart: testbed.robot.equilibrium.balanced_attachment_height_m gives the balance for a share [m]",
+    )
+    tension_n: Pair | None = Field(
+        default=None, description="tension at the start, left and right, instead of share [N]"
+    )
+    stiffness_ea_n: float = Field(
+        default=9.8e6,
+        ge=1e4,
+        le=1e9,
+        description="stiffness EA; a rope of length L is a spring EA/L [N]",
+    )
+    damping_n_s_m: float = Field(
+        default=5000.0, ge=0, le=1e6, description="damping along a taut rope [N s/m]"
+    )
+    sag: bool = Field(
+        default=False,
+        description="true: a rope sags by its own weight (a slack rope is slack either way)",
+    )
+    strokes: bool = Field(
+        default=True,
+        description="true: the traction devices pull in strokes and regrip; false: as winches",
+    )
+    breaking_load_n: float = Field(
+        default=149.0e3, gt=0, description="tension at which a rope parts [N]"
+    )
+
+    @field_validator("tension_n")
+    @classmethod
+    def _no_push(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and min(value) < 0:
+            raise impossible("a rope cannot push", "tensions of at least 0 N")
+        return value
+
+
+class Hydraulics(Checked):
+    """Oil, power unit and which physical parts of the hydraulics are left out."""
+
+    oil_temperature_degc: float = Field(
+        default=40.0, ge=-30, le=120, description="temperature of the oil [degC]"
+    )
+    supply_pressure_pa: float | None = Field(
+        default=None,
+        ge=0,
+        le=3.5e7,
+        description="set pressure of the power unit; null: the parameter file's [Pa]",
+    )
+    pump: bool = Field(default=True, description="false: the power unit is off, tank pressure only")
+    valves_locked: bool = Field(
+        default=False,
+        description="true: all valves closed and tight; the cylinders are oil springs",
+    )
+    without: Annotated[tuple[HydraulicPart, ...], Sequence] = Field(
+        default=(), description="parts of the hydraulics left out"
+    )
+    parameters: Numbers = Field(
+        default_factory=dict,
+        description="dotted path of roboclimber.yaml -> the world's value (SI)",
+    )
+
+
+class Sensors(Checked):
+    """What the sensors add to the truth."""
+
+    noise: bool = Field(default=True, description="random noise")
+    quantisation: bool = Field(default=True, description="encoder counts and converter steps")
+    thermal_drift: bool = Field(
+        default=True, description="zero error of the pressure transducers with temperature"
+    )
+    without: Annotated[tuple[SensorPart, ...], Sequence] = Field(
+        default=(), description="sensors that read the truth, free of all errors"
+    )
+
+
+class Model(Checked):
+    """What the robot believes about itself, where it differs from the parameter file."""
+
+    parameters: Numbers = Field(
+        default_factory=dict,
+        description="dotted path of roboclimber.yaml -> the believed value (SI)",
+    )
+
+
+class Control(Checked):
+    """How the load is shared out between feet and ropes."""
+
+    distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill", "learned"] = Field(
+        default="position_hold",
+        description="controller of the foot loads; position_hold leaves them alone",
+    )
+    dither_m: float = Field(
+        default=0.0,
+        ge=0,
+        le=2e-3,
+        description="vertical set points wander up and down by this, all alike: friction at rest shows itself [m]",
+    )
+    dither_hz: float = Field(default=2.0, gt=0, le=10, description="how often a second [Hz]")
+    supervisor: bool = Field(
+        default=False,
+        description="true: when a foot loses its load the drill stops and the foot is lowered",
+    )
+    thrust_reserve: float | None = Field(
+        default=None,
+        ge=0,
+        lt=1,
+        description="share of the foot loads that the drill's feed must leave on the foot that it unloads first; the "
+        "feed is held to what that allows on this slope; null: no bound, an event says when a foot would leave",
+    )
+
+
+class Estimator(Checked):
+    """Constants of the paper's filters; null: the parameter file's."""
+
+    process_variance_n2: float | None = Field(
+        default=None, gt=0, description="Q of the random walk, per step [N2]"
+    )
+    measurement_variance_n2: float | None = Field(
+        default=None, gt=0, description="R of the measured force [N2]"
+    )
+    innovation_limit_n: float | None = Field(
+        default=None, gt=0, description="e_max of the modified filter [N]"
+    )
+    contact_threshold_n: float | None = Field(
+        default=None, gt=0, description="load below which a foot counts as lost [N]"
+    )
+
+
+class Undeclared(Checked):
+    """An effect that the world has and the model does not."""
+
+    effect: str = Field(description="name of the effect, such as sensor.gain_b")
+    at: str = Field(
+        default="body", description="<leg>_<joint>, <leg>, rope_left, rope_right, body or supply"
+    )
+    parameters: dict[str, float] = Field(
+        default_factory=dict, description="the effect's parameters (SI)"
+    )
+
+    @field_validator("at")
+    @classmethod
+    def _known_place(cls, value: str) -> str:
+        if value not in PLACES:
+            raise impossible("no such place on the robot", ", ".join(PLACES))
+        return value
+
+
+class Bound(Checked):
+    """What a number of the summary must be."""
+
+    min: float | None = Field(default=None, description="at least")
+    max: float | None = Field(default=None, description="at most")
+    equals: float | str | bool | None = Field(default=None, description="exactly")
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Bound:
+        if self.min is None and self.max is None and self.equals is None:
+            raise impossible("bounds nothing", "min, max or equals")
+        return self
+
+
+class Expect(Checked):
+    """What must come out of the run; the tests check it."""
+
+    verdict: Literal["stood", "fell", "slid", "rope broke"] | None = Field(
+        default=None, description="how the run must end"
+    )
+    summary: dict[str, Bound] = Field(
+        default_factory=dict, description="dotted path in summary.json -> bound"
+    )
+
+
+class Mutation(Checked):
+    """Changes of the scenario under which its `expect` must fail: proof that it says something. A run ignores it."""
+
+    set: dict[str, Any] = Field(
+        min_length=1, description="dotted path of a value of this scenario -> its changed value"
+    )
+    because: str = Field(min_length=1, description="why the expectation must then fail")
+
+    def overrides(self) -> list[str]:
+        """The changes as `load_scenario` and `--set` take them: `a.b=c`."""
+        return [f"{path}={json.dumps(value)}" for path, value in self.set.items()]
+
+
+__all__ = [
+    "PLACES",
+    "Bound",
+    "Control",
+    "Estimator",
+    "Expect",
+    "Hydraulics",
+    "Model",
+    "Mutation",
+    "Names",
+    "Rates",
+    "Robot",
+    "Ropes",
+    "Sensors",
+    "Terrain",
+    "Undeclared",
+]

@@ -1,0 +1,259 @@
+"""Scenario files: ground, posture, task and duration, read into one frozen, checked object."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from testbed.errors import InputError
+from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
+from testbed.formats.yaml_files import parse_yaml, read_yaml
+from testbed.machine.limits import check_cylinders, check_power_unit, only_in_urdf
+from testbed.machine.provenance import check_parameters, roboclimber
+from testbed.resources import scenario as scenario_path
+from testbed.scenario.drilling import DrillHole
+from testbed.scenario.parts import (
+    Control,
+    Estimator,
+    Expect,
+    Hydraulics,
+    Model,
+    Mutation,
+    Rates,
+    Robot,
+    Ropes,
+    Sensors,
+    Terrain,
+    Undeclared,
+)
+from testbed.scenario.tasks import (
+    Crawl,
+    Drill,
+    Event,
+    LiftFoot,
+    Payload,
+    RodChange,
+    SetRope,
+    Stand,
+    Sway,
+    Task,
+)
+
+FORMAT = "roboclimber-scenario/1"
+
+
+class Scenario(Checked):
+    """One scenario, checked and frozen."""
+
+    format: Literal["roboclimber-scenario/1"] = Field(description="format of the file")
+    name: str = Field(
+        min_length=1,
+        max_length=80,
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$",
+        description="short name; folders are called after it",
+    )
+    description: str = Field(default="", description="what it is for, one or two sentences")
+    seed: int = Field(
+        default=0, ge=0, le=2**32 - 1, description="seed of everything random in the run"
+    )
+    duration_s: float = Field(default=10.0, gt=0, le=36000, description="simulated time [s]")
+    rates: Rates = Rates()
+    terrain: Terrain = Terrain()
+    robot: Robot = Robot()
+    ropes: Ropes = Ropes()
+    hydraulics: Hydraulics = Hydraulics()
+    sensors: Sensors = Sensors()
+    task: Task = Stand()
+    events: Annotated[tuple[Event, ...], Sequence] = Field(
+        default=(), description="things that happen at a given time"
+    )
+    control: Control = Control()
+    model: Model = Model()
+    estimator: Estimator = Estimator()
+    undeclared: Annotated[tuple[Undeclared, ...], Sequence] = Field(
+        default=(), description="effects of the world that the model lacks"
+    )
+    expect: Expect = Expect()
+    mutation: Mutation | None = Field(
+        default=None,
+        description="a change under which `expect` must fail; tests apply it, a run does not",
+    )
+
+    @model_validator(mode="after")
+    def _events_can_happen(self) -> Scenario:
+        if isinstance(self.task, Crawl | Sway):
+            for event in self.events:
+                if isinstance(event, LiftFoot | SetRope):
+                    raise impossible(
+                        f"events: {event.kind} moves what the task {self.task.kind} moves itself",
+                        "it in tasks that hold or raise the body",
+                    )
+        return self
+
+    @model_validator(mode="after")
+    def _store_holds_the_rods(self) -> Scenario:
+        taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
+        if isinstance(self.task, Drill):
+            laps = 1
+            if self.task.repeat:
+                lap_s = sum(p.duration_s for p in self.task.phases)
+                laps = math.ceil(max(self.duration_s - self.task.start_s, 0.0) / lap_s)
+            taken += laps * sum(p.rod_kg for p in self.task.phases if isinstance(p, RodChange))
+        held = self.carried_kg + float(roboclimber()["rod_store_body"]["mass_kg"])
+        if taken >= held:
+            raise impossible(
+                f"{taken:g} kg are taken off a rod store of {held:g} kg",
+                "less of it, or a larger robot.payload_kg",
+            )
+        return self
+
+    @property
+    def carried_kg(self) -> float:
+        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
+        return self.robot.payload_kg + (
+            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
+        )
+
+
+def load_scenario(
+    path_or_name: str | Path,
+    overrides: list[str] | tuple[str, ...] = (),
+    seed: int | None = None,
+    duration: float | None = None,
+) -> Scenario:
+    """Read a scenario file (or a shipped one by name), with changes `a.b=c` applied before it is checked.
+
+    Raises InputError (file, dotted field, value, what is allowed) for anything that cannot be used.
+    """
+    path = scenario_path(path_or_name)
+    data = read_yaml(path)
+    if not isinstance(data, dict):
+        raise InputError(
+            "must be a mapping of keys to values",
+            file=path,
+            allowed=f"format: {FORMAT} and the scenario's keys",
+        )
+    data.setdefault("name", path.stem)
+    for override in overrides:
+        _override(data, override)
+    if seed is not None:
+        data["seed"] = seed
+    if duration is not None:
+        data["duration_s"] = duration
+    _find_file(data, path, "robot", "urdf")
+    _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
+    scenario = _on_its_slope(checked(Scenario, data, path))
+    _check_numbers(scenario.hydraulics.parameters, path, "hydraulics.parameters")
+    _check_numbers(scenario.model.parameters, path, "model.parameters")
+    return scenario
+
+
+def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") -> None:
+    """Make a relative file name in the raw tree absolute: it counts from the scenario file's folder."""
+    part = data.get(section) if isinstance(data, dict) else None
+    if isinstance(part, dict) and isinstance(part.get(key), str):
+        file = (path.parent / part[key]).resolve()
+        if not file.is_file():
+            raise InputError(
+                "no such file",
+                file=path,
+                field=f"{prefix}{section}.{key}",
+                value=part[key],
+                allowed="a file",
+            )
+        part[key] = str(file)
+
+
+def _on_its_slope(scenario: Scenario) -> Scenario:
+    """Where the ground comes from an elevation file in the world's frame, its slope is the file's."""
+    terrain = scenario.terrain
+    if terrain.elevation is None:
+        return scenario
+    from testbed.scenario.elevation_slope import slope_of
+
+    changed = terrain.model_copy(update={"slope_deg": slope_of(terrain)})
+    return scenario.model_copy(update={"terrain": changed})
+
+
+def _check_numbers(changes: Numbers, file: Path, section: str) -> None:
+    """Refuse a change of a number that the machine does not have, that does nothing, of another shape or impossible."""
+    check_parameters(changes, file, section)
+    for name, value in changes.items():
+        if only_in_urdf(name, believed=section.startswith("model.")):
+            raise InputError(
+                "would have no effect: the URDF alone gives it",
+                file=file,
+                field=f"{section}.{name}",
+                value=value,
+                allowed="another URDF in robot.urdf, or a load in robot.payload_kg",
+            )
+    if changes:
+        changed = roboclimber().replaced(changes)
+        check_cylinders(changed, file, section)
+        check_power_unit(changed, file, section)
+
+
+def _override(data: dict[str, Any], text: str) -> None:
+    """Put `a.b=c` into the raw tree; `c` is YAML; a number in the path counts a list's entries from 0."""
+    path, equals, value_text = text.partition("=")
+    keys = path.strip().split(".")
+    if not equals or not all(keys):
+        raise InputError(
+            "is not an assignment",
+            file="--set",
+            value=None,
+            field=text or "''",
+            allowed="a.b=c, such as terrain.slope_deg=60",
+        )
+    value = parse_yaml(value_text, f"--set {path}")
+    node: Any = data
+    while len(keys) > 1 and keys[0] != "parameters":
+        key = keys.pop(0)
+        if isinstance(node, list):
+            node = node[_entry(node, key, text)]
+        elif isinstance(node, dict):
+            if node.get(key) is None:
+                node[key] = {}
+            node = node[key]
+        else:
+            raise InputError(
+                "has no parts",
+                file="--set",
+                field=text,
+                allowed="the path of a value in the scenario",
+            )
+    if (
+        keys[0] == "parameters" and len(keys) > 1 and isinstance(node, dict)
+    ):  # a dotted parameter path is one key
+        group = node.setdefault("parameters", {})
+        if not isinstance(group, Mapping):
+            raise InputError(
+                "has no parts",
+                file="--set",
+                field=text,
+                allowed="the path of a value in the scenario",
+            )
+        node, keys = group, [".".join(keys[1:])]
+    if isinstance(node, list):
+        node[_entry(node, keys[0], text)] = value
+    elif isinstance(node, dict):
+        node[keys[0]] = value
+    else:
+        raise InputError(
+            "has no parts", file="--set", field=text, allowed="the path of a value in the scenario"
+        )
+
+
+def _entry(node: list[Any], key: str, text: str) -> int:
+    if not key.isdigit() or int(key) >= len(node):
+        raise InputError(
+            "no such entry",
+            file="--set",
+            field=text,
+            allowed=f"0 to {len(node) - 1}" if node else "nothing: the list is empty",
+        )
+    return int(key)

@@ -1,0 +1,298 @@
+"""What the robot is told to do and what happens to it: tasks, drill phases and events of a scenario."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from testbed.formats.checked import Checked, Sequence, Triple, impossible
+from testbed.machine.names import AXES
+from testbed.scenario.drilling import DrillHole
+
+Leg = Literal["fl", "fr", "rl", "rr"]
+Side = Literal["left", "right"]
+
+
+class Stand(Checked):
+    """Hold the start posture."""
+
+    kind: Literal["stand"] = "stand"
+
+
+class Raise(Checked):
+    """Raise the body in steps of the four vertical joints (the paper's figure 5)."""
+
+    kind: Literal["raise"]
+    start_s: float = Field(default=2.0, ge=0, description="time of the first step [s]")
+    to_m: float = Field(
+        default=0.35, gt=0, le=0.5, description="extension of the vertical joints at the end [m]"
+    )
+    step_m: float = Field(default=0.05, gt=0, le=0.5, description="height of one step [m]")
+    every_s: float = Field(default=5.0, gt=0, description="time between steps [s]")
+    speed_m_s: float = Field(
+        default=0.02, gt=0, le=0.5, description="speed of the set point within a step [m/s]"
+    )
+
+
+class Sway(Checked):
+    """Move the body over standing feet, slowly to and fro: every cylinder moves in both directions under load."""
+
+    kind: Literal["sway"]
+    start_s: float = Field(
+        default=1.0, ge=0, description="time at which the body begins to move [s]"
+    )
+    amplitude_m: Triple = Field(
+        default=(0.06, 0.05, 0.05),
+        description="way of the body to either side: forward, left, away from the slope [m]",
+    )
+    period_s: Triple = Field(
+        default=(11.0, 9.0, 7.0),
+        description="time for once to and fro, in the same order; at least 2 [s]",
+    )
+
+    @field_validator("amplitude_m")
+    @classmethod
+    def _small(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if any(not 0 <= v <= 0.2 for v in value):
+            raise impossible("reaches beyond the legs", "0 to 0.2 m")
+        return value
+
+    @field_validator("period_s")
+    @classmethod
+    def _slow(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        if any(v < 2.0 for v in value):
+            raise impossible("is faster than the cylinders", "at least 2 s")
+        return value
+
+
+class Push(Checked):
+    """Press the bit on the rock without blows."""
+
+    kind: Literal["push"]
+    duration_s: float = Field(gt=0, description="length of the phase [s]")
+    feed_n: float = Field(
+        default=4000.0,
+        ge=0,
+        le=30000,
+        description="feed force into the ground; its reaction lifts the body [N]",
+    )
+    torque_nm: float = Field(
+        default=300.0,
+        ge=0,
+        le=5000,
+        description="torque on the rod; its reaction turns the body about -z [N m]",
+    )
+
+
+class Hammer(Checked):
+    """Drill with blows of a down-the-hole hammer."""
+
+    kind: Literal["hammer"]
+    duration_s: float = Field(gt=0, description="length of the phase [s]")
+    feed_n: float = Field(
+        default=5500.0, ge=0, le=30000, description="mean feed force into the ground [N]"
+    )
+    torque_nm: float = Field(default=500.0, ge=0, le=5000, description="torque on the rod [N m]")
+    blow_hz: float = Field(default=30.0, gt=0, le=100, description="blows a second [Hz]")
+    blow_n: float = Field(
+        default=1500.0,
+        ge=0,
+        le=50000,
+        description="peak of the blow's reaction on the body, above the feed [N]",
+    )
+    penetration_m_s: float = Field(
+        default=0.005, ge=0, le=0.2, description="rate at which the hole deepens [m/s]"
+    )
+
+
+class RodChange(Checked):
+    """Take a rod from the store and add it to the string: its weight moves from the store to the hole."""
+
+    kind: Literal["rod_change"]
+    duration_s: float = Field(gt=0, description="length of the phase [s]")
+    rod_kg: float = Field(
+        default=10.2,
+        ge=0,
+        le=400,
+        description="mass that moves from the store to the drill axis [kg]",
+    )
+
+
+class PullOut(Checked):
+    """Pull the string out of the hole: its reaction presses the body on the slope."""
+
+    kind: Literal["pull_out"]
+    duration_s: float = Field(gt=0, description="length of the phase [s]")
+    pull_n: float = Field(
+        default=8000.0, ge=0, le=60000, description="pull on the string, away from the ground [N]"
+    )
+
+
+class Rest(Checked):
+    """The bit hangs free: no force but the string's weight."""
+
+    kind: Literal["rest"]
+    duration_s: float = Field(gt=0, description="length of the phase [s]")
+
+
+DrillPhase = Annotated[Push | Hammer | RodChange | PullOut | Rest, Field(discriminator="kind")]
+
+
+class Drill(Checked):
+    """Hold the start posture and drill through the phases one after the other."""
+
+    kind: Literal["drill"]
+    start_s: float = Field(
+        default=5.0, ge=0, description="time at which the first phase begins [s]"
+    )
+    ramp_s: float = Field(
+        default=0.3,
+        ge=0,
+        le=10,
+        description="time in which forces rise and fall at the edges of a phase [s]",
+    )
+    repeat: bool = Field(
+        default=False, description="begin again with the first phase after the last one"
+    )
+    phases: Annotated[tuple[DrillPhase, ...], Sequence] = Field(
+        default=(Hammer(kind="hammer", duration_s=30.0),),
+        min_length=1,
+        description="phases in order",
+    )
+
+
+class Crawl(Checked):
+    """Walk over the slope on the ropes, one leg swinging at a time."""
+
+    kind: Literal["crawl"]
+    gait: Literal["two_phase", "wave"] = Field(
+        default="two_phase",
+        description="two_phase: the body moves on four feet only, twice a cycle, and both legs of a side swing in "
+        "between; wave: the body goes on while the legs swing one after the other",
+    )
+    start_s: float = Field(default=4.0, ge=0, description="time of the first motion [s]")
+    steps: int = Field(default=4, ge=1, le=1000, description="number of leg swings")
+    step_length_m: float = Field(
+        default=0.1,
+        gt=0,
+        le=0.6,
+        description="way of the body in a cycle of four swings: how far a foot moves [m]",
+    )
+    heading_deg: float = Field(
+        default=0.0,
+        ge=-180,
+        le=180,
+        description="direction of travel, from straight up the slope to the left [deg]",
+    )
+    swing_height_m: float = Field(
+        default=0.08, gt=0, le=0.4, description="how high a foot is lifted [m]"
+    )
+    ground_steps_m: float = Field(
+        default=0.0,
+        ge=0,
+        le=0.3,
+        description="largest step of the ground between footholds to be reckoned with: feet are lifted that much "
+        "higher and the search for the ground begins and ends that much sooner and deeper [m]",
+    )
+    period_s: float | None = Field(
+        default=None,
+        gt=0,
+        description="least time for one swing, shift of the body included; null: as fast as the joints' speeds and "
+        "the pump's flow allow [s]",
+    )
+    order: Annotated[tuple[Leg, ...], Sequence] = Field(
+        default=("rr", "fr", "rl", "fl"), description="order of the swinging legs"
+    )
+
+    @field_validator("order")
+    @classmethod
+    def _each_leg_once(cls, order: tuple[str, ...]) -> tuple[str, ...]:
+        if sorted(order) != ["fl", "fr", "rl", "rr"]:
+            raise impossible("must name each leg once", "an order of fl, fr, rl, rr")
+        return order
+
+
+Task = Annotated[Stand | Raise | Sway | Drill | DrillHole | Crawl, Field(discriminator="kind")]
+
+
+class CutRope(Checked):
+    """A rope parts: from then on it carries nothing."""
+
+    kind: Literal["cut_rope"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    rope: Side = Field(description="left or right")
+
+
+class SetRope(Checked):
+    """The traction device pays rope out (positive) or takes it in (negative)."""
+
+    kind: Literal["set_rope"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    rope: Side = Field(description="left or right")
+    pay_out_m: float = Field(ge=-5, le=5, description="length paid out; negative: taken in [m]")
+    duration_s: float = Field(default=1.0, gt=0, description="time it takes [s]")
+
+
+class Payload(Checked):
+    """A load is put on the rod store (or, negative, taken off)."""
+
+    kind: Literal["payload"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    mass_kg: float = Field(ge=-2000, le=2000, description="mass put on the rod store [kg]")
+
+
+class Shove(Checked):
+    """A force on the body for a while: a rock, a gust, a person."""
+
+    kind: Literal["shove"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    duration_s: float = Field(default=0.2, gt=0, description="how long it lasts [s]")
+    force_in_world_n: Triple = Field(
+        description="force on the body's centre of mass in the world frame [N]"
+    )
+
+
+class LiftFoot(Checked):
+    """The control lifts one foot off the ground for a while: a true loss of contact."""
+
+    kind: Literal["lift_foot"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    leg: Leg = Field(description="which leg")
+    height_m: float = Field(
+        default=0.05, gt=0, le=0.3, description="how far the foot is lifted [m]"
+    )
+    duration_s: float = Field(default=2.0, gt=0, description="from lift-off to touch-down [s]")
+
+
+class SetSupply(Checked):
+    """The pressure of the hydraulic power unit changes."""
+
+    kind: Literal["set_supply"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    pressure_pa: float = Field(ge=0, le=3.5e7, description="new set pressure [Pa]")
+
+
+class FailSensor(Checked):
+    """A pressure transducer fails: it stays where it is, or reads nothing."""
+
+    kind: Literal["fail_sensor"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    at: str = Field(default="fl_vertical", description="<leg>_<joint>")
+    chamber: Literal["a", "b"] = Field(default="a", description="which chamber's transducer")
+    how: Literal["stuck", "dead"] = Field(
+        default="stuck", description="stuck: shows what it showed last; dead: shows 0"
+    )
+
+    @field_validator("at")
+    @classmethod
+    def _an_axis(cls, value: str) -> str:
+        if value not in AXES:
+            raise impossible("no transducer sits there", ", ".join(AXES))
+        return value
+
+
+Event = Annotated[
+    CutRope | SetRope | Payload | Shove | LiftFoot | SetSupply | FailSensor,
+    Field(discriminator="kind"),
+]

@@ -1,0 +1,151 @@
+"""The ground of a scenario: its shape, and what it gives a foot to stand on."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from testbed.formats.checked import Checked, Pair, Sequence, impossible
+
+Kind = Literal["plane", "box", "heightfield", "profile", "elevation"]
+
+
+class Patch(Checked):
+    """A round place where the ground is another one; what is left out is as everywhere. The last patch wins."""
+
+    foot: Literal["fl", "fr", "rl", "rr"] | None = Field(
+        default=None, description="under this foot's place at the start, instead of x_m and y_m"
+    )
+    x_m: float = Field(
+        default=0.0, ge=-200, le=200, description="centre, up the slope from the world's origin [m]"
+    )
+    y_m: float = Field(default=0.0, ge=-200, le=200, description="centre, to the left [m]")
+    radius_m: float = Field(default=0.3, gt=0, le=200, description="radius [m]")
+    friction: float | None = Field(default=None, ge=0, le=2, description="friction coefficient")
+    stiffness_n_m: float | None = Field(
+        default=None,
+        ge=1e5,
+        le=1e10,
+        description="stiffness under one foot; a foot takes it on as it comes down [N/m]",
+    )
+    damping_n_s_m: float | None = Field(
+        default=None, ge=0, le=1e8, description="damping under one foot [N s/m]"
+    )
+    plastic_n_m: float | None = Field(
+        default=None,
+        ge=2e4,
+        le=1e9,
+        description="load for each metre that the ground settles for good [N/m]",
+    )
+
+
+class Elevation(Checked):
+    """Heights from a file: .npy, Esri ASCII (.asc), or GeoTIFF (.tif; needs the extra `geo`)."""
+
+    file: str = Field(description="the file; relative to the scenario's")
+    frame: Literal["world", "slope"] = Field(
+        default="world",
+        description="world: heights above level ground, the slope is found from them; slope: heights above slope_deg",
+    )
+    cell_m: float | None = Field(
+        default=None,
+        gt=0.005,
+        le=50,
+        description="distance of the points of a .npy, rows along x, columns along y [m]",
+    )
+    centre_m: Pair | None = Field(
+        default=None,
+        description="where the robot stands, in the file's coordinates; null: its middle [m]",
+    )
+
+
+class Terrain(Checked):
+    """The ground; its mean surface passes through the world's origin and rises towards +x."""
+
+    kind: Kind = Field(default="plane", description="how the ground is made in the engine")
+    slope_deg: float = Field(default=0.0, ge=0, le=85, description="angle of the slope [deg]")
+    friction: float = Field(
+        default=0.7, ge=0, le=2, description="friction coefficient between foot and ground"
+    )
+    stiffness_n_m: float = Field(
+        default=1.0e8, ge=1e5, le=1e10, description="stiffness of the ground under one foot [N/m]"
+    )
+    damping_n_s_m: float = Field(
+        default=2.0e5, ge=0, le=1e8, description="damping of the ground under one foot [N s/m]"
+    )
+    plastic_n_m: float | None = Field(
+        default=None,
+        ge=2e4,
+        le=1e9,
+        description="loose ground: load for each metre that it settles for good; null: firm [N/m]",
+    )
+    settle_s: float = Field(
+        default=0.6,
+        gt=0.02,
+        le=1000,
+        description="time in which loose ground settles under a new load [s]",
+    )
+    loading_order: Literal["ground_first", "robot_first"] = Field(
+        default="robot_first", description="what the engine loads first"
+    )
+    roughness_m: float = Field(
+        default=0.0, ge=0, le=0.5, description="standard deviation of the height (heightfield) [m]"
+    )
+    roughness_seed: int = Field(default=0, ge=0, description="seed of the rough surface")
+    hurst: float = Field(
+        default=0.8,
+        ge=0,
+        le=1,
+        description="spectrum of the roughness: power falls as wave number ^ -(2 hurst + 2)",
+    )
+    cell_m: float = Field(
+        default=0.1,
+        gt=0.01,
+        le=1,
+        description="distance of the grid's points (heightfield, elevation) [m]",
+    )
+    profile_m: Annotated[tuple[Pair, ...], Sequence] = Field(
+        default=(),
+        description="benches and steps (profile): points [x up the slope, height off it], x never falling [m]",
+    )
+    elevation: Elevation | None = Field(default=None, description="the file of kind elevation")
+    patches: Annotated[tuple[Patch, ...], Sequence] = Field(
+        default=(), description="places with other friction, stiffness or looseness"
+    )
+
+    @property
+    def loose(self) -> bool:
+        """Whether the ground settles anywhere."""
+        return self.plastic_n_m is not None or any(p.plastic_n_m is not None for p in self.patches)
+
+    @model_validator(mode="after")
+    def _kind_has_its_shape(self) -> Terrain:
+        if self.roughness_m > 0 and self.kind != "heightfield":
+            raise impossible(
+                f"roughness_m = {self.roughness_m} needs kind heightfield, not {self.kind}",
+                "roughness_m: 0 or kind: heightfield",
+            )
+        if (self.kind == "profile") != bool(self.profile_m):
+            raise impossible("kind profile and profile_m go together", "both or neither")
+        if (self.kind == "elevation") != (self.elevation is not None):
+            raise impossible(
+                "kind elevation and the section elevation go together", "both or neither"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _profile_goes_up_the_slope(self) -> Terrain:
+        points = self.profile_m
+        if points and (len(points) < 2 or any(max(map(abs, p)) > 200 for p in points)):
+            raise impossible(
+                "profile_m needs two points at least, none beyond 200 m", "[[0.5, 0], [0.5, 0.1]]"
+            )
+        for (x0, z0), (x1, z1) in itertools.pairwise(points):
+            if x1 < x0 or (x1 == x0 and z1 == z0):
+                raise impossible(
+                    f"profile_m goes from x = {x0:g} to {x1:g}",
+                    "points whose x does not fall, none twice in a row",
+                )
+        return self

@@ -1,0 +1,47 @@
+"""`recording.yaml` of a run of the whole robot: what each column is, and what the robot believes about itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from testbed.machine.provenance import roboclimber
+from testbed.recording.robot_columns import described
+from testbed.scenario.scenario import Scenario
+
+
+def recording_meta(
+    scenario: Scenario, data_columns: list[str], surveyed: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The contents of `recording.yaml`; `surveyed`: what was measured before the run, such as where the ropes lead.
+
+    Holds what the robot knows: no truth, no undeclared effect, no changed number of the world.
+    """
+    return {
+        "format": "roboclimber-recording/1",
+        "rig": "robot",
+        "data": "data.parquet",
+        "sample_rate_hz": scenario.rates.record_hz,
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "seed": scenario.seed,
+        "task": scenario.task.kind,
+        "channels": {c: _channel(c) for c in data_columns},
+        "surveyed": dict(surveyed),
+        "known": believed(scenario.model.parameters),
+    }
+
+
+def believed(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Every number of the machine as the robot believes it: dotted path -> value and unit."""
+    machine = roboclimber().replaced(changes)
+    return {
+        path: {"value": list(q.value) if isinstance(q.value, tuple) else q.value, "unit": q.unit}
+        for path, q in machine.leaves()
+    }
+
+
+def _channel(column: str) -> dict[str, Any]:
+    found = described(column)
+    unit, *meaning = ("1",) if found is None else found
+    return {"column": column, "unit": unit} | ({"meaning": meaning[0]} if meaning else {})

@@ -1,0 +1,99 @@
+"""Where a run's files go: checked before anything is written, so that bad input leaves nothing behind."""
+
+from __future__ import annotations
+
+import os
+from itertools import count
+from pathlib import Path
+
+from testbed.errors import InputError
+
+OWN_FILES = (
+    "recording.yaml",
+    "scenario.yaml",
+    "data.parquet",
+    "truth.parquet",
+    "summary.json",
+    "pictures",
+    "report.html",
+)
+"""What a run writes; a folder that holds nothing else may be written again."""
+
+
+def check_out(out: str | Path | None) -> None:
+    """Refuse an output folder that cannot be used; writes nothing.
+
+    Raises InputError where `out` is a file, cannot be written, or holds files that are not a run's.
+    """
+    folder = Path(out) if out is not None else Path("runs")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(
+            "is not a folder",
+            file=folder,
+            field="--out",
+            allowed="a new or empty folder, or an earlier run",
+        )
+    if out is not None and folder.is_dir():
+        foreign = sorted(p.name for p in folder.iterdir() if _own_name(p) not in OWN_FILES)
+        if foreign:
+            raise InputError(
+                f"holds files of something else ({foreign[0]})",
+                file=folder,
+                field="--out",
+                allowed="a new or empty folder, or an earlier run",
+            )
+    parent = folder
+    while not parent.exists():
+        parent = parent.parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+        raise InputError(
+            "cannot be written", file=folder, field="--out", allowed="a folder you may write to"
+        )
+
+
+def _own_name(path: Path) -> str:
+    """The name without what marks a file that was being written when its process was killed."""
+    return path.name.removesuffix(".parts").removeprefix(".")
+
+
+def claim_out(out: str | Path | None, name: str, seed: int) -> Path:
+    """Make the output folder and return it: `out`, or `runs/<name>-<seed>[-n]` that did not exist.
+
+    An earlier run in `out` is removed. Raises InputError where the folder cannot be made or written.
+    """
+    check_out(out)
+    try:
+        if out is None:
+            return _next_free(Path("runs"), f"{name}-{seed}")
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        remove_run(folder)
+        return folder
+    except OSError as error:
+        raise InputError(
+            f"cannot be written: {error.strerror}", file=out or "runs", field="--out"
+        ) from error
+
+
+def remove_run(folder: Path) -> None:
+    """Remove the files of an earlier run, and nothing else."""
+    import shutil
+
+    for name in OWN_FILES:
+        for path in (folder / name, folder / f"{name}.parts", folder / f".{name}"):
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink(missing_ok=True)
+
+
+def _next_free(parent: Path, stem: str) -> Path:
+    parent.mkdir(parents=True, exist_ok=True)
+    for number in count(1):
+        folder = parent / (stem if number == 1 else f"{stem}-{number}")
+        try:
+            folder.mkdir()
+            return folder
+        except FileExistsError:
+            continue
+    raise AssertionError("unreachable")

@@ -1,0 +1,58 @@
+"""Rendered pictures of a run, one file each, so that a report can be made from a folder at any time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.formats.files import whole
+
+LARGE = (840, 560)
+SMALL = (360, 240)
+
+
+class Camera(Protocol):
+    """What takes a picture: (width, height) in pixels -> RGB, shape (height, width, 3), uint8."""
+
+    def picture(self, width: int, height: int) -> npt.NDArray[np.uint8]: ...
+
+
+class Album:
+    """Pictures under `<run>/pictures/<time>-<large|small>.png`: small ones at even times, a large one at the end."""
+
+    def __init__(self, folder: Path, duration_s: float, count: int = 16) -> None:
+        self.folder = folder / "pictures"
+        self._step_s = duration_s / count
+        self._next_s = 0.0
+
+    def take(self, camera: Camera, now_s: float) -> None:
+        """A small picture, if one is due."""
+        if now_s >= self._next_s:
+            self._save(camera, now_s, "small", SMALL)
+            self._next_s = now_s + self._step_s - 1e-9
+
+    def take_large(self, camera: Camera, now_s: float) -> None:
+        """A large picture, now."""
+        self._save(camera, now_s, "large", LARGE)
+
+    def _save(self, camera: Camera, now_s: float, kind: str, size: tuple[int, int]) -> None:
+        from PIL import Image
+
+        self.folder.mkdir(exist_ok=True)
+        path = self.folder / f"{now_s:09.3f}-{kind}.png"
+        picture = Image.fromarray(np.ascontiguousarray(camera.picture(*size), dtype=np.uint8))
+        with whole(path) as hidden:
+            picture.save(hidden, "PNG", compress_level=4)
+
+
+def pictures(folder: Path, kind: str) -> list[tuple[float, Path]]:
+    """(time in s, file) of a run's `large` or `small` pictures, in order of time."""
+    files = (
+        sorted((folder / "pictures").glob(f"*-{kind}.png"))
+        if (folder / "pictures").is_dir()
+        else []
+    )
+    return [(float(f.name.partition("-")[0]), f) for f in files if not f.name.startswith(".")]

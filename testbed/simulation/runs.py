@@ -1,0 +1,84 @@
+"""Reads a run's folder back: finished, interrupted or killed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.formats.table import open_series
+from testbed.formats.yaml_files import read_yaml
+
+Columns = dict[str, npt.NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One run: `data` is what sensors and estimators said, `truth` what only the simulator knows."""
+
+    folder: Path
+    meta: dict[str, Any]
+    data: Columns
+    truth: Columns
+    summary: dict[str, Any] | None
+    """None where the run was killed before it could be summed up."""
+
+    @property
+    def time_s(self) -> npt.NDArray[np.float64]:
+        """Time of the data's rows [s]."""
+        return self.data["t"]
+
+
+def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bool = True) -> Run:
+    """Read a run folder; `columns` limits both series to those names (`t` always comes along).
+
+    Raises InputError where there is no run, or where a file of it cannot be read.
+    """
+    folder = Path(folder)
+    if not (folder / "recording.yaml").is_file():
+        raise InputError("holds no run", file=folder, allowed="a folder with recording.yaml")
+    meta = read_yaml(folder / "recording.yaml")
+    if not isinstance(meta, dict) or meta.get("rig") != "robot":
+        rig = meta.get("rig") if isinstance(meta, dict) else meta
+        raise InputError(
+            "is not a run of the whole robot",
+            file=folder / "recording.yaml",
+            field="rig",
+            value=rig,
+            allowed="robot",
+        )
+    wanted = None if columns is None else ["t", *(c for c in columns if c != "t")]
+    empty: Columns = {}
+    return Run(
+        folder,
+        meta,
+        read_series(folder, "data", wanted),
+        read_series(folder, "truth", wanted) if truth else empty,
+        _summary(folder),
+    )
+
+
+def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:
+    """Columns of `<name>.parquet`, float64; names that the series lacks are left out.
+
+    Raises InputError where the series is missing or broken.
+    """
+    _, table = open_series(folder / f"{name}.parquet", columns)
+    return {c: table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
+
+
+def _summary(folder: Path) -> dict[str, Any] | None:
+    path = folder / "summary.json"
+    if not path.is_file():
+        return None
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(f"is not valid JSON: {error}", file=path) from error
+    return found if isinstance(found, dict) else None

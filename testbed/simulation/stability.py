@@ -1,0 +1,97 @@
+"""How near a recorded run came to tipping or sliding: wrench and energy margin from its truth (robot/stability.py).
+
+Looked at twice a second at most. The standing feet, the ropes' pulls and the drill's reaction are the true ones; the
+ropes keep their tension, the feet may share their load out as friction allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed import resources
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.provenance import roboclimber
+from testbed.robot.loads.foot_loads import external_wrench, point_wrench
+from testbed.robot.model import Payload, RobotModel
+from testbed.robot.stability import tipping_work_j, wrench_margin_n
+from testbed.scenario.scenario import Scenario
+
+Array = npt.NDArray[np.float64]
+Columns = Mapping[str, Array]
+EVERY_S, MOST_LOOKS = 0.5, 240
+SETTLED_S = 0.5
+"""The first contacts of a run form within this time."""
+TOUCHING_N = 20.0
+"""A foot with more normal force than this stands: it can carry more."""
+
+
+def stability_summary(scenario: Scenario, data: Columns, truth: Columns) -> dict[str, Any]:
+    """Lowest wrench margin [N] and energy margin [J] of a run and their times; empty where columns are missing."""
+    if f"position_{AXES[0]}" not in data or len(truth["t"]) < 2:
+        return {}
+    model = _model(scenario)
+    rows = min(len(data["t"]), len(truth["t"]))
+    step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
+    looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
+    found = np.array([_margins(model, scenario.terrain.friction, data, truth, k) for k in looks])
+    wrench, energy = (int(np.argmin(found[:, k])) for k in (0, 1))
+    return {
+        "lowest_wrench_margin_n": float(found[wrench, 0]),
+        "lowest_wrench_margin_at_s": float(truth["t"][looks[wrench]]),
+        "lowest_energy_margin_j": float(found[energy, 1]),
+        "lowest_energy_margin_at_s": float(truth["t"][looks[energy]]),
+    }
+
+
+def _model(scenario: Scenario) -> RobotModel:
+    mass = scenario.carried_kg
+    payload = Payload(mass, roboclimber()["rod_store_body"]["position_m"]) if mass > 0 else None
+    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
+    return RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
+
+
+def _margins(
+    model: RobotModel, friction: float, data: Columns, truth: Columns, row: int
+) -> tuple[float, float]:
+    """Wrench margin, N, and energy margin, J, at one row; all in the body frame."""
+    joints = np.array([data[f"position_{axis}"][row] for axis in AXES])
+    to_body = rotation(*(float(truth[f"body_pose_in_world_q{k}"][row]) for k in "xyzw")).T
+    gravity = to_body @ np.array([0.0, 0.0, -GRAVITY_M_S2])
+    feet = model.foot_positions_m(joints)
+    standing = [
+        k for k, leg in enumerate(LEGS) if truth[f"contact_normal_{leg}"][row] >= TOUCHING_N
+    ]
+    pulls = (
+        np.array([[truth[f"rope_force_in_world_{side}_{k}"][row] for k in "xyz"] for side in SIDES])
+        @ to_body.T
+    )
+    drill = to_body @ np.array([truth[f"drill_wrench_in_world_f{k}"][row] for k in "xyz"])
+    turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{k}"][row] for k in "xyz"])
+    load = external_wrench(
+        model, joints, gravity, None, pulls, point_wrench(drill, model.drill_mount_m)
+    )
+    load[3:] += turn
+    stored = float(data["rods_stored"][row]) * gravity if "rods_stored" in data else np.zeros(3)
+    load += point_wrench(stored, model.rod_store_m)
+    centre = model.centre_of_mass_m(joints)
+    forces = np.vstack([model.total_mass_kg * gravity, pulls, drill, stored])
+    points = np.vstack([centre, model.rope_attachments_m, model.drill_mount_m, model.rod_store_m])
+    up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
+    wrench = wrench_margin_n(feet[standing], up, friction, load, centre) if standing else 0.0
+    return wrench, tipping_work_j(feet[standing], forces, points)
+
+
+def rotation(x: float, y: float, z: float, w: float) -> Array:
+    """Body-to-world rotation (3, 3) of a quaternion."""
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

@@ -1,0 +1,177 @@
+"""Many runs of one sweep file, each in its own folder, resumable, summed up in one table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from testbed.errors import InputError, SimulationFault
+from testbed.formats.files import make_folder, write_json, write_text
+from testbed.scenario.sweep import Sweep, SweepRun
+from testbed.simulation.run import run_scenario
+from testbed.simulation.workers import work_through
+
+Progress = Callable[[int], None]
+RESULTS = ("results.csv", "results.json")
+BULK = ("data.parquet", "truth.parquet", "pictures")
+SHOWN = {
+    "verdict": "verdict",
+    "force_rms_n.own": "own force error [N]",
+    "detector.losses": "losses",
+    "detector.missed": "missed",
+    "detector.false_alarms": "false alarms",
+    "lowest_stability_margin": "lowest margin",
+}
+"""Columns of the summary that the console shows."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run and where it goes."""
+
+    run: SweepRun
+    folder: Path
+    keep: str
+
+
+def run_sweep(
+    sweep: Sweep,
+    runs: Sequence[SweepRun],
+    out: Path,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> list[dict[str, Any]]:
+    """Make the runs that `out/runs` lacks and write results.csv and results.json; returns the results in order.
+
+    A run counts as made once its summary says that it was not interrupted; what a killed process left is made again.
+    After Ctrl-C the runs at work keep what they have, results hold those that are done, and KeyboardInterrupt goes on.
+    Raises InputError where `out` cannot be used.
+    """
+    folder = _claimed(out)
+    todo = [
+        Job(run, folder / run.name, sweep.keep)
+        for run in runs
+        if summary_of(folder / run.name) is None
+    ]
+    done = len(runs) - len(todo)
+    try:
+        if progress is not None:
+            progress(done)
+        for _ in work_through(make_run, todo, jobs, bool):
+            done += 1
+            if progress is not None:
+                progress(done)
+    finally:
+        results = collect(runs, folder)
+        write_results(results, out)
+    return results
+
+
+def _claimed(out: Path) -> Path:
+    folder = out / "runs"
+    if out.is_dir():
+        foreign = sorted(
+            p.name for p in out.iterdir() if p.name.removeprefix(".") not in (*RESULTS, "runs")
+        )
+        if foreign:
+            raise InputError(
+                f"holds files of something else ({foreign[0]})",
+                file=out,
+                field="--out",
+                allowed="a new or empty folder, or an earlier sweep",
+            )
+    return make_folder(folder)
+
+
+def make_run(job: Job) -> bool:
+    """Make one run in its folder; returns whether it was interrupted. A simulation that broke down is a result too."""
+    try:
+        interrupted = run_scenario(job.run.scenario, job.folder).interrupted
+    except SimulationFault:
+        return False
+    if job.keep == "summary" and not interrupted:
+        _remove_bulk(job.folder)
+    return interrupted
+
+
+def _remove_bulk(folder: Path) -> None:
+    import shutil
+
+    for name in BULK:
+        path = folder / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def summary_of(folder: Path) -> dict[str, Any] | None:
+    """The summary of a run that is done, else None."""
+    try:
+        found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) and not found.get("interrupted", True) else None
+
+
+def collect(runs: Sequence[SweepRun], folder: Path) -> list[dict[str, Any]]:
+    """One entry for each run that is done: its folder's name, seed, changes and summary."""
+    found = [(run, summary_of(folder / run.name)) for run in runs]
+    return [
+        {"run": run.name, "seed": run.scenario.seed, "changes": run.changes, "summary": summary}
+        for run, summary in found
+        if summary is not None
+    ]
+
+
+def write_results(results: Sequence[Mapping[str, Any]], out: Path) -> None:
+    """Write out/results.json and out/results.csv, whole or not at all."""
+    tree = {"format": "roboclimber-sweep-results/1", "runs": list(results)}
+    write_json(out / "results.json", tree)
+    flat = [_row(entry) for entry in results]
+    heads = list(dict.fromkeys(head for row in flat for head in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, heads, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(flat)
+    write_text(out / "results.csv", text.getvalue())
+
+
+def _row(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """One line of the CSV: changes and every single number or word of the summary under its dotted path."""
+    row = {"run": entry["run"], "seed": entry["seed"], **entry["changes"]}
+    for path, value in flattened(entry["summary"]):
+        row.setdefault(path, value)
+    return row
+
+
+def flattened(tree: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    """(dotted path, value) of every leaf of nested mappings; lists are left out."""
+    out: list[tuple[str, Any]] = []
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            out += flattened(value, f"{prefix}{key}.")
+        elif not isinstance(value, (list, tuple)):
+            out.append((prefix + key, value))
+    return out
+
+
+def table(results: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the table that a person wants to see."""
+    paths = list(dict.fromkeys(path for entry in results for path in entry["changes"]))
+    heads = [*(path.rpartition(".")[2] for path in paths), "seed", *SHOWN.values()]
+    rows = []
+    for entry in results:
+        values = dict(flattened(entry["summary"]))
+        changed = [_word(entry["changes"].get(path)) for path in paths]
+        rows.append([*changed, str(entry["seed"]), *(_word(values.get(path)) for path in SHOWN)])
+    return heads, rows
+
+
+def _word(value: Any) -> str:
+    return "" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,111 @@
+"""Processes for work that takes hours: one item after the other in each, stopped by Ctrl-C, gone with their parent.
+
+The first Ctrl-C lets the items at work end in their own way, a second one ends their processes at once.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from multiprocessing import active_children, get_context, parent_process
+from multiprocessing.connection import wait
+from typing import TypeVar
+
+from testbed.errors import InputError
+
+Item = TypeVar("Item")
+Answer = TypeVar("Answer")
+_stopped, _at_work = threading.Event(), threading.Event()
+
+
+def work_through(
+    work: Callable[[Item], Answer],
+    items: Iterable[Item],
+    jobs: int,
+    interrupted: Callable[[Answer], bool],
+) -> Iterator[Answer]:
+    """Answers in the order in which they come; KeyboardInterrupt after the items at work, if one was interrupted.
+
+    A Ctrl-C while they are waited for ends them at once: what they had not finished is not done.
+
+    `work` must be importable and its items picklable. Raises InputError for fewer than one process.
+    """
+    todo = list(items)
+    if jobs < 1:
+        raise InputError("must be at least 1", field="--jobs", value=jobs)
+    if jobs == 1 or len(todo) < 2:
+        for item in todo:
+            answer = work(item)
+            yield answer
+            if interrupted(answer):
+                raise KeyboardInterrupt
+        return
+    yield from _in_processes(work, todo, min(jobs, len(todo)), interrupted)
+
+
+def _in_processes(
+    work: Callable[[Item], Answer],
+    todo: list[Item],
+    jobs: int,
+    interrupted: Callable[[Answer], bool],
+) -> Iterator[Answer]:
+    others = active_children()
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin)
+    hit = False
+    try:
+        waiting: list[Future[Answer | None]] = [
+            pool.submit(_unless_stopped, work, item) for item in todo
+        ]
+        for future in as_completed(waiting):
+            answer = future.result()
+            if answer is None:
+                hit = True
+                break
+            yield answer
+            if interrupted(answer):
+                hit = True
+                break
+    finally:
+        try:
+            pool.shutdown(wait=True, cancel_futures=True)
+        except KeyboardInterrupt:
+            for process in active_children():
+                if process not in others:
+                    process.kill()  # the end of this process would wait for it
+            raise
+    if hit:
+        raise KeyboardInterrupt
+
+
+def _begin() -> None:
+    """In a new process: Ctrl-C ends its item (unless that handles it) and all further ones; it ends with its parent."""
+    signal.signal(signal.SIGINT, _stop)
+    parent = parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _stop(*_: object) -> None:
+    _stopped.set()
+    if _at_work.is_set():
+        raise KeyboardInterrupt
+
+
+def _end_with(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)
+
+
+def _unless_stopped(work: Callable[[Item], Answer], item: Item) -> Answer | None:
+    if _stopped.is_set():
+        return None
+    try:
+        _at_work.set()
+        return work(item)
+    except KeyboardInterrupt:
+        return None
+    finally:
+        _at_work.clear()

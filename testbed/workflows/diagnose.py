@@ -1,0 +1,90 @@
+"""One call for `testbed diagnose`: an axis' rig or a robot's run, findings, models and page written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from testbed.errors import InputError
+from testbed.formats.files import check_file, make_folder
+
+Table = tuple[list[str], list[list[str]]]
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """What a command shows of a diagnosis."""
+
+    title: str
+    tree: dict[str, Any]
+    table: Table
+    page: Path
+
+
+def diagnose_folder(
+    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+) -> Diagnosed:
+    """Diagnose `folder` and write everything into `out`. Raises InputError for anything that cannot be used."""
+    from testbed.workflows.estimate import is_robot
+
+    folder = folder.parent if folder.name == "recording.yaml" else folder
+    return (
+        _robot(folder, out, model, suggest, tell)
+        if is_robot(folder)
+        else _axis(folder, out, model, suggest, tell)
+    )
+
+
+def _axis(
+    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+) -> Diagnosed:
+    from testbed.diagnosis.leg.diagnose import diagnose
+    from testbed.diagnosis.leg.findings import as_json, summary_rows, write_findings
+    from testbed.diagnosis.leg.suggest import write_motion
+    from testbed.effects import read_believed
+    from testbed.recording.axis import read_rig
+    from testbed.report.diagnosis_page import write_page
+
+    if suggest is not None:
+        check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
+    rig = read_rig(folder)
+    start = read_believed(model) if model is not None else None
+    make_folder(out)
+    found = diagnose(rig, tell, start)
+    write_findings(found, out)
+    if suggest is not None:
+        write_motion(suggest, rig.known)
+    page = write_page(found, out)
+    return Diagnosed(
+        f"{found.rig.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page
+    )
+
+
+def _robot(
+    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+) -> Diagnosed:
+    from testbed.diagnosis.robot.diagnose import check_duration, diagnose_robot
+    from testbed.diagnosis.robot.findings import as_json, summary_rows, write_findings
+    from testbed.diagnosis.robot.rig import NEEDED
+    from testbed.effects import read_believed
+    from testbed.recording.robot import read_robot
+    from testbed.report.robot_diagnosis_page import write_page
+
+    if suggest is not None:
+        raise InputError(
+            "is for one axis; of a robot's run, let the body sway",
+            field="--suggest",
+            value=str(suggest),
+        )
+    run = read_robot(folder, NEEDED)
+    start = read_believed(model) if model is not None else None
+    check_duration(run.data["t"], run.folder / run.header.data)
+    make_folder(out)
+    found = diagnose_robot(run.name, run.data, run.machine, folder, tell, start)
+    write_findings(found, out)
+    page = write_page(found, out)
+    return Diagnosed(
+        f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page
+    )

@@ -1,0 +1,160 @@
+"""`testbed estimate`: the external force of a recorded leg, or the foot loads of a recorded robot, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError, naming
+from testbed.formats.files import check_file
+from testbed.formats.yaml_files import read_yaml
+from testbed.machine.names import SIDES
+from testbed.machine.provenance import Parameters
+
+if TYPE_CHECKING:
+    from testbed.estimation.live.believed import Believed
+    from testbed.recording.axis import Recording
+    from testbed.recording.leg_model import LegModel
+
+Array = npt.NDArray[np.float64]
+
+
+def estimate_file(
+    recording: str | Path, model: str | Path | None, out: str | Path, causal: bool = False
+) -> dict[str, Any]:
+    """Estimate a recording's force and write it to `out` (.parquet or .csv); returns what was written.
+
+    One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t` and `force_<leg>_n`
+    with `_low` and `_high`; always causal, and without `model` what the recording says the robot believes. Raises
+    InputError for a recording, a model or a place that cannot be used; then nothing is written.
+    """
+    from testbed.formats.table import write_columns
+
+    folder = Path(recording)
+    folder = folder.parent if folder.name == "recording.yaml" else folder
+    if Path(out).resolve() in _tables(folder):
+        raise InputError("is the recording itself", file=out, field="--out", allowed="another file")
+    out = check_file(out, (".parquet", ".csv"))
+    columns = _of_robot(folder, model) if is_robot(folder) else _of_leg(folder, model, causal)
+    write_columns(out, columns)
+    return {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
+
+
+def is_robot(folder: Path) -> bool:
+    """Whether a recording is one of the whole robot."""
+    return _header(folder).get("rig") == "robot"
+
+
+def _header(folder: Path) -> Mapping[str, Any]:
+    """What `recording.yaml` says; nothing where there is none."""
+    path = folder / "recording.yaml"
+    meta = read_yaml(path) if path.is_file() else None
+    return meta if isinstance(meta, Mapping) else {}
+
+
+def _tables(folder: Path) -> set[Path]:
+    """The tables that a recording consists of, whole paths; beside a robot's lies the truth."""
+    return {
+        (folder / str(name)).resolve() for name in (_header(folder).get("data"), "truth.parquet")
+    }
+
+
+def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:
+    from testbed.effects import read_believed
+    from testbed.estimation.friction.evidence import check_alive, check_chambers
+    from testbed.estimation.leg.force import estimate
+    from testbed.recording.axis import read_recording
+
+    measured = read_recording(folder)
+    if model is None:
+        raise InputError(
+            "is missing", field="--model", allowed="a model file, as `testbed identify` writes one"
+        )
+    believed = read_believed(model)
+    check_chambers(measured)
+    _check_serves(believed, measured, model)
+    check_alive(measured, moving=False)
+    return estimate(measured, believed, causal).columns()
+
+
+def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> None:
+    """Refuse a model of another kind of machine, or one that lacks a number which the recording's balance needs."""
+    is_drive = recording.rig == "drive"
+    # A model written by hand may omit its rig: then a piston tells.
+    of_drive = (
+        model.rig == "drive" if "rig" in model.model_fields_set else model.known.bore_m is None
+    )
+    if is_drive != of_drive and (is_drive or "rig" in model.model_fields_set):
+        raise InputError(
+            f"is a model of another kind of machine than {recording.folder}",
+            file=file,
+            field="rig",
+            value=model.rig,
+            allowed="drive" if is_drive else "vertical-leg, cylinder",
+        )
+    needed = {
+        "bore_m": not is_drive,
+        "rod_m": not is_drive and recording.pressure_b_pa is not None,
+        "moving_mass_kg": recording.rig == "vertical-leg",
+    }
+    for name, needs in needed.items():
+        if needs and getattr(model.known, name) is None:
+            raise InputError(
+                f"is missing: the balance of a {recording.rig} needs it",
+                file=file,
+                field=f"known.{name}",
+            )
+
+
+def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
+    from testbed.effects import read_believed
+    from testbed.estimation.live.believed import Believed
+    from testbed.estimation.live.chain import forces
+    from testbed.recording.robot import read_robot
+
+    run = read_robot(folder)
+    dt_s = float(np.median(np.diff(run.data["t"])))
+    if model is None:
+        belief = Believed.from_machine(run.machine, dt_s)
+    else:
+        with naming(model):
+            belief = Believed.from_model(
+                read_believed(model), dt_s, run.machine["sensor"]["encoder_linear_m"]
+            )
+    with naming(run.file):
+        return forces(run.data, with_body(belief, run.machine, run.header.surveyed, run.file))
+
+
+def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Path) -> Believed:
+    """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays by itself.
+
+    Raises InputError where the survey cannot be understood.
+    """
+    from testbed import resources
+    from testbed.estimation.live.body_belief import packed
+    from testbed.robot.model import Payload, RobotModel
+
+    if surveyed is None:
+        return belief
+    try:
+        survey: Any = surveyed
+        ropes = np.array(
+            [survey["rope_directions_in_world"][side] for side in SIDES], dtype=float
+        ).reshape(2, 3)
+        mass_kg, urdf = float(survey["payload_kg"]), survey["urdf"] or resources.urdf()
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            "cannot be understood",
+            file=file,
+            field="surveyed",
+            allowed="rope_directions_in_world {left, right}, payload_kg, urdf",
+        ) from error
+    payload = Payload(mass_kg, machine["rod_store_body"]["position_m"]) if mass_kg > 0.0 else None
+    return replace(
+        belief, body=packed(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes)
+    )

@@ -1,0 +1,1 @@
+"""The drill, its cycle and the rock."""

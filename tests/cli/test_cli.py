@@ -1,0 +1,113 @@
+"""The command line starts at once, says what it can do, and answers with the right exit status."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+
+import pytest
+
+
+def _shortest_s(arguments: list[str], limit_s: float, tries: int = 12) -> float:
+    """Shortest wall time of a command: what it costs by itself, not what a busy machine adds.
+
+    Tries again only while the limit is not met.
+    """
+    best = float("inf")
+    for _ in range(tries):
+        start = time.perf_counter()
+        subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+        best = min(best, time.perf_counter() - start)
+        if best < limit_s:
+            break
+    return best
+
+
+def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "testbed", *arguments], capture_output=True, text=True, timeout=60
+    )
+
+
+def test_importing_takes_less_than_300_ms() -> None:
+    assert _shortest_s(["-c", "import testbed"], 0.3) < 0.3
+
+
+def test_help_takes_less_than_500_ms() -> None:
+    assert _shortest_s(["-m", "testbed", "--help"], 0.5) < 0.5
+
+
+def test_help_of_run_takes_less_than_500_ms() -> None:
+    assert _shortest_s(["-m", "testbed", "run", "--help"], 0.5) < 0.5
+
+
+def test_help_loads_no_heavy_package() -> None:
+    code = (
+        "import sys; sys.argv = ['testbed', '--help']\n"
+        "import testbed.cli\n"
+        "try: testbed.cli.main()\n"
+        "except SystemExit: pass\n"
+        "print(sorted(set(sys.modules) & {'numpy', 'numba', 'pydantic', 'pyarrow', 'matplotlib', 'pybullet', 'scipy'}))"
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout
+    assert out.splitlines()[-1] == "[]"
+
+
+def test_help_names_every_command() -> None:
+    from testbed.cli import app
+
+    names = {
+        c.name or c.callback.__name__ for c in app.registered_commands if c.callback is not None
+    }
+    shown = _run("--help").stdout
+    assert {"run", "view", "parameters", "scenario-schema"} <= names
+    assert all(f"\n  {name}" in shown for name in names)
+
+
+def test_the_schema_lists_every_field_with_its_unit() -> None:
+    rows = [line.split("\t") for line in _run("scenario-schema").stdout.splitlines()]
+    table = {row[0]: row for row in rows}
+    assert table["terrain.slope_deg"] == [
+        "terrain.slope_deg",
+        "0",
+        ">= 0, <= 85",
+        "angle of the slope [deg]",
+    ]
+    assert "robot.vertical_m" in table and "task (drill).start_s" in table
+    assert all(len(row) == 4 for row in rows)
+
+
+def test_the_schema_is_json_for_programs() -> None:
+    schema = json.loads(_run("scenario-schema", "--json").stdout)
+    assert schema["properties"]["duration_s"]["exclusiveMinimum"] == 0
+
+
+def test_parameters_come_with_unit_mark_and_source() -> None:
+    found = json.loads(_run("parameters", "--json").stdout)
+    assert found["total_mass_kg"]["value"] == 4000
+    assert all(q["mark"] in "ABCDE" and q["unit"] and q["source"] for q in found.values())
+
+
+@pytest.mark.parametrize("arguments", [(), ("--help",), ("run", "--help")])
+def test_asking_for_help_is_no_error(arguments: tuple[str, ...]) -> None:
+    done = _run(*arguments)
+    assert (done.returncode, done.stderr) == (0, "") and done.stdout.startswith("Usage: testbed")
+
+
+def test_without_a_command_the_help_is_shown_as_it_is() -> None:
+    assert _run().stdout == _run("--help").stdout
+
+
+def test_a_closed_pipe_is_no_fault() -> None:
+    done = subprocess.run(
+        f"{sys.executable} -m testbed scenario-schema | head -1",
+        shell=True,
+        capture_output=True,
+        text=True,
+    )
+    assert done.stderr == ""
+    assert done.stdout.startswith("field")

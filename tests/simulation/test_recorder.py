@@ -1,0 +1,155 @@
+"""A run on disk: what is handed over comes back, also after a kill."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from testbed.errors import InputError
+from testbed.simulation.outputs import check_out, claim_out
+from testbed.simulation.recorder import RunRecorder
+from testbed.simulation.runs import read_run
+
+META = {"format": "roboclimber-recording/1", "rig": "robot", "data": "data.parquet"}
+
+
+def _blocks(recorder: RunRecorder, blocks: int, rows: int = 1000, columns: int = 3) -> None:
+    for k in range(blocks):
+        t = (np.arange(rows) + k * rows) / 1000.0
+        recorder.write(
+            np.column_stack([t, *[np.sin(t + i) for i in range(columns - 1)]]),
+            np.column_stack([t, 1e4 * t]),
+        )
+
+
+def test_rows_come_back_in_order_and_time_keeps_all_its_bits(tmp_path: Path) -> None:
+    recorder = RunRecorder(tmp_path / "run", ["t", "a", "b"], ["t", "load"], META)
+    _blocks(recorder, 7)
+    recorder.finish({"verdict": "stood", "nan": float("nan"), "n": np.int64(3)})
+    run = read_run(tmp_path / "run")
+    assert np.array_equal(run.data["t"], np.arange(7000) / 1000.0)
+    assert np.array_equal(run.data["a"], np.sin(run.data["t"]).astype(np.float32))
+    assert run.truth["load"][-1] == pytest.approx(69990.0, abs=4e-3)
+    assert run.summary == {"verdict": "stood", "nan": None, "n": 3}
+    assert sorted(p.name for p in (tmp_path / "run").iterdir()) == [
+        "data.parquet",
+        "recording.yaml",
+        "summary.json",
+        "truth.parquet",
+    ]
+    assert (tmp_path / "run/data.parquet").is_file()
+
+
+def test_only_the_columns_asked_for_are_read(tmp_path: Path) -> None:
+    recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
+    _blocks(recorder, 1)
+    recorder.finish()
+    run = read_run(tmp_path, ["b", "load", "absent"])
+    assert list(run.data) == ["t", "b"]
+    assert list(run.truth) == ["t", "load"]
+
+
+def test_equal_blocks_give_equal_bytes(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        recorder = RunRecorder(tmp_path / name, ["t", "a", "b"], ["t", "load"], META)
+        _blocks(recorder, 3)
+        recorder.finish()
+    assert (tmp_path / "one/data.parquet").read_bytes() == (
+        tmp_path / "two/data.parquet"
+    ).read_bytes()
+
+
+def test_a_running_record_is_readable_as_a_folder_of_parts(tmp_path: Path) -> None:
+    recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
+    _blocks(recorder, 2)
+    recorder.close()
+    assert len(pq.read_table(tmp_path / "data.parquet")) == 2000
+    assert read_run(tmp_path).summary is None
+
+
+CHILD = """
+import sys, time, numpy as np
+from testbed.simulation.recorder import RunRecorder
+r = RunRecorder(sys.argv[1], ["t", "a"], ["t", "b"], {"format": "roboclimber-recording/1", "rig": "robot"})
+for k in range(10000):
+    t = (np.arange(1000) + 1000 * k) / 1000.0
+    r.write(np.column_stack([t, t]), np.column_stack([t, 2 * t]))
+    print(k, flush=True)
+    time.sleep(0.02)
+"""
+
+
+def test_a_killed_run_is_readable_up_to_its_last_second(tmp_path: Path) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(tmp_path / "run")], stdout=subprocess.PIPE, text=True
+    )
+    assert child.stdout is not None
+    for line in child.stdout:
+        if int(line) >= 20:
+            break
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    run = read_run(tmp_path / "run")
+    assert run.data["t"][-1] >= 19.0  # at most the block being written is lost
+    assert np.array_equal(run.data["t"], np.arange(len(run.data["t"])) / 1000.0)
+    assert np.allclose(run.truth["b"], 2 * run.truth["t"])
+
+
+def test_handing_over_a_second_costs_under_three_milliseconds(tmp_path: Path) -> None:
+    names = ["t", *[f"c{i}" for i in range(119)]]
+    recorder = RunRecorder(tmp_path, names, names, META)
+    block = np.random.default_rng(0).normal(size=(1000, 120))
+    costs = []
+    for _ in range(10):
+        start = time.perf_counter()
+        recorder.write(block, block)
+        costs.append(time.perf_counter() - start)
+        time.sleep(0.05)
+    recorder.close()
+    assert np.median(costs) < 3e-3
+
+
+def test_a_folder_that_goes_away_is_reported_in_one_line(tmp_path: Path) -> None:
+    import shutil
+
+    recorder = RunRecorder(tmp_path / "run", ["t", "a", "b"], ["t", "load"], META)
+    shutil.rmtree(tmp_path / "run")
+    with pytest.raises(InputError, match="cannot be written"):
+        _blocks(recorder, 1)
+        recorder.finish()
+
+
+def test_default_folders_are_numbered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    made = [str(claim_out(None, "stand", 3)) for _ in range(3)]
+    assert made == ["runs/stand-3", "runs/stand-3-2", "runs/stand-3-3"]
+
+
+def test_a_foreign_folder_is_refused_and_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("precious")
+    with pytest.raises(InputError, match=r"thesis\.tex"):
+        claim_out(tmp_path, "stand", 0)
+    assert os.listdir(tmp_path) == ["thesis.tex"]
+
+
+def test_an_earlier_run_is_written_over(tmp_path: Path) -> None:
+    recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
+    _blocks(recorder, 2)
+    recorder.finish({"verdict": "stood"})
+    assert claim_out(tmp_path, "stand", 0) == tmp_path
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("out", ["file", "file/below"])
+def test_a_file_in_the_way_is_refused(tmp_path: Path, out: str) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="--out"):
+        check_out(tmp_path / out)

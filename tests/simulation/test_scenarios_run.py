@@ -1,0 +1,75 @@
+"""Every shipped scenario ends as it expects to, and does not under its mutation.
+
+The runs are made beside the other tests (scenario_runs.py); each test waits for its own.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from scenario_runs import Runs
+
+from testbed import resources
+from testbed.scenario.scenario import load_scenario
+from testbed.simulation.run import run_scenario
+
+NAMES = sorted(p.stem for p in resources.folder("scenarios").glob("*.yaml"))
+
+
+def _summary(folder: Path, name: str, *changes: str) -> dict[str, Any]:
+    return run_scenario(load_scenario(name, changes), folder / name).summary
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("mutated", [False])
+def test_it_ends_as_expected(scenario_runs: Runs, name: str, mutated: bool) -> None:
+    assert scenario_runs.unmet(name, mutated) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("mutated", [True])
+def test_its_expectation_fails_under_its_mutation(
+    scenario_runs: Runs, name: str, mutated: bool
+) -> None:
+    assert scenario_runs.unmet(name, mutated) != []
+
+
+def test_every_scenario_has_an_expectation_and_a_mutation_that_can_be_read() -> None:
+    for name in NAMES:
+        scenario = load_scenario(name)
+        assert scenario.expect.verdict or scenario.expect.summary, name
+        assert scenario.mutation is not None, name
+        changed = load_scenario(name, scenario.mutation.overrides())
+        assert changed.expect == scenario.expect, (
+            f"{name}: a mutation changes the world, not what is expected of it"
+        )
+
+
+@pytest.mark.slow
+def test_without_the_hidden_gain_error_no_leg_stands_out(tmp_path: Path) -> None:
+    summary = _summary(
+        tmp_path, "stand_undeclared_gain", "undeclared=[]", "task.kind=stand", "duration_s=10"
+    )
+    assert summary["residuals"]["stands_out"] is None
+    assert summary["expectations"]["met"] is False
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("leg", ["fr", "rl", "rr"])
+def test_the_leg_with_the_wrong_gain_stands_out_wherever_it_is(tmp_path: Path, leg: str) -> None:
+    changes = (f"undeclared.0.at={leg}_vertical", "task.kind=stand", "duration_s=5")
+    summary = _summary(tmp_path, "stand_undeclared_gain", *changes)
+    assert summary["residuals"]["stands_out"]["leg"] == leg
+
+
+@pytest.mark.slow
+def test_without_ropes_the_robot_slides_down_a_steep_slope(tmp_path: Path) -> None:
+    summary = _summary(
+        tmp_path, "stand_slope_45", "ropes.enabled=false", "terrain.friction=0.4", "duration_s=10"
+    )
+    assert summary["verdict"] in ("slid", "fell")
+    assert summary["simulated_s"] < 10.0

@@ -1,0 +1,281 @@
+"""The drilling cycle: the order of its phases, the masses it moves, the forces it gives, and the rock."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from testbed.control.programs.mast import DEAD_RAD, GAIN_1_S, KeepMast
+from testbed.control.programs.references import Hold, Measured
+from testbed.laws import drill as d
+from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
+from testbed.machine.names import LEGS
+from testbed.machine.provenance import roboclimber
+from testbed.scenario.drilling import DrillHole, Rock
+from testbed.world import plant
+from testbed.world.drilling.cycle import DrillCycle
+from testbed.world.drilling.drilling import drill_known
+from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
+
+DT = 0.01
+
+
+def hole(**changes: object) -> DrillHole:
+    given = {
+        "kind": "drill_hole",
+        "start_s": 0.0,
+        "drilled_m": 2.9,
+        "depth_m": 3.1,
+        "rods": 5,
+        "rod_change_s": 2.0,
+        "rock": {"layers": [{"kind": "soft", "thickness_m": 9.0}], "stick_probability": 0.0},
+    }
+    return DrillHole.model_validate(given | changes)
+
+
+def drilled(
+    task: DrillHole, most_s: float = 300.0
+) -> tuple[DrillCycle, list[dict], np.ndarray, float]:
+    """Run a cycle to its end: the cycle, its events, its loads over time and the mass that went to the store, kg."""
+    cycle, events, rows, moved = (
+        DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber()),
+        [],
+        [],
+        0.0,
+    )
+    for k in range(round(most_s / DT)):
+        events += [{"t": k * DT, **e} for e in cycle.update(k * DT, DT)]
+        moved += cycle.store_change_kg
+        cycle.store_change_kg = 0.0
+        rows.append(cycle.loads.copy())
+        if cycle.phase == "done":
+            break
+    return cycle, events, np.array(rows), moved
+
+
+def test_a_hole_is_drilled_rod_by_rod_and_taken_out_rod_by_rod() -> None:
+    cycle, events, rows, moved = drilled(hole())
+    kinds = [e["kind"].removeprefix("drill_") for e in events]
+    assert kinds == [
+        "position",
+        "drill",
+        "add_rod",
+        "drill",
+        "extract",
+        "remove_rod",
+        "extract",
+        "remove_rod",
+        "extract",
+        "done",
+    ]
+    assert cycle.depth_m == pytest.approx(3.1) and rows[:, d.DEPTH].max() == pytest.approx(3.1)
+    assert cycle.rods == 1 and cycle.bit_m == pytest.approx(0.0, abs=1e-9)
+    # two rods stood in the hole at first, one is in the mast at the end
+    assert moved == pytest.approx(10.2)
+    assert rows[-1, d.MAST_KG] == pytest.approx(10.2) and rows[-1, d.STRING_KG] == pytest.approx(
+        0.0
+    )
+    assert not rows[-1, d.FORCES].any() and not cycle.ordered.any()
+
+
+def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
+    cycle, _, rows, _ = drilled(hole(extract=False))
+    assert cycle.phase == "done" and not rows[-1, d.FORCES].any() and not cycle.ordered.any()
+
+
+def test_control_counts_every_rod_wherever_it_is() -> None:
+    """Two of five stood in the hole: 20.4 kg beyond what the store carried at the start, whatever moves afterwards.
+
+    With one left in the string when it is done, the store has gained one: 10.2 kg.
+    """
+    task = hole()
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    known, counted, most_in_mast = np.zeros(d.KNOWN), set(), 0.0
+    for k in range(6000):
+        cycle.update(k * DT, DT)
+        drill_known(cycle, known)
+        counted.add(round(float(known[d.IN_HOLE_KG] + known[d.IN_MAST_KG] + known[d.STORED_KG]), 9))
+        most_in_mast = max(most_in_mast, float(known[d.IN_MAST_KG]))
+    assert cycle.phase == "done" and counted == {20.4}
+    assert known[d.STORED_KG] == pytest.approx(10.2) and most_in_mast == pytest.approx(10.2)
+
+
+def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
+    from testbed.scenario.scenario import load_scenario
+    from testbed.world.simulation import Simulation
+
+    world = Simulation(load_scenario("drill_deep", duration=1.0))
+    data, truth = world.run_block(1000)
+    world.close()
+    expected, true = (
+        sum(block[-200:, names.index(f"{stem}_{leg}")].mean() for leg in LEGS)
+        for block, names, stem in (
+            (data, world.data_columns, "expected"),
+            (truth, world.truth_columns, "foot_load"),
+        )
+    )
+    assert expected == pytest.approx(true, rel=0.003)  # 120 kg of rods would be 3 %
+
+
+def test_the_string_weighs_what_its_rods_weigh_at_any_time() -> None:
+    task = hole(rod_kg=95.0)
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    store = cycle.store_kg
+    for k in range(4000):
+        cycle.update(k * DT, DT)
+        store += cycle.store_change_kg
+        cycle.store_change_kg = 0.0
+        assert store + cycle.loads[d.MAST_KG] + cycle.loads[d.STRING_KG] == pytest.approx(5 * 95.0)
+
+
+def test_collaring_is_gentle() -> None:
+    _, events, rows, _ = drilled(hole(drilled_m=0.0, depth_m=0.1, extract=False))
+    collar, drill = (
+        next(e["t"] for e in events if e["kind"] == f"drill_{k}") for k in ("collar", "drill")
+    )
+    assert rows[round(collar / DT) + 40 : round(drill / DT), d.FEED].mean() == pytest.approx(
+        2500.0, rel=0.1
+    )
+    assert rows[round(drill / DT) + 40 : -10, d.FEED].mean() == pytest.approx(5000.0, rel=0.1)
+
+
+def test_thrust_is_gone_over_a_void_and_the_string_runs_ahead() -> None:
+    layers = [
+        {"kind": "soft", "thickness_m": 2.95},
+        {"kind": "void", "thickness_m": 0.06},
+        {"kind": "soft", "thickness_m": 1.0},
+    ]
+    task = hole(
+        rock={"layers": layers, "stick_probability": 0.0}, drilled_m=2.9, rods=5, rod_length_m=1.6
+    )
+    _, events, rows, _ = drilled(task)
+    fell, landed = (
+        next(e["t"] for e in events if e["kind"] == f"drill_{k}")
+        for k in ("break_through", "landed")
+    )
+    assert landed - fell == pytest.approx(0.06 / task.feed_speed_m_s, abs=2 * DT)
+    before, after = rows[round(fell / DT) - 1], rows[round(fell / DT)]
+    assert before[d.FEED] > 3500.0 and before[d.BLOW_N] > 0.0
+    assert after[d.FEED] == 0.0 and after[d.BLOW_N] == 0.0
+
+
+def test_a_stuck_rod_is_pulled_far_above_the_feed_until_it_comes() -> None:
+    task = hole(
+        rock={
+            "layers": [{"kind": "soft", "thickness_m": 9.0}],
+            "stick_probability": 0.0,
+            "stuck": [{"depth_m": 2.0, "hold_n": 18000.0}],
+        }
+    )
+    cycle, events, rows, _ = drilled(task)
+    stuck, freed = (next(e for e in events if e["kind"] == f"rod_{k}") for k in ("stuck", "freed"))
+    assert stuck["depth_m"] == pytest.approx(2.0, abs=0.01) and freed["depth_m"] == stuck["depth_m"]
+    assert 2.0 * task.feed_n < rows[:, d.PULL].max() < 18000.0
+    assert rows[round(freed["t"] / DT) + 1, d.PULL] == pytest.approx(task.pull_n)
+    assert cycle.summary()["drill"]["freed"] == 1 and cycle.phase == "done"
+
+
+def test_a_rod_that_never_comes_is_left_behind_with_the_string() -> None:
+    task = hole(
+        pull_max_n=5000.0,
+        give_up_s=3.0,
+        rock={
+            "layers": [{"kind": "soft", "thickness_m": 9.0}],
+            "stick_probability": 0.0,
+            "stuck": [{"depth_m": 3.05, "hold_n": 60000.0}],
+        },
+    )
+    cycle, events, rows, _ = drilled(task)
+    assert any(e["kind"] == "rods_lost" for e in events)
+    assert cycle.rods == 0 and rows[-1, d.STRING_KG] == rows[-1, d.MAST_KG] == 0.0
+
+
+def test_penetration_by_hand() -> None:
+    """0.7 of 110 J, 35 times a second, on 45.4 cm2 of rock of 240 MJ/m3: 2.48 mm/s at the best feed."""
+    rate = penetration_rate(110.0, 35.0, 0.7, 0.076, 2.4e8, thrust_factor(5500.0, 5500.0))
+    assert rate == pytest.approx(0.7 * 110.0 * 35.0 / (math.pi / 4 * 0.076**2 * 2.4e8))
+    assert rate == pytest.approx(2.475e-3, rel=1e-3)
+    assert [thrust_factor(f, 5500.0) for f in (0.0, 2750.0, 11000.0, 12000.0)] == [
+        0.0,
+        0.75,
+        0.0,
+        0.0,
+    ]
+
+
+def test_a_wandering_load_has_the_asked_spread() -> None:
+    rng, value, seen = np.random.default_rng(0), 0.0, []
+    for _ in range(20000):
+        value = wandering(value, 0.1, 0.15, DT, float(rng.normal()))
+        seen.append(value)
+    assert np.std(seen) == pytest.approx(0.1, rel=0.06)
+    assert np.corrcoef(seen[:-15], seen[15:])[0, 1] == pytest.approx(math.exp(-1.0), abs=0.06)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.9), st.floats(0.5, 20.0))
+def test_drawn_rock_reaches_down_repeats_and_never_starts_or_goes_on_in_a_void(
+    seed: int, share: float, depth: float
+) -> None:
+    one, two = (
+        strata_of(Rock(void_share=share), depth, np.random.default_rng(seed)) for _ in range(2)
+    )
+    assert one == two
+    assert one.bottoms_m[-1] > depth and all(np.diff(one.bottoms_m) > 0)
+    assert one.kinds[0] != VOID and one.kinds[-1] != VOID
+    assert all(a != VOID or b != VOID for a, b in zip(one.kinds, one.kinds[1:], strict=False))
+
+
+def test_given_layers_come_first() -> None:
+    strata = Strata((1.0, 1.2, 4.0), ("hard", VOID, "soft"))
+    kinds = [strata.at(x)[0] for x in (0.0, 0.999, 1.0, 1.19, 1.2, 3.0, 9.0)]
+    assert kinds == ["hard", "hard", VOID, VOID, "soft", "soft", "soft"]
+    places = sticking_places(
+        Rock(stick_probability=1.0), 3.0, 1.5, 5000.0, np.random.default_rng(0)
+    )
+    assert len(places) == 2 and places[0][0] > 1.5 > places[1][0] > 0.0
+    assert all(1e4 <= hold <= 2e4 for _, hold in places)
+
+
+def test_weight_of_a_string_in_the_mast_and_in_the_hole_on_a_slope() -> None:
+    """45 degrees: of 100 kg in the hole 981 cos 45 N pull along -z; 50 kg in the mast pull straight down, 0.75 m up."""
+    s = math.sqrt(0.5)
+    rotation = np.array([[s, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, s]])
+    loads, body, base = np.zeros(d.DRILL_COLUMNS), np.zeros(plant.BODY_COLUMNS), np.zeros(13)
+    loads[[d.STRING_KG, d.MAST_KG, d.MAST_HEIGHT]] = 100.0, 50.0, 0.75
+    wrench, force, torque = np.zeros(6), np.zeros(3), np.zeros(3)
+    plant.drill_step(loads, base, rotation, body, 1e-3, 9.81, wrench, force, torque)
+    assert rotation.T @ wrench[:3] == pytest.approx([-50 * 9.81 * s, 0.0, -150 * 9.81 * s])
+    assert wrench[3:] == pytest.approx([0.0, -0.75 * s * 50 * 9.81, 0.0])
+    assert np.allclose(force, wrench[:3]) and np.allclose(torque, wrench[3:])
+
+
+def test_the_mast_is_turned_back_by_the_legs_on_its_low_side() -> None:
+    """Nose down by 0.01 rad: the front legs lengthen at gain * 0.01 rad * 1.1 m, the rear ones shorten, no twist."""
+    feet = np.array([[1.1, 0.8, -0.6], [1.1, -0.8, -0.6], [-1.1, 0.8, -0.6], [-1.1, -0.8, -0.6]])
+    program = KeepMast(Hold(np.zeros(12), None, ()), feet)
+    seen = Measured(
+        position=np.zeros(12),
+        load_n=np.zeros(4),
+        contact=np.ones(4),
+        rope_tension_n=np.zeros(2),
+        attitude_rad=np.zeros(3),
+    )
+    for k in range(150):
+        assert not program.update(k * DT, DT, seen).rate.any()
+    seen.attitude_rad = np.array([0.0, 0.01, 0.0])
+    for k in range(150, 450):
+        command = program.update(k * DT, DT, seen)
+        command.reference += command.rate * DT
+    assert command.rate[[2, 5, 8, 11]] == pytest.approx(
+        GAIN_1_S * 0.01 * 1.1 * np.array([1, 1, -1, -1]), rel=1e-2
+    )
+    assert command.reference[2] > 0.0 and not command.still
+    seen.attitude_rad = np.array([0.0, 0.5 * DEAD_RAD, 0.0])
+    for k in range(450, 800):
+        command = program.update(k * DT, DT, seen)
+    assert not command.rate.any() and command.still and command.reference[2] > 0.0

@@ -1,0 +1,242 @@
+"""The parts of the world one by one, against hand-computed numbers."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from testbed import resources
+from testbed.control.valve_loop import GAIN_COLUMNS, KP, LIMIT, TOLERANCE, control_step
+from testbed.errors import InputError
+from testbed.laws import drill as d
+from testbed.machine.provenance import roboclimber
+from testbed.robot.kinematics import LegKinematics, length
+from testbed.robot.model import roboclimber_model
+from testbed.robot.urdf.merge import merged
+from testbed.scenario.scenario import load_scenario
+from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
+from testbed.scenario.terrain import Terrain
+from testbed.world import plant, sensing
+from testbed.world.board import SIZE, Board
+from testbed.world.drilling.drilling import DrillProgram
+from testbed.world.ground.terrain import make_ground, rough_surface
+from testbed.world.undeclared import LAWS, axes_of
+from testbed.world.verdict import LOOK_TICKS, Judge
+
+
+def test_welding_fixed_links_changes_no_inertia() -> None:
+    """The whole robot's joint-space inertia before and after, at a random posture, to 1e-9."""
+    pin = pytest.importorskip("pinocchio")
+    text = resources.urdf().read_text()
+    first, second = (
+        pin.buildModelFromXML(t, pin.JointModelFreeFlyer())
+        for t in (text, merged(text, ("rod_store",)))
+    )
+    q = pin.randomConfiguration(first, -np.ones(first.nq), np.ones(first.nq))
+    one, two = (pin.crba(m, m.createData(), q) for m in (first, second))
+    assert np.allclose(np.triu(one), np.triu(two), rtol=1e-9, atol=1e-7)
+    assert text.count("<link ") - merged(text).count("<link ") == 9
+
+
+def test_two_boxes_welded_by_hand() -> None:
+    """1 kg at x = 0 and 3 kg at x = 2: centre at 1.5 m, inertia about z = own + 1 * 2.25 + 3 * 0.25 = 0.1 + 0.2 + 3."""
+    inertial = '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    text = (
+        f'<robot name="r"><link name="a">{inertial.format(m=1, i=0.1)}</link>'
+        f'<link name="b">{inertial.format(m=3, i=0.2)}</link>'
+        '<joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="2 0 0"/></joint></robot>'
+    )
+    out = merged(text)
+    assert 'xyz="1.5 0.0 0.0"' in out
+    assert 'izz="3.3"' in out and 'ixx="0.3' in out
+
+
+def test_board_views_share_one_array() -> None:
+    board = Board()
+    board.q[3] = 7.0
+    board.change[5] = 5.0
+    assert board.array[3] == 7.0
+    assert board.array[-1] == 5.0
+    assert board.array.size == SIZE
+
+
+def test_velocities_from_two_poses_are_exact() -> None:
+    """A body that turns at 0.3 rad/s about z and moves at (1, 2, 3) m/s for 1 ms."""
+    base, turn = np.zeros(13), np.array([0.0, 0.0, 0.0, 1.0])
+    plant.move_base(np.array([0.0, 0, 0, 0, 0, 0, 1]), turn, base, 1e-3, True)
+    half = 0.5 * 0.3e-3
+    plant.move_base(
+        np.array([1e-3, 2e-3, 3e-3, 0, 0, math.sin(half), math.cos(half)]), turn, base, 1e-3, False
+    )
+    assert base[7:10] == pytest.approx([1.0, 2.0, 3.0])
+    assert base[10:13] == pytest.approx([0.0, 0.0, 0.3], abs=1e-9)
+
+
+def test_rotation_matrix_of_a_quarter_turn() -> None:
+    out = np.zeros((3, 3))
+    plant.rotation_matrix(np.array([0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)]), out)
+    assert out @ [1.0, 0.0, 0.0] == pytest.approx([0.0, 1.0, 0.0])
+
+
+def test_slope_frame_rises_towards_x() -> None:
+    ground = make_ground(Terrain(slope_deg=30.0))
+    assert ground.rotation_slope_to_world[:, 0] == pytest.approx([math.sqrt(3) / 2, 0.0, 0.5])
+    assert ground.normal_in_world == pytest.approx([-0.5, 0.0, math.sqrt(3) / 2])
+
+
+def test_rough_rock_has_the_asked_deviation_and_repeats_by_seed() -> None:
+    one, two = rough_surface(81, 61, 0.1, 0.05, 3), rough_surface(81, 61, 0.1, 0.05, 3)
+    assert one.shape == (81, 61)
+    assert one.std() == pytest.approx(0.05)
+    assert np.array_equal(one, two)
+    assert not np.allclose(one, rough_surface(81, 61, 0.1, 0.05, 4))
+
+
+def test_legs_forwards_and_backwards_agree_with_pinocchio() -> None:
+    legs, model = LegKinematics.from_parameters(roboclimber()), roboclimber_model()
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        joints = rng.uniform(model.limits[:, 0], model.limits[:, 1])
+        feet = legs.feet(joints)
+        assert np.allclose(feet, model.foot_positions_m(joints), atol=1e-12)
+        assert np.allclose(legs.joints(feet), joints, atol=1e-12)
+
+
+def test_a_legs_reach_is_rounded_as_pythons_own_hypotenuse() -> None:
+    rng = np.random.default_rng(0)
+    for x, y in rng.uniform(-3.0, 3.0, (5000, 2)).tolist():
+        assert length(x, y) == math.hypot(x, y)
+    assert length(0.0, 0.0) == 0.0 and length(3.0, 4.0) == 5.0
+
+
+def test_valve_loop_closes_within_its_tolerance_and_saturates() -> None:
+    gain = np.zeros((12, GAIN_COLUMNS))
+    gain[:, KP], gain[:, LIMIT], gain[:, TOLERANCE] = 80.0, 1.0, 2.5e-4
+    position, reference, command = np.zeros(12), np.zeros(12), np.ones(12)
+    reference[0], reference[1], reference[2] = 2e-4, 5e-3, 0.1
+    control_step(position, reference, np.zeros(12), np.zeros(12), gain, False, 1e-3, command)
+    assert command[:4] == pytest.approx([0.0, 0.4, 1.0, 0.0])
+    control_step(position, reference, np.zeros(12), np.zeros(12), gain, True, 1e-3, command)
+    assert not command.any()
+
+
+def test_encoder_counts_and_transducer_range() -> None:
+    assert sensing.counted(0.123456, 1e-4) == pytest.approx(0.1235)
+    assert sensing.counted(0.123456, 0.0) == 0.123456
+    numbers = np.zeros(sensing.PRESSURE_COLUMNS)
+    numbers[sensing.GAIN], numbers[sensing.RANGE], numbers[sensing.DRIFT] = 1.02, 1e7, 100.0
+    assert sensing.transduce(5e6, 10.0, 0.0, 0.0, numbers) == pytest.approx(5.1e6 + 1000.0)
+    assert sensing.transduce(2e7, 0.0, 0.0, 0.0, numbers) == 1e7
+    assert sensing.transduce(-1e5, 0.0, 0.0, 0.0, numbers) == 0.0
+
+
+@pytest.mark.parametrize("reading", [4.2e6, 0.0])
+def test_a_failed_transducer_shows_the_same_whatever_the_pressure(reading: float) -> None:
+    numbers = np.zeros(sensing.PRESSURE_COLUMNS)
+    numbers[[sensing.GAIN, sensing.RANGE, sensing.DRIFT, sensing.NOISE]] = 1.0, 1e7, 50.0, 8e3
+    sensing.fail(numbers, reading)
+    assert [sensing.transduce(p, t, 5.0, 1.3, numbers) for p, t in ((1e6, 0.0), (9e6, 30.0))] == [
+        reading,
+        reading,
+    ]
+
+
+def test_drill_program_ramps_moves_rods_and_ends() -> None:
+    phases = (
+        Hammer(kind="hammer", duration_s=4.0, feed_n=5000.0, penetration_m_s=0.01),
+        RodChange(kind="rod_change", duration_s=2.0, rod_kg=10.2),
+        PullOut(kind="pull_out", duration_s=2.0, pull_n=8000.0),
+    )
+    program = DrillProgram(
+        Drill(kind="drill", start_s=1.0, ramp_s=0.5, phases=phases), np.zeros(d.DRILL_COLUMNS)
+    )
+    assert not program.update(0.5, 0.01)
+    assert program.update(1.25, 0.01)
+    assert program.loads[d.FEED] == pytest.approx(2500.0)
+    for k in range(125, 700):
+        program.update(k / 100, 0.01)
+    assert program.loads[d.STRING_KG] == pytest.approx(10.2)
+    assert program.store_change_kg == pytest.approx(-10.2)
+    assert program.loads[d.DEPTH] == pytest.approx(0.0375, abs=2e-3)
+    program.update(8.0, 0.01)
+    assert program.loads[d.PULL] == pytest.approx(8000.0)
+    assert program.update(9.5, 0.01)
+    assert program.loads[d.PULL] == 0.0 and program.phase == "done"
+
+
+def test_a_drill_that_begins_again_finds_its_phase_where_the_sum_of_times_rounds_up() -> None:
+    push = Push(kind="push", duration_s=11.2)
+    program = DrillProgram(
+        Drill(kind="drill", start_s=6.4, repeat=True, phases=(push,)), np.zeros(d.DRILL_COLUMNS)
+    )
+    assert divmod(40.0 - 6.4, (6.4 + 11.2) - 6.4)[1] + 6.4 >= 6.4 + 11.2
+    program.update(40.0, 0.01)
+    assert program.phase == "push"
+
+
+def test_a_machine_whose_feet_have_left_the_ground_and_gone_on_has_fallen() -> None:
+    none, every, feet = np.zeros(4, dtype=bool), np.ones(4, dtype=bool), np.zeros((4, 3))
+    judge = Judge(np.eye(3), 4e4, raised=True)
+    down = np.array([0.0, 0.0, -0.3])
+    assert judge.look(0.0, np.eye(3), feet, every, none, 0.0) is None
+    assert judge.look(0.1, np.eye(3), feet + down, every, none, 0.0) is None
+    assert (
+        judge.look(0.2, np.eye(3), feet + 2 * down, every, every, 0.0) is None
+    )  # it has come down: a jump
+    assert judge.look(0.3, np.eye(3), feet + 3 * down, every, none, 0.0) is None
+    assert judge.look(0.4, np.eye(3), feet + 5 * down, every, none, 0.0) is not None
+    assert judge.verdict == "fell"
+
+
+def test_judge_tells_fall_and_slide() -> None:
+    feet, all_feet = np.zeros((4, 3)), np.ones(4, dtype=bool)
+    judge = Judge(np.eye(3), 4e4, raised=True)
+    assert judge.look(0.0, np.eye(3), feet, all_feet, all_feet, 0.0) is None
+    moved = feet + np.array([0.31, 0.0, 0.0])
+    assert judge.look(1.0, np.eye(3), moved, all_feet, all_feet, 0.0) is not None
+    assert judge.verdict == "slid" and judge.slip_m == pytest.approx(0.31)
+    c, s = math.cos(0.5), math.sin(0.5)
+    tipped = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    judge = Judge(np.eye(3), 4e4, raised=True)
+    assert judge.look(0.0, tipped, feet, all_feet, all_feet, 0.0) is not None
+    assert judge.verdict == "fell" and judge.tilt_rad == pytest.approx(0.5)
+    assert LOOK_TICKS >= 1
+
+
+def test_every_named_effect_can_be_put_into_the_world() -> None:
+    from testbed import effects
+
+    assert set(LAWS) == set(effects.NAMES)
+    assert axes_of("rl", "at") == [8]
+    assert axes_of("fr_radial", "at") == [4]
+    assert len(axes_of("body", "at")) == 12
+    with pytest.raises(InputError, match="rope_left"):
+        axes_of("rope_left", "at")
+
+
+def test_an_impossible_start_posture_is_refused_by_name() -> None:
+    from testbed.world.assembly import assemble
+
+    with pytest.raises(InputError, match="fl_radial"):
+        assemble(load_scenario("stand_flat", ["robot.radial_m=0.45"]), None, False)
+
+
+def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:
+    from testbed.robot.urdf.merge import rotation_from_rpy, rpy_from_rotation
+    from testbed.world.rotations import quaternion
+
+    rng = np.random.default_rng(5)
+    for rpy in (
+        *rng.uniform(-1.5, 1.5, (50, 3)).tolist(),
+        [0.3, math.pi / 2, 0.2],
+        [3.0, 0.1, -3.1],
+    ):
+        rotation, back = rotation_from_rpy(rpy), np.zeros((3, 3))
+        plant.rotation_matrix(quaternion(rotation), back)
+        assert np.allclose(back, rotation, atol=1e-12)
+        assert np.allclose(rotation_from_rpy(rpy_from_rotation(rotation)), rotation, atol=1e-9)
+    assert quaternion(rotation_from_rpy([0.0, 0.0, math.pi])) == pytest.approx(
+        [0.0, 0.0, 1.0, 0.0], abs=1e-12
+    )
