@@ -1,0 +1,145 @@
+"""Named records: what a compiled loop steps, each quantity declared once with its unit and meaning.
+
+    class Chamber(Record):
+        pressure = quantity("Pa", "absolute pressure")
+        oil = quantity("m3", "oil at atmospheric pressure")
+
+    class Cylinder(Record):
+        chambers = part(Chamber, "two chambers", per=("a", "b"))
+        friction = quantity("N", "seal and guide friction, against + rate")
+
+    cylinders = Cylinder.zeros(12)              # a NumPy structured array
+    cylinders["chambers"]["pressure"][:, 0]     # in Python
+    cylinder.chambers[0].pressure               # in a compiled function, handed cylinders[i]
+
+A record's NumPy dtype, its column names in a recording and its table for people all follow from the declaration, so
+that a new field may stand anywhere in it. Compiled functions take arrays of records (an array costs a Python caller
+0.2 us, a single record 0.9 us) and hand single records on, which costs nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Field:
+    """One quantity of a record: unit, meaning, and the names along each of its axes (none: a single number)."""
+
+    unit: str
+    meaning: str
+    labels: tuple[tuple[str, ...], ...] = ()
+    kind: str = "f8"
+    record: type[Record] | None = field(default=None)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Length of each axis; () for a single number."""
+        return tuple(len(names) for names in self.labels)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number of a record as a column of a table."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+def quantity(unit: str, meaning: str, *, per: tuple[Any, ...] | int = (), kind: str = "f8") -> Any:
+    """Declare a number, or an array of them with names along its axes.
+
+    per: names along one axis (`per=LEGS`, `per=("x", "y")`), a tuple of such tuples for several axes
+    (`per=(LEGS, ("x", "y", "z"))`), or a plain length.
+    kind: NumPy's kind of number, "f8" or "i8".
+    """
+    return Field(unit, meaning, _labels(per), kind)
+
+
+def part(record: type[Record], meaning: str, *, per: tuple[Any, ...] | int = ()) -> Any:
+    """Declare a record within a record, or an array of them."""
+    return Field("", meaning, _labels(per), record=record)
+
+
+def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
+    if isinstance(per, int):
+        return (tuple(str(k) for k in range(per)),)
+    if all(isinstance(names, str) for names in per):
+        return (tuple(per),) if per else ()
+    return tuple(tuple(names) for names in per)
+
+
+class Record:
+    """Base of all records; see the module. Subclasses hold declarations only."""
+
+    fields: ClassVar[dict[str, Field]] = {}
+    dtype: ClassVar[np.dtype[Any]]
+
+    def __init_subclass__(cls) -> None:
+        """Build the NumPy dtype from the declarations, in their order."""
+        cls.fields = {name: item for name, item in vars(cls).items() if isinstance(item, Field)}
+        cls.dtype = np.dtype(
+            [
+                (name, item.record.dtype if item.record else item.kind, item.shape)
+                for name, item in cls.fields.items()
+            ]
+        )
+
+    @classmethod
+    def zeros(cls, *shape: int) -> NDArray[Any]:
+        """An array of such records, all numbers zero; shape (1,) if none is given."""
+        return np.zeros(shape or (1,), cls.dtype)
+
+    @classmethod
+    def columns(cls) -> list[Column]:
+        """Every number in order of memory, named `quantity_label_label`; parts lead with their own name."""
+        return list(_columns(cls, ""))
+
+    @classmethod
+    def column_names(cls) -> list[str]:
+        """Names of `columns`."""
+        return [column.name for column in cls.columns()]
+
+    @classmethod
+    def as_table(cls, records: NDArray[Any]) -> NDArray[np.float64]:
+        """Records (n,) of floats alone as a table (n, columns) that shares their memory.
+
+        Raises TypeError where a field is not a float: then there is no such table.
+        """
+        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
+            raise TypeError(f"{cls.__name__} holds more than floats")
+        return records.view(np.float64).reshape(len(records), -1)
+
+
+def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:
+    for item in record.fields.values():
+        if item.record is None:
+            yield np.dtype(item.kind)
+        else:
+            yield from _leaf_types(item.record)
+
+
+def _columns(record: type[Record], prefix: str) -> Iterator[Column]:
+    for name, item in record.fields.items():
+        for labels in product(*item.labels):
+            full = "_".join((prefix + name, *labels)) if labels else prefix + name
+            if item.record is None:
+                yield Column(full, item.unit, item.meaning)
+            else:
+                yield from _columns(item.record, full + "_")
+
+
+def size(record: type[Record]) -> int:
+    """How many numbers one record holds."""
+    return sum(
+        math.prod(item.shape) * (1 if item.record is None else size(item.record))
+        for item in record.fields.values()
+    )

@@ -1,0 +1,86 @@
+"""The rows of a recorded run: what the machine's electronics know, and what only a simulator knows.
+
+Declared once. The compiled loop writes these records, the recorder's columns and the environments' observations are
+their fields, and the contract's column names follow from the names here.
+"""
+
+from __future__ import annotations
+
+from testbed.formats.records import Record, quantity
+from testbed.machine.names import AXES, LEGS, SIDES
+
+XYZ = ("x", "y", "z")
+METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
+"""Estimates of the foot load: the paper's equations (1), (3), (7), its two filters, and the testbed's own."""
+
+
+class DataRow(Record):
+    """One row of `data`: sensors, estimates, and what control ordered."""
+
+    t = quantity("s", "time")
+    position = quantity("m", "encoder: extension of the joint (rotation: angle, rad)", per=AXES)
+    pressure_a = quantity("Pa", "piston side, gauge, through calibration", per=AXES)
+    pressure_b = quantity("Pa", "rod side, gauge, through calibration", per=AXES)
+    valve = quantity("1", "valve command, -1 to 1, + extends", per=AXES)
+    supply_pressure = quantity("Pa", "supply pressure, gauge")
+    oil_temperature = quantity("degC", "oil temperature")
+    rope_tension = quantity("N", "tension at the traction device", per=SIDES)
+    attitude = quantity(
+        "rad", "inertial unit: roll, pitch, yaw of the body", per=("roll", "pitch", "yaw")
+    )
+    angular_rate = quantity("rad/s", "inertial unit: rate in the body frame", per=XYZ)
+    specific_force = quantity(
+        "m/s2", "inertial unit at the body's origin: acceleration less gravity, body frame", per=XYZ
+    )
+    estimate = quantity(
+        "N", "foot load along the vertical joint's axis, by this method", per=(METHODS, LEGS)
+    )
+    own_low = quantity("N", "lower end of the own estimate's 90 % interval", per=LEGS)
+    own_high = quantity("N", "upper end of the own estimate's 90 % interval", per=LEGS)
+    own_sd = quantity("N", "standard deviation of the own estimate", per=LEGS)
+    own = quantity(
+        "N",
+        "force of the ground on the foot, body frame, by the own estimate",
+        per=(("x", "y", "z", "x_sd", "y_sd", "z_sd"), LEGS),
+    )
+    contact = quantity("1", "contact state by the detector: 1 loaded, 0 contact lost", per=LEGS)
+    expected = quantity(
+        "N", "foot load along the vertical joint's axis that the model expects", per=LEGS
+    )
+    reference = quantity("m", "set point of the joint (rotation: angle, rad)", per=AXES)
+    carrying = quantity(
+        "1", "stance as control wishes it: 1 the foot is meant to carry, 0 it swings", per=LEGS
+    )
+    ordered_thrust = quantity(
+        "N", "drill as control ordered it: thrust away from the ground along body z"
+    )
+    ordered_torque = quantity("N m", "torque that the rock answers with, about body z")
+    rods_in_hole = quantity("kg", "rods in the hole, the drill's own count")
+    rods_in_mast = quantity("kg", "rods in the mast, the drill's own count")
+    rods_mast_height = quantity("m", "middle of the rods in the mast above the drill point")
+    rods_stored = quantity("kg", "rods gained by the store since the start")
+
+
+class TruthRow(Record):
+    """One row of `truth`: read by the evaluation alone."""
+
+    t = quantity("s", "time")
+    body_pose_in_world = quantity(
+        "m", "body link's origin, quaternion (1)", per=("x", "y", "z", "qx", "qy", "qz", "qw")
+    )
+    foot_force_in_world = quantity("N", "force of the ground on the foot", per=(LEGS, XYZ))
+    foot_load = quantity("N", "foot force along the vertical joint's axis", per=LEGS)
+    contact_normal = quantity("N", "foot force along the ground's normal", per=LEGS)
+    rope_force_in_world = quantity("N", "force of the rope on the body", per=(SIDES, XYZ))
+    drill_wrench_in_world = quantity(
+        "N", "drill on the body about the drill point", per=("fx", "fy", "fz", "tx", "ty", "tz")
+    )
+    friction = quantity("N", "seal and guide friction of the cylinder, against + rate", per=AXES)
+    chamber_a = quantity("Pa", "true pressure, piston side, gauge", per=AXES)
+    chamber_b = quantity("Pa", "true pressure, rod side, gauge", per=AXES)
+    supply_pressure = quantity("Pa", "true supply pressure, gauge")
+    oil_temperature = quantity("degC", "true oil temperature")
+    hole_depth = quantity("m", "depth of the drilled hole")
+    drill_string_mass = quantity("kg", "rods in hole and mast")
+    traction_stroke = quantity("m", "place of the traction device's piston", per=SIDES)
+    traction_mode = quantity("1", "what the traction device does (laws/traction.py)", per=SIDES)
