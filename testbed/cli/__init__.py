@@ -247,12 +247,10 @@ def loop(
     json: Json = False,
 ) -> None:
     """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
-    from testbed.formats.files import make_folder
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import working
     from testbed.workflows.loop import SCENARIOS, close_loop, table
 
-    make_folder(out)
     with working("closing the loop") as tell:
         result = close_loop(out, scenario or SCENARIOS, tell)
     if json:
