@@ -11,6 +11,7 @@ import typer
 from testbed.cli.benchmarks import benchmarks
 from testbed.cli.options import Json
 from testbed.errors import naming
+from testbed.formats.sockets import user_code
 
 app = typer.Typer(
     name="testbed",
@@ -334,7 +335,8 @@ def main() -> None:
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
-        status = app(arguments, prog_name="testbed", standalone_mode=False)
+        with user_code():
+            status = app(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         print("testbed: interrupted", file=sys.stderr)
         status = 130
