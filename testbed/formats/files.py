@@ -84,7 +84,7 @@ def whole(path: Path) -> Iterator[Path]:
 def write_text(path: str | Path, text: str) -> None:
     """Write a text file, whole or not at all. Raises InputError where it cannot be written."""
     with whole(Path(path)) as hidden:
-        hidden.write_text(text, encoding="utf-8")
+        hidden.write_text(text, encoding="utf-8", errors="replace")  # names of files may be no text
 
 
 def write_json(path: str | Path, tree: Any) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import io
-from typing import TYPE_CHECKING, Any
+import re
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -125,10 +126,12 @@ def svg(figure: Figure, name: str) -> Markup:
 
     Matplotlib escapes the texts of a figure, so the template engine takes the element as it is.
     """
+    import matplotlib
     from markupsafe import Markup
 
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    with matplotlib.rc_context(cast(Any, RC)):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
     return Markup(_own_ids(text, name))
@@ -140,6 +143,8 @@ def _own_ids(text: str, name: str) -> str:
     A name may be anything, such as that of a recording's folder, and a prefix must be a word: it is the name's digest.
     """
     prefix = "f" + hashlib.sha256(name.encode(errors="replace")).hexdigest()[:12]
-    for mark in ('id="', "url(#", 'href="#'):
-        text = text.replace(mark, f"{mark}{prefix}-")
-    return text
+
+    def renamed(tag: re.Match[str]) -> str:
+        return re.sub(r'( id="|url\(#|href="#)', rf"\1{prefix}-", tag[0])
+
+    return re.sub("<[^>]*>", renamed, text)
