@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from testbed.diagnosis.leg.fit import residuals
-from testbed.diagnosis.leg.problem import Point
+from testbed.diagnosis.leg.points import Point
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.robot.diagnose import diagnose_robot
 from testbed.diagnosis.robot.findings import as_json, write_findings
@@ -22,7 +22,8 @@ from testbed.diagnosis.robot.rig import (
     recordings_of,
     through_amplifier,
 )
-from testbed.effects import Active, by_name, kind_of, place_of
+from testbed.effects import by_name, kind_of, place_of
+from testbed.effects.base import Active
 from testbed.errors import InputError
 from testbed.estimation.live.believed import Believed
 from testbed.machine.names import LEGS
