@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from testbed.effects.fitting import Coordinate, Observed
-from testbed.effects.terms import Array, FlowTerms, ForceTerms, Signals, Values
+from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
 from testbed.errors import InputError
 from testbed.machine.names import AXES
 from testbed.recording.leg_model import Friction
@@ -243,20 +243,25 @@ class Effect:
 
 @dataclass(frozen=True)
 class Active:
-    """An effect with its checked parameters, further shapes filled with their defaults."""
+    """An effect with its checked parameters, further shapes filled with their defaults.
+
+    As a model believes in it: where it does not sit, nothing changes.
+    """
 
     effect: Effect
     values: Mapping[str, float]
 
+    def correct(self, signals: Signals) -> Signals:
+        """What the sensors of this axis should have read."""
+        here = self.effect.concerns(signals)
+        return self.effect.correct(signals, self.values) if here else signals
 
-__all__ = [
-    "MARK",
-    "Active",
-    "Array",
-    "Effect",
-    "FlowTerms",
-    "ForceTerms",
-    "ParameterSpec",
-    "Signals",
-    "Values",
-]
+    def force(self, signals: Signals, terms: ForceTerms) -> None:
+        """Change the believed force balance of this axis."""
+        if self.effect.concerns(signals):
+            self.effect.force(signals, terms, self.values)
+
+    def flow(self, signals: Signals, terms: FlowTerms) -> None:
+        """Change the believed flow balance of this axis."""
+        if self.effect.concerns(signals):
+            self.effect.flow(signals, terms, self.values)

@@ -53,12 +53,12 @@ class Search:
 
     def price(self, candidate: Candidate) -> float:
         """What flexibility and parameters beyond what is expected of an effect cost a candidate."""
-        at = candidate.fit.at
-        observed = self.problem.observed(at.friction)
-        new = [a for a in at.effects if a.effect.name in candidate.names]
-        return _unlikely(candidate, self.problem) + sum(
-            a.effect.price(a.values, observed) for a in new
-        )
+        new = [a for a in candidate.fit.at.effects if a.effect.name in candidate.names]
+        total = _unlikely(candidate, self.problem)
+        if new:
+            observed = self.problem.observed(candidate.fit.at.friction)
+            total += sum(a.effect.price(a.values, observed) for a in new)
+        return total
 
     def fall(self, candidate: Candidate, other: Candidate) -> float:
         """Largest relative fall of a group's noise from one candidate to another."""

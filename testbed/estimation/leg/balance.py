@@ -19,8 +19,7 @@ Array = npt.NDArray[np.float64]
 def corrected(signals: Signals, effects: Sequence[Active]) -> Signals:
     """Signals as the sensors should have read them."""
     for active in effects:
-        if active.effect.concerns(signals):
-            signals = active.effect.correct(signals, active.values)
+        signals = active.correct(signals)
     return signals
 
 
@@ -29,8 +28,7 @@ def force_terms(model: LegModel, signals: Signals, effects: Sequence[Active]) ->
     mass = model.known.moving_mass_kg or 0.0
     terms = ForceTerms(mass_kg=mass, weight_mass_kg=mass, force_n=model.force_offset_n)
     for active in effects:
-        if active.effect.concerns(signals):
-            active.effect.force(signals, terms, active.values)
+        active.force(signals, terms)
     return terms
 
 

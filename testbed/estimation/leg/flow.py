@@ -56,8 +56,7 @@ def flow_terms(signals: Signals, effects: Sequence[Active]) -> FlowTerms:
         leakage_m3_s_pa=known.internal_leakage_m3_s_pa or 0.0, deadband=known.valve_deadband or 0.0
     )
     for active in effects:
-        if active.effect.concerns(signals):
-            active.effect.flow(signals, terms, active.values)
+        active.flow(signals, terms)
     return terms
 
 
