@@ -42,7 +42,7 @@ class Learned(Corrected):
             )
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing."""
+        """See Controller."""
         if self._plans and self._plans % EVERY == 0:
             self.order(self.action(self.view()))
         self._plans += 1
