@@ -20,7 +20,7 @@ that a new field may stand anywhere in it. Compiled functions take arrays of rec
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any, ClassVar
@@ -58,7 +58,7 @@ def quantity(unit: str, meaning: str, *, per: tuple[Any, ...] | int = (), kind: 
     """Declare a number, or an array of them with names along its axes.
 
     per: names along one axis (`per=LEGS`, `per=("x", "y")`), a tuple of such tuples for several axes
-    (`per=(LEGS, ("x", "y", "z"))`), or a plain length.
+    (`per=(LEGS, ("x", "y", "z"))`), or a plain length in the place of names.
     kind: NumPy's kind of number, "f8" or "i8".
     """
     return Field(unit, meaning, _labels(per), kind)
@@ -74,7 +74,7 @@ def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
         return (tuple(str(k) for k in range(per)),)
     if all(isinstance(names, str) for names in per):
         return (tuple(per),) if per else ()
-    return tuple(tuple(names) for names in per)
+    return tuple(_labels(names)[0] for names in per)
 
 
 class Record:
@@ -99,6 +99,20 @@ class Record:
         return np.zeros(shape or (1,), cls.dtype)
 
     @classmethod
+    def of(cls, **values: Any) -> NDArray[Any]:
+        """One such record, shape (1,), with these values; every field must be given.
+
+        Raises TypeError for a field that is missing or that there is not.
+        """
+        if set(values) != set(cls.fields):
+            wrong = sorted(set(values) ^ set(cls.fields))
+            raise TypeError(f"{cls.__name__}: {', '.join(wrong)} missing or unknown")
+        out = cls.zeros()
+        for name, value in values.items():
+            out[name][0] = value
+        return out
+
+    @classmethod
     def columns(cls) -> list[Column]:
         """Every number in order of memory, named `quantity_label_label`; parts lead with their own name."""
         return list(_columns(cls, ""))
@@ -117,6 +131,20 @@ class Record:
         if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
             raise TypeError(f"{cls.__name__} holds more than floats")
         return records.view(np.float64).reshape(len(records), -1)
+
+
+def from_columns(
+    record: type[Record], columns: Mapping[str, NDArray[np.float64]], rows: int, **defaults: Any
+) -> NDArray[Any]:
+    """Records (rows,) from a table's columns by name; a field whose columns are missing is its default, or 0."""
+    out = record.zeros(rows)
+    for name, value in defaults.items():
+        out[name] = value
+    table = record.as_table(out)
+    for k, name in enumerate(record.column_names()):
+        if name in columns:
+            table[:, k] = columns[name]
+    return out
 
 
 def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:

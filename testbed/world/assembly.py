@@ -18,7 +18,7 @@ from testbed.control.gaits.table import gait_of
 from testbed.control.valve_loop import gains
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import packed
+from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
 from testbed.laws import drill as d
@@ -287,7 +287,7 @@ def _chain(
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
     changes = {name: value for name, value in wanted.items() if value is not None}
-    body = packed(believed, kinematics, belief.legs, dt, rope_directions)
+    body = body_of(believed, kinematics, belief.legs, dt, rope_directions)
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import GAIN_COLUMNS, control_step
-from testbed.estimation.live.chain_kernel import OIL, SUPPLY, step_chain
+from testbed.estimation.live.chain_step import step_chain
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.robot.loads.foot_forces import LEG_COLUMNS
@@ -48,21 +48,6 @@ _N_ROPES, _N_TRANSDUCERS, _N_LATE = (
 
 _ESTIMATES = len(sensing.MEASURED_COLUMNS)
 N_ESTIMATES, N_CONTACT = 60, 4
-_CONTACT_ROW, _FOOT_ROW = 11, 12
-"""Rows of the chain's output: the contact word, the foot's force and its standard deviations (6)."""
-_CARRYING = _ESTIMATES + N_ESTIMATES + 2 * N_CONTACT + 12
-_DRILL_KNOWN = _CARRYING + N_CONTACT
-
-
-@njit
-def _write_estimates(row: Any, out: Any) -> None:
-    """The chain's output into the data row: the methods' loads, the own foot forces, the contact words."""
-    for leg in range(4):
-        for k in range(9):
-            row[_ESTIMATES + 4 * k + leg] = out[k, leg]
-        for k in range(6):
-            row[_ESTIMATES + 36 + 4 * k + leg] = out[_FOOT_ROW + k, leg]
-        row[_ESTIMATES + N_ESTIMATES + leg] = out[_CONTACT_ROW, leg]
 
 
 @njit
@@ -79,19 +64,17 @@ def between_steps(
     gravity: float,
     board: Any,
     row: Any,
-    chain_legs: Any,
-    chain_common: Any,
+    rows: Any,
+    chain_belief: Any,
     chain_state: Any,
-    chain_body: Any,
-    chain_own: Any,
-    chain_out: Any,
     noises: Any,
     data: Any,
     truth: Any,
 ) -> None:
     """Do the parts named by `flags` after `step` engine steps of `dt` s.
 
-    board: Board.array; row: the running data row; chain_*: the estimator chain's arrays; noises: normal numbers, of
+    board: Board.array; row: the running data row, and rows: the same as a DataRow (1,); chain_*: the estimator
+    chain's belief and state; noises: normal numbers, of
     which this sample takes row `sample`; a record goes to row `count` of data and truth.
     """
     t = step * dt
@@ -151,26 +134,7 @@ def between_steps(
             board[_BODY : _BODY + 3],
         )
     if flags & ESTIMATE:
-        chain_common[OIL], chain_common[SUPPLY] = row[sensing.TEMPERATURE], row[sensing.SUPPLY]
-        step_chain(
-            row[13:25],
-            row[25:37],
-            row[1:13],
-            board[_GRAVITY : _GRAVITY + 3],
-            row[37:49],
-            row[51:53],
-            row[53:56],
-            row[56:62],
-            row[_CARRYING:_DRILL_KNOWN],
-            row[_DRILL_KNOWN : _DRILL_KNOWN + d.KNOWN],
-            chain_legs,
-            chain_common,
-            chain_state,
-            chain_body,
-            chain_own,
-            chain_out,
-        )
-        _write_estimates(row, chain_out)
+        step_chain(rows[0], chain_belief[0], chain_state[0])
     if flags & RECORD:
         for i in range(row.shape[0]):
             data[count, i] = row[i]

@@ -22,6 +22,7 @@ from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.recording.rows import DataRow
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
 from testbed.world import plant, precompile, sensing
@@ -122,7 +123,8 @@ class Simulation:
         self._control_dt = self.dt * (hz // rates.control_hz)
         self._pending = sorted(scenario.events, key=lambda e: e.at_s)
         self._shoves: list[Shove] = []
-        self._row = np.zeros(len(DATA_COLUMNS))
+        self._rows = DataRow.zeros()
+        self._row = DataRow.as_table(self._rows)[0]
         self._noise = np.zeros((0, sensing.NOISES + sensing.ADDED_NOISES))
         self._samples = 0
         self._hold = DrillHold()
@@ -143,7 +145,9 @@ class Simulation:
             GRAVITY_M_S2,
             b.array,
             self._row,
-            *m.chain.arrays,
+            self._rows,
+            m.chain.belief,
+            m.chain.state,
         )
         no_noise = np.zeros((1, sensing.NOISES + sensing.ADDED_NOISES))
         precompile.finish(compiling, (0, 0, 0, 0, *self._fixed, no_noise, *self._empty))

@@ -8,7 +8,7 @@ from typing import Any
 
 from testbed import __version__
 from testbed.benchmarks.contact_loss.summary import summarise, tuned
-from testbed.benchmarks.contact_loss.thresholds import read_thresholds, thresholds_text
+from testbed.benchmarks.contact_loss.thresholds import shipped_thresholds, thresholds_text
 from testbed.formats.files import whole, write_json, write_text
 from testbed.report.page import render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
@@ -38,7 +38,7 @@ def write_contact_loss(
 
     Raises InputError where `out` cannot be written.
     """
-    thresholds = tuned(scenes) if tune else read_thresholds()
+    thresholds = tuned(scenes) if tune else shipped_thresholds()
     result = summarise(scenes, hours, thresholds)
     page = out / "contact_loss.html"
     write_json(out / "contact_loss.json", result)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from testbed.benchmarks.contact_loss.benchmark import ORACLE, ORACLE_NOISE_N
 from testbed.benchmarks.contact_loss.score import GRADUAL_S, LOADED_N, LOSS_N, NEAR_N, delays_s
 from testbed.benchmarks.contact_loss.warning import CURVE_N, LEAD_S, WITHIN_S, gradual, marks
-from testbed.estimation.detectors.table import BEST, DETECTORS, WARNING
-from testbed.estimation.detectors.warning import WARN_AT_N
+from testbed.estimation.detectors.table import BEST, DETECTORS
+from testbed.estimation.detectors.warning import NUMBERS
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
@@ -298,7 +298,7 @@ def _warning(scenes: Sequence[Tree]) -> Tree:
         for n in CURVE_N
     ]
     return marks([s["warning"]["own"] for s in scenes], wilson) | {
-        "warn_at_n": WARNING.numbers[WARN_AT_N],
+        "warn_at_n": NUMBERS["warn_at"],
         "on_true_load": marks([s["warning"]["true"] for s in scenes], wilson),
         "without_plan": marks([s["warning"]["unplanned"] for s in scenes], wilson),
         "curve": curve,

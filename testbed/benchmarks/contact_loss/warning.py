@@ -18,7 +18,7 @@ The thrust that the drill's program orders is drawn again with its scene.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -39,14 +39,12 @@ from testbed.benchmarks.contact_loss.score import (
     stretches,
 )
 from testbed.control.drilling.thrust_plan import planned_thrust
-from testbed.estimation.detectors import signals as sg
-from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
-from testbed.estimation.detectors.warning import LOAD, RISING, SIGNALS, THRUST, WARN_AT_N
+from testbed.estimation.detectors import warning as rule
+from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
 KEPT = ("own", "carried", "balance", "true")
-ROWS = (sg.OWN, sg.CARRIED, sg.BALANCE)
 UNIT_N = 5.0
 """Resolution of what is kept."""
 WITHIN_S, LEAD_S = 2.0, 0.1
@@ -56,7 +54,7 @@ CURVE_N = (250, 300, 350, 400, 450, 500, 560, 600, 700, 800)
 
 def means(values: Array, dt_s: float) -> NDArray[np.int16]:
     """Means of 5 ms of (n, feet) or (n, kinds, feet), in UNIT_N; what is left over at the end is dropped."""
-    each = max(round(WARNING_STEP_S / dt_s), 1)
+    each = max(round(STEP_S / dt_s), 1)
     whole = len(values) // each
     mean = values[: whole * each].reshape(whole, each, *values.shape[1:]).mean(axis=1)
     return np.asarray(np.clip(np.round(mean / UNIT_N), -32767, 32767), dtype=np.int16)
@@ -80,23 +78,20 @@ def read_loads(path: Path) -> dict[str, Array] | None:
         return None
 
 
-def looked_at(loads_n: Array, plan: Array | None = None) -> Array:
-    """What the warning looks at, [m, SIGNALS, 4]: loads (m, 4) and the thrust's plan (m, 2); None: unknown."""
-    signals = np.zeros((len(loads_n), len(SIGNALS), 4))
-    signals[:, LOAD] = loads_n
+def looked_at(loads_n: Array, plan: Array | None = None) -> NDArray[Any]:
+    """What the warning looks at, `Seen` (m,): loads (m, 4) and the thrust's plan (m, 2); None: unknown."""
+    seen = rule.Seen.zeros(len(loads_n))
+    seen["load"] = loads_n
     if plan is not None:
-        signals[:, THRUST], signals[:, RISING] = plan[:, :1], plan[:, 1:]
-    return signals
+        seen["thrust"], seen["rising"] = plan.T
+    return seen
 
 
-def raised(signals: Array, numbers: Sequence[float]) -> list[tuple[int, float]]:
+def raised(seen: NDArray[Any], numbers: Mapping[str, float]) -> list[tuple[int, float]]:
     """The warnings a rule with these numbers raises on what it looks at: foot, time s."""
-    score = np.zeros((len(signals), 4))
-    WARNING.run(signals, WARNING.start(), np.array(numbers), score)
+    score = rule.raised(seen, numbers)
     found = [
-        (foot, (a + 1) * WARNING_STEP_S)
-        for foot in range(4)
-        for a, _ in stretches(score[:, foot] > 0.5)
+        (foot, (a + 1) * STEP_S) for foot in range(4) for a, _ in stretches(score[:, foot] > 0.5)
     ]
     return [(foot, round(t, 3)) for foot, t in found if t >= SETTLE_S]
 
@@ -111,8 +106,8 @@ def judged(
     mine = [s for s in off if s[0] == foot]
     if any(start <= t and end > t - CARRIED_S for _, start, end, _ in mine):
         return True, "late"
-    at, ahead = round(t / WARNING_STEP_S), round(WITHIN_S / WARNING_STEP_S)
-    before = true_n[max(0, at - round(LOADED_BEFORE_S / WARNING_STEP_S)) : at, foot]
+    at, ahead = round(t / STEP_S), round(WITHIN_S / STEP_S)
+    before = true_n[max(0, at - round(LOADED_BEFORE_S / STEP_S)) : at, foot]
     loaded = bool(before.max(initial=0.0) >= LOADED_N)
     if at + ahead > len(true_n):
         return None
@@ -123,9 +118,9 @@ def judged(
     return loaded, "near" if soon or true_n[at : at + ahead, foot].min() < NEAR_N else "false"
 
 
-def outcome(scene: Tree, signals: Array, true_n: Array, numbers: Sequence[float]) -> Tree:
+def outcome(scene: Tree, seen: NDArray[Any], true_n: Array, numbers: Mapping[str, float]) -> Tree:
     """What a scene says of a rule on what it looks at: counts, and the lead before each gradual loss, s."""
-    given = raised(signals, numbers)
+    given = raised(seen, numbers)
     words = [judged(foot, t, scene["off"], true_n) for foot, t in given]
     counts = {
         word: sum(w == (True, word) for w in words)
@@ -150,16 +145,13 @@ def gradual(loss: Tree) -> bool:
 def outcomes(scene: Tree, loads: dict[str, Array]) -> Tree:
     """What a scene says of the warning, of other thresholds, and of what it would be with more and with less known."""
     true = loads["true"]
-    plan = planned_thrust(draw(Scene(**scene["scene"])).scenario.task, len(true), WARNING_STEP_S)
-    own, seen = list(WARNING.numbers), looked_at(loads["own"], plan)
-    curve = {
-        str(n): outcome(scene, seen, true, [*own[:WARN_AT_N], n, *own[WARN_AT_N + 1 :]])
-        for n in CURVE_N
-    }
+    plan = planned_thrust(draw(Scene(**scene["scene"])).scenario.task, len(true), STEP_S)
+    seen = looked_at(loads["own"], plan)
+    curve = {str(n): outcome(scene, seen, true, {**NUMBERS, "warn_at": n}) for n in CURVE_N}
     return {
-        "own": outcome(scene, seen, true, own),
-        "unplanned": outcome(scene, looked_at(loads["own"]), true, own),
-        "true": outcome(scene, looked_at(true, plan), true, WARNING_ON_TRUTH),
+        "own": outcome(scene, seen, true, NUMBERS),
+        "unplanned": outcome(scene, looked_at(loads["own"]), true, NUMBERS),
+        "true": outcome(scene, looked_at(true, plan), true, NUMBERS_ON_TRUTH),
         "curve": curve,
     }
 

@@ -2,78 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
 from testbed.effects.terms import ForceTerms, Signals
+from testbed.estimation.cylinder import break_away_over, friction_parts
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
-FIELDS = tuple(Friction.model_fields)
-"""viscous, Coulomb, Stribeck, Stribeck speed of extension, then of retraction."""
-
-
-def coefficients(friction: Friction, forward: Any) -> tuple[Any, Any, Any, Any]:
-    """(sigma, F_c0, F_s0, c_s) of the side of motion, each of shape (n,)."""
-    f = friction
-    side = np.asarray(forward, dtype=np.intp)
-    return (
-        np.array([f.viscous_minus_n_s_m, f.viscous_plus_n_s_m])[side],
-        np.array([f.coulomb_minus_n, f.coulomb_plus_n])[side],
-        np.array([f.stribeck_minus_n, f.stribeck_plus_n])[side],
-        np.array([f.stribeck_speed_minus_m_s, f.stribeck_speed_plus_m_s])[side],
-    )
 
 
 def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array:
     """F_f in N, shape (n,), without the part that needs the load; positive against extension."""
     v = signals.velocity_m_s
+    level, viscous = friction_parts(v, friction, *conditions_over(signals, terms))
     if terms.presliding is None:
-        return np.asarray(_static(v, *static_parts(friction, signals, terms)))
-    sigma, coulomb, stribeck, speed = coefficients(friction, v >= 0.0)
-    level = (
-        coulomb * terms.coulomb_scale + terms.coulomb_add_n + stribeck * np.exp(-np.abs(v) / speed)
-    )
-    viscous = sigma * terms.viscous_scale * v
+        return np.asarray(viscous + np.sign(v) * level)
     stiffness, damping, shape = terms.presliding
-    level = np.maximum(np.broadcast_to(level, v.shape), 1.0)
-    return np.asarray(
-        viscous
-        + _bristle(signals.position_m, v, level, stiffness, damping, shape, 1.0 / signals.rate_hz),
-        dtype=np.float64,
+    bent = _bristle(
+        signals.position_m,
+        v,
+        np.maximum(level, 1.0),
+        stiffness,
+        damping,
+        shape,
+        1.0 / signals.rate_hz,
     )
+    return np.asarray(viscous + bent, dtype=np.float64)
 
 
-def static_parts(
-    friction: Friction, signals: Signals, terms: ForceTerms
-) -> tuple[Array, Array, Array, Array]:
-    """(`friction` in the order of FIELDS, `scale`, `add`, `thin`: see `ForceTerms`) as `static_one_n` takes them."""
-    packed = np.array([getattr(friction, name) for name in FIELDS])
-    changes = (terms.coulomb_scale, terms.coulomb_add_n, terms.viscous_scale)
-    shape = signals.velocity_m_s.shape
-    scale, add, thin = (np.broadcast_to(np.asarray(c, dtype=np.float64), shape) for c in changes)
-    return packed, scale, add, thin
-
-
-@njit
-def static_one_n(v: float, friction: Array, scale: float, add: float, thin: float) -> float:
-    """Equation (5) at one speed, N."""
-    at = 0 if v >= 0.0 else 4
-    level = friction[at + 1] * scale + add + friction[at + 2] * np.exp(-abs(v) / friction[at + 3])
-    value: float = friction[at] * thin * v + (level if v > 0.0 else -level if v < 0.0 else 0.0)
-    return value
-
-
-@njit
-def _static(v: Array, friction: Array, scale: Array, add: Array, thin: Array) -> Array:
-    """Equation (5), N; `friction` in the order of FIELDS, `scale`, `add`, `thin`: see `ForceTerms`."""
-    out = np.empty_like(v)
-    for i in range(len(v)):
-        out[i] = static_one_n(v[i], friction, scale[i], add[i], thin[i])
-    return out
+def conditions_over(signals: Signals, terms: ForceTerms) -> tuple[Array, Array, Array]:
+    """Factor and extra of the dry friction and factor of the viscous one, each of shape (n,)."""
+    factor, extra, thinning = (
+        np.broadcast_to(np.asarray(change, dtype=np.float64), signals.velocity_m_s.shape)
+        for change in (terms.coulomb_scale, terms.coulomb_add_n, terms.viscous_scale)
+    )
+    return factor, extra, thinning
 
 
 @njit
@@ -115,11 +80,5 @@ def _bristle(
 
 def breakaway_n(friction: Friction, signals: Signals, terms: ForceTerms) -> tuple[Array, Array]:
     """(low, high) of the friction at rest, N, shape (n,): [-(F_c + F_s) backwards, (F_c + F_s) forwards]."""
-    f, n = friction, len(signals.time_s)
-    scale, add = (
-        np.broadcast_to(terms.coulomb_scale, (n,)),
-        np.broadcast_to(terms.coulomb_add_n, (n,)),
-    )
-    high = np.maximum(f.coulomb_plus_n * scale + add + f.stribeck_plus_n, 0.0)
-    low = -np.maximum(f.coulomb_minus_n * scale + add + f.stribeck_minus_n, 0.0)
-    return np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+    factor, extra, _ = conditions_over(signals, terms)
+    return break_away_over(friction, factor, extra)
