@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.report.tables import Table
+
 Array = NDArray[np.float64]
 
 
@@ -94,15 +96,6 @@ class Panel:
     x_label: str
     y_label: str
     lines: Sequence[Line]
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table of texts."""
-
-    title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
 
 
 @dataclass(frozen=True)

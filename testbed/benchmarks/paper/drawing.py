@@ -1,0 +1,79 @@
+"""An experiment of the paper as plain data: its words, its claims, and its panels drawn."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from testbed.benchmarks.paper.experiment import Claim, Experiment, Panel
+from testbed.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RC,
+    VERMILION,
+    WIDTH_IN,
+    svg,
+)
+
+Tree = dict[str, Any]
+PALETTE = (BLUE, VERMILION, GREEN, GREY, ORANGE, PURPLE, BLACK)
+PANEL_IN = 2.0
+
+
+def shown(experiment: Experiment) -> Tree:
+    """An experiment as plain data: words, claims with their range in words, tables, and its panels as one SVG."""
+    return {
+        "figure": experiment.figure,
+        "title": experiment.title,
+        "says": experiment.says,
+        "setup": experiment.setup,
+        "claims": [
+            claim.tree() | {"criterion": claim.criterion, "shown": measured(claim)}
+            for claim in experiment.claims
+        ],
+        "tables": [table._asdict() for table in experiment.tables],
+        "notes": list(experiment.notes),
+        "drawing": drawn(experiment),
+    }
+
+
+def measured(claim: Claim) -> str:
+    """The measured number with four digits, or that there is none."""
+    return f"{claim.measured:.4g}" if math.isfinite(claim.measured) else "could not be measured"
+
+
+def drawn(experiment: Experiment) -> str:
+    """The experiment's panels below each other, as one SVG."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(RC):  # type: ignore[arg-type]
+        count = len(experiment.panels)
+        figure = Figure(figsize=(1.7 * WIDTH_IN, PANEL_IN * count + 0.4))
+        for axes, panel in zip(
+            figure.subplots(count, 1, squeeze=False)[:, 0], experiment.panels, strict=True
+        ):
+            _draw(axes, panel)
+        figure.tight_layout(h_pad=1.2)
+        return svg(figure, f"figure{experiment.figure}")
+
+
+def _draw(axes: Any, panel: Panel) -> None:
+    for line in panel.lines:
+        colour = PALETTE[line.colour % len(PALETTE)]
+        if line.style in (".", "o"):
+            axes.plot(line.x, line.y, line.style, color=colour, ms=2.5, label=line.label or None)
+        else:
+            axes.plot(line.x, line.y, line.style, color=colour, label=line.label or None)
+    axes.set_xlabel(panel.x_label)
+    axes.set_ylabel(panel.y_label)
+    axes.margins(x=0.01)
+    axes.set_title(panel.title, pad=14.0 if len(panel.lines) > 3 else 3.0)
+    if sum(bool(line.label) for line in panel.lines) > 0:
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderpad=0.0, borderaxespad=0.1
+        )
