@@ -117,7 +117,7 @@ def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None)
     with counting_progress(len(cases), benchmark.noun) as tell, _lines(out) as keep:
         for key, answer in work_through(partial(_work, benchmark), todo, jobs):
             keep({"case": key, "mark": marks.get(key, ""), "answer": answer})
-            found[key] = json.loads(_text(answer))
+            found[key] = as_json(answer)
             if tell is not None:
                 tell(len(found))
     return {key: found[key] for key in cases}
@@ -129,6 +129,11 @@ def stored(out: Path) -> list[Any]:
     if not found:
         raise InputError("holds no finished cases", file=out, allowed=f"a benchmark's {LINES}")
     return found
+
+
+def as_json(answer: Any) -> Any:
+    """An answer as it comes back from its line, whether it was just made or kept."""
+    return json.loads(_text(answer))
 
 
 def _work(benchmark: Benchmark[CaseT], item: tuple[str, CaseT]) -> tuple[str, Any]:

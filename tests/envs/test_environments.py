@@ -132,7 +132,7 @@ def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_di
         observation = env.step(learned.action(observation.astype(float)).astype(np.float32))[0]
     wanted = in_units(observation, SHARE_TABLE)
     env.reset(seed=1)
-    env._program.sharing = learned  # from here on the controller moves itself
+    env._layer.controller = learned  # from here on the controller moves itself
     env._sim.run_block(20 * 20)
     env.close()
     own = np.concatenate([learned.load_n, learned.pull_n])

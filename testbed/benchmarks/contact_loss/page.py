@@ -37,7 +37,7 @@ def page(result: Tree) -> str:
         "version": __version__,
     }
     filters: Filters = {"ms": _ms, "share": _share, "span": _span, "rate": _rate}
-    return render("page.html.j2", contents, filters, beside=__file__)
+    return render("benchmarks/contact_loss/page.html.j2", contents, filters)
 
 
 def _ms(value: float | None) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from testbed.benchmarks.contact_loss.loads import KEPT, ROWS, means, off_ground, packed
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Moves, Scene, draw
 from testbed.benchmarks.contact_loss.score import LOSS_N, score_scene
+from testbed.control.gait import Layered
 from testbed.errors import SimulationFault
 from testbed.estimation.detectors import signals as sg
 from testbed.estimation.detectors.table import DETECTORS
@@ -80,7 +81,7 @@ def run_scene(scene: Scene) -> dict[str, Any]:
     drawn = draw(scene)
     simulation = Simulation(drawn.scenario)
     try:
-        simulation.machine.program = Moves(simulation.machine.program, drawn)
+        simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
         watch = Watch(simulation.data_columns, simulation.machine.chain.arrays[0], simulation.dt)
         truth, carrying, fault = _rows(simulation, watch)
     finally:

@@ -119,7 +119,7 @@ def page(result: dict[str, Any]) -> str:
         "confusion": confusion,
         "figure": _figure(result),
     }
-    return render("page.html.j2", contents, beside=__file__)
+    return render("benchmarks/diagnosis/page.html.j2", contents)
 
 
 def _figure(result: dict[str, Any]) -> str:

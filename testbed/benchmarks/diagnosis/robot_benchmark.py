@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from testbed.benchmarks.diagnosis.robot_trials import HIDDEN, trial
+from testbed.benchmarks.diagnosis.robot_trials import hidden_sizes, trial
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, confusion, quantiles, rate
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.report.tables import Table
@@ -68,7 +68,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "confusion": confusion(trials),
         "by_effect": {
             name: rate([t["names"] == t["truth"] for t in hidden if t["truth"][0].startswith(name)])
-            for name in HIDDEN
+            for name in hidden_sizes()
             if name
         },
     }

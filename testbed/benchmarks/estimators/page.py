@@ -124,4 +124,4 @@ def page(answer: dict[str, Any]) -> str:
         "own": NAMES.get(WHOLE, WHOLE),
         "floor": NAMES[FLOOR],
     }
-    return render("page.html.j2", contents, beside=__file__)
+    return render("benchmarks/estimators/page.html.j2", contents)

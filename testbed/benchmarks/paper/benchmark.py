@@ -8,7 +8,6 @@ from importlib import import_module
 from typing import Any
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.paper.drawing import shown
 from testbed.benchmarks.paper.experiment import Experiment
 from testbed.benchmarks.paper.page import page, table
 from testbed.errors import InputError
@@ -56,23 +55,22 @@ class Paper(Benchmark[str]):
         """The figures in the paper's order."""
         return {figure: figure for figure in chosen(self.figures)}
 
-    def work(self, case: str) -> dict[str, Any]:
-        """Run and draw a figure."""
-        return shown(experiment(case))
+    def work(self, case: str) -> Experiment:
+        """Run a figure's experiment."""
+        return experiment(case)
 
-    def summarise(self, answers: Answers) -> list[dict[str, Any]]:
+    def summarise(self, answers: Answers) -> list[Experiment]:
         """The experiments."""
-        return list(answers.values())
+        return [Experiment.read(answer) for answer in answers.values()]
 
-    def published(self, result: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    def published(self, result: Sequence[Experiment]) -> list[dict[str, Any]]:
         """The claims alone."""
-        keys = ("figure", "claim", "expected", "measured", "unit", "holds")
-        return [{key: claim[key] for key in keys} for e in result for claim in e["claims"]]
+        return [claim.tree() for experiment in result for claim in experiment.claims]
 
-    def tables(self, result: Sequence[dict[str, Any]]) -> Sequence[Table]:
+    def tables(self, result: Sequence[Experiment]) -> Sequence[Table]:
         """One table."""
         return [table(result)]
 
-    def page(self, result: Sequence[dict[str, Any]]) -> str:
+    def page(self, result: Sequence[Experiment]) -> str:
         """See page.page."""
         return page(result)

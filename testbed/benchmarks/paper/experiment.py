@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -110,3 +110,14 @@ class Experiment:
     panels: Sequence[Panel]
     tables: Sequence[Table] = ()
     notes: Sequence[str] = ()
+
+    @classmethod
+    def read(cls, tree: Mapping[str, Any]) -> Experiment:
+        """An experiment from what JSON makes of it."""
+        panels = [
+            Panel(**{**panel, "lines": [Line(**line) for line in panel["lines"]]})
+            for panel in tree["panels"]
+        ]
+        claims = [Claim(**claim) for claim in tree["claims"]]
+        tables = [Table(*table) for table in tree["tables"]]
+        return cls(**{**tree, "claims": claims, "panels": panels, "tables": tables})

@@ -2,41 +2,88 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 from testbed import __version__
+from testbed.benchmarks.paper.experiment import Claim, Experiment, Panel
 from testbed.report.page import render
+from testbed.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RC,
+    VERMILION,
+    WIDTH_IN,
+    svg,
+)
 from testbed.report.tables import Table
 
-Tree = dict[str, Any]
+PALETTE = (BLUE, VERMILION, GREEN, GREY, ORANGE, PURPLE, BLACK)
+PANEL_IN = 2.0
 
 
-def page(experiments: Sequence[Tree]) -> str:
-    """The page's text, from what drawing.shown makes of each experiment."""
-    claims = [c for e in experiments for c in e["claims"]]
+def page(experiments: Sequence[Experiment]) -> str:
+    """The page's text."""
+    claims = [c for e in experiments for c in e.claims]
     contents = {
-        "experiments": experiments,
+        "experiments": [(e, drawn(e)) for e in experiments],
+        "measured": measured,
         "total": len(claims),
-        "failed": [c for c in claims if not c["holds"]],
+        "failed": [c for c in claims if not c.holds],
         "version": __version__,
     }
-    return render("page.html.j2", contents, beside=__file__)
+    return render("benchmarks/paper/page.html.j2", contents)
 
 
-def table(experiments: Sequence[Tree]) -> Table:
+def table(experiments: Sequence[Experiment]) -> Table:
     """All claims."""
     heads = ["figure", "claim", "expected", "measured", "unit", "holds"]
     rows = [
-        [
-            c["figure"],
-            c["claim"],
-            c["criterion"],
-            c["shown"],
-            c["unit"],
-            "yes" if c["holds"] else "NO",
-        ]
+        [c.figure, c.claim, c.criterion, measured(c), c.unit, "yes" if c.holds else "NO"]
         for e in experiments
-        for c in e["claims"]
+        for c in e.claims
     ]
     return Table("The paper's claims", heads, rows)
+
+
+def measured(claim: Claim) -> str:
+    """The measured number with four digits, or that there is none."""
+    return f"{claim.measured:.4g}" if math.isfinite(claim.measured) else "could not be measured"
+
+
+def drawn(experiment: Experiment) -> str:
+    """The experiment's panels below each other, as one SVG."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(RC):  # type: ignore[arg-type]
+        count = len(experiment.panels)
+        figure = Figure(figsize=(1.7 * WIDTH_IN, PANEL_IN * count + 0.4))
+        for axes, panel in zip(
+            figure.subplots(count, 1, squeeze=False)[:, 0], experiment.panels, strict=True
+        ):
+            _draw(axes, panel)
+        figure.tight_layout(h_pad=1.2)
+        return svg(figure, f"figure{experiment.figure}")
+
+
+def _draw(axes: Any, panel: Panel) -> None:
+    for line in panel.lines:
+        colour = PALETTE[line.colour % len(PALETTE)]
+        if line.style in (".", "o"):
+            axes.plot(line.x, line.y, line.style, color=colour, ms=2.5, label=line.label or None)
+        else:
+            axes.plot(line.x, line.y, line.style, color=colour, label=line.label or None)
+    axes.set_xlabel(panel.x_label)
+    axes.set_ylabel(panel.y_label)
+    axes.margins(x=0.01)
+    axes.set_title(panel.title, pad=14.0 if len(panel.lines) > 3 else 3.0)
+    if sum(bool(line.label) for line in panel.lines) > 0:
+        axes.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderpad=0.0, borderaxespad=0.1
+        )

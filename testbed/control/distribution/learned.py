@@ -27,15 +27,13 @@ LAYERS = 3
 class Learned(Corrected):
     """See the module's docstring. `weights`: an .npz of `testbed train`; raises InputError for one that is none."""
 
-    name = "learned"
-
     def __init__(self, weights: Path = SHIPPED) -> None:
         super().__init__()
         self._layers = read(weights)
         self._plans = 0
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing."""
+        """See Controller."""
         if self._plans and self._plans % EVERY == 0:
             self.order(self.action(self.view()))
         self._plans += 1

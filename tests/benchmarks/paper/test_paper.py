@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.benchmarks.harness import write
+from testbed.benchmarks.harness import as_json, write
 from testbed.benchmarks.paper.benchmark import FIGURES, Paper, chosen, experiment
-from testbed.benchmarks.paper.drawing import shown
 from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least, at_most, between
 from testbed.errors import InputError
 from testbed.report.tables import Table
@@ -53,7 +52,7 @@ def test_paper_json_is_the_list_of_claims_and_the_page_needs_no_network(tmp_path
     table = Table("t", ["<head>"], [["cell"]])
     claims = [at_least("6", "c", 2.0, 1.0, "N")]
     made = Experiment("6", "T", "says <so>", "set", claims, [panel], [table])
-    write(Paper(), [shown(made)], tmp_path)
+    write(Paper(), [made], tmp_path)
     assert json.loads((tmp_path / "paper.json").read_text()) == [
         {
             "figure": "6",
@@ -68,6 +67,19 @@ def test_paper_json_is_the_list_of_claims_and_the_page_needs_no_network(tmp_path
     assert "0 of 1 claims hold" in text and "says &lt;so&gt;" in text and "<svg" in text
     assert "<th>&lt;head&gt;</th>" in text
     assert "<script" not in text and 'src="http' not in text and "<link" not in text
+
+
+def test_an_experiment_comes_back_from_json_as_it_was() -> None:
+    line = Line(np.arange(3.0), np.arange(3.0), "line", 2, "--")
+    claims = [at_most("9", "x", 1.0, math.inf, "N"), between("9", "y", 1.0, 2.0, 1.5, "N")]
+    tables = [Table("t", ["head"], [["cell"]])]
+    made = Experiment(
+        "9", "T", "says", "set", claims, [Panel("a", "b", "c", [line])], tables, ["n"]
+    )
+    back = Experiment.read(as_json(made))
+    assert back.claims == made.claims and back.notes == made.notes
+    assert back.tables == made.tables and back.panels[0].lines[0].y == [0.0, 1.0, 2.0]
+    assert as_json(back) == as_json(made)
 
 
 def test_the_straight_line_gives_back_a_and_b() -> None:

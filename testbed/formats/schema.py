@@ -1,0 +1,111 @@
+"""Every field of a checked object as a table: path, kind of value, default, what is allowed and what it means."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+HEADS = ("field", "default", "allowed", "meaning")
+
+
+class Row(NamedTuple):
+    """One field: dotted path, default (empty: must be given), allowed values, meaning with unit."""
+
+    path: str
+    default: str
+    allowed: str
+    meaning: str
+
+
+_MANY: dict[Any, Any] = {tuple: ("[]", "list"), dict: (".<name>", "mapping")}
+"""How the path of what stands in a list or a mapping goes on, and what the whole is called."""
+
+
+def rows(model: type[BaseModel], prefix: str = "") -> Iterator[Row]:
+    """All fields in the file's order; the kinds of a union stand as `task (drill).start_s`."""
+    for name, info in model.model_fields.items():
+        path = prefix + name
+        models = [m for m in _models(info.annotation) if issubclass(m, BaseModel)]
+        if not models:
+            yield Row(path, _default(info), _allowed(info), info.description or "")
+            continue
+        many = _MANY.get(typing.get_origin(info.annotation), "")
+        if info.description:
+            yield Row(path, _default(info), many and f"a {many[1]}", info.description)
+        for part in models:
+            kind = part.model_fields.get("kind")
+            choice = (
+                typing.get_args(kind.annotation)[0]
+                if kind is not None and len(models) > 1
+                else None
+            )
+            yield from rows(part, f"{path}{many and many[0]}{f' ({choice})' if choice else ''}.")
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    found: list[type[BaseModel]] = []
+    for part in typing.get_args(annotation):
+        found += _models(part)
+    return found
+
+
+def _default(info: FieldInfo) -> str:
+    if info.default_factory is not None:
+        return "{}"
+    if info.default is PydanticUndefined:
+        return ""
+    if info.default is None:
+        return "null"
+    value = info.default
+    if isinstance(value, BaseModel):
+        return "{}"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return (
+            f"{value[0]:g}" if len(set(map(str, value))) == 1 and len(value) == 4 else _list(value)
+        )
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _list(values: tuple[Any, ...]) -> str:
+    if any(isinstance(v, BaseModel) for v in values):
+        return f"{len(values)} entry"
+    return "[" + ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values) + "]"
+
+
+_SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
+
+
+def _allowed(info: FieldInfo) -> str:
+    bounds = [
+        f"{s} {getattr(m, k):g}" for m in info.metadata for k, s in _SIGNS.items() if hasattr(m, k)
+    ]
+    return ", ".join(bounds) if bounds else _kind(info.annotation)
+
+
+def _kind(annotation: Any) -> str:
+    origin, args = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is typing.Literal:
+        return " | ".join(map(str, args))
+    if origin in (typing.Union, types.UnionType):
+        return " or ".join(_kind(a) for a in args if a is not types.NoneType)
+    if origin is tuple:
+        inner = [a for a in args if a is not Ellipsis]
+        return f"list of {_kind(inner[0])}" if Ellipsis in args else f"{len(inner)} numbers"
+    if origin is dict:
+        return "mapping"
+    if origin is typing.Annotated:
+        return _kind(args[0])
+    if annotation is Any:
+        return "anything"
+    names = {float: "number", int: "whole number", bool: "true or false", str: "text"}
+    return names.get(annotation, str(annotation))
