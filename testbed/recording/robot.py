@@ -25,6 +25,7 @@ from testbed.machine.provenance import Parameters, check_parameters, roboclimber
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import Channel, check_format, check_present, check_unit
 from testbed.recording.checks import check_finite, check_span, check_time, in_pa
+from testbed.recording.former import UNITS
 from testbed.recording.known import Known
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
@@ -125,7 +126,8 @@ def _read_header(path: Path) -> RobotHeader:
                 field=f"channels.{quantity}",
             )
         if found is not None and is_evidence(quantity):
-            check_unit(quantity, channel, (found[0], "V") if found[0] == "Pa" else found[:1], path)
+            other = "V" if found[0] == "Pa" else UNITS.get(quantity)
+            check_unit(quantity, channel, (found[0], other) if other else found[:1], path)
     check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)
     return header
 
