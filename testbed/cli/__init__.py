@@ -11,6 +11,7 @@ import typer
 from testbed.cli.benchmarks import benchmarks
 from testbed.cli.options import Json
 from testbed.errors import naming
+from testbed.formats.sockets import user_code
 
 app = typer.Typer(
     name="testbed",
@@ -247,12 +248,10 @@ def loop(
     json: Json = False,
 ) -> None:
     """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
-    from testbed.formats.files import make_folder
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import working
     from testbed.workflows.loop import SCENARIOS, close_loop, table
 
-    make_folder(out)
     with working("closing the loop") as tell:
         result = close_loop(out, scenario or SCENARIOS, tell)
     if json:
@@ -336,7 +335,8 @@ def main() -> None:
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
-        status = app(arguments, prog_name="testbed", standalone_mode=False)
+        with user_code():
+            status = app(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         print("testbed: interrupted", file=sys.stderr)
         status = 130

@@ -13,7 +13,7 @@ from typing import Any
 from testbed.errors import InputError
 
 
-def make_folder(folder: str | Path, field: str = "--out") -> Path:
+def make_folder(folder: str | Path, field: str | None = "--out") -> Path:
     """Make a folder and see that a file can be made in it: before the work begins, not after it.
 
     Raises InputError, in `field`, where that cannot be.

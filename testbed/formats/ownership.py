@@ -17,7 +17,7 @@ from testbed.formats.files import make_folder
 
 
 @contextmanager
-def owned(folder: str | Path, field: str = "--out") -> Iterator[Path]:
+def owned(folder: str | Path, field: str | None = "--out") -> Iterator[Path]:
     """Make `folder` and own it while the block runs; yields its path.
 
     Raises InputError, in `field`, where another process (or another block of this one) owns it, and where nothing can
@@ -32,7 +32,7 @@ def owned(folder: str | Path, field: str = "--out") -> Iterator[Path]:
         os.close(handle)  # and with it the lock
 
 
-def _lock(handle: int, folder: Path, field: str) -> None:
+def _lock(handle: int, folder: Path, field: str | None) -> None:
     import fcntl
 
     try:

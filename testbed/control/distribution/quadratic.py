@@ -73,8 +73,6 @@ class _Last:
 class Quadratic:
     """See the module's docstring. `friction`: what `constraints` takes it to be; None is the parameter file's."""
 
-    name = "qp"
-
     def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
         numbers = roboclimber()
         self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
