@@ -95,20 +95,26 @@ def estimate(
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file."""
+    from testbed.formats.schema import HEADS, rows
+    from testbed.report.console import print_json, print_table
+    from testbed.scenario.scenario import Scenario
+
+    if json:
+        print_json(Scenario.model_json_schema())
+    else:
+        print_table("Fields of a scenario file", HEADS, [list(r) for r in rows(Scenario)])
+
+
+@app.command("recording-schema")
+def recording_schema(json: Json = False) -> None:
+    """List every field of a recording.yaml and every quantity of its channels, for every kind of rig."""
+    from testbed.recording.schema import TABLE_HEADS, table, tree
     from testbed.report.console import print_json, print_table
 
     if json:
-        from testbed.scenario.scenario import Scenario
-
-        print_json(Scenario.model_json_schema())
-        return
-    from testbed.scenario.schema import rows
-
-    print_table(
-        "Fields of a scenario file",
-        ["field", "default", "allowed", "meaning"],
-        [list(r) for r in rows()],
-    )
+        print_json(tree())
+    else:
+        print_table("Fields of a recording", TABLE_HEADS, table())
 
 
 @app.command()

@@ -33,6 +33,32 @@ def described(quantity: str) -> tuple[str, str] | None:
     return None if column is None else (column.unit, column.meaning)
 
 
+def quantities() -> dict[str, tuple[str, str, bool]]:
+    """Pattern of a column's name -> (SI unit, meaning, whether a robot's recording must have it)."""
+    units: dict[str, list[str]] = {}
+    found = {}
+    for column in DataRow.columns():
+        pattern = _pattern(column.name)
+        units.setdefault(pattern, [])
+        if column.unit not in units[pattern]:
+            units[pattern].append(column.unit)
+        found[pattern] = (column.meaning, column.name in OF_BODY)
+    return {p: (" or ".join(units[p]), meaning, needed) for p, (meaning, needed) in found.items()}
+
+
+def _pattern(name: str) -> str:
+    """A column's name with `<leg>_<joint>`, `<leg>` or `<left|right>` in the place of one of them."""
+    for names, placeholder in (
+        (AXES, "<leg>_<joint>"),
+        (LEGS, "<leg>"),
+        (SIDES, "<" + "|".join(SIDES) + ">"),
+    ):
+        for one in names:
+            if name.endswith(f"_{one}"):
+                return name.removesuffix(one) + placeholder
+    return name
+
+
 def is_evidence(quantity: str) -> bool:
     """Whether estimates are computed from it: what sensors read, what control ordered and expected."""
     return described(quantity) is not None and not quantity.startswith(_SAID)

@@ -27,7 +27,7 @@ from testbed.laws.rope import unstrained_length, unstrained_sagging
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.provenance import Parameters, roboclimber
 from testbed.robot.linkage import RotationLinkage
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import Payload, RobotModel
 from testbed.scenario.scenario import Scenario
@@ -206,10 +206,11 @@ def _build(
     )
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
-    b.legs[:] = kinematics.leg_numbers()
-    b.legs[:, ff.HIP : ff.HIP + 3] -= engine.base_inertial_m
+    legs = kinematics.leg_numbers()
+    legs["hip"] -= engine.base_inertial_m
     for leg, mass_kg in leg_mass_kg.items():
-        b.legs[leg, ff.MASSES + 2] += mass_kg
+        legs["links"]["mass"][leg, 2] += mass_kg
+    b.legs[:] = LegNumbers.as_table(legs)
     b.ground_normals[:] = ground.normal_in_world
     b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
     b.body[plant.COM] = engine.base_inertial_m
