@@ -105,14 +105,21 @@ def feet_under_motion(
     dt: float,
 ) -> None:
     """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
-    joints, body = np.empty(1, JOINT_MOTION)[0], np.empty(1, BODY_MOTION)[0]
+    joints, body = np.empty(1, JOINT_MOTION), np.empty(1, BODY_MOTION)
     for i in range(q.shape[0]):
-        joints.position[i], joints.rate[i], joints.torque[i] = q[i], qd[i], torque[i]
-        joints.acceleration[i] = (qd_after[i] - qd[i]) / dt
+        joints[0].position[i], joints[0].rate[i], joints[0].torque[i] = q[i], qd[i], torque[i]
+        joints[0].acceleration[i] = (qd_after[i] - qd[i]) / dt
     for i in range(3):
-        body.angular_velocity[i], body.angular_acceleration[i] = w[i], alpha[i]
-        body.lift[i] = lift[i]
-    foot_forces(legs, joints, rotation, body, normals, foot_force, normal_force)
+        body[0].angular_velocity[i], body[0].angular_acceleration[i] = w[i], alpha[i]
+        body[0].lift[i] = lift[i]
+    _feet(legs, joints, rotation, body, normals, foot_force, normal_force)
+
+
+@njit
+def _feet(
+    legs: Any, joints: Any, rotation: Any, body: Any, normals: Any, force: Any, normal: Any
+) -> None:
+    foot_forces(legs, joints[0], rotation, body[0], normals, force, normal)
 
 
 @njit

@@ -362,6 +362,20 @@ def _balance_body(
 
 
 @njit
+def legs_forces(
+    legs: Array,
+    joints: Array,
+    rotation: Array,
+    motions: Array,
+    normals: Array,
+    force: Array,
+    up: Array,
+) -> None:
+    """foot_forces.foot_forces on the first of `joints` and `motions`."""
+    ff.foot_forces(legs, joints[0], rotation, motions[0], normals, force, up)
+
+
+@njit
 def step_own(
     pa: Array,
     pb: Array,
@@ -386,7 +400,7 @@ def step_own(
     legs = body[LEGS_AT:AXES_AT].view(LEG_NUMBERS)
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(q, body[GEOMETRY:BASE_CENTRE], extension, arms)
-    joints = np.empty(1, JOINT_MOTION)[0]
+    joints = np.empty(1, JOINT_MOTION)
     for i in range(12):
         k = 3 * (i // 3)
         load = s[LAST + k + 2]
@@ -406,15 +420,16 @@ def step_own(
             beliefs[i],
             a,
         )
-        joints.position[i] = q[i]
-        joints.rate[i], joints.acceleration[i] = a[ax.SPEED] / arms[i], a[ax.ACCELERATION] / arms[i]
-        joints.torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]
+        joints[0].position[i] = q[i]
+        joints[0].rate[i] = a[ax.SPEED] / arms[i]
+        joints[0].acceleration[i] = a[ax.ACCELERATION] / arms[i]
+        joints[0].torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]
     force, up, rotation = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3))
-    still = np.zeros(1, BODY_MOTION)[0]
+    still = np.zeros(1, BODY_MOTION)
     for k in range(3):
-        rotation[k, k], still.lift[k] = 1.0, -gravity[k]
+        rotation[k, k], still[0].lift[k] = 1.0, -gravity[k]
     normals = np.zeros((4, 3))
-    ff.foot_forces(legs, joints, rotation, still, normals, force, up)
+    legs_forces(legs, joints, rotation, still, normals, force, up)
     whole = rope[0] + rope[1]
     for k in range(12):
         whole += force[k // 3, k % 3]

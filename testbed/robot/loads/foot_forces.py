@@ -81,11 +81,15 @@ def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
 
 
 @njit
-def link_force(leg: Any, i: int, first: int, joints: Any, body: Any, force: Any, rho: Any) -> float:
+def link_force(
+    leg: Any, i: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
+) -> float:
     """Force m (a - g) of link i (0..2) into `force`, its centre from the hip into `rho`; returns e_z . d/dt (I w).
 
-    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; body: BodyMotion in the body frame.
+    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one BodyMotion, in
+    the body frame.
     """
+    body = bodies[0]
     turn, out, down = joints.position[first], joints.position[first + 1], joints.position[first + 2]
     turning, turning_change = joints.rate[first], joints.acceleration[first]
     link = leg.links[i]
@@ -128,8 +132,9 @@ def link_force(leg: Any, i: int, first: int, joints: Any, body: Any, force: Any,
 
 
 @njit
-def in_body_frame(rotation: Any, world: Any, body: Any) -> None:
-    """BodyMotion `world` of the world frame into `body` of the body frame; rotation (3, 3) body to world."""
+def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
+    """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body to world."""
+    body = bodies[0]
     for k in range(3):
         w = alpha = lift = 0.0
         for j in range(3):
@@ -150,8 +155,8 @@ def foot_forces(
     legs (4) LegNumbers; joints (JointMotion) and rotation (3, 3) before the step, accelerations over it; motion:
     BodyMotion in the world frame over the step; normals (4, 3) of the ground, world frame.
     """
-    body = np.empty(1, BODY_MOTION)[0]
-    in_body_frame(rotation, motion, body)
+    bodies = np.empty(1, BODY_MOTION)
+    in_body_frame(rotation, motion, bodies)
     force, rho = np.empty(3), np.empty(3)
     for k in range(4):
         leg, first = legs[k], 3 * k
@@ -161,7 +166,7 @@ def foot_forces(
         along = -joints.torque[first + 1]
         up = joints.torque[first + 2]
         for i in range(3):
-            moment += link_force(leg, i, first, joints, body, force, rho)
+            moment += link_force(leg, i, first, joints, bodies, force, rho)
             moment += rho[0] * force[1] - rho[1] * force[0]
             if i > 0:
                 along += rx * force[0] + ry * force[1]
