@@ -9,8 +9,8 @@
         friction = quantity("N", "seal and guide friction, against + rate")
 
     cylinders = Cylinder.zeros(12)              # a NumPy structured array
-    cylinders["chambers"]["pressure"][:, 0]     # in Python
-    cylinder.chambers[0].pressure               # in a compiled function, handed cylinders[i]
+    cylinders["chambers"]["pressure"][:, 0]     # all at once, in Python
+    cylinders[3].chambers[0].pressure           # one of them, in Python or in a compiled function
 
 A record's NumPy dtype, its column names in a recording and its table for people all follow from the declaration, so
 that a new field may stand anywhere in it. Compiled functions take arrays of records (an array costs a Python caller
@@ -112,12 +112,11 @@ class Record:
         }
         own = {name: item for name, item in vars(cls).items() if isinstance(item, Field)}
         cls.fields = inherited | own
-        cls.dtype = np.dtype(
-            [
-                (name, item.record.dtype if item.record else item.kind, item.shape)
-                for name, item in cls.fields.items()
-            ]
-        )
+        kinds = [
+            (name, item.record.dtype if item.record else item.kind, item.shape)
+            for name, item in cls.fields.items()
+        ]
+        cls.dtype = np.dtype((np.record, kinds))
 
     @classmethod
     def zeros(cls, *shape: int) -> NDArray[Any]:
@@ -170,3 +169,16 @@ def size(record: type[Record]) -> int:
         math.prod(item.shape) * (1 if item.record is None else size(item.record))
         for item in record.fields.values()
     )
+
+
+def get(records: Any, path: str) -> Any:
+    """The field of records (an array or one of them) by its dotted path, such as "chambers.pressure"."""
+    for name in path.split("."):
+        records = records[name]
+    return records
+
+
+def put(records: Any, path: str, value: Any) -> None:
+    """Set the field of records (an array or one of them) by its dotted path."""
+    way, _, last = path.rpartition(".")
+    (get(records, way) if way else records)[last] = value
