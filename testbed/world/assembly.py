@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed import resources
+from testbed.control.believed_model import believed_model
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
-from testbed.control.programs.references import Program
-from testbed.control.programs.table import program_of
+from testbed.control.gait import BelievedStart, Gait
+from testbed.control.gaits.table import gait_of
 from testbed.control.valve_loop import gains
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
@@ -26,6 +27,7 @@ from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.provenance import Parameters, roboclimber
+from testbed.robot.kinematics import LegKinematics
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
@@ -68,7 +70,7 @@ class Machine:
     locked: bool
     chain: EstimatorChain
     expectation: Expectation
-    program: Program
+    gait: Gait
     _drill_known: Array = field(default_factory=partial(np.zeros, d.KNOWN))
 
     def drill_known(self) -> Array:
@@ -243,14 +245,20 @@ def _build(
         locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
         expectation=Expectation(expected, start.rope_directions),
-        program=program_of(
-            scenario,
-            start.joints,
-            start.rope_tension_n,
-            start.rope_directions @ start.rotation,
-            (start.anchors_m - start.position_m) @ start.rotation,
-            start.foot_forces_in_body[:, 2],
-        ),
+        gait=gait_of(scenario, _believed_start(scenario, believed, start)),
+    )
+
+
+def _believed_start(scenario: Scenario, believed: Parameters, start: Start) -> BelievedStart:
+    """What people measured of the place and the load before the run, and what control believes of the machine."""
+    return BelievedStart(
+        joints=start.joints,
+        load_n=start.foot_forces_in_body[:, 2],
+        rope_tension_n=start.rope_tension_n,
+        rope_directions_in_body=start.rope_directions @ start.rotation,
+        anchors_in_body_m=(start.anchors_m - start.position_m) @ start.rotation,
+        legs=LegKinematics.from_parameters(believed),
+        make_model=partial(believed_model, scenario),
     )
 
 
