@@ -149,7 +149,7 @@ class RobotModel:
             jacobians[k] = full[:3, self._v_index]
         return points, jacobians
 
-    def leg_numbers(self) -> Array:
+    def leg_numbers(self) -> NDArray[Any]:
         """Masses, centres and axes of the legs (4,) as LegNumbers of foot_forces.py, from the body's origin."""
         model, data = self._model, self._data
         zero = np.asarray(pin.neutral(model))
