@@ -8,6 +8,7 @@ weight and inertia of the frames, linkage) turn three cylinder forces into the g
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +111,7 @@ OUT_ROWS = 10
 
 
 @njit
-def leg_map(leg: Array, q: Array, arm: float, out: Array) -> None:
+def leg_map(leg: Any, q: Array, arm: float, out: Array) -> None:
     """out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
     rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
     fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
@@ -121,7 +122,7 @@ def leg_map(leg: Array, q: Array, arm: float, out: Array) -> None:
 
 
 @njit
-def foot_point(leg: Array, q: Array, z0: float, out: Array) -> None:
+def foot_point(leg: Any, q: Array, z0: float, out: Array) -> None:
     """Underside of the foot in the body frame, m (3)."""
     x, y = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     out[0], out[1], out[2] = leg.hip[0] + x, leg.hip[1] + y, z0 - q[2]
