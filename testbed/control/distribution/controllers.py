@@ -9,21 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.believed_model import believed_model
-from testbed.control.distribution.distribution import Distribution, Sharing
+from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.drill_sharing import DrillSharing
 from testbed.control.distribution.learned import Learned
 from testbed.control.distribution.position_hold import PositionHold
 from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import Statics
-from testbed.control.programs.references import Program
 from testbed.errors import InputError
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.machine.provenance import roboclimber
 from testbed.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
-CONTROLLERS: dict[str, Callable[[], Sharing]] = {
+CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "position_hold": PositionHold,
     "pseudo_inverse": PseudoInverse,
     "qp": Quadratic,
@@ -32,7 +31,7 @@ CONTROLLERS: dict[str, Callable[[], Sharing]] = {
 }
 
 
-def controller(name: str) -> Sharing:
+def controller(name: str) -> Controller:
     """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained `policy.npz`.
 
     Raises InputError with the names there are.
@@ -42,7 +41,7 @@ def controller(name: str) -> Sharing:
     if name.endswith(".npz"):
         return Learned(Path(name))
     if is_user_class(name):
-        own: Sharing = load_object(name, Sharing, field="controller")
+        own: Controller = load_object(name, Controller, field="controller")
         return own
     allowed = f"{', '.join(CONTROLLERS)}, {FORM} or policy.npz"
     raise InputError("no such controller", field="controller", value=name, allowed=allowed)
@@ -54,8 +53,8 @@ def believed_statics(scenario: Scenario, rope_directions_in_body: Array) -> Stat
     return Statics(believed_model(scenario), parameters, rope_directions_in_body)
 
 
-def distributed(
-    scenario: Scenario, inner: Program, rope_directions_in_body: Array, sharing: Sharing
+def distribution(
+    scenario: Scenario, rope_directions_in_body: Array, chosen: Controller
 ) -> Distribution:
-    """The inner program with its load shared out by `sharing`. Rope directions (2, 3) at the start, body frame."""
-    return Distribution(inner, believed_statics(scenario, rope_directions_in_body), sharing)
+    """The layer that shares the load out the way `chosen` plans it. Rope directions (2, 3) at the start, body frame."""
+    return Distribution(believed_statics(scenario, rope_directions_in_body), chosen)

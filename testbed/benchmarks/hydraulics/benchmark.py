@@ -1,0 +1,212 @@
+"""The compiled hydraulics against SciPy's Radau on random manoeuvres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.hydraulics.balance import balance
+from testbed.benchmarks.hydraulics.creep import creep
+from testbed.benchmarks.hydraulics.manoeuvres import HOLD_S, Manoeuvre, manoeuvre
+from testbed.benchmarks.hydraulics.reference import solve
+from testbed.formats.files import write_text
+from testbed.laws import columns as c
+from testbed.laws.hydraulics import hydraulic_step
+from testbed.report.tables import Table
+from testbed.scenario.parts import Rates
+
+Array = NDArray[np.float64]
+Piece = tuple[str, float]
+"""What is checked, and its number, seconds or switch."""
+FULL_FORCE_N = 15e3
+STEP_S = 1e-3
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Kernel less reference, the axis's mean force over each engine step, N: at the default substep and at halves."""
+
+    number: int
+    kind: str
+    rms_n: float
+    worst_n: float
+    half_rms_n: float
+    """Substep halved, and with it the step over which the piston's rate is held."""
+    half_worst_n: float
+    inner_rms_n: float
+    """Substep halved within the same engine step."""
+    inner_worst_n: float
+    lowest_pressure_pa: float
+    lowest_supply_pa: float
+
+    @property
+    def holds(self) -> bool:
+        """Within 0.3 % (RMS) and 2 % (worst) of 15 kN, and at most half of it at half the substep (or below 0.1 N)."""
+        halves = self.half_rms_n <= max(0.5 * self.rms_n, 0.1)
+        return self.rms_n < 0.003 * FULL_FORCE_N and self.worst_n < 0.02 * FULL_FORCE_N and halves
+
+
+def kernel_forces(
+    m: Manoeuvre, substeps: int, step_s: float = STEP_S
+) -> tuple[Array, float, float]:
+    """Mean force of the axes over every step, N, (steps, n); lowest chamber and supply pressure, Pa absolute."""
+    axes, supply = m.axes.copy(), m.supply.copy()
+    supply[c.TEMPERATURE] = m.supply[c.TEMPERATURE]
+    zero = np.zeros(len(axes))
+    steps = round(m.duration_s / step_s)
+    per_hold = round(HOLD_S / step_s)
+    out = np.empty((steps, len(axes)))
+    lowest, lowest_supply = np.inf, np.inf
+    x, _ = m.motion(0.0)
+    for k in range(steps):
+        end, _ = m.motion((k + 1) * step_s)
+        hydraulic_step(
+            axes,
+            m.params,
+            supply,
+            m.unit,
+            x,
+            (end - x) / step_s,
+            m.commands[k // per_hold],
+            zero,
+            zero,
+            step_s,
+            substeps,
+        )
+        out[k] = axes[:, c.FORCE]
+        lowest = min(lowest, float(axes[:, [c.P_A, c.P_B]].min()))
+        lowest_supply = min(lowest_supply, float(supply[c.P_SUPPLY]))
+        x = end
+    return out, lowest, lowest_supply
+
+
+def compare(
+    number: int, substeps: int | None = None, method: str = "Radau", rtol: float = 1e-9
+) -> Difference:
+    """Manoeuvre `number`: the kernel at `substeps` (default: a scenario's), and finer, against the reference."""
+    n = Rates().hydraulic_substeps if substeps is None else substeps
+    m = manoeuvre(number)
+    truth = solve(
+        m.axes,
+        m.params,
+        m.supply,
+        m.unit,
+        m.motion,
+        m.commands,
+        HOLD_S,
+        STEP_S,
+        method=method,
+        rtol=rtol,
+    )
+    coarse, lowest, lowest_supply = kernel_forces(m, n)
+    inner, _, _ = kernel_forces(m, 2 * n)
+    half, _, _ = kernel_forces(m, n, STEP_S / 2)
+    errors = [
+        forces[:, 0] - truth[:, 0] for forces in (coarse, 0.5 * (half[0::2] + half[1::2]), inner)
+    ]
+    rms = [float(np.sqrt(np.mean(e**2))) for e in errors]
+    worst = [float(np.abs(e).max()) for e in errors]
+    return Difference(
+        number, m.kind, rms[0], worst[0], rms[1], worst[1], rms[2], worst[2], lowest, lowest_supply
+    )
+
+
+@dataclass(frozen=True)
+class Hydraulics(Benchmark[Piece]):
+    """`manoeuvres` random manoeuvres, and the books of oil and energy over `seconds`."""
+
+    name = "hydraulics"
+    noun = "checks"
+    manoeuvres: int = 30
+    seconds: float = 600.0
+
+    def cases(self) -> Mapping[str, Piece]:
+        """The manoeuvres, two balances and two creeping pistons."""
+        pieces: dict[str, Piece] = {
+            f"manoeuvre {number}": ("manoeuvre", number) for number in range(self.manoeuvres)
+        }
+        return pieces | {
+            "balance": ("balance", self.seconds),
+            "balance_starved": ("balance_starved", self.seconds / 10.0),
+            "creep": ("creep", 1),
+            "creep_tight": ("creep", 0),
+        }
+
+    def work(self, case: Piece) -> Any:
+        """One of the checks."""
+        kind, value = case
+        if kind == "manoeuvre":
+            found = compare(int(value))
+            return asdict(found) | {"holds": found.holds}
+        if kind == "creep":
+            return creep(leakage=bool(value))
+        return balance(value, drive=1.5) if kind == "balance_starved" else balance(value)
+
+    def summarise(self, answers: Answers) -> dict[str, Any]:
+        """All manoeuvres in one list, the rest by name."""
+        found = [answers.pop(f"manoeuvre {number}") for number in range(self.manoeuvres)]
+        return {
+            "format": "roboclimber-hydraulics/1",
+            "manoeuvres": found,
+            "holds": all(row["holds"] for row in found),
+            **answers,
+        }
+
+    def tables(self, result: dict[str, Any]) -> Sequence[Table]:
+        """The manoeuvres, then the books."""
+        books = {k: v for k, v in result.items() if isinstance(v, dict)}
+        return [
+            table(result["manoeuvres"]),
+            *(
+                Table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in book.items()])
+                for name, book in books.items()
+            ),
+        ]
+
+    def write_more(self, result: dict[str, Any], out: Path) -> None:
+        """hydraulics.csv: the table of the manoeuvres."""
+        _, heads, rows = table(result["manoeuvres"])
+        lines = "\n".join(",".join(row) for row in [heads, *rows])
+        write_text(out / "hydraulics.csv", lines + "\n")
+
+
+ERRORS = ("rms_n", "worst_n", "half_rms_n", "half_worst_n", "inner_rms_n", "inner_worst_n")
+HEADS = (
+    "manoeuvre",
+    "kind",
+    "RMS [N]",
+    "worst [N]",
+    "at half: RMS [N]",
+    "worst [N]",
+    "half within the step: RMS [N]",
+    "worst [N]",
+    "lowest chamber [bar abs]",
+    "lowest supply [bar abs]",
+    "holds",
+)
+
+
+def table(found: Sequence[Mapping[str, Any]]) -> Table:
+    """The comparison, and a last row with the worst of each."""
+    rows = [
+        [
+            str(row["number"]),
+            row["kind"],
+            *(f"{row[name]:.2f}" for name in ERRORS),
+            f"{row['lowest_pressure_pa'] / 1e5:.3g}",
+            f"{row['lowest_supply_pa'] / 1e5:.3g}",
+            "yes" if row["holds"] else "NO",
+        ]
+        for row in found
+    ]
+    worst = [f"{max(row[name] for row in found):.2f}" for name in ERRORS]
+    allowed = f"allowed {0.003 * FULL_FORCE_N:.0f} and {0.02 * FULL_FORCE_N:.0f} N"
+    holds = "yes" if all(row["holds"] for row in found) else "NO"
+    rows.append(["all", allowed, *worst, "", "", holds])
+    return Table("Force of the kernel less the reference's", HEADS, rows)

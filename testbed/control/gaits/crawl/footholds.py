@@ -1,0 +1,146 @@
+"""Where feet and body go in a cycle of the crawl: within the joints' ranges, with the largest margin against a push.
+
+Everything is reckoned in the path frame: parallel to the slope, where the body frame stood at the start. A foot is put
+down half a step ahead of its home (its place under the body at the start) and lifted half a step behind it. Before
+legs swing, the body moves to the side of the others: as far as the wrench margin of the three remaining feet, ropes and
+friction counted, wants it, and as the ranges of all four legs allow.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.robot.kinematics import LegKinematics
+from testbed.robot.loads.foot_loads import external_wrench, point_wrench
+from testbed.robot.model import RobotModel
+from testbed.robot.stability import wrench_margin_n
+
+Array = NDArray[np.float64]
+SWAYS_M = np.arange(0.0, 0.241, 0.03)
+"""Sideways shifts of the body that are tried, m."""
+WANTED_SHARE = 0.12
+"""A push of this share of the load normal to the slope is enough: larger shifts cost time (E)."""
+KEEP_OFF = np.tile([0.03, 0.01, 0.02], 4)
+"""Distance kept from the ends of the joints, rad and m (E)."""
+TENSION_ERROR = 0.02
+"""The traction devices keep a tension within this share of what is wanted (E)."""
+
+
+class Footholds:
+    """Plans body positions and footholds. `home` (4, 3): the feet at the start, path frame."""
+
+    def __init__(
+        self, model: RobotModel, legs: LegKinematics, start: Array, friction: float
+    ) -> None:
+        """start (12): joints at the start; friction: believed, between foot and ground."""
+        self.legs, self._model, self._friction = legs, model, friction
+        self.home: Array = legs.feet(start)
+        self.nought: Array = start - legs.joints(self.home)
+        """(12,) start joints less those of the plain kinematics."""
+        self.weight_n = model.total_mass_kg * GRAVITY_M_S2
+        self._gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
+        self._wanted_n = WANTED_SHARE * self.weight_n
+
+    def stand_under(self, gravity_in_body: Array) -> None:
+        """Gravity (3,) m/s2 in the path frame, as the inertial unit has it at the start."""
+        self._gravity = gravity_in_body.copy()
+        self._wanted_n = -WANTED_SHARE * self._model.total_mass_kg * float(gravity_in_body[2])
+
+    def joints(self, feet: Array, body: Array) -> Array:
+        """Joints (12) that put the feet (4, 3) there with the body at `body` (3), path frame."""
+        return np.asarray(self.legs.joints(feet - body) + self.nought)
+
+    def reaches(self, feet: Array, body: Array) -> bool:
+        """Whether all joints stay KEEP_OFF away from their ends."""
+        q, (low, high) = self.joints(feet, body), self._model.limits.T
+        return bool(np.all(q >= low + KEEP_OFF) and np.all(q <= high - KEEP_OFF))
+
+    def lacking(self, feet: Array, body: Array) -> str:
+        """The joint that is furthest beyond its range, in words."""
+        q = self.joints(feet, body)
+        beyond = np.maximum(self._model.limits[:, 0] - q, q - self._model.limits[:, 1]) + KEEP_OFF
+        return AXES[int(np.argmax(beyond))]
+
+    def margin_n(
+        self, feet: Array, body: Array, standing: list[int], tensions: Array, ropes: Array
+    ) -> float:
+        """Wrench margin, N, of the legs `standing` with the body at `body` (3): tensions (2) N along ropes (2, 3)."""
+        joints = self.joints(feet, body)
+        load = external_wrench(self._model, joints, self._gravity, None, None, None)
+        pulls = np.array(
+            [
+                point_wrench(d, at)
+                for d, at in zip(ropes, self._model.rope_attachments_m, strict=True)
+            ]
+        )
+        bounds = [(t * (1.0 - TENSION_ERROR), t * (1.0 + TENSION_ERROR)) for t in tensions]
+        up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
+        centre = self._model.centre_of_mass_m(joints)
+        return wrench_margin_n(
+            feet[standing] - body, up, self._friction, load, centre, pulls, bounds
+        )
+
+    def body_goal(
+        self,
+        middle: Array,
+        side: Array,
+        feet: Array,
+        swings: list[tuple[int, Array]],
+        further: Array,
+        tensions: Array,
+        ropes: Array,
+    ) -> tuple[Array, float]:
+        """Body position (3) from which the legs of `swings` [(leg, foothold (3))] can swing one after the other.
+
+        middle (3): where the body would stand without a shift; side (3): unit vector of the shift; further (3): how far
+        the middle goes next, with the shift to the other side, which all legs must reach as well; tensions (2) N along
+        ropes (2, 3).
+        Returns the position and its margin, N: the smallest shift whose margin is as wanted, else the largest margin.
+        Raises InputError where no shift keeps all legs within their ranges.
+        """
+        best: tuple[Array, float] | None = None
+        for sway in SWAYS_M:
+            body = middle + sway * side
+            margin = self._margin(
+                body, middle + further - sway * side, feet, swings, tensions, ropes
+            )
+            if margin is None:
+                continue
+            if best is None or margin > best[1]:
+                best = body, margin
+            if margin >= self._wanted_n:
+                break
+        if best is None:
+            moved = feet.copy()
+            for leg, foothold in swings:
+                moved[leg] = foothold
+            raise InputError(
+                f"takes {self.lacking(moved, middle)} out of its range",
+                field="task.step_length_m",
+                allowed="a shorter step, or legs nearer to the middle of their ranges (robot.radial_m)",
+            )
+        return best
+
+    def _margin(
+        self,
+        body: Array,
+        end: Array,
+        feet: Array,
+        swings: list[tuple[int, Array]],
+        tensions: Array,
+        ropes: Array,
+    ) -> float | None:
+        """Least margin over the swings, N; None where a joint would leave its range."""
+        feet, least = feet.copy(), np.inf
+        if not self.reaches(feet, body):
+            return None
+        for leg, foothold in swings:
+            standing = [k for k in range(len(LEGS)) if k != leg]
+            least = min(least, self.margin_n(feet, body, standing, tensions, ropes))
+            feet[leg] = foothold
+            if not self.reaches(feet, body):
+                return None
+        return least if self.reaches(feet, end) else None

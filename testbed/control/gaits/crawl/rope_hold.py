@@ -1,0 +1,148 @@
+"""Rope traction of a walking robot: haul with the body's motion, and keep the pull along the slope.
+
+The ropes' directions change as the robot climbs towards the anchors and walks across. What is kept is the force along
+the slope with which they held the robot at the start: two tensions for its two components. A rope that would have to
+push for that is left slack.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+
+Array = NDArray[np.float64]
+TENSION_GAIN_M_S_N = 6.0e-6
+"""Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
+CORRECTION_M_S = 0.0018
+"""Fastest hauling or paying out for the tension's sake (E): slow enough that a traction device takes it for rest and
+goes back for its next stroke, and that little is owed to the rope when it has."""
+MEETING = 0.01
+"""Ropes that meet at less than this angle, rad, have no say in the pull across the slope."""
+SLACK_SHARE, TAUT_SHARE = 0.80, 0.92
+"""Of its wanted tension a rope must have this much before the body moves at all, and at full speed (E)."""
+FIRM_SHARE, TIGHT_SHARE = 1.12, 1.30
+"""Above the first the body slows down, above the second it waits: its device cannot pay out just then (E)."""
+
+
+@dataclass
+class RopeHold:
+    """anchors_m (2, 3), left and right: in the path frame, as surveyed; attachments_m (2, 3): on the body."""
+
+    anchors_m: Array
+    attachments_m: Array
+    tension_n: Array
+    """(2,) at the start; zeros: no ropes."""
+
+    def __post_init__(self) -> None:
+        self._any = bool(self.tension_n.any())
+        self.ways_m: Array = self.anchors_m - self.attachments_m
+        """(2, 3) from attachments to anchors with the body at the start."""
+        self.pull_n: Array = (self.tension_n @ self.directions(np.zeros(3)))[:2]
+        """(2,) what is kept: the pull along the slope."""
+
+    def lengths_m(self, body: Array) -> Array:
+        """(2,) from attachment to anchor with the body at `body` (3), path frame."""
+        return np.asarray(np.linalg.norm(self.anchors_m - self.attachments_m - body, axis=1))
+
+    def directions(self, body: Array) -> Array:
+        """(2, 3) unit vectors towards the anchors, path frame."""
+        out = np.empty((2, 3))
+        rope_directions(self.ways_m, body, out)
+        return out
+
+    def wanted_n(self, body: Array) -> Array:
+        """(2,) tensions that keep the pull along the slope."""
+        return np.array(self._wanted(body))
+
+    def rates_m_s(self, body: Array, before: Array, dt: float, measured_n: Array) -> Array:
+        """(2) rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s ago."""
+        out = np.zeros(2)
+        if self._any:
+            rope_rates(self.ways_m, self.pull_n, body, before, dt, measured_n, out)
+        return out
+
+    def readiness(self, body: Array, measured_n: Array) -> float:
+        """0 to 1: how fast the body may move for the ropes' sake."""
+        share: float = (
+            rope_readiness(self.ways_m, self.pull_n, body, measured_n) if self._any else 1.0
+        )
+        return share
+
+    def _wanted(self, body: Array) -> tuple[float, float]:
+        if not self._any:
+            return 0.0, 0.0
+        wanted: tuple[float, float] = wanted_at(self.ways_m, self.pull_n, body)
+        return wanted
+
+
+@njit
+def rope_directions(ways: Any, body: Any, out: Any) -> None:
+    """Fill `out` (2, 3) by unit vectors towards the anchors with the body at `body` (3)."""
+    for k in range(ways.shape[0]):
+        x, y, z = ways[k, 0] - body[0], ways[k, 1] - body[1], ways[k, 2] - body[2]
+        length = math.sqrt(x * x + y * y + z * z)
+        out[k, 0], out[k, 1], out[k, 2] = x / length, y / length, z / length
+
+
+@njit
+def wanted_tensions(directions: Any, pull: Any) -> tuple[float, float]:
+    """Tensions, N, of ropes along `directions` (2, 3) whose pull along the slope is `pull` (2)."""
+    lx, ly, rx, ry = directions[0, 0], directions[0, 1], directions[1, 0], directions[1, 1]
+    px, py = pull[0], pull[1]
+    det = lx * ry - rx * ly
+    if abs(det) < MEETING:  # the ropes run side by side: they share the pull
+        shared = max(px / (lx + rx), 0.0)
+        return shared, shared
+    left, right = (px * ry - rx * py) / det, (lx * py - px * ly) / det
+    if min(left, right) >= 0.0:
+        return left, right
+    # one rope cannot do it: the other keeps the pull up the slope as far as it can
+    return (
+        (max(lx * px + ly * py, 0.0), 0.0) if left >= right else (0.0, max(rx * px + ry * py, 0.0))
+    )
+
+
+@njit
+def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
+    """Wanted tensions, N, with the body at `body` (3)."""
+    directions = np.empty((2, 3))
+    rope_directions(ways, body, directions)
+    left, right = wanted_tensions(directions, pull)
+    return left, right
+
+
+@njit
+def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
+    """See RopeHold.readiness."""
+    least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
+    for k in range(2):
+        if wanted[k] > 0.0:
+            least, most = (
+                min(least, measured_n[k] / wanted[k]),
+                max(most, measured_n[k] / wanted[k]),
+            )
+    slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
+    tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
+    return min(max(min(slack, tight), 0.0), 1.0)
+
+
+@njit
+def rope_rates(
+    ways: Any, pull: Any, body: Any, before: Any, dt: float, measured_n: Any, out: Any
+) -> None:
+    """See RopeHold.rates_m_s."""
+    directions = np.empty((2, 3))
+    rope_directions(ways, body, directions)
+    wanted = wanted_tensions(directions, pull)
+    vx, vy, vz = (body[0] - before[0]) / dt, (body[1] - before[1]) / dt, (body[2] - before[2]) / dt
+    for k in range(2):
+        excess = min(
+            max(TENSION_GAIN_M_S_N * (measured_n[k] - wanted[k]), -CORRECTION_M_S), CORRECTION_M_S
+        )
+        out[k] = excess - (directions[k, 0] * vx + directions[k, 1] * vy + directions[k, 2] * vz)

@@ -1,0 +1,98 @@
+"""The way of a swinging foot: up, over, down to where the search for the ground begins.
+
+Each of the three takes the time that its joints need. Rotation and radial joint go over while the foot still rises and
+when it already comes down, but not before it is clear of the ground.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
+from testbed.machine.names import ROTATION, VERTICAL
+from testbed.robot.kinematics import LegKinematics
+
+Array = NDArray[np.float64]
+CLEAR = 0.3
+"""Share of the time of rising after which the foot goes over, and of the time of coming down at which it is there."""
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Way of foot `leg` from `start` to `end` (3), path frame, m, with the body going from body_from to body_to (3)."""
+
+    legs: LegKinematics
+    leg: int
+    start: Array
+    end: Array
+    body_from: Array
+    body_to: Array
+    high_m: float
+    """Height of the way's top, path frame."""
+    rise_s: float = 1.0
+    over_s: float = 1.0
+    lower_s: float = 1.0
+
+    @cached_property
+    def duration_s(self) -> float:
+        """Of the whole way."""
+        return max(CLEAR * (self.rise_s + self.lower_s) + self.over_s, self.rise_s + self.lower_s)
+
+    @cached_property
+    def arrival(self) -> float:
+        """Share of the whole way's time from which the foot slows down towards its end."""
+        return 1.0 - SWING_RAMP * self.lower_s / self.duration_s
+
+    def timed(self, pace: Pace) -> Swing:
+        """The same way in the least time that the leg's own cylinders allow."""
+        first, last = self._ends
+        change = np.abs(last - first)
+        across, up = range(ROTATION[self.leg], VERTICAL[self.leg]), VERTICAL[self.leg]
+        return replace(
+            self,
+            rise_s=pace.free_s(up, self.high_m - self.start[2]),
+            over_s=max(pace.free_s(axis, change[axis]) for axis in across),
+            lower_s=pace.free_s(up, self.high_m - self.end[2]),
+        )
+
+    def slower(self, times: float) -> Swing:
+        """The same way in so many times the time."""
+        rise, over, lower = (times * t for t in (self.rise_s, self.over_s, self.lower_s))
+        return replace(self, rise_s=rise, over_s=over, lower_s=lower)
+
+    def foot(self, t: float, body: Array) -> Array:
+        """(3) place t seconds after the start, the body at `body` (3), path frame."""
+        total = self.duration_s
+        begin, end = CLEAR * self.rise_s, total - CLEAR * self.lower_s
+        over = progress((t - begin) / (end - begin), SWING_RAMP)
+        joints = [first + over * (last - first) for first, last in self._own_ends]
+        x, y, _ = self.legs.leg_foot(self.leg, joints)
+        up = progress(t / self.rise_s, SWING_RAMP)
+        down = progress((t - total + self.lower_s) / self.lower_s, SWING_RAMP)
+        start, end = self._heights
+        height = start + (self.high_m - start) * up + (end - self.high_m) * down
+        return np.array([body[0] + x, body[1] + y, height])
+
+    @cached_property
+    def _heights(self) -> tuple[float, float]:
+        """Of start and end, m."""
+        return float(self.start[2]), float(self.end[2])
+
+    @cached_property
+    def _own_ends(self) -> list[tuple[float, float]]:
+        """Start and end of this leg's own three joints."""
+        own = slice(ROTATION[self.leg], VERTICAL[self.leg] + 1)
+        first, last = self._ends
+        return list(zip(first[own].tolist(), last[own].tolist(), strict=True))
+
+    @cached_property
+    def _ends(self) -> tuple[Array, Array]:
+        """(12) joints at the start and at the end, of which this leg's rotation and radial joint count."""
+        return (
+            self.legs.joints(np.tile(self.start - self.body_from, (4, 1))),
+            self.legs.joints(np.tile(self.end - self.body_to, (4, 1))),
+        )

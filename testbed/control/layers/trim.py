@@ -1,0 +1,59 @@
+"""Set points moved by hand: offsets on the vertical joints and wanted rope pulls laid over a gait.
+
+The offsets follow their goals at a limited speed; the traction devices haul or pay out in proportion to what a rope's
+measured tension lacks of its wanted pull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.control.command import Command, along_vertical
+from testbed.control.measured import Measured
+from testbed.machine.names import LEGS
+
+Array = NDArray[np.float64]
+PULL_GAIN_M_S_N = 1.0e-5
+"""Rope pay-out speed per newton above the wanted pull: with 330 kN/m of rope a loop of 3.3 1/s (E)."""
+PULL_SPEED_M_S = 0.06
+"""Fastest hauling of the traction devices (E)."""
+PULL_TOLERANCE_N = 50.0
+"""Within this the traction device rests (about one standard deviation of the load pin) (E)."""
+OFFSET_SPEED_M_S = 0.05
+"""Fastest change of an offset (E)."""
+
+
+@njit
+def haul(tension_n: Any, wanted_n: Any, rates: Any) -> None:
+    """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions (2) there, N."""
+    for k in range(rates.shape[0]):
+        excess = tension_n[k] - wanted_n[k]
+        if abs(excess) >= PULL_TOLERANCE_N:
+            rates[k] += min(max(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S), PULL_SPEED_M_S)
+
+
+class Trim:
+    """A Layer; see the module's docstring."""
+
+    def __init__(self) -> None:
+        self.goal_m: Array = np.zeros(len(LEGS))
+        """Wanted offsets of the vertical joints' set points, m, LEGS order."""
+        self.pull_n: Array | None = None
+        """Wanted tensions of the ropes, N, left, right; None leaves them to the gait."""
+        self._offset = np.zeros(len(LEGS))
+
+    def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
+        """See Layer."""
+        most = OFFSET_SPEED_M_S * dt
+        step = np.clip(self.goal_m - self._offset, -most, most)
+        self._offset = self._offset + step
+        if self.pull_n is not None:
+            rates = command.rope_rates_m_s.copy()
+            haul(measured.rope_tension, self.pull_n, rates)
+            command = replace(command, rope_rates_m_s=rates)
+        return command.moved(along_vertical(self._offset), along_vertical(step / dt))
