@@ -44,7 +44,7 @@ class ForceDistributionEnv(RoboclimberEnv):
         ropes = (
             machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
         )
-        self._program = distributed(spec, self._trim, ropes, self._sharing)
+        self._program = distributed(machine.belief, self._trim, ropes, self._sharing)
 
     def _settle(self) -> tuple[Array, Array]:
         sim, rows = self._sim, round(SETTLE_S / self._step_s) * self._rows

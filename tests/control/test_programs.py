@@ -7,16 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from shipped import believed_robot, shipped_robot
 
 from testbed.benchmarks.contact_loss.scenes import Moves
-from testbed.control.believed_model import believed_model
 from testbed.control.distribution.controllers import controller, distributed
 from testbed.control.programs.mast import LEARN_S, KeepMast
 from testbed.control.programs.references import Command, Hold, Measured, Program
 from testbed.control.programs.supervisor import Supervisor
 from testbed.control.programs.trim import Trim
 from testbed.errors import InputError
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.kinematics import LegKinematics
 from testbed.scenario.scenario import load_scenario
@@ -24,7 +24,7 @@ from testbed.scenario.tasks import LiftFoot
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
 START = np.tile([0.0, 0.05, 0.25], 4)
-FEET = LegKinematics.from_parameters(roboclimber()).feet(START)
+FEET = LegKinematics.from_machine(build_machine()).feet(START)
 
 
 def seen(attitude_rad: np.ndarray) -> Measured:
@@ -43,7 +43,7 @@ class Waiting:
 
 def shared(inner: Program) -> Program:
     ropes = np.array([[0.98, 0.2, 0.0], [0.98, -0.2, 0.0]])
-    return distributed(STEEP, inner, ropes, controller("pseudo_inverse"))
+    return distributed(shipped_robot(), inner, ropes, controller("pseudo_inverse"))
 
 
 def moved(inner: Program) -> Program:
@@ -137,5 +137,5 @@ def test_a_store_cannot_give_more_rods_than_it_holds() -> None:
 def test_control_believes_the_rods_in_the_store_that_the_scenario_declares() -> None:
     hole = load_scenario("drill_deep")
     assert hole.carried_kg > 100.0
-    empty = believed_model(load_scenario("stand_slope_45")).total_mass_kg
-    assert believed_model(hole).total_mass_kg - empty == pytest.approx(hole.carried_kg)
+    empty = believed_robot(load_scenario("stand_slope_45")).model.total_mass_kg
+    assert believed_robot(hole).model.total_mass_kg - empty == pytest.approx(hole.carried_kg)

@@ -6,22 +6,23 @@ import math
 
 import numpy as np
 import pytest
+from shipped import shipped_robot
 
 from testbed.control.programs.crawl import CrawlProgram, Doing
 from testbed.control.programs.pace import FREE_SHARE, SWING_RAMP, Pace
 from testbed.control.programs.references import Measured
 from testbed.control.programs.swing import Swing
 from testbed.control.programs.table import program_of
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.robot.kinematics import LegKinematics
 from testbed.scenario.scenario import load_scenario
 
 TICK = 0.01
-LEGS = LegKinematics.from_parameters(roboclimber())
+LEGS = LegKinematics.from_machine(build_machine())
 START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
 ANCHORS = np.array([[30.0, 5.0, 0.1], [30.0, -5.0, 0.1]])
 LOADS, TENSION = np.full(4, 7000.0), np.full(2, 13300.0)
-PACE = Pace(roboclimber(), 0.19)
+PACE = Pace(build_machine(), 0.19)
 
 
 def swing(forward: float, up: float, above: float = 0.0) -> Swing:
@@ -64,6 +65,7 @@ def test_no_joint_of_a_swing_is_faster_than_its_valve() -> None:
 def program(*changes: str) -> CrawlProgram:
     made = program_of(
         load_scenario("crawl_slope_45", list(changes)),
+        shipped_robot(),
         START,
         TENSION,
         ANCHORS / 30.0,

@@ -13,8 +13,8 @@ from testbed.control.programs.mast import DEAD_RAD, GAIN_1_S, KeepMast
 from testbed.control.programs.references import Hold, Measured
 from testbed.laws import drill as d
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 from testbed.scenario.drilling import DrillHole, Rock
 from testbed.world import plant
 from testbed.world.drilling.cycle import DrillCycle
@@ -42,7 +42,7 @@ def drilled(
 ) -> tuple[DrillCycle, list[dict], np.ndarray, float]:
     """Run a cycle to its end: the cycle, its events, its loads over time and the mass that went to the store, kg."""
     cycle, events, rows, moved = (
-        DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber()),
+        DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine()),
         [],
         [],
         0.0,
@@ -93,7 +93,7 @@ def test_control_counts_every_rod_wherever_it_is() -> None:
     With one left in the string when it is done, the store has gained one: 10.2 kg.
     """
     task = hole()
-    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine())
     known, counted, most_in_mast = np.zeros(d.KNOWN), set(), 0.0
     for k in range(6000):
         cycle.update(k * DT, DT)
@@ -123,7 +123,7 @@ def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
 
 def test_the_string_weighs_what_its_rods_weigh_at_any_time() -> None:
     task = hole(rod_kg=95.0)
-    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine())
     store = cycle.store_kg
     for k in range(4000):
         cycle.update(k * DT, DT)
@@ -176,7 +176,7 @@ def test_a_stuck_rod_is_pulled_far_above_the_feed_until_it_comes() -> None:
     assert stuck["depth_m"] == pytest.approx(2.0, abs=0.01) and freed["depth_m"] == stuck["depth_m"]
     assert 2.0 * task.feed_n < rows[:, d.PULL].max() < 18000.0
     assert rows[round(freed["t"] / DT) + 1, d.PULL] == pytest.approx(task.pull_n)
-    assert cycle.summary()["drill"]["freed"] == 1 and cycle.phase == "done"
+    assert cycle.summary().drill["freed"] == 1 and cycle.phase == "done"
 
 
 def test_a_rod_that_never_comes_is_left_behind_with_the_string() -> None:

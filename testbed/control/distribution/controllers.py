@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.believed_model import believed_model
 from testbed.control.distribution.distribution import Distribution, Sharing
 from testbed.control.distribution.drill_sharing import DrillSharing
 from testbed.control.distribution.learned import Learned
@@ -18,8 +17,7 @@ from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import Statics
 from testbed.control.programs.references import Program
 from testbed.errors import InputError
-from testbed.machine.provenance import roboclimber
-from testbed.scenario.scenario import Scenario
+from testbed.robot.robot import Robot
 
 Array = NDArray[np.float64]
 CONTROLLERS: dict[str, Callable[[], Sharing]] = {
@@ -63,14 +61,9 @@ def _own(file: Path, made: str) -> Sharing:
     return own
 
 
-def believed_statics(scenario: Scenario, rope_directions_in_body: Array) -> Statics:
-    """The balance of the machine as control believes it: the scenario's posture, declared payload and model."""
-    parameters = roboclimber().replaced(scenario.model.parameters)
-    return Statics(believed_model(scenario), parameters, rope_directions_in_body)
-
-
 def distributed(
-    scenario: Scenario, inner: Program, rope_directions_in_body: Array, sharing: Sharing
+    belief: Robot, inner: Program, rope_directions_in_body: Array, sharing: Sharing
 ) -> Distribution:
     """The inner program with its load shared out by `sharing`. Rope directions (2, 3) at the start, body frame."""
-    return Distribution(inner, believed_statics(scenario, rope_directions_in_body), sharing)
+    statics = Statics(belief.model, belief.machine, rope_directions_in_body)
+    return Distribution(inner, statics, sharing)

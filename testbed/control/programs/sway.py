@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.programs.references import Command, Measured
-from testbed.machine.provenance import roboclimber
 from testbed.robot.kinematics import LegKinematics
 from testbed.scenario.tasks import Sway
 
@@ -22,9 +21,11 @@ RISE_S = 3.0
 class SwayProgram:
     """See Program. `rope_directions_in_body` (2, 3): unit vectors towards the anchors at the start."""
 
-    def __init__(self, task: Sway, start: Array, rope_directions_in_body: Array) -> None:
+    def __init__(
+        self, task: Sway, legs: LegKinematics, start: Array, rope_directions_in_body: Array
+    ) -> None:
         self.task = task
-        self._legs = LegKinematics.from_parameters(roboclimber())
+        self._legs = legs
         self._feet = self._legs.feet(start)
         self._nought = start - self._legs.joints(self._feet)
         self._ropes = rope_directions_in_body

@@ -35,7 +35,7 @@ from testbed.diagnosis.robot.rig import (
 from testbed.diagnosis.robot.zeros import without_zeros, zeros
 from testbed.effects import Active, Effect, at, by_name
 from testbed.errors import InputError
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.recording.leg_model import EffectEntry, LegModel
 
 Array = npt.NDArray[np.float64]
@@ -97,7 +97,7 @@ def check_duration(time_s: Array, file: Path) -> None:
 def diagnose_robot(
     name: str,
     data: Mapping[str, Array],
-    machine: Parameters,
+    machine: Machine,
     folder: Path,
     progress: Progress | None = None,
     start: LegModel | None = None,

@@ -17,8 +17,8 @@ from testbed.effects import Active, by_name
 from testbed.errors import InputError
 from testbed.estimation.leg.flow import Edge
 from testbed.laws.valve import play
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters
 from testbed.recording.axis import Recording
 from testbed.recording.axis_header import Header
 from testbed.recording.known import Known
@@ -35,64 +35,64 @@ CLIPPED = 0.998
 
 
 def recordings_of(
-    data: Mapping[str, Array], machine: Parameters, folder: Path
+    data: Mapping[str, Array], machine: Machine, folder: Path
 ) -> tuple[Recording, ...]:
     """One recording a leg (LEGS order), named by its axis. Raises InputError naming a column that is missing."""
     known = known_of(data, machine)
     return tuple(_recording(leg, data, known, machine, folder) for leg in LEGS)
 
 
-def known_of(data: Mapping[str, Array], machine: Parameters) -> Known:
+def known_of(data: Mapping[str, Array], machine: Machine) -> Known:
     """What the machine declares about its vertical cylinders; supply and inclination as this run measured them."""
-    c, valve, oil = machine["vertical_cylinder"], machine["valve"], machine["oil"]
+    c, valve, oil = machine.vertical_cylinder, machine.valve, machine.oil
     upright = np.cos(_column(data, "attitude_pitch", None)) * np.cos(
         _column(data, "attitude_roll", None)
     )
     return Known(
-        bore_m=c["bore_m"],
-        rod_m=c["rod_m"],
-        stroke_m=c["stroke_m"],
-        moving_mass_kg=machine["legs"]["vertical_mass_kg"] + machine["legs"]["foot_mass_kg"],
+        bore_m=c.bore_m,
+        rod_m=c.rod_m,
+        stroke_m=c.stroke_m,
+        moving_mass_kg=machine.legs.vertical_mass_kg + machine.legs.foot_mass_kg,
         inclination_deg=float(np.degrees(np.arccos(np.clip(np.median(upright), -1.0, 1.0)))),
         supply_pressure_nominal_pa=float(np.median(_column(data, "supply_pressure", None))),
-        tank_pressure_pa=machine["power_unit"]["tank_pressure_pa"],
-        dead_volume_a_m3=c["dead_volume_a_m3"],
-        dead_volume_b_m3=c["dead_volume_b_m3"],
-        bulk_modulus_pa=oil["bulk_modulus_pa"],
-        internal_leakage_m3_s_pa=oil["internal_leakage_m3_s_pa"],
-        valve_rated_flow_m3_s=valve["rated_flow_vertical_m3_s"] * valve["edge_pa"],
-        valve_rated_drop_per_edge_pa=valve["rated_drop_per_edge_pa"],
-        valve_natural_frequency_hz=valve["natural_frequency_hz"],
-        valve_damping=valve["damping"],
-        valve_deadband=valve["deadband"],
+        tank_pressure_pa=machine.power_unit.tank_pressure_pa,
+        dead_volume_a_m3=c.dead_volume_a_m3,
+        dead_volume_b_m3=c.dead_volume_b_m3,
+        bulk_modulus_pa=oil.bulk_modulus_pa,
+        internal_leakage_m3_s_pa=oil.internal_leakage_m3_s_pa,
+        valve_rated_flow_m3_s=valve.rated_flow_vertical_m3_s * valve.edge_pa,
+        valve_rated_drop_per_edge_pa=valve.rated_drop_per_edge_pa,
+        valve_natural_frequency_hz=valve.natural_frequency_hz,
+        valve_damping=valve.damping,
+        valve_deadband=valve.deadband,
     )
 
 
-def believed_model(known: Known, machine: Parameters, start: LegModel | None = None) -> LegModel:
+def believed_model(known: Known, machine: Machine, start: LegModel | None = None) -> LegModel:
     """The model before: declared numbers and declared friction (5), or the friction of a model to start from."""
     if start is not None:
         return LegModel(rig="vertical-leg", known=known, friction=start.friction)
-    c = machine["vertical_cylinder"]
+    c = machine.vertical_cylinder
     friction = Friction(
-        viscous_plus_n_s_m=c["viscous_out_n_s_m"],
-        coulomb_plus_n=c["coulomb_out_n"],
-        stribeck_plus_n=c["static_out_n"],
-        stribeck_speed_plus_m_s=c["stribeck_out_m_s"],
-        viscous_minus_n_s_m=c["viscous_in_n_s_m"],
-        coulomb_minus_n=c["coulomb_in_n"],
-        stribeck_minus_n=c["static_in_n"],
-        stribeck_speed_minus_m_s=c["stribeck_in_m_s"],
+        viscous_plus_n_s_m=c.viscous_out_n_s_m,
+        coulomb_plus_n=c.coulomb_out_n,
+        stribeck_plus_n=c.static_out_n,
+        stribeck_speed_plus_m_s=c.stribeck_out_m_s,
+        viscous_minus_n_s_m=c.viscous_in_n_s_m,
+        coulomb_minus_n=c.coulomb_in_n,
+        stribeck_minus_n=c.static_in_n,
+        stribeck_speed_minus_m_s=c.stribeck_in_m_s,
     )
     return LegModel(rig="vertical-leg", known=known, friction=friction)
 
 
-def declared_effects(machine: Parameters) -> tuple[Active, ...]:
+def declared_effects(machine: Machine) -> tuple[Active, ...]:
     """Effects that the machine's own numbers declare for all legs alike: they are no findings."""
-    seal, oil = machine["seal"], machine["oil"]
+    seal, oil = machine.seal, machine.oil
     given = {
-        "friction.position": {"slope": seal["position_slope"]},
-        "friction.pressure": {"coefficient": seal["pressure_coefficient_m2"]},
-        "hydraulics.air": {"fraction": oil["entrained_air"]},
+        "friction.position": {"slope": seal.position_slope},
+        "friction.pressure": {"coefficient": seal.pressure_coefficient_m2},
+        "hydraulics.air": {"fraction": oil.entrained_air},
     }
     return tuple(Active(e := by_name(name), e.complete(values)) for name, values in given.items())
 
@@ -107,17 +107,17 @@ def granted_effects(model: LegModel) -> tuple[Active, ...]:
     return tuple(out)
 
 
-def declared_edge(machine: Parameters) -> Edge:
+def declared_edge(machine: Machine) -> Edge:
     """The valve's edges, ground for a differential cylinder."""
-    return Edge(share_b=machine["valve"]["edge_pb"] / machine["valve"]["edge_pa"])
+    return Edge(share_b=machine.valve.edge_pb / machine.valve.edge_pa)
 
 
-def through_amplifier(command: Array, time_s: Array, machine: Parameters) -> Array:
+def through_amplifier(command: Array, time_s: Array, machine: Machine) -> Array:
     """What reaches the spool's loop of a command, shape (n,): the declared amplifier lag, then the declared play."""
-    valve = machine["valve"]
+    valve = machine.valve
     period = float(np.median(np.diff(time_s)))
-    keep = float(np.exp(-period / valve["amplifier_lag_s"]))
-    return np.asarray(_lag_and_play(command, keep, valve["hysteresis"]), dtype=np.float64)
+    keep = float(np.exp(-period / valve.amplifier_lag_s))
+    return np.asarray(_lag_and_play(command, keep, valve.hysteresis), dtype=np.float64)
 
 
 @njit
@@ -132,11 +132,11 @@ def _lag_and_play(command: Array, keep: float, half_width: float) -> Array:
 
 
 def _recording(
-    leg: str, data: Mapping[str, Array], known: Known, machine: Parameters, folder: Path
+    leg: str, data: Mapping[str, Array], known: Known, machine: Machine, folder: Path
 ) -> Recording:
     axis = f"{leg}_vertical"
     time = _column(data, "t", folder)
-    top = CLIPPED * machine["sensor"]["pressure_range_pa"]
+    top = CLIPPED * machine.sensor.pressure_range_pa
     header = Header.model_validate(
         {
             "format": "roboclimber-recording/1",
@@ -148,7 +148,7 @@ def _recording(
                 "position": {
                     "column": f"position_{axis}",
                     "unit": "m",
-                    "resolution": machine["sensor"]["encoder_linear_m"],
+                    "resolution": machine.sensor.encoder_linear_m,
                 },
             },
             "known": known.model_dump(),
