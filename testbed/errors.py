@@ -51,8 +51,34 @@ def naming(file: str | Path) -> Iterator[None]:
         ) from error
 
 
+class UserCodeError(InputError):
+    """A file of the user's own raised an error, while it was imported or when it ran (exit status 2).
+
+    The message is one line that names the file, the line and what was raised.
+    """
+
+    def __init__(self, file: str | Path, line: int, raised: BaseException) -> None:
+        self.line = line
+        text = getattr(raised, "msg", None) or str(raised) or "no message"
+        super().__init__(
+            f"line {line} of your own file raised {type(raised).__name__}: {text}", file=file
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Cross to another process by what it says: what was raised may not be picklable."""
+        return _said_again, (type(self), self.args, self.__dict__)
+
+
 class SimulationFault(Exception):
     """The simulation produced a state that cannot be (a non-finite number, an engine failure): exit status 1."""
+
+
+def _said_again(
+    kind: type[InputError], arguments: tuple[object, ...], state: dict[str, object]
+) -> InputError:
+    error = kind.__new__(kind, *arguments)
+    error.__dict__.update(state)
+    return error
 
 
 def _short(value: object, limit: int = 60) -> str:

@@ -11,6 +11,7 @@ import typer
 from testbed.cli.benchmarks import benchmarks
 from testbed.cli.options import Json
 from testbed.errors import naming
+from testbed.formats.sockets import user_code
 
 app = typer.Typer(
     name="testbed",
@@ -94,20 +95,26 @@ def estimate(
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file."""
+    from testbed.formats.schema import HEADS, rows
+    from testbed.report.console import print_json, print_table
+    from testbed.scenario.scenario import Scenario
+
+    if json:
+        print_json(Scenario.model_json_schema())
+    else:
+        print_table("Fields of a scenario file", HEADS, [list(r) for r in rows(Scenario)])
+
+
+@app.command("recording-schema")
+def recording_schema(json: Json = False) -> None:
+    """List every field of a recording.yaml and every quantity of its channels, for every kind of rig."""
+    from testbed.recording.schema import TABLE_HEADS, table, tree
     from testbed.report.console import print_json, print_table
 
     if json:
-        from testbed.scenario.scenario import Scenario
-
-        print_json(Scenario.model_json_schema())
-        return
-    from testbed.scenario.schema import rows
-
-    print_table(
-        "Fields of a scenario file",
-        ["field", "default", "allowed", "meaning"],
-        [list(r) for r in rows()],
-    )
+        print_json(tree())
+    else:
+        print_table("Fields of a recording", TABLE_HEADS, table())
 
 
 @app.command()
@@ -247,12 +254,10 @@ def loop(
     json: Json = False,
 ) -> None:
     """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
-    from testbed.formats.files import make_folder
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import working
     from testbed.workflows.loop import SCENARIOS, close_loop, table
 
-    make_folder(out)
     with working("closing the loop") as tell:
         result = close_loop(out, scenario or SCENARIOS, tell)
     if json:
@@ -336,7 +341,8 @@ def main() -> None:
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
-        status = app(arguments, prog_name="testbed", standalone_mode=False)
+        with user_code():
+            status = app(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         print("testbed: interrupted", file=sys.stderr)
         status = 130

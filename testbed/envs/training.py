@@ -17,7 +17,8 @@ import numpy as np
 
 from testbed.envs import ENVIRONMENTS
 from testbed.errors import InputError
-from testbed.formats.files import check_file, make_folder, whole, write_json
+from testbed.formats.files import check_file, whole, write_json
+from testbed.formats.ownership import owned
 
 TASKS = {
     re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS
@@ -72,11 +73,30 @@ def train(
     Raises InputError for an unknown task, a folder of another task or a missing library.
     """
     name, kit = environment(task), library()
+    with owned(out):
+        _claim(out, {"task": task, "seed": seed, "settings": SETTINGS})
+        model = _trained(kit, name, out, steps, seed, workers, progress)
+        if task == SHARED:
+            made_by = f"testbed train {task} --steps {steps} --seed {seed} --workers {workers}"
+            with whole(out / "policy.npz") as hidden:
+                np.savez_compressed(hidden, **{"made_by": np.array(made_by), **layers(model)})
+    return out / "policy.zip"
+
+
+def _trained(
+    kit: Any,
+    name: str,
+    out: Path,
+    steps: int,
+    seed: int,
+    workers: int,
+    progress: Callable[[int], None] | None,
+) -> Any:
+    """The library's model after `steps` steps in all, saved in `out`."""
     from stable_baselines3.common.callbacks import CheckpointCallback
     from stable_baselines3.common.env_util import make_vec_env
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
-    _claim(out, {"task": task, "seed": seed, "settings": SETTINGS})
     way = SubprocVecEnv if workers > 1 else DummyVecEnv
     envs = make_vec_env(
         name,
@@ -110,10 +130,7 @@ def train(
         model.save(out / "policy.zip")
     finally:
         envs.close()
-    if task == SHARED:
-        made_by = f"testbed train {task} --steps {steps} --seed {seed} --workers {workers}"
-        np.savez_compressed(out / "policy.npz", **{"made_by": np.array(made_by), **layers(model)})
-    return out / "policy.zip"
+    return model
 
 
 def layers(model: Any) -> dict[str, Any]:
@@ -205,7 +222,7 @@ def _write_gif(pictures: list[Any], file: Path) -> None:
 
 
 def _claim(out: Path, what: dict[str, Any]) -> None:
-    file = make_folder(out) / "training.json"
+    file = out / "training.json"
     if file.is_file() and json.loads(file.read_text())["task"] != what["task"]:
         raise InputError(
             "holds another task's training", file=out, field="--out", allowed="a new folder"

@@ -12,8 +12,10 @@ from typing import Any
 
 from testbed.errors import InputError
 
+MOST_JSON_BYTES = 100_000_000
 
-def make_folder(folder: str | Path, field: str = "--out") -> Path:
+
+def make_folder(folder: str | Path, field: str | None = "--out") -> Path:
     """Make a folder and see that a file can be made in it: before the work begins, not after it.
 
     Raises InputError, in `field`, where that cannot be.
@@ -62,6 +64,38 @@ def _check_name(path: Path, field: str | None = None) -> None:
         )
 
 
+def read_text(path: str | Path, most_bytes: int) -> str:
+    """The text of a regular file of at most so many bytes, UTF-8.
+
+    Raises InputError where it is missing, no regular file (a device never ends), larger, unreadable or no text.
+    """
+    path = Path(path)
+    try:
+        if not path.is_file():
+            raise InputError("is not a file" if path.exists() else "no such file", file=path)
+        with path.open("rb") as file:
+            found = file.read(most_bytes + 1)
+        if len(found) > most_bytes:
+            raise InputError("is too large", file=path, allowed=f"at most {most_bytes} bytes")
+        return found.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError("is not text in UTF-8", file=path) from error
+    except (OSError, ValueError) as error:  # ValueError: a null character in the name
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot be read: {reason}", file=path) from error
+
+
+def read_json(path: str | Path) -> dict[str, Any]:
+    """The object in a JSON file. Raises InputError where it cannot be read, is not JSON or no object."""
+    try:
+        found = json.loads(read_text(path, MOST_JSON_BYTES))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is not valid JSON: {error}", file=path) from error
+    if not isinstance(found, dict):
+        raise InputError("must be an object of fields", file=path, value=type(found).__name__)
+    return found
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """A hidden file beside `path` to write to; it takes the place of `path` at the end, or is gone with an exception.
@@ -84,7 +118,7 @@ def whole(path: Path) -> Iterator[Path]:
 def write_text(path: str | Path, text: str) -> None:
     """Write a text file, whole or not at all. Raises InputError where it cannot be written."""
     with whole(Path(path)) as hidden:
-        hidden.write_text(text, encoding="utf-8")
+        hidden.write_text(text, encoding="utf-8", errors="replace")  # names of files may be no text
 
 
 def write_json(path: str | Path, tree: Any) -> None:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from testbed.errors import InputError
-from testbed.formats.files import write_text
+from testbed.formats.files import read_text, write_text
+
+MOST_BYTES, MOST_DEPTH, MOST_VALUES, MOST_BY_ALIAS = 4_000_000, 64, 300_000, 10_000
+"""Of a file: its size, how deep its values lie in each other, how many it has, and how many of those by aliases."""
 
 _Base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -61,9 +65,65 @@ _Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
 _Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
 
 
+@dataclass
+class _Size:
+    """How many values a node stands for, and how deep they lie in each other; `anchor`: what aliases call it."""
+
+    anchor: str | None = None
+    values: int = 1
+    depth: int = 1
+
+    def add(self, inner: _Size) -> None:
+        self.values += inner.values
+        self.depth = max(self.depth, inner.depth + 1)
+
+
+def _check_size(text: str) -> None:
+    """Refuse what would take long to build: a few aliases of aliases can stand for millions of values.
+
+    Reads the parser's events one after the other, without building anything. Raises yaml.MarkedYAMLError.
+    """
+    unfinished, anchored = [_Size()], dict[str, _Size]()
+    by_alias = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            unfinished.append(_Size(event.anchor))
+            node = _Size()
+        elif isinstance(event, yaml.CollectionEndEvent):
+            node = unfinished.pop()
+            unfinished[-1].add(node)
+        elif isinstance(event, yaml.AliasEvent):
+            if event.anchor in (outer.anchor for outer in unfinished):
+                raise _too("holds itself", event)
+            node = anchored.get(str(event.anchor), _Size())
+            unfinished[-1].add(node)
+            by_alias += node.values
+        elif isinstance(event, yaml.ScalarEvent):
+            node = _Size(event.anchor)
+            unfinished[-1].add(node)
+        else:
+            continue
+        if node.anchor is not None:
+            anchored[node.anchor] = node
+        if len(unfinished) - 1 + node.depth > MOST_DEPTH:
+            raise _too(f"lies deeper than {MOST_DEPTH} levels", event)
+        if by_alias > MOST_BY_ALIAS:
+            raise _too(f"stands for more than {MOST_BY_ALIAS} values by aliases", event)
+        if sum(outer.values for outer in unfinished) > MOST_VALUES:
+            raise _too(f"holds more than {MOST_VALUES} values", event)
+
+
+def _too(problem: str, event: Any) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+
+
 def parse_yaml(text: str, file: str | Path) -> Any:
-    """The value of a YAML text. Raises InputError (with line and column) where it is not YAML."""
+    """The value of a YAML text.
+
+    Raises InputError (with line and column) where it is not YAML, or more than a person writes.
+    """
     try:
+        _check_size(text)
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
@@ -77,20 +137,11 @@ def parse_yaml(text: str, file: str | Path) -> Any:
 
 def read_yaml(path: str | Path) -> Any:
     """The value of a YAML file. Raises InputError if it cannot be read or is not YAML."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError("is not text in UTF-8", file=path) from error
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    return parse_yaml(text, path)
+    return parse_yaml(read_text(path, MOST_BYTES), path)
 
 
 def read_mapping(path: str | Path) -> dict[str, Any]:
     """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a mapping."""
-    path = Path(path)
-    if not path.is_file():
-        raise InputError("no such file" if not path.exists() else "is not a file", file=path)
     tree = read_yaml(path)
     if not isinstance(tree, Mapping):
         raise InputError("must be a mapping of fields", file=path, value=type(tree).__name__)

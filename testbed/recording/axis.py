@@ -5,8 +5,8 @@ A rig is a folder with `identify/<name>/` and `verify/<name>/`, each a recording
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,11 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.table import read_columns
+from testbed.formats.units import to_si
 from testbed.recording.axis_header import Header, read_header
 from testbed.recording.checks import check_finite, check_span, check_time, pressure
 from testbed.recording.known import Known
+from testbed.recording.quantities import QUANTITIES
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -47,6 +49,8 @@ class Recording:
     reference_force_n: Array | None
     saturated_a: Mask
     saturated_b: Mask
+    extra: Mapping[str, Array] = field(default_factory=dict)
+    """What rides along (a current, a temperature), SI, by the name that the header gives it."""
 
     @property
     def rig(self) -> str:
@@ -112,7 +116,8 @@ def read_recording(folder: str | Path) -> Recording:
     if reference is not None and reference.column is not None:
         wanted[reference.column] = "reference_force.column"
     data = folder / header.data
-    columns = read_columns(data, wanted, file)
+    columns = _in_si(header, read_columns(data, wanted, file), file)
+    header = header.in_si()
     at, position = header.channels["time"].column, header.channels["position"]
     check_time(columns[at], header.sample_rate_hz, data, file, at)
     for name, values in columns.items():
@@ -184,6 +189,21 @@ def check_same_machine(first: Recording, other: Recording, names: Sequence[str] 
             )
 
 
+def _in_si(header: Header, columns: dict[str, Array], file: Path) -> dict[str, Array]:
+    """The columns in SI. Raises InputError where two channels read one column in different units."""
+    units: dict[str, str] = {}
+    uses = [(c.column, c.unit) for c in header.channels.values()]
+    reference = header.reference_force
+    if reference is not None and reference.column is not None:
+        uses.append((reference.column, reference.unit or "N"))
+    for column, unit in uses:
+        if units.setdefault(column, unit) != unit:
+            raise InputError(
+                f"column {column!r} cannot be in {units[column]} and in {unit}", file=file
+            )
+    return {column: to_si(values, units[column]) for column, values in columns.items()}
+
+
 def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording:
     def series(quantity: str) -> Array | None:
         channel = header.channels.get(quantity)
@@ -218,4 +238,5 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         reference_force_n=reference,
         saturated_a=never if saturated_a is None else saturated_a,
         saturated_b=never if saturated_b is None else saturated_b,
+        extra={q: columns[c.column] for q, c in header.channels.items() if q not in QUANTITIES},
     )

@@ -4,45 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from testbed.errors import InputError
 from testbed.formats.checked import Checked, Pair, checked
+from testbed.formats.units import UNITS, convertible, si_unit, span_to_si
 from testbed.formats.yaml_files import read_mapping
 from testbed.recording.known import Known
+from testbed.recording.quantities import Quantity, misspelling_of, quantities_of
 
 FORMAT = "roboclimber-recording/1"
-
-UNITS: dict[str, tuple[str, ...]] = {
-    "time": ("s",),
-    "valve_command": ("1",),
-    "position": ("m",),
-    "pressure_a": ("V", "Pa"),
-    "pressure_b": ("V", "Pa"),
-    "supply_pressure": ("Pa",),
-    "oil_temperature": ("degC",),
-    "actuator_force": ("N",),
-}
 
 
 class Calibration(Checked):
     """p = k_pa_per_v (a V + b), equation (2) of the paper."""
 
-    k_pa_per_v: Annotated[float, Field(gt=0.0)]
-    a: float
-    b: float
+    k_pa_per_v: float = Field(gt=0.0, description="nominal sensitivity, Pa/V")
+    a: float = Field(description="gain, 1 for a sensor as built")
+    b: float = Field(description="zero, V")
 
 
 class Channel(Checked):
     """Where a quantity is in the table, and what its sensor can do."""
 
-    column: Annotated[str, Field(min_length=1)]
-    unit: str
-    resolution: Annotated[float, Field(gt=0.0)] | None = None
-    range_pa: Pair | None = None
-    calibration: Calibration | None = None
+    column: str = Field(min_length=1, description="name of the table's column")
+    unit: str = Field(description="unit of the column; another than SI is converted on reading")
+    resolution: float | None = Field(default=None, gt=0.0, description="smallest step, in `unit`")
+    range_pa: Pair | None = Field(
+        default=None, description="a pressure sensor's ends, Pa: clipped there"
+    )
+    calibration: Calibration | None = Field(default=None, description="of a pressure in V")
+    meaning: str | None = Field(default=None, description="in words what it is")
 
     @field_validator("range_pa")
     @classmethod
@@ -51,68 +45,126 @@ class Channel(Checked):
             raise ValueError("the lower end of the range must be below the upper end")
         return value
 
+    @property
+    def in_volt(self) -> bool:
+        """Whether the column is a voltage, which a calibration turns into a pressure."""
+        return si_unit(self.unit) == "V"
+
+    def in_si(self) -> Channel:
+        """The same channel once its column has been converted."""
+        finest = None if self.resolution is None else span_to_si(self.resolution, self.unit)
+        return self.model_copy(update={"unit": si_unit(self.unit), "resolution": finest})
+
 
 class ReferenceForce(Checked):
     """What is known of the true external force."""
 
-    kind: Literal["foot-in-air", "free", "load-cell"]
-    column: str | None = None
-    unit: Literal["N"] | None = None
-    standard_deviation: Annotated[float, Field(ge=0.0)] | None = None
-    resolution: Annotated[float, Field(ge=0.0)] | None = None
+    kind: Literal["foot-in-air", "free", "load-cell"] = Field(
+        description="foot-in-air, free: it is 0 N; load-cell: it was measured"
+    )
+    column: str | None = Field(default=None, description="the load cell's column")
+    unit: str | None = Field(
+        default=None, description="of the column, the deviation and the resolution"
+    )
+    standard_deviation: float | None = Field(
+        default=None, ge=0.0, description="of the load cell's noise"
+    )
+    resolution: float | None = Field(default=None, ge=0.0, description="the load cell's step")
 
     @model_validator(mode="after")
     def _load_cell_has_column(self) -> ReferenceForce:
         if self.kind == "load-cell" and (self.column is None or self.unit is None):
             raise ValueError("a load-cell needs column and unit (N)")
+        if self.unit is not None and self.unit not in convertible("N"):
+            raise ValueError(f"unit = {self.unit!r} is none of {', '.join(convertible('N'))}")
         return self
 
+    def in_si(self) -> ReferenceForce:
+        """The same once its column has been converted."""
+        unit = self.unit or "N"
+        spans = {
+            name: None if value is None else span_to_si(value, unit)
+            for name in ("standard_deviation", "resolution")
+            for value in (getattr(self, name),)
+        }
+        return self.model_copy(update={"unit": self.unit and "N", **spans})
 
-class Header(Checked):
-    """The contents of recording.yaml."""
 
-    format: Literal["roboclimber-recording/1"]
-    rig: Literal["vertical-leg", "cylinder", "drive"]
-    data: Annotated[str, Field(min_length=1)]
-    sample_rate_hz: Annotated[float, Field(gt=0.0, le=1e6)]
-    channels: dict[str, Channel]
-    known: Known
-    reference_force: ReferenceForce | None = None
-    description: str | None = None
-    source: str | None = None
-    licence: str | None = None
+class AnyHeader(Checked):
+    """What every recording.yaml says, whatever was recorded."""
+
+    format: Literal["roboclimber-recording/1"] = Field(description="this format and its version")
+    data: str = Field(min_length=1, description="the table beside it: .parquet or .csv")
+    sample_rate_hz: float = Field(gt=0.0, le=1e6, description="nominal rate; `time` is what counts")
+    channels: dict[str, Channel] = Field(description="quantity -> where it is in the table")
+    description: str | None = Field(default=None, description="in words what was done")
+    source: str | None = Field(default=None, description="where the data come from")
+    licence: str | None = Field(default=None, description="under which they may be used")
+
+
+class Header(AnyHeader):
+    """The contents of recording.yaml of one axis."""
+
+    rig: Literal["vertical-leg", "cylinder", "drive"] = Field(
+        description="vertical-leg: hydraulic, on a bench; cylinder: perhaps one chamber only; "
+        "drive: its force is known instead of pressures"
+    )
+    known: Known = Field(description="what is declared about the rig; null = to be identified")
+    reference_force: ReferenceForce | None = Field(
+        default=None, description="the true external force"
+    )
+
+    def in_si(self) -> Header:
+        """The same header once the table's columns have been converted."""
+        reference = self.reference_force
+        changes = {
+            "channels": {name: c.in_si() for name, c in self.channels.items()},
+            "reference_force": None if reference is None else reference.in_si(),
+        }
+        return self.model_copy(update=changes)
 
 
 def read_header(path: Path) -> Header:
     """Read and check the header of one axis' recording. Every fault is an InputError, one line."""
     tree = read_mapping(path)
     check_format(tree, path)
-    if tree.get("rig") == "robot":
+    if tree.get("rig") in ("robot", "foot"):
+        what = {"robot": "a run of the whole robot", "foot": "of one foot's force"}[tree["rig"]]
         raise InputError(
-            "is a run of the whole robot, not of one axis",
+            f"is {what}, not of one axis",
             file=path,
             field="rig",
-            value="robot",
+            value=tree["rig"],
             allowed="vertical-leg, cylinder, drive",
         )
     header = checked(Header, tree, path)
-    for quantity, channel in header.channels.items():
-        if quantity not in UNITS:
-            raise InputError(
-                f"unknown quantity {quantity!r}",
-                file=path,
-                field="channels",
-                allowed=", ".join(UNITS),
-            )
-        check_unit(quantity, channel, UNITS[quantity], path)
-    check_present(header.channels, ("time", "position"), path)
-    if header.rig == "drive" and "actuator_force" not in header.channels:
-        raise InputError("channels.actuator_force is missing: a drive needs it", file=path)
-    if header.rig != "drive" and "pressure_a" not in header.channels:
-        raise InputError(f"channels.pressure_a is missing: a {header.rig} needs it", file=path)
+    check_quantities(header.channels, quantities_of(header.rig), path, header.rig)
     if header.rig != "drive" and header.known.bore_m is None:
         raise InputError("known.bore_m is missing: the piston area is not known", file=path)
     return header
+
+
+def check_quantities(
+    channels: Mapping[str, Channel], known: Mapping[str, Quantity], path: Path, rig: str
+) -> None:
+    """Refuse a known quantity in a wrong unit, a misspelt or missing one; any other may ride along in a known unit."""
+    for name, channel in channels.items():
+        if name in known:
+            volt = ("V", "mV") if known[name].unit == "Pa" and name != "supply_pressure" else ()
+            check_unit(name, channel, (*convertible(known[name].unit), *volt), path)
+            continue
+        meant = misspelling_of(name, known)
+        if meant is not None:
+            raise InputError(
+                f"unknown quantity {name!r}, did you mean {meant!r}?",
+                file=path,
+                field="channels",
+                allowed=", ".join(known) + ", or another name for what rides along",
+            )
+        check_unit(name, channel, tuple(UNITS), path)
+    for name, quantity in known.items():
+        if rig in quantity.needed_by and name not in channels:
+            raise InputError(f"channels.{name} is missing: a {rig} needs it", file=path)
 
 
 def check_format(tree: Mapping[str, Any], path: Path) -> None:
@@ -137,9 +189,9 @@ def check_unit(quantity: str, channel: Channel, allowed: Sequence[str], path: Pa
             value=channel.unit,
             allowed=" or ".join(allowed),
         )
-    if channel.unit == "V" and channel.calibration is None:
+    if quantity.startswith("pressure_") and channel.in_volt and channel.calibration is None:
         raise InputError(f"channels.{quantity} is in V and needs a calibration", file=path)
-    if channel.unit != "V" and channel.calibration is not None:
+    if not channel.in_volt and channel.calibration is not None:
         raise InputError(
             f"is given beside unit {channel.unit}, but turns V into Pa",
             file=path,

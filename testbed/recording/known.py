@@ -3,37 +3,116 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_serializer, model_validator
 
-from testbed.formats.checked import Checked
+from testbed.formats.checked import Checked, impossible
 from testbed.machine.names import GRAVITY_M_S2
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 
-class Known(Checked):
-    """Numbers of the published model, SI; None where the rig does not declare them."""
+DEFAULT_TOLERANCE = 0.02
+"""Share of a declared number by which the machine may differ from it where no tolerance is stated: what a workshop's
+drawing and a catalogue leave open (the measured seals' bores differ by up to 3 %)."""
 
-    bore_m: Annotated[float, Field(gt=0.0, le=2.0)] | None = None
-    rod_m: Annotated[float, Field(ge=0.0, le=2.0)] | None = None
-    stroke_m: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
-    moving_mass_kg: Annotated[float, Field(ge=0.0, le=1e6)] | None = None
-    inclination_deg: Annotated[float, Field(ge=-180.0, le=180.0)] | None = None
-    supply_pressure_nominal_pa: Positive | None = None
-    tank_pressure_pa: NotNegative | None = None
-    dead_volume_a_m3: NotNegative | None = None
-    dead_volume_b_m3: NotNegative | None = None
-    bulk_modulus_pa: Positive | None = None
-    valve_rated_flow_m3_s: Positive | None = None
-    valve_rated_drop_per_edge_pa: Positive | None = None
-    valve_natural_frequency_hz: Positive | None = None
-    valve_damping: Positive | None = None
-    valve_deadband: Annotated[float, Field(ge=0.0, lt=1.0)] | None = None
-    internal_leakage_m3_s_pa: NotNegative | None = None
-    cushion_length_m: NotNegative | None = None
+
+class Known(Checked):
+    """Numbers of the published model, SI; None where the rig does not declare them.
+
+    A number may be written as `{value: .., tolerance: ..}`; `tolerances` keeps those shares by the number's name.
+    """
+
+    bore_m: float | None = Field(
+        default=None, gt=0.0, le=2.0, description="bore of the cylinder, m"
+    )
+    rod_m: float | None = Field(default=None, ge=0.0, le=2.0, description="diameter of the rod, m")
+    stroke_m: float | None = Field(default=None, gt=0.0, le=50.0, description="stroke, m")
+    moving_mass_kg: float | None = Field(
+        default=None, ge=0.0, le=1e6, description="mass that moves with the piston, kg"
+    )
+    inclination_deg: float | None = Field(
+        default=None,
+        ge=-180.0,
+        le=180.0,
+        description="of the axis against the vertical, deg; 0: extends down",
+    )
+    supply_pressure_nominal_pa: float | None = Field(
+        default=None, gt=0.0, description="supply pressure, gauge, Pa"
+    )
+    tank_pressure_pa: float | None = Field(
+        default=None, ge=0.0, description="tank pressure, gauge, Pa"
+    )
+    dead_volume_a_m3: float | None = Field(
+        default=None, ge=0.0, description="oil of chamber A at extension 0, m3"
+    )
+    dead_volume_b_m3: float | None = Field(
+        default=None, ge=0.0, description="oil of chamber B at full stroke, m3"
+    )
+    bulk_modulus_pa: float | None = Field(default=None, gt=0.0, description="of the oil, Pa")
+    valve_rated_flow_m3_s: float | None = Field(
+        default=None, gt=0.0, description="flow of the fully open valve at the rated drop, m3/s"
+    )
+    valve_rated_drop_per_edge_pa: float | None = Field(
+        default=None, gt=0.0, description="the rated drop of one edge, Pa"
+    )
+    valve_natural_frequency_hz: float | None = Field(
+        default=None, gt=0.0, description="of the spool following the command, Hz"
+    )
+    valve_damping: float | None = Field(default=None, gt=0.0, description="of the spool, 1")
+    valve_deadband: float | None = Field(
+        default=None, ge=0.0, lt=1.0, description="share of the spool's way that opens nothing, 1"
+    )
+    internal_leakage_m3_s_pa: float | None = Field(
+        default=None, ge=0.0, description="past the piston, m3/(s Pa)"
+    )
+    cushion_length_m: float | None = Field(
+        default=None, ge=0.0, description="end of the stroke that is damped, m"
+    )
+    tolerances: dict[str, Annotated[float, Field(gt=0.0, le=0.5)]] = Field(
+        default_factory=dict,
+        description=f"number -> share by which it may be off (default {DEFAULT_TOLERANCE:g}); "
+        "the same as `bore_m: {value: .., tolerance: ..}`",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split_tolerances(cls, data: Any) -> Any:
+        """`bore_m: {value: 0.07, tolerance: 0.01}` -> the number, and its tolerance beside the others."""
+        if not isinstance(data, Mapping):
+            return data
+        stated = {k: v for k, v in data.items() if isinstance(v, Mapping) and k != "tolerances"}
+        for name, entry in stated.items():
+            if not {"value"} <= set(entry) <= {"value", "tolerance"}:
+                raise impossible(
+                    f"{name} has the keys {', '.join(map(str, entry))}", "value, tolerance"
+                )
+        shares = {k: v["tolerance"] for k, v in stated.items() if "tolerance" in v}
+        plain = {k: v["value"] if k in stated else v for k, v in data.items()}
+        return plain | ({"tolerances": {**data.get("tolerances", {}), **shares}} if shares else {})
+
+    @field_validator("tolerances")
+    @classmethod
+    def _of_numbers(cls, value: dict[str, float]) -> dict[str, float]:
+        unknown = set(value) - (set(cls.model_fields) - {"tolerances"})
+        if unknown:
+            raise ValueError(f"{sorted(unknown)[0]} is no declared number")
+        return value
+
+    @model_serializer(mode="wrap")
+    def _without_empty(self, handler: Any) -> dict[str, Any]:
+        """Files carry `tolerances` only where some are stated."""
+        tree: dict[str, Any] = handler(self)
+        if not tree.get("tolerances"):
+            tree.pop("tolerances", None)
+        return tree
+
+    def tolerance(self, name: str) -> float:
+        """Share by which the machine's number may differ from the declared one (one standard deviation)."""
+        return self.tolerances.get(name, DEFAULT_TOLERANCE)
 
     @model_validator(mode="after")
     def _rod_fits_bore(self) -> Known:

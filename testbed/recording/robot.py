@@ -19,47 +19,39 @@ from testbed.errors import InputError
 from testbed.formats.checked import Checked, checked
 from testbed.formats.checked import Sequence as Listed
 from testbed.formats.table import read_columns
+from testbed.formats.units import convertible, to_si
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
-from testbed.recording.axis_header import Channel, check_format, check_present, check_unit
+from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
 from testbed.recording.checks import check_finite, check_span, check_time, in_pa
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
 Array = npt.NDArray[np.float64]
 
 
-class RobotChannel(Channel):
-    """Where a quantity is in the table, and in words what it is."""
-
-    meaning: str | None = None
-
-
 class Declared(Checked):
     """A number (or list of numbers) of the machine as the robot believes it."""
 
-    value: Annotated[float | tuple[float, ...], Listed]
-    unit: str
+    value: Annotated[float | tuple[float, ...], Listed] = Field(description="number, or a list")
+    unit: str = Field(description="as `testbed parameters` lists it")
 
 
-class RobotHeader(Checked):
+class RobotHeader(AnyHeader):
     """The contents of a robot's recording.yaml."""
 
-    format: Literal["roboclimber-recording/1"]
-    rig: Literal["robot"]
-    data: Annotated[str, Field(min_length=1)]
-    sample_rate_hz: Annotated[float, Field(gt=0.0, le=1e6)]
-    channels: dict[str, RobotChannel]
-    known: dict[str, Declared]
-    surveyed: Any = None
-    scenario: str | None = None
-    seed: int | None = None
-    task: str | None = None
-    description: str | None = None
-    source: str | None = None
-    licence: str | None = None
+    rig: Literal["robot"] = Field(description="the whole machine")
+    known: dict[str, Declared] = Field(
+        description="parameter of the machine (`testbed parameters`) -> value and unit as believed"
+    )
+    surveyed: Any = Field(
+        default=None, description="what was measured before the run: ropes, payload"
+    )
+    scenario: str | None = Field(default=None, description="the scenario that ran")
+    seed: int | None = Field(default=None, description="its seed")
+    task: str | None = Field(default=None, description="the kind of its task")
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +92,11 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     columns = read_columns(
         table, {c.column: f"channels.{q}.column" for q, c in channels.items()}, file
     )
-    time = columns[channels["t"].column]
+    time = to_si(columns[channels["t"].column], channels["t"].unit)
     check_time(time, header.sample_rate_hz, table, file, channels["t"].column)
     for name, values in columns.items():
         check_finite(name, values, time, table)
-    data = {q: in_pa(c, columns[c.column]) for q, c in channels.items()}
+    data = {q: in_pa(c, to_si(columns[c.column], c.unit)) for q, c in channels.items()}
     for leg in LEGS:
         quantity = f"position_{leg}_vertical"
         field, stroke_m = f"channels.{quantity}.unit", machine.vertical_cylinder.stroke_m
@@ -125,7 +117,8 @@ def _read_header(path: Path) -> RobotHeader:
                 field=f"channels.{quantity}",
             )
         if found is not None and is_evidence(quantity):
-            check_unit(quantity, channel, (found[0], "V") if found[0] == "Pa" else found[:1], path)
+            volt = ("V", "mV") if found[0] == "Pa" else ()
+            check_unit(quantity, channel, (*convertible(found[0]), *volt), path)
     check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)
     return header
 

@@ -76,6 +76,20 @@ def described(quantity: str) -> tuple[str, str] | None:
     return None
 
 
+def quantities() -> dict[str, tuple[str, str, bool]]:
+    """Pattern of a column's name -> (SI unit, meaning, whether a robot's recording must have it)."""
+    places = {**dict.fromkeys(_PER_AXIS, "<leg>_<joint>"), "rope_tension_": "<left|right>"}
+    places |= {"attitude_": "<roll|pitch|yaw>", "angular_rate_": "<x|y|z>"}
+    out = {}
+    for prefix, unit, meaning in _UNITS:
+        stem = prefix.endswith("_")
+        pattern = prefix + places.get(prefix, "<...>") if stem else prefix
+        needed = any(name.startswith(prefix) if stem else name == prefix for name in OF_BODY)
+        named = "m, rotation: rad" if prefix == "position_" else unit or "1"
+        out[pattern] = (named, meaning, needed)
+    return out
+
+
 def is_evidence(quantity: str) -> bool:
     """Whether estimates are computed from it: what sensors read, what control ordered and expected."""
     return described(quantity) is not None and not quantity.startswith(_SAID)

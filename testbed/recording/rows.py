@@ -6,12 +6,43 @@ their fields, and the contract's column names follow from the names here.
 
 from __future__ import annotations
 
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 
 XYZ = ("x", "y", "z")
-METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
-"""Estimates of the foot load: the paper's equations (1), (3), (7), its two filters, and the testbed's own."""
+
+
+class Estimates(Record):
+    """Foot load along the vertical joint's axis by every method, N, one number a foot."""
+
+    one_chamber = quantity("N", "piston side alone, the paper's (1)", per=LEGS)
+    two_chamber = quantity("N", "both chambers, the paper's (3)", per=LEGS)
+    friction = quantity("N", "less friction, weight and inertia of the frame: (7)", per=LEGS)
+    kbf = quantity("N", "(7) through the paper's Kalman-based filter (6)", per=LEGS)
+    modified_kbf = quantity("N", "(7) through the paper's modified filter", per=LEGS)
+    own = quantity("N", "the whole-body estimate", per=LEGS)
+
+
+METHODS = tuple(Estimates.fields)
+
+
+class Interval(Record):
+    """How sure an estimate of the foot loads is."""
+
+    low = quantity("N", "lower end of the 90 % interval", per=LEGS)
+    high = quantity("N", "upper end of the 90 % interval", per=LEGS)
+    sd = quantity("N", "standard deviation", per=LEGS)
+
+
+class FootForces(Record):
+    """Force of the ground on each foot by the whole-body estimate, body frame, and its standard deviation."""
+
+    x = quantity("N", "force of the ground on the foot along body x", per=LEGS)
+    y = quantity("N", "force of the ground on the foot along body y", per=LEGS)
+    z = quantity("N", "force of the ground on the foot along body z", per=LEGS)
+    x_sd = quantity("N", "standard deviation of x", per=LEGS)
+    y_sd = quantity("N", "standard deviation of y", per=LEGS)
+    z_sd = quantity("N", "standard deviation of z", per=LEGS)
 
 
 class DataRow(Record):
@@ -32,17 +63,9 @@ class DataRow(Record):
     specific_force = quantity(
         "m/s2", "inertial unit at the body's origin: acceleration less gravity, body frame", per=XYZ
     )
-    estimate = quantity(
-        "N", "foot load along the vertical joint's axis, by this method", per=(METHODS, LEGS)
-    )
-    own_low = quantity("N", "lower end of the own estimate's 90 % interval", per=LEGS)
-    own_high = quantity("N", "upper end of the own estimate's 90 % interval", per=LEGS)
-    own_sd = quantity("N", "standard deviation of the own estimate", per=LEGS)
-    own = quantity(
-        "N",
-        "force of the ground on the foot, body frame, by the own estimate",
-        per=(("x", "y", "z", "x_sd", "y_sd", "z_sd"), LEGS),
-    )
+    estimate = part(Estimates, "foot load along the vertical joint's axis, by method")
+    estimate_own = part(Interval, "how sure the own estimate is")
+    own = part(FootForces, "force of the ground on the foot by the own estimate")
     contact = quantity("1", "contact state by the detector: 1 loaded, 0 contact lost", per=LEGS)
     expected = quantity(
         "N", "foot load along the vertical joint's axis that the model expects", per=LEGS

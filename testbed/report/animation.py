@@ -6,9 +6,8 @@ lengths in millimetres, forces in tens of newtons, as whole numbers: a minute of
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,18 +18,25 @@ from testbed.robot.kinematics import LegKinematics
 from testbed.robot.robot import Robot
 from testbed.simulation.stability import rotation
 
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
 Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 FRAME_S, MOST_FRAMES = 0.1, 400
 MM, TEN_N = 1000.0, 0.1
 
 
-def animation(data: Columns, truth: Columns, slope_deg: float, machine: Machine) -> str | None:
-    """JSON for the page, or None where the recording lacks poses or positions; `machine`: the one that moved.
+def animation(data: Columns, truth: Columns, slope_deg: float, machine: Machine) -> Markup | None:
+    """JSON for the page, with what means something in HTML escaped, or None where the recording lacks poses or positions.
+
+    `machine`: the one that moved.
 
     Frames: time in ms; body origin (3) and its x and z axes (6, thousandths); feet (4, 3); ground's forces on them
     (4, 3); ropes' pulls (2, 3); thrust; hole depth.
     """
+    from jinja2.utils import htmlsafe_json_dumps
+
     if (
         f"position_{AXES[0]}" not in data
         or "body_pose_in_world_x" not in truth
@@ -48,7 +54,7 @@ def animation(data: Columns, truth: Columns, slope_deg: float, machine: Machine)
     start = _vector(truth, "body_pose_in_world", 0)
     frames = [_frame(data, truth, k, legs, to_slope, start) for k in range(0, rows, step)]
     body, drill = machine.body, machine.drill_body
-    return json.dumps(
+    return htmlsafe_json_dumps(
         {
             "slope": slope_deg,
             "ground": round(float(np.mean([_lowest(frame) for frame in frames[:1]]))),

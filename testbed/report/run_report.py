@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from testbed import __version__
 from testbed.formats.files import write_text
+from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
 from testbed.report.animation import animation
 from testbed.report.console import summary_rows
@@ -22,7 +23,7 @@ from testbed.report.style import RC, method_name, svg
 from testbed.simulation.metrics import methods, stability_margin, tilt_deg
 from testbed.simulation.pictures import pictures
 from testbed.simulation.residuals import Suspect, best_method, load_residuals
-from testbed.simulation.runs import Run, read_run, run_machines
+from testbed.simulation.runs import Run, check_run, read_run, run_machines
 
 Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
@@ -33,11 +34,13 @@ FEWEST_ROWS = 20
 def write_report(folder: str | Path) -> Path:
     """Write `report.html` into a run's folder and return its path; works for a killed run too.
 
-    Raises InputError where the folder holds no readable run.
+    Raises InputError where the folder holds no readable run, and while the run is still being made.
     """
-    path = Path(folder) / "report.html"
-    write_text(path, render("run_report.html.j2", _contents(read_run(folder))))
-    return path
+    check_run(folder)
+    with owned(folder, field=None) as path:
+        report = path / "report.html"
+        write_text(report, render("run_report.html.j2", _contents(read_run(path))))
+    return report
 
 
 def _contents(run: Run) -> dict[str, Any]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
-from typing import TYPE_CHECKING, Any
+import re
+from typing import TYPE_CHECKING, Any, cast
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -57,6 +60,7 @@ RC: dict[str, Any] = {
     "legend.handlelength": 1.8,
     "svg.fonttype": "none",
     "svg.hashsalt": "roboclimber",
+    "text.parse_math": False,
     "path.simplify_threshold": 0.3,
 }
 
@@ -117,17 +121,30 @@ def finish_time_axis(axes: list[Axes], start_s: float, end_s: float) -> None:
     axes[-1].set_xlim(start_s, end_s)
 
 
-def svg(figure: Figure, name: str) -> str:
-    """The figure as an SVG element for a page: scales with its place, its ids start with `name`."""
+def svg(figure: Figure, name: str) -> Markup:
+    """The figure as an SVG element for a page: scales with its place; `name` keeps its ids from other figures'.
+
+    Matplotlib escapes the texts of a figure, so the template engine takes the element as it is.
+    """
+    import matplotlib
+    from markupsafe import Markup
+
     buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    with matplotlib.rc_context(cast(Any, RC)):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
     text = text[text.index("<svg") :]
-    return _own_ids(text, name)
+    return Markup(_own_ids(text, name))
 
 
 def _own_ids(text: str, name: str) -> str:
-    """Ids are shared by a whole page: prefix them, so that one figure does not use another's clip paths."""
-    for mark in ('id="', "url(#", 'href="#'):
-        text = text.replace(mark, f"{mark}{name}-")
-    return text
+    """Ids are shared by a whole page: prefix them, so that one figure does not use another's clip paths.
+
+    A name may be anything, such as that of a recording's folder, and a prefix must be a word: it is the name's digest.
+    """
+    prefix = "f" + hashlib.sha256(name.encode(errors="replace")).hexdigest()[:12]
+
+    def renamed(tag: re.Match[str]) -> str:
+        return re.sub(r'( id="|url\(#|href="#)', rf"\1{prefix}-", tag[0])
+
+    return re.sub("<[^>]*>", renamed, text)

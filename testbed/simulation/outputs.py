@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
 from testbed.errors import InputError
+from testbed.formats.files import make_folder
+from testbed.formats.ownership import owned
 
 OWN_FILES = (
     "recording.yaml",
@@ -56,23 +60,22 @@ def _own_name(path: Path) -> str:
     return path.name.removesuffix(".parts").removeprefix(".")
 
 
-def claim_out(out: str | Path | None, name: str, seed: int) -> Path:
-    """Make the output folder and return it: `out`, or `runs/<name>-<seed>[-n]` that did not exist.
+@contextmanager
+def claimed(out: str | Path | None, name: str, seed: int) -> Iterator[Path]:
+    """Make and own the output folder: `out`, or `runs/<name>-<seed>[-n]` that did not exist.
 
-    An earlier run in `out` is removed. Raises InputError where the folder cannot be made or written.
+    An earlier run in `out` is removed. Raises InputError where the folder cannot be made or written, or where another
+    process is writing there.
     """
     check_out(out)
-    try:
-        if out is None:
-            return _next_free(Path("runs"), f"{name}-{seed}")
-        folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
-        remove_run(folder)
-        return folder
-    except OSError as error:
-        raise InputError(
-            f"cannot be written: {error.strerror}", file=out or "runs", field="--out"
-        ) from error
+    with owned(_next_free(f"{name}-{seed}") if out is None else out) as folder:
+        try:
+            remove_run(folder)
+        except OSError as error:
+            raise InputError(
+                f"cannot be written: {error.strerror}", file=folder, field="--out"
+            ) from error
+        yield folder
 
 
 def remove_run(folder: Path) -> None:
@@ -87,8 +90,8 @@ def remove_run(folder: Path) -> None:
                 path.unlink(missing_ok=True)
 
 
-def _next_free(parent: Path, stem: str) -> Path:
-    parent.mkdir(parents=True, exist_ok=True)
+def _next_free(stem: str) -> Path:
+    parent = make_folder("runs")
     for number in count(1):
         folder = parent / (stem if number == 1 else f"{stem}-{number}")
         try:

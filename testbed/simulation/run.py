@@ -18,7 +18,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.simulation.description import recording_meta
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics, wanted_columns
-from testbed.simulation.outputs import check_out, claim_out
+from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, write_summary
 from testbed.simulation.runs import read_series
@@ -59,8 +59,8 @@ def run_scenario(
         Simulation(scenario, model=model, gui=gui) if gui else Simulation(scenario, model=model)
     )
     try:
-        folder = claim_out(out, scenario.name, scenario.seed)
-        return _record(scenario, simulation, folder, progress, started)
+        with claimed(out, scenario.name, scenario.seed) as folder:
+            return _record(scenario, simulation, folder, progress, started)
     finally:
         simulation.close()
 

@@ -43,9 +43,7 @@ def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bo
 
     Raises InputError where there is no run, or where a file of it cannot be read.
     """
-    folder = Path(folder)
-    if not (folder / "recording.yaml").is_file():
-        raise InputError("holds no run", file=folder, allowed="a folder with recording.yaml")
+    folder = check_run(folder)
     meta = read_yaml(folder / "recording.yaml")
     if not isinstance(meta, dict) or meta.get("rig") != "robot":
         rig = meta.get("rig") if isinstance(meta, dict) else meta
@@ -65,6 +63,14 @@ def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bo
         read_series(folder, "truth", wanted) if truth else empty,
         _summary(folder),
     )
+
+
+def check_run(folder: str | Path) -> Path:
+    """The folder. Raises InputError where it holds no recording."""
+    folder = Path(folder)
+    if not (folder / "recording.yaml").is_file():
+        raise InputError("holds no run", file=folder, allowed="a folder with recording.yaml")
+    return folder
 
 
 def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:

@@ -12,6 +12,7 @@ from typing import Any
 
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.files import make_folder, write_json, write_text
+from testbed.formats.ownership import owned
 from testbed.scenario.sweep import Sweep, SweepRun
 from testbed.simulation.run import run_scenario
 from testbed.simulation.workers import work_through
@@ -50,9 +51,17 @@ def run_sweep(
 
     A run counts as made once its summary says that it was not interrupted; what a killed process left is made again.
     After Ctrl-C the runs at work keep what they have, results hold those that are done, and KeyboardInterrupt goes on.
-    Raises InputError where `out` cannot be used.
+    Raises InputError where `out` cannot be used or another process is writing there.
     """
-    folder = _claimed(out)
+    _check_out(out)
+    with owned(out):
+        return _make_runs(sweep, runs, out, jobs, progress)
+
+
+def _make_runs(
+    sweep: Sweep, runs: Sequence[SweepRun], out: Path, jobs: int, progress: Progress | None
+) -> list[dict[str, Any]]:
+    folder = make_folder(out / "runs")
     todo = [
         Job(run, folder / run.name, sweep.keep)
         for run in runs
@@ -72,8 +81,7 @@ def run_sweep(
     return results
 
 
-def _claimed(out: Path) -> Path:
-    folder = out / "runs"
+def _check_out(out: Path) -> None:
     if out.is_dir():
         foreign = sorted(
             p.name for p in out.iterdir() if p.name.removeprefix(".") not in (*RESULTS, "runs")
@@ -85,7 +93,6 @@ def _claimed(out: Path) -> Path:
                 field="--out",
                 allowed="a new or empty folder, or an earlier sweep",
             )
-    return make_folder(folder)
 
 
 def make_run(job: Job) -> bool:

@@ -15,6 +15,7 @@ from multiprocessing.connection import wait
 from typing import TypeVar
 
 from testbed.errors import InputError
+from testbed.formats.sockets import user_code
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -104,7 +105,8 @@ def _unless_stopped(work: Callable[[Item], Answer], item: Item) -> Answer | None
         return None
     try:
         _at_work.set()
-        return work(item)
+        with user_code():  # here, where the traceback still tells whose file it was
+            return work(item)
     except KeyboardInterrupt:
         return None
     finally:

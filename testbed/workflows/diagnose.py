@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file, make_folder
+from testbed.formats.files import check_file
+from testbed.formats.ownership import owned
 
 Table = tuple[list[str], list[list[str]]]
 
@@ -51,12 +52,12 @@ def _axis(
         check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
     rig = read_rig(folder)
     start = read_believed(model) if model is not None else None
-    make_folder(out)
-    found = diagnose(rig, tell, start)
-    write_findings(found, out)
-    if suggest is not None:
-        write_motion(suggest, rig.known)
-    page = write_page(found, out)
+    with owned(out):
+        found = diagnose(rig, tell, start)
+        write_findings(found, out)
+        if suggest is not None:
+            write_motion(suggest, rig.known)
+        page = write_page(found, out)
     return Diagnosed(
         f"{found.rig.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page
     )
@@ -81,10 +82,10 @@ def _robot(
     run = read_robot(folder, NEEDED)
     start = read_believed(model) if model is not None else None
     check_duration(run.data["t"], run.folder / run.header.data)
-    make_folder(out)
-    found = diagnose_robot(run.name, run.data, run.machine, folder, tell, start)
-    write_findings(found, out)
-    page = write_page(found, out)
+    with owned(out):
+        found = diagnose_robot(run.name, run.data, run.machine, folder, tell, start)
+        write_findings(found, out)
+        page = write_page(found, out)
     return Diagnosed(
         f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed.formats.files import write_json, write_text
+from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
@@ -36,10 +37,11 @@ def close_loop(
     say = tell or (lambda _: None)
     for name in scenarios:
         load_scenario(name)  # all of them can be used, before the first is run
-    rows = [_row(name, out / name, say) for name in scenarios]
-    result = {"scenarios": rows}
-    write_json(out / "loop.json", result)
-    write_text(out / "loop.html", page(rows))
+    with owned(out):
+        rows = [_row(name, out / name, say) for name in scenarios]
+        result = {"scenarios": rows}
+        write_json(out / "loop.json", result)
+        write_text(out / "loop.html", page(rows))
     return result
 
 

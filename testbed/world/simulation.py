@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from testbed.control.programs.references import Command, Measured
 from testbed.errors import SimulationFault
+from testbed.formats.sockets import user_code
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -191,7 +192,8 @@ class Simulation:
             self._step = k
             due = flags[k % period]
             if due & SLOW:
-                self._slow_step(k, due, data, truth, count)
+                with user_code():
+                    self._slow_step(k, due, data, truth, count)
             else:
                 do(due, data, truth, count)
             if due & RECORD:

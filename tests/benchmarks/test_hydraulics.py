@@ -30,7 +30,7 @@ from testbed.laws.supply import (
 )
 from testbed.machine.build import build_machine
 from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.plumbing import unit_parameters
 from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 
 X = np.tile([0.12, 0.2, 0.25], 4)
@@ -393,10 +393,8 @@ def test_an_unknown_part_is_refused() -> None:
     ],
 )
 def test_numbers_that_cannot_be_are_refused_by_name(path: str, value: float) -> None:
-    p = build_machine({path: value})
     with pytest.raises(InputError, match=path.replace(".", r"\.")):
-        axis_parameters(p)
-        unit_parameters(p)
+        build_machine({path: value})
 
 
 def test_the_check_writes_its_table(tmp_path: Path) -> None:

@@ -217,6 +217,14 @@ COMMANDS: dict[str, tuple[list[str], str]] = {
     "filters_to_a_file": (["filters", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
     "estimators_to_a_file": (["estimators", "--out", "bare.yaml"], "--out: cannot be written"),
     "paper_to_a_file": (["paper", "--out", "bare.yaml"], "bare.yaml: --out: cannot be written"),
+    "controller_that_breaks_when_imported": (
+        ["distribution", "--controller", "breaks.py:Mine", "--out", "out"],
+        "breaks.py: line 1 of your own file raised ZeroDivisionError: division by zero",
+    ),
+    "controller_without_a_plan": (
+        ["distribution", "--controller", "planless.py:Mine", "--out", "out"],
+        "planless.py: controller = 'Mine': has no method plan (allowed: a class with plan(self, now))",
+    ),
     "distribution_to_a_file": (
         ["distribution", "--out", "bare.yaml"],
         "bare.yaml: --out: cannot be written",
@@ -373,6 +381,8 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
     (tmp_path / "broken.urdf").write_text("<robot><link")
     (tmp_path / "empty.urdf").write_text("<robot name='x'></robot>")
+    (tmp_path / "breaks.py").write_text("1 / 0\n")
+    (tmp_path / "planless.py").write_text("class Mine:\n    pass\n")
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis/chapter.tex").write_text("precious")

@@ -306,7 +306,7 @@ def test_the_shipped_policy_says_how_it_was_made_and_corrects_the_plan_within_it
 def test_a_controller_of_ones_own_is_a_file_and_a_class(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(
-        "from testbed.control.distribution.quadratic import Quadratic\nclass Mine(Quadratic):\n    name = 'mine'\n"
+        "from testbed.control.distribution.quadratic import Quadratic\nclass Mine(Quadratic): ...\n"
     )
     assert controller(f"{file}:Mine").plan(_balance(30.0)).feasible
     with pytest.raises(InputError, match="no such class"):

@@ -118,10 +118,30 @@ FAULTS = {
         _set("known.bore_mm", 70),
         "known.bore_mm: unknown key, did you mean 'bore_m'",
     ),
-    "wrong unit": (_set("channels.position.unit", "mm"), "wrong unit"),
+    "wrong unit": (_set("channels.position.unit", "bar"), "wrong unit"),
     "unknown quantity": (
-        _set("channels.noise", {"column": "x", "unit": "m"}),
-        "unknown quantity 'noise'",
+        _set("channels.presure_b", {"column": "x", "unit": "m"}),
+        "unknown quantity 'presure_b', did you mean 'pressure_b'",
+    ),
+    "unknown unit of what rides along": (
+        _set("channels.current", {"column": "x", "unit": "furlong"}),
+        "channels.current.unit = 'furlong': wrong unit",
+    ),
+    "one column in two units": (
+        _set("channels.current", {"column": "x", "unit": "mm"}),
+        "column 'x' cannot be in mm and in m",
+    ),
+    "tolerance without value": (
+        _set("known.bore_m", {"tolerance": 0.01}),
+        "bore_m has the keys tolerance (allowed: value, tolerance)",
+    ),
+    "tolerance of more than half": (
+        _set("known.bore_m", {"value": 0.07, "tolerance": 2.0}),
+        "tolerance",
+    ),
+    "tolerance of nothing declared": (
+        _set("known.tolerances", {"boar_m": 0.01}),
+        "boar_m is no declared number",
     ),
     "missing position": (_set("channels.position", None), "channels.position is missing"),
     "missing pressure": (_set("channels.pressure_a", None), "channels.pressure_a is missing"),

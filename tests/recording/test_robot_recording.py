@@ -90,8 +90,8 @@ FAULTS: dict[str, tuple[Fault, str]] = {
     "format": (put("format", "roboclimber-recording/9"), "format = 'roboclimber-recording/9'"),
     "unknown key": (put("colour", "red"), "colour: unknown key"),
     "unit": (
-        put(f"channels/{PRESSURE}/unit", "bar"),
-        f"channels.{PRESSURE}.unit = 'bar': wrong unit",
+        put(f"channels/{PRESSURE}/unit", "furlong"),
+        f"channels.{PRESSURE}.unit = 'furlong': wrong unit",
     ),
     "volts without calibration": (put(f"channels/{PRESSURE}/unit", "V"), "needs a calibration"),
     "calibration beside Pa": (

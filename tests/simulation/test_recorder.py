@@ -14,7 +14,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from testbed.errors import InputError
-from testbed.simulation.outputs import check_out, claim_out
+from testbed.report.run_report import write_report
+from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.recorder import RunRecorder
 from testbed.simulation.runs import read_run
 
@@ -129,14 +130,17 @@ def test_a_folder_that_goes_away_is_reported_in_one_line(tmp_path: Path) -> None
 
 def test_default_folders_are_numbered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    made = [str(claim_out(None, "stand", 3)) for _ in range(3)]
+    made = []
+    for _ in range(3):
+        with claimed(None, "stand", 3) as folder:
+            made.append(str(folder))
     assert made == ["runs/stand-3", "runs/stand-3-2", "runs/stand-3-3"]
 
 
 def test_a_foreign_folder_is_refused_and_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("precious")
-    with pytest.raises(InputError, match=r"thesis\.tex"):
-        claim_out(tmp_path, "stand", 0)
+    with pytest.raises(InputError, match=r"thesis\.tex"), claimed(tmp_path, "stand", 0):
+        raise AssertionError("a foreign folder was claimed")
     assert os.listdir(tmp_path) == ["thesis.tex"]
 
 
@@ -144,8 +148,24 @@ def test_an_earlier_run_is_written_over(tmp_path: Path) -> None:
     recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
     _blocks(recorder, 2)
     recorder.finish({"verdict": "stood"})
-    assert claim_out(tmp_path, "stand", 0) == tmp_path
-    assert list(tmp_path.iterdir()) == []
+    with claimed(tmp_path, "stand", 0) as folder:
+        assert folder == tmp_path and list(tmp_path.iterdir()) == []
+
+
+def test_a_run_that_is_being_written_is_not_written_over_nor_reported(tmp_path: Path) -> None:
+    with claimed(tmp_path, "stand", 0):
+        recorder = RunRecorder(tmp_path, ["t", "a", "b"], ["t", "load"], META)
+        _blocks(recorder, 2)
+        recorder.close()
+        before = sorted(tmp_path.rglob("*"))
+        with pytest.raises(InputError, match="another testbed process"):
+            write_report(tmp_path)
+        with (
+            pytest.raises(InputError, match="another testbed process"),
+            claimed(tmp_path, "stand", 1),
+        ):
+            raise AssertionError("two runs in one folder")
+        assert sorted(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.parametrize("out", ["file", "file/below"])

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from testbed.errors import InputError
+from testbed.formats.ownership import owned
 from testbed.scenario.sweep import load_sweep
 from testbed.simulation.sweep import SweepRun, flattened, run_sweep, summary_of, table
 
@@ -95,6 +96,13 @@ def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     sweep, runs = load_sweep(_file(tmp_path, ""))
     with pytest.raises(InputError, match="files of something else"):
         run_sweep(sweep, runs, tmp_path)
+
+
+def test_two_sweeps_do_not_share_a_folder(tmp_path: Path) -> None:
+    sweep, runs = load_sweep(_file(tmp_path, ""))
+    with owned(tmp_path / "out"), pytest.raises(InputError, match="another testbed process"):
+        run_sweep(sweep, runs, tmp_path / "out")
+    assert not list((tmp_path / "out").iterdir())
 
 
 def test_every_run_is_made_once_and_summed_up(tmp_path: Path) -> None:

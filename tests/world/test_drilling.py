@@ -176,7 +176,7 @@ def test_a_stuck_rod_is_pulled_far_above_the_feed_until_it_comes() -> None:
     assert stuck["depth_m"] == pytest.approx(2.0, abs=0.01) and freed["depth_m"] == stuck["depth_m"]
     assert 2.0 * task.feed_n < rows[:, d.PULL].max() < 18000.0
     assert rows[round(freed["t"] / DT) + 1, d.PULL] == pytest.approx(task.pull_n)
-    assert cycle.summary().drill["freed"] == 1 and cycle.phase == "done"
+    assert cycle.summary()["drill"]["freed"] == 1 and cycle.phase == "done"
 
 
 def test_a_rod_that_never_comes_is_left_behind_with_the_string() -> None:

@@ -15,6 +15,7 @@ from testbed.laws import drill as d
 from testbed.machine.build import build_machine
 from testbed.robot.kinematics import LegKinematics, length
 from testbed.robot.urdf.merge import merged
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.scenario.terrain import Terrain
@@ -219,8 +220,9 @@ def test_every_named_effect_can_be_put_into_the_world() -> None:
 def test_an_impossible_start_posture_is_refused_by_name() -> None:
     from testbed.world.assembly import assemble
 
+    scenario = load_scenario("stand_flat", ["robot.radial_m=0.45"])
     with pytest.raises(InputError, match="fl_radial"):
-        assemble(load_scenario("stand_flat", ["robot.radial_m=0.45"]), None, False)
+        assemble(scenario, machines_of(scenario), None, False)
 
 
 def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from testbed.benchmarks.estimators.benchmark import (
     result,
 )
 from testbed.formats.files import write_json, write_text
+from testbed.report.page import render
 
 TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
     (
@@ -117,29 +117,6 @@ def _share(value: float | None) -> str:
     return "" if value is None else f"{100.0 * value:.0f} %"
 
 
-def _html_table(heads: list[str], rows: list[list[str]], strong: str = "") -> str:
-    head = "".join(f"<th>{escape(h)}</th>" for h in heads)
-    body = "".join(
-        f"<tr{' class=own' if row[0] == strong else ''}>"
-        + "".join(f"<td>{escape(c)}</td>" for c in row)
-        + "</tr>"
-        for row in rows
-    )
-    return (
-        f"<div class=wide><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
-    )
-
-
-STYLE = """
-body{font:16px/1.5 system-ui,sans-serif;color:#1a1a1a;max-width:62rem;margin:2rem auto;padding:0 1rem}
-h1{font-size:1.5rem}h2{font-size:1.1rem;margin-top:2rem}
-.wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:.9rem;font-variant-numeric:tabular-nums}
-th,td{padding:.3rem .6rem;text-align:right;border-bottom:1px solid #e4e6ea}
-th:first-child,td:first-child{text-align:left}
-th{border-bottom:1px solid #8a8f98;font-weight:600}.own td{font-weight:600;background:#eef4f9}p{max-width:46rem}
-"""
-
-
 def _page(answer: dict[str, Any]) -> str:
     wanted = [
         [
@@ -150,25 +127,14 @@ def _page(answer: dict[str, Any]) -> str:
         ]
         for t in answer["targets"]
     ]
-    parts = [
-        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width'>",
-        f"<title>Foot forces from pressures</title><style>{STYLE}</style><h1>Foot forces from pressures</h1>",
-        f"<p>Simulated: {len(answer['runs'])} runs, none of them used to choose a constant. In each the true friction "
-        "is off from the believed numbers by drawn errors (5 %; 20 % in what it depends on), the load on the platform "
-        "by 15 kg, and every pressure sensor's zero drifts with the oil's temperature. Errors in N, root mean squares "
-        "against the true foot force; 150 N are 1 % of 15 kN. <i>Moving</i>: the vertical cylinder faster than 3 mm/s. "
-        "<i>Across</i>: the force across the vertical joint, all times. The interval is the estimate's own, 1.645 of "
-        "its standard deviations to either side, at rest.</p>",
-        "<h2>What was wanted of the own estimate</h2>",
-        _html_table(["", "at most, N", "measured, N", "holds"], wanted),
-    ]
-    for group in answer["groups"]:
-        heads, rows = table(answer, group)
-        parts += [f"<h2>{escape(_title(group))}</h2>", _html_table(heads, rows, WHOLE)]
-    parts.append(
-        f"<p>{escape(NAMES[FLOOR])}: friction, zeros and inertia known exactly.</p></html>"
-    )
-    return "\n".join(parts)
+    contents = {
+        "runs": len(answer["runs"]),
+        "wanted": (["", "at most, N", "measured, N", "holds"], wanted),
+        "groups": [(_title(group), table(answer, group)) for group in answer["groups"]],
+        "own": WHOLE,
+        "floor": NAMES[FLOOR],
+    }
+    return render("benchmarks/estimators/page.html.j2", contents)
 
 
 def _title(group: str) -> str:

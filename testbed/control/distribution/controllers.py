@@ -17,6 +17,7 @@ from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import Statics
 from testbed.control.programs.references import Program
 from testbed.errors import InputError
+from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ CONTROLLERS: dict[str, Callable[[], Sharing]] = {
 
 
 def controller(name: str) -> Sharing:
-    """A fresh controller: a name of the table, `file.py:Class` for one of your own, or a trained `policy.npz`.
+    """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained `policy.npz`.
 
     Raises InputError with the names there are.
     """
@@ -38,27 +39,11 @@ def controller(name: str) -> Sharing:
         return CONTROLLERS[name]()
     if name.endswith(".npz"):
         return Learned(Path(name))
-    file, colon, made = name.rpartition(":")
-    if not colon or not file.endswith(".py"):
-        allowed = f"{', '.join(CONTROLLERS)}, file.py:Class or policy.npz"
-        raise InputError("no such controller", field="controller", value=name, allowed=allowed)
-    return _own(Path(file), made)
-
-
-def _own(file: Path, made: str) -> Sharing:
-    import importlib.util
-
-    spec = importlib.util.spec_from_file_location(file.stem, file) if file.is_file() else None
-    if spec is None or spec.loader is None:
-        raise InputError("no such file", file=file, field="controller", allowed="file.py:Class")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    if not hasattr(getattr(module, made, None), "plan"):
-        raise InputError(
-            "has no such class with a method plan", file=file, field="controller", value=made
-        )
-    own: Sharing = getattr(module, made)()
-    return own
+    if is_user_class(name):
+        own: Sharing = load_object(name, Sharing, field="controller")
+        return own
+    allowed = f"{', '.join(CONTROLLERS)}, {FORM} or policy.npz"
+    raise InputError("no such controller", field="controller", value=name, allowed=allowed)
 
 
 def distributed(

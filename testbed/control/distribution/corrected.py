@@ -77,8 +77,6 @@ _LOW, _HIGH = (np.array([row[k] for row in VIEW]) for k in (4, 5))
 class Corrected(Quadratic):
     """See the module's docstring. `order` takes an action; no action is the program itself."""
 
-    name = "corrected"
-
     def __init__(self) -> None:
         super().__init__()
         self.load_n, self.pull_n = np.zeros(len(LEGS)), np.zeros(len(SIDES))

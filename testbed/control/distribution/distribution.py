@@ -43,8 +43,6 @@ class Plan:
 class Sharing(Protocol):
     """A way to share the load out; one file each."""
 
-    name: str
-
     def plan(self, now: Balance) -> Plan:
         """The forces to be had, from the balance now."""
         ...

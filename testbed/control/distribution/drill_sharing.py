@@ -28,8 +28,6 @@ OBSERVER_LIMIT_N = 4000.0
 class DrillSharing(Quadratic):
     """See the module's docstring."""
 
-    name = "drill"
-
     def __init__(self, friction: float | None = None, surge_n: float = SURGE_N) -> None:
         super().__init__(friction)
         self.surge_n = surge_n

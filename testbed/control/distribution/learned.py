@@ -27,8 +27,6 @@ LAYERS = 3
 class Learned(Corrected):
     """See the module's docstring. `weights`: an .npz of `testbed train`; raises InputError for one that is none."""
 
-    name = "learned"
-
     def __init__(self, weights: Path = SHIPPED) -> None:
         super().__init__()
         self._layers = read(weights)

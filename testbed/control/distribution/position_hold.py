@@ -12,8 +12,6 @@ from testbed.control.distribution.statics import Balance
 class PositionHold:
     """See the module's docstring."""
 
-    name = "position_hold"
-
     def plan(self, now: Balance) -> Plan:
         """No wish: `feasible` is false, so nothing is laid over the set points."""
         return Plan(now.measured, feasible=False)

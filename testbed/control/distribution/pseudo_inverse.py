@@ -17,8 +17,6 @@ Array = NDArray[np.float64]
 class PseudoInverse:
     """See the module's docstring."""
 
-    name = "pseudo_inverse"
-
     def __init__(self) -> None:
         self._pull: Array | None = None
 

@@ -72,8 +72,6 @@ class _Last:
 class Quadratic:
     """See the module's docstring. `friction`: what `constraints` takes it to be; None is the believed machine's."""
 
-    name = "qp"
-
     def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
         self.friction = friction
         self.lowest_n = lowest_n

@@ -1,4 +1,4 @@
-"""Every field of a scenario file as a table: path, kind of value, default, what is allowed and what it means."""
+"""Every field of a checked object as a table: path, kind of value, default, what is allowed and what it means."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from testbed.scenario.scenario import Scenario
+HEADS = ("field", "default", "allowed", "meaning")
 
 
 class Row(NamedTuple):
@@ -23,21 +23,21 @@ class Row(NamedTuple):
     meaning: str
 
 
-def rows() -> list[Row]:
+_MANY: dict[Any, Any] = {tuple: ("[]", "list"), dict: (".<name>", "mapping")}
+"""How the path of what stands in a list or a mapping goes on, and what the whole is called."""
+
+
+def rows(model: type[BaseModel], prefix: str = "") -> Iterator[Row]:
     """All fields in the file's order; the kinds of a union stand as `task (drill).start_s`."""
-    return list(_rows(Scenario, ""))
-
-
-def _rows(model: type[BaseModel], prefix: str) -> Iterator[Row]:
     for name, info in model.model_fields.items():
         path = prefix + name
         models = [m for m in _models(info.annotation) if issubclass(m, BaseModel)]
         if not models:
             yield Row(path, _default(info), _allowed(info), info.description or "")
             continue
-        many = typing.get_origin(info.annotation) in (tuple, dict)
+        many = _MANY.get(typing.get_origin(info.annotation), "")
         if info.description:
-            yield Row(path, _default(info), "a list" if many else "", info.description)
+            yield Row(path, _default(info), many and f"a {many[1]}", info.description)
         for part in models:
             kind = part.model_fields.get("kind")
             choice = (
@@ -45,9 +45,7 @@ def _rows(model: type[BaseModel], prefix: str) -> Iterator[Row]:
                 if kind is not None and len(models) > 1
                 else None
             )
-            yield from _rows(
-                part, f"{path}{'[]' if many else ''}{f' ({choice})' if choice else ''}."
-            )
+            yield from rows(part, f"{path}{many and many[0]}{f' ({choice})' if choice else ''}.")
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:
@@ -67,6 +65,8 @@ def _default(info: FieldInfo) -> str:
     if info.default is None:
         return "null"
     value = info.default
+    if isinstance(value, BaseModel):
+        return "{}"
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
@@ -105,5 +105,7 @@ def _kind(annotation: Any) -> str:
         return "mapping"
     if origin is typing.Annotated:
         return _kind(args[0])
+    if annotation is Any:
+        return "anything"
     names = {float: "number", int: "whole number", bool: "true or false", str: "text"}
     return names.get(annotation, str(annotation))

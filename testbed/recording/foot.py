@@ -1,0 +1,103 @@
+"""A recording of one foot whose force is known already: what contact detectors read.
+
+The machine behind it may weigh two kilograms or four tonnes: its scale comes with the recording.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from testbed.errors import InputError
+from testbed.formats.checked import Checked, checked
+from testbed.formats.table import read_columns
+from testbed.formats.units import to_si
+from testbed.formats.yaml_files import read_mapping
+from testbed.recording.axis import recording_folder
+from testbed.recording.axis_header import AnyHeader, check_format, check_quantities
+from testbed.recording.checks import check_finite, check_time
+from testbed.recording.quantities import quantities_of
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+class FootScale(Checked):
+    """What is declared about a foot: the sizes that a detector measures its force by."""
+
+    nominal_load_n: float | None = Field(
+        default=None, gt=0.0, description="load of the standing foot, N"
+    )
+    breakaway_n: float | None = Field(
+        default=None, ge=0.0, description="error that friction leaves in the force at rest, N"
+    )
+
+
+class FootHeader(AnyHeader):
+    """The contents of a foot's recording.yaml."""
+
+    rig: Literal["foot"] = Field(description="one foot whose force is known")
+    known: FootScale = Field(default=FootScale(), description="the foot's own scale")
+
+
+@dataclass(frozen=True, eq=False)
+class FootRecording:
+    """One foot, one row a sample, length n: time s, load N (+ pressed on the ground), whether it carries (or None)."""
+
+    name: str
+    folder: Path
+    header: FootHeader
+    time_s: Array
+    force_n: Array
+    contact: Mask | None
+
+
+def read_foot(folder: str | Path) -> FootRecording:
+    """Read and check a recording of one foot. Every fault is an InputError, one line."""
+    folder = recording_folder(folder)
+    file = folder / "recording.yaml"
+    header = read_foot_header(file)
+    channels, table = header.channels, folder / header.data
+    columns = read_columns(
+        table, {c.column: f"channels.{q}.column" for q, c in channels.items()}, file
+    )
+    series = {q: to_si(columns[c.column], c.unit) for q, c in channels.items()}
+    check_time(series["time"], header.sample_rate_hz, table, file, channels["time"].column)
+    for name, values in series.items():
+        check_finite(name, values, series["time"], table)
+    contact = None
+    if "contact" in series:
+        contact = as_contact(series["contact"], table, channels["contact"].column)
+    return FootRecording(
+        folder.resolve().name, folder, header, series["time"], series["force"], contact
+    )
+
+
+def read_foot_header(path: Path) -> FootHeader:
+    """Read and check the header of one foot's recording. Every fault is an InputError, one line."""
+    tree = read_mapping(path)
+    check_format(tree, path)
+    header = checked(FootHeader, tree, path)
+    check_quantities(header.channels, quantities_of("foot"), path, "foot")
+    return header
+
+
+def as_contact(values: Array, file: Path, column: str) -> Mask:
+    """Whether the foot carries, (n,): the larger of two values, or any that is not 0 where there is only one.
+
+    Raises InputError for more than two distinct values.
+    """
+    found = np.unique(values)
+    if len(found) > 2:
+        raise InputError(
+            f"column {column!r} has {len(found)} distinct values",
+            file=file,
+            field="channels.contact",
+            allowed="at most two distinct values",
+        )
+    return np.asarray(values == found[-1] if len(found) == 2 else values != 0.0)

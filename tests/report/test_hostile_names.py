@@ -1,0 +1,213 @@
+"""No word of a recording, a scenario or a folder becomes markup or script in a page, whatever it is."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from synthetic_run import write_synthetic_run
+
+import testbed
+from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, Table, at_least
+from testbed.benchmarks.paper.page import write_paper
+from testbed.machine.names import LEGS
+from testbed.report import page
+from testbed.report.run_report import write_report
+from testbed.report.style import RC, svg
+from testbed.workflows import loop
+
+PACKAGE = Path(testbed.__file__).parent
+HOSTILE = (
+    "<script>alert(1)</script>",
+    "</script><xss>",
+    "</svg><xss onload=alert(1)>",
+    '"><xss onload="alert(1)" id="',
+    "' onload='alert(1)",
+    "$\\undefined{x}$",
+    "{{ 7 * 7 }}",
+    "<img src=x onerror=alert(1)>",
+)
+
+
+class Seen(HTMLParser):
+    """Tags, attributes and scripts of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.attributes: list[tuple[str, str]] = []
+        self.scripts: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.attributes += [(name, value or "") for name, value in attrs]
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_data(self, data: str) -> None:
+        if self.lasttag == "script" and self.scripts:
+            self.scripts[-1] += data
+
+
+def check(text: str) -> None:
+    """Nothing of HOSTILE is markup in this page, and the browser is told to run our script only."""
+    seen = Seen(text)
+    assert not seen.tags & {"xss", "iframe", "object", "embed", "link", "base", "form"}
+    assert not [name for name, _ in seen.attributes if name.startswith("on")]
+    for name, value in seen.attributes:
+        if name in ("src", "href", "xlink:href", "action"):
+            assert value.startswith(("#", "data:image/")), (name, value)
+    for script in seen.scripts:
+        assert script.strip() in ("", page._script().strip()) or json.loads(script)
+    assert ("content", page.policy()) in seen.attributes
+    assert "49" not in re.findall(r">\s*(49)\s*<", text)  # nothing is a template of its own
+
+
+@pytest.mark.parametrize("word", HOSTILE)
+def test_the_report_of_a_run(tmp_path: Path, word: str) -> None:
+    folder = write_synthetic_run(tmp_path / word.replace("/", "\\"), 2.0)
+    path = folder / "summary.json"
+    summary = json.loads(path.read_text())
+    summary |= {"scenario": word, "description": word, "verdict": word}
+    summary["events"] = [{"t": 1.0, "kind": word, word: word}]
+    summary["undeclared"] = [{"effect": word, "at": word, "parameters": {word: 1.0}}]
+    summary["expectations"] = {"met": False, "unmet": [word]}
+    path.write_text(json.dumps(summary))
+    text = write_report(folder).read_text()
+    check(text)
+    assert word not in text or word == "{{ 7 * 7 }}" or "<" not in word
+
+
+@pytest.mark.parametrize("word", HOSTILE)
+def test_a_figure_keeps_text_as_text_and_its_ids_as_words(word: str) -> None:
+    with matplotlib.rc_context(RC):  # type: ignore[arg-type]
+        figure = Figure()
+        axes = figure.subplots()
+        axes.plot([0, 1], [0, 1], label=word)
+        axes.set_title(word)
+        axes.set_yticks([0.5], [word])
+        axes.legend()
+    text = svg(figure, word)
+    check(page.render("loop.html.j2", {"rows": [], "figure": text}))
+    ids = [value for name, value in Seen(text).attributes if name == "id"]
+    assert ids and all(re.fullmatch(r"[\w.-]+", value) for value in ids)
+
+
+@pytest.mark.parametrize("word", HOSTILE)
+def test_the_pages_of_the_diagnosis(word: str) -> None:
+    effect = {
+        "name": word,
+        "place": word,
+        "text": word,
+        "equation": word,
+        "probability": 1.0,
+        "ambiguous_with": [word],
+        "parameters": {word: {"value": 1.0, "interval90": [0.0, 1.0], "unit": word}},
+    }
+    shared: dict[str, Any] = {
+        "verdict": word,
+        "headline": word,
+        "effects": [effect],
+        "left_out": [{"name": word, "reason": word}],
+    }
+    rival = {"names": word, "ahead": 1.0, "probability": 0.5, "where": word, "scale": (1.0, 2.0)}
+    row = {"quantity": word, "name": word, "unit": word, "values": [word]}
+    check(
+        page.render(
+            "diagnosis.html.j2",
+            shared
+            | {
+                "rig": word,
+                "kind": word,
+                "hypotheses": [{"names": [word], "probability": 1.0}],
+                "errors": [row],
+                "closed": {"force_n": 0.5},
+                "evidence": word,
+                "rivals": [rival],
+                "stated": 1.0,
+                "figures": [(word, word, word)],
+                "experiments": [(word, word)],
+                "excess": 1.0,
+            },
+        )
+    )
+    check(
+        page.render(
+            "robot_diagnosis.html.j2",
+            shared
+            | {
+                "name": word,
+                "hypotheses": [(word, 1.0)],
+                "errors": [(word, {"before": 1.0, "refit": 1.0, "after": 1.0})],
+                "slides": False,
+                "learnt": 50,
+                "rivals": [(word, 1.0)],
+                "force": word,
+                "flow": word,
+                "flow_s": 1.0,
+            },
+        )
+    )
+
+
+@pytest.mark.parametrize("word", HOSTILE)
+def test_the_page_of_the_loop(word: str) -> None:
+    errors = {stage: dict.fromkeys(LEGS, 1.0) for stage in ("before", "after")}
+    numbers = dict.fromkeys(
+        ("probability", "before_n", "after_n", "others_before_n", "others_after_n"), 1.0
+    )
+    row = {"scenario": word, "hidden": word, "said": word, "by_leg_n": errors, **numbers}
+    check(loop.page([row]))
+
+
+@pytest.mark.parametrize("word", HOSTILE)
+def test_the_page_of_the_paper(tmp_path: Path, word: str) -> None:
+    line = np.arange(3.0)
+    experiment = Experiment(
+        word,
+        word,
+        word,
+        word,
+        [at_least(word, word, 2.0, 1.0, word)],
+        [Panel(word, word, word, [Line(line, line, word)])],
+        [Table(word, [word], [[word]])],
+        [word],
+    )
+    check(write_paper([experiment], tmp_path)[1].read_text())
+
+
+def _templates() -> Iterator[Path]:
+    yield from PACKAGE.rglob("*.j2")
+
+
+def test_no_template_takes_data_as_it_is_and_every_page_has_the_policy() -> None:
+    pages = [path for path in _templates() if "<title>" in path.read_text()]
+    assert len(pages) >= 7
+    for path in _templates():
+        assert not re.search(r"\|\s*safe\b|autoescape", path.read_text()), path
+    for path in pages:
+        text = path.read_text()
+        assert '{% include "head.html.j2" %}' in text or "{% extends" in text, path
+        assert "<script" not in text, path
+
+
+def test_no_code_builds_markup_of_its_own() -> None:
+    markup = re.compile(
+        r"""["'](?:\\n|\s)*</?(?:td|tr|th|table|p|div|svg|script|html|h[1-6]|li)\b"""
+    )
+    trusted = {"report/page.py", "report/style.py"}
+    for path in PACKAGE.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        name = path.relative_to(PACKAGE).as_posix()
+        if name not in trusted:
+            assert not markup.search(text) and "Markup(" not in text, name
