@@ -1,71 +1,44 @@
-"""The one list of named effects: the simulator, the estimators and the diagnosis all read it."""
+"""The one list of named effects: the simulator, the estimators and the diagnosis all read it.
+
+Every file of this folder with a tuple `EFFECTS` adds to the list: a new effect is one new file.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from pkgutil import iter_modules
 
-from testbed.effects import (
-    force_cushion,
-    force_periodic,
-    force_spring,
-    friction_load,
-    friction_position,
-    friction_presliding,
-    friction_pressure,
-    friction_temperature,
-    hydraulics_air,
-    hydraulics_hose,
-    inertia_mass,
-    leakage_internal,
-    sensor_delay,
-    sensor_drift_a,
-    sensor_gain,
-    sensor_line_b,
-    supply_droop,
-    unnamed,
-    valve_deadband,
-)
-from testbed.effects.base import Effect, FlowTerms, ForceTerms, ParameterSpec, Signals
-from testbed.effects.placed import at, kind_of, place_of
+from testbed.effects.base import MARK, Active, Effect
+from testbed.effects.unnamed import UNNAMED
 from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.recording.leg_model import EffectEntry, LegModel, read_model
 
-ALL: tuple[Effect, ...] = (
-    friction_position.EFFECT,
-    friction_pressure.EFFECT,
-    friction_load.EFFECT,
-    friction_presliding.EFFECT,
-    friction_temperature.EFFECT,
-    inertia_mass.EFFECT,
-    force_spring.EFFECT,
-    force_periodic.EFFECT,
-    force_cushion.EFFECT,
-    sensor_gain.GAIN_A,
-    sensor_gain.GAIN_B,
-    sensor_drift_a.EFFECT,
-    sensor_line_b.EFFECT,
-    sensor_delay.EFFECT,
-    leakage_internal.EFFECT,
-    hydraulics_air.EFFECT,
-    hydraulics_hose.EFFECT,
-    valve_deadband.EFFECT,
-    supply_droop.EFFECT,
-)
-"""The names that a diagnosis may give, in the contract's order."""
 
-NAMES: tuple[str, ...] = tuple(effect.name for effect in ALL)
-_TABLE: dict[str, Effect] = {effect.name: effect for effect in (*ALL, unnamed.EFFECT)}
+def _found() -> Iterator[Effect]:
+    for module in iter_modules(__path__, f"{__name__}."):
+        yield from getattr(import_module(module.name), "EFFECTS", ())
 
 
-@dataclass(frozen=True)
-class Active:
-    """An effect with its checked parameters, further shapes filled with their defaults."""
+ALL: tuple[Effect, ...] = tuple(_found())
+"""Every effect that has a name, by alphabet."""
 
-    effect: Effect
-    values: Mapping[str, float]
+OF_A_CYLINDER: tuple[Effect, ...] = tuple(effect for effect in ALL if effect.rigs)
+"""Those that recordings of a single axis can show: the names that the diagnosis of a rig may give."""
+
+_TABLE: dict[str, Effect] = {effect.kind: effect for effect in (*ALL, UNNAMED)}
+
+
+def kind_of(name: str) -> str:
+    """The effect's own name, without its place."""
+    return name.partition(MARK)[0]
+
+
+def place_of(name: str) -> str | None:
+    """The place in an effect's name; None for one that acts everywhere."""
+    return name.partition(MARK)[2] or None
 
 
 def by_name(name: str, file: str | Path | None = None, field: str = "name") -> Effect:
@@ -75,32 +48,18 @@ def by_name(name: str, file: str | Path | None = None, field: str = "name") -> E
         raise InputError(
             "no effect has that name", file=file, field=field, value=name, allowed=", ".join(_TABLE)
         )
-    return at(_TABLE[kind], place) if place else _TABLE[kind]
+    return _TABLE[kind].at(place) if place else _TABLE[kind]
 
 
-def check(entry: Mapping[str, Any], file: str | Path | None = None) -> Active:
-    """A `{name, parameters}` mapping (a scenario's `undeclared:` entry) as a checked effect. Raises InputError.
+def of_declared(number: str) -> Effect:
+    """The effect by which a declared number of a rig (a field of `Known`) may be other than declared."""
+    return next(effect for effect in ALL if effect.declared_as == number)
 
-    A parameter may be a plain number or a mapping with `value`; keys `leg`, `joint`, `place` are the caller's.
-    """
-    unknown = set(entry) - {"name", "parameters", "leg", "joint", "place"}
-    if unknown:
-        raise InputError(
-            f"unknown key {sorted(unknown)[0]!r}",
-            file=file,
-            field="effects",
-            allowed="name, parameters, place",
-        )
-    if "name" not in entry:
-        raise InputError("an effect needs a name", file=file, allowed=", ".join(_TABLE))
-    effect = by_name(str(entry["name"]), file)
-    given = entry.get("parameters") or {}
-    if not isinstance(given, Mapping):
-        raise InputError(
-            "must be a mapping", file=file, field=f"{effect.name}.parameters", value=given
-        )
-    values = {str(k): v.get("value") if isinstance(v, Mapping) else v for k, v in given.items()}
-    return Active(effect, effect.complete(values, file))
+
+def declared_by(machine: Machine) -> tuple[Active, ...]:
+    """Effects that the machine's own numbers declare for all cylinders alike: they are no findings."""
+    given = [(effect, effect.declared_by(machine)) for effect in ALL]
+    return tuple(Active(e, e.complete(values)) for e, values in given if values is not None)
 
 
 def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tuple[Active, ...]:
@@ -118,22 +77,3 @@ def read_believed(path: str | Path) -> LegModel:
     model = read_model(path)
     build(model.effects, path)
     return model
-
-
-__all__ = [
-    "ALL",
-    "NAMES",
-    "Active",
-    "Effect",
-    "FlowTerms",
-    "ForceTerms",
-    "ParameterSpec",
-    "Signals",
-    "at",
-    "build",
-    "by_name",
-    "check",
-    "kind_of",
-    "place_of",
-    "read_believed",
-]

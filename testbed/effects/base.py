@@ -1,90 +1,33 @@
-"""A named effect: parameters with bounds and prior, its equation, and what it does to the believed balances."""
+"""What an effect is: everything that anyone asks of one is answered by its object.
+
+An effect is one file of this folder with one class (or two like ones) and a tuple `EFFECTS` of its objects. Only what
+differs from the answers given here is written there. Who asks: a world that has the effect, the estimators that believe
+in it, the diagnosis that looks for it, the pages that explain it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 
+from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
 from testbed.errors import InputError
-from testbed.recording.known import Known
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES
+from testbed.recording.leg_model import Friction
 
-Array = npt.NDArray[np.float64]
-Values = Mapping[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Signals:
-    """Channels of one axis on a uniform time grid, SI, each of shape (n,); pressures gauge.
-
-    `velocity_m_s`, `acceleration_m_s2` come from the encoder and are smoothed like every other channel.
-    In a drive `actuator_force_n` stands for the pressures.
-    """
-
-    time_s: Array
-    rate_hz: float
-    known: Known
-    position_m: Array
-    velocity_m_s: Array
-    acceleration_m_s2: Array
-    pressure_a_pa: Array | None = None
-    pressure_b_pa: Array | None = None
-    supply_pressure_pa: Array | None = None
-    oil_temperature_degc: Array | None = None
-    valve_command: Array | None = None
-    actuator_force_n: Array | None = None
-    slow_acceleration_m_s2: Array | None = None
-    """Acceleration smoothed far more, given while fitting: the encoder's noise in it is no longer a part of the
-    residual, so an added mass is not drawn towards cancelling that noise."""
-    place: str = ""
-    """Of several like axes, the one that these are the signals of: `rl_vertical`."""
-
-    def with_(self, **changes: Any) -> Signals:
-        """A copy with some channels replaced."""
-        return replace(self, **changes)
-
-
-@dataclass
-class ForceTerms:
-    """The believed force balance, to be changed by effects; every entry a number or an array of shape (n,).
-
-    F_ext = F_p + weight_mass g cos(inclination) - (mass + added_mass) a + force - F_f,
-    F_f = viscous_scale sigma v + sign(v) [coulomb_scale F_c0 + coulomb_add + F_s0 exp(-|v|/c_s)]
-          + sign(v) load_coefficient F0 (max(F_ext, 0) / F0)^load_exponent, F0 = 10 kN.
-    """
-
-    mass_kg: float
-    weight_mass_kg: float
-    added_mass_kg: float = 0.0
-    coulomb_scale: Any = 1.0
-    coulomb_add_n: Any = 0.0
-    viscous_scale: Any = 1.0
-    load_coefficient: float = 0.0
-    load_exponent: float = 1.0
-    force_n: Any = 0.0
-    presliding: tuple[float, float, float] | None = None
-    """(stiffness N/m, damping N s/m, shape) of the bristle that replaces equation (5) by its dynamic form."""
-    narrow_bands: list[tuple[float, float, int]] = field(default_factory=list)
-    """(frequency Hz, amplitude N, harmonics) of forces whose phase only the recording knows."""
-
-
-@dataclass
-class FlowTerms:
-    """The believed flow balance, to be changed by effects."""
-
-    leakage_m3_s_pa: float
-    deadband: float
-    leakage_exponent: float = 1.0
-    gas_fraction: float = 0.0
-    gas_exponent: float = 1.0 / 1.4
-    hose_capacity_m3_pa: float = 0.0
-    hose_time_s: float = 1.0
-    droop_pa_s_m3: float = 0.0
-    droop_time_s: float = 1.0
+MARK = "@"
+"""Between an effect's name and its place: `sensor.gain_a@fl_vertical`."""
+STANDARD_DEVIATIONS_OF_90 = 3.3
+"""Width of the interval that holds 90 % of a normal distribution, in standard deviations."""
+BEYOND_PRIOR = 1e3
+"""Factor by which a logarithmic parameter may leave the range in which it is expected."""
 
 
 @dataclass(frozen=True)
@@ -99,34 +42,147 @@ class ParameterSpec:
     text: str
     default: float | None = None
     """Where given, the parameter is a further shape beyond the contract's formula and may be left out."""
+    log: bool = False
+    """A size without a sign that may be off by a factor: fitted as its logarithm."""
+
+    @property
+    def start(self) -> float:
+        """Where a fit begins that knows nothing better."""
+        low, high = self.prior
+        if self.default is not None:
+            return self.default
+        return float(np.sqrt(low * high)) if low > 0.0 else 0.0
+
+    def coordinate(self, owner: str, start: float, moves: tuple[str, ...]) -> Coordinate:
+        """The parameter as a number to be fitted, with its prior as a weak one."""
+        low, high = self.prior
+        if self.log:
+            width = np.log(high / low) / STANDARD_DEVIATIONS_OF_90
+            bounds = max(self.low, low / BEYOND_PRIOR), min(self.high, high * BEYOND_PRIOR)
+            prior = 0.5 * np.log(low * high), 3.0 * width
+        else:
+            width = (high - low) / STANDARD_DEVIATIONS_OF_90
+            bounds, prior = (self.low, self.high), (0.5 * (low + high), 4.0 * width)
+        return Coordinate(owner, self.name, start, *bounds, width, self.log, moves, prior)
 
 
-SensorLaw = Callable[[Signals, Values], Signals]
-ForceLaw = Callable[[Signals, ForceTerms, Values], None]
-FlowLaw = Callable[[Signals, FlowTerms, Values], None]
-
-
-@dataclass(frozen=True)
 class Effect:
-    """A named effect.
+    """A named effect: a law that a machine may have and its published model lacks."""
 
-    `correct`: measured signals -> what the sensors should have read (sensor effects only).
-    `force`, `flow`: how it changes the believed balances. `law`: the plain scalar function that a world applies
-    (None where the name of the parameter is the law itself, such as an added mass).
-    """
+    kind: ClassVar[str]
+    """The name, without a place."""
+    equation: ClassVar[str]
+    text: ClassVar[str]
+    """What it is, for a reader who knows machines."""
+    parameters: ClassVar[tuple[ParameterSpec, ...]]
+    places: ClassVar[tuple[str, ...]] = AXES
+    """Where on the robot it may sit."""
 
-    name: str
-    equation: str
-    text: str
-    parameters: tuple[ParameterSpec, ...]
-    needs: tuple[str, ...] = ("position",)
-    kinds: tuple[str, ...] = ("vertical-leg", "cylinder", "drive")
-    correct: SensorLaw | None = None
-    force: ForceLaw | None = None
-    flow: FlowLaw | None = None
-    law: Callable[..., Any] | None = None
-    seen_in: tuple[str, ...] = ("force",)
+    # -- what recordings can show of it ------------------------------------------------------------------------------
+    rigs: ClassVar[tuple[str, ...]] = ("vertical-leg", "cylinder", "drive")
+    """Kinds of rig on which it can exist."""
+    needs: ClassVar[tuple[str, ...]] = ("position",)
+    """Channels without which nothing is seen of it."""
+    seen_in: ClassVar[tuple[str, ...]] = ("force",)
+    """Residuals that it moves: `force`, `flow`, `supply`."""
+    shapes: ClassVar[tuple[str, ...]] = ()
+    """Further parameters that bend its law, tried together before another effect is called in."""
+    far_from_linear: ClassVar[bool] = False
+    """One linear step does not tell what it could explain: it is always tried."""
+    replaces_friction: ClassVar[bool] = False
+    """It holds the friction's shape itself, with a memory, and takes long to compute."""
+    is_friction: ClassVar[bool] = False
+    """A change of friction (5): only a piston that slides shows it."""
+    needs_sliding: ClassVar[bool] = False
+    """The same for what is no friction."""
+    sought_on_robot: ClassVar[bool] = True
+    """Whether it is looked for at a single leg of the robot, which shows less than a bench."""
+    band_amplitude: ClassVar[str | None] = None
+    """The parameter that is the amplitude of a narrow band: measured from the band, never fitted."""
+    declared_as: ClassVar[str | None] = None
+    """The declared number of a rig that it changes: where nobody declares it, it is fitted and no finding."""
+    telling_motion: ClassVar[str] = ""
+    """The experiment that shows it alone."""
+    alike: ClassVar[Mapping[str, str]] = {}
+    """Effects that it is easily taken for -> what would tell them apart."""
 
+    # -- what the live estimators know of it -------------------------------------------------------------------------
+    live: ClassVar[Mapping[str, str]] = {}
+    """Parameter -> number of the believed leg (`estimation/live/believed.py`) that it is added to."""
+
+    place: str | None = None
+
+    @property
+    def name(self) -> str:
+        """`sensor.gain_a`, or `sensor.gain_a@fl_vertical` for one at a place."""
+        return self.kind if self.place is None else f"{self.kind}{MARK}{self.place}"
+
+    def at(self, place: str) -> Self:
+        """The effect at one place: every other axis is left as it is."""
+        placed = copy.copy(self)
+        placed.place = place
+        return placed
+
+    def concerns(self, signals: Signals) -> bool:
+        """Whether it acts on the axis that these signals are of."""
+        return self.place is None or self.place == signals.place
+
+    # -- its laws ----------------------------------------------------------------------------------------------------
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """What the sensors should have read: measured signals without the effect."""
+        return signals
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """Change the believed force balance."""
+
+    def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
+        """Change the believed flow balance."""
+
+    def overrides(self, method: str) -> bool:
+        """Whether the effect has an answer of its own: `overrides("correct")` for one of the sensors."""
+        return getattr(type(self), method) is not getattr(Effect, method)
+
+    # -- its fit -----------------------------------------------------------------------------------------------------
+    def unseen(self, observed: Observed) -> str | None:
+        """Why these recordings cannot show it, though its channels are there; None where they can."""
+        return None
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """Starting values; several where the residual has several valleys."""
+        return [dict.fromkeys(self.required, 0.0)]
+
+    def coordinates(
+        self, start: Values | None = None, shapes: Sequence[str] = ()
+    ) -> list[Coordinate]:
+        """Its parameters, and the further shapes asked for, as numbers to be fitted."""
+        given = start or {}
+        return [
+            spec.coordinate(self.name, given.get(spec.name, spec.start), self.seen_in)
+            for spec in self.parameters
+            if (spec.default is None or spec.name in shapes) and spec.name != self.band_amplitude
+        ]
+
+    def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
+        """One of its coordinates with the bounds that these recordings call for."""
+        return coordinate
+
+    def promise(self, observed: Observed) -> float | None:
+        """Fall of the fit's cost that it could bring; None: one linear step tells it."""
+        return None
+
+    def price(self, values: Values, observed: Observed) -> float:
+        """What its flexibility, or values that would make it another effect, cost in log-likelihood."""
+        return 0.0
+
+    def floor_n(self, values: Values, friction: Friction, encoder_m: float) -> float:
+        """What the encoder's rounding (standard deviation, m) does to its force, N."""
+        return 0.0
+
+    def declared_by(self, machine: Machine) -> Values | None:
+        """Its values where the machine's own numbers declare it for all cylinders alike; None: they do not."""
+        return None
+
+    # -- its parameters ----------------------------------------------------------------------------------------------
     def spec(self, parameter: str) -> ParameterSpec:
         """The specification of a parameter. Raises InputError for an unknown one."""
         for spec in self.parameters:
@@ -135,13 +191,17 @@ class Effect:
         raise InputError(
             f"effect {self.name} has no such parameter",
             field=parameter,
-            allowed=", ".join(p.name for p in self.parameters),
+            allowed=self._parameter_names,
         )
 
     @property
     def required(self) -> tuple[str, ...]:
         """Names of the parameters of the contract's formula."""
         return tuple(p.name for p in self.parameters if p.default is None)
+
+    @property
+    def _parameter_names(self) -> str:
+        return ", ".join(p.name for p in self.parameters)
 
     def complete(
         self, values: Mapping[str, Any], file: str | Path | None = None, field: str | None = None
@@ -157,7 +217,7 @@ class Effect:
                     "unknown parameter",
                     file=file,
                     field=f"{group}.{name}",
-                    allowed=", ".join(p.name for p in self.parameters),
+                    allowed=self._parameter_names,
                 )
         out: dict[str, float] = {}
         for spec in self.parameters:
@@ -169,11 +229,8 @@ class Effect:
                     field=field,
                     allowed=spec.text,
                 )
-            if (
-                isinstance(value, bool)
-                or not isinstance(value, (int, float))
-                or not spec.low <= value <= spec.high
-            ):
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if not number or not spec.low <= value <= spec.high:
                 raise InputError(
                     "out of bounds",
                     file=file,
@@ -183,3 +240,29 @@ class Effect:
                 )
             out[spec.name] = float(value)
         return out
+
+
+@dataclass(frozen=True)
+class Active:
+    """An effect with its checked parameters, further shapes filled with their defaults.
+
+    As a model believes in it: where it does not sit, nothing changes.
+    """
+
+    effect: Effect
+    values: Mapping[str, float]
+
+    def correct(self, signals: Signals) -> Signals:
+        """What the sensors of this axis should have read."""
+        here = self.effect.concerns(signals)
+        return self.effect.correct(signals, self.values) if here else signals
+
+    def force(self, signals: Signals, terms: ForceTerms) -> None:
+        """Change the believed force balance of this axis."""
+        if self.effect.concerns(signals):
+            self.effect.force(signals, terms, self.values)
+
+    def flow(self, signals: Signals, terms: FlowTerms) -> None:
+        """Change the believed flow balance of this axis."""
+        if self.effect.concerns(signals):
+            self.effect.flow(signals, terms, self.values)

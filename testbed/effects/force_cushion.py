@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+import numpy as np
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.terms import ForceTerms, Signals, Values
+
+LEFT_COST, LEFT_SHARE = 40.0, 0.04
+"""Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside it that is free."""
 
 REFERENCE_M = 0.05
 """At this depth the exponent changes nothing."""
@@ -16,21 +24,59 @@ def force_n(position_m: Any, stiffness: float, start: float, exponent: float = 1
     return stiffness * REFERENCE_M * (depth / REFERENCE_M) ** exponent
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.force_n = terms.force_n + force_n(
-        signals.position_m, p["stiffness"], p["start"], p["exponent"]
-    )
+class Cushion(Effect):
+    """An end cushion that acts long before the declared one."""
 
-
-EFFECT = Effect(
-    name="force.cushion",
-    equation="F = stiffness (start - x) for x < start",
-    text="a cushion that begins long before the declared one: a jammed sleeve, a swollen buffer",
-    parameters=(
-        ParameterSpec("stiffness", "N/m", 0.0, 1e7, (1e3, 2e4), "force per depth"),
+    kind = "force.cushion"
+    equation = "F = stiffness (start - x) for x < start"
+    text = "a cushion that begins long before the declared one: a jammed sleeve, a swollen buffer"
+    parameters = (
+        ParameterSpec("stiffness", "N/m", 0.0, 1e7, (1e3, 2e4), "force per depth", log=True),
         ParameterSpec("start", "m", -20.0, 20.0, (0.1, 0.3), "where it begins"),
-        ParameterSpec("exponent", "1", 0.5, 4.0, (0.8, 2.2), "power of the depth, 1 at 50 mm", 1.0),
-    ),
-    force=_force,
-    law=force_n,
-)
+        ParameterSpec(
+            "exponent", "1", 0.5, 4.0, (0.8, 2.2), "power of the depth, 1 at 50 mm", 1.0, log=True
+        ),
+    )
+    live = {"stiffness": "cushion_stiffness_n_m", "start": "cushion_start_m"}
+    sought_on_robot = False
+    telling_motion = "slow strokes into the lower quarter of the travel, both ways"
+    alike = {
+        "force.spring": "a spring pushes along the whole travel, a cushion not beyond its start",
+        "friction.position": "friction changes its sign with the direction of motion, a cushion does not",
+    }
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """It pushes the piston out."""
+        terms.force_n = terms.force_n + force_n(
+            signals.position_m, values["stiffness"], values["start"], values["exponent"]
+        )
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """From a third and from two thirds of the travel."""
+        low, high = np.percentile(observed.position_m, [5, 95])
+        return [
+            {"start": float(low + share * (high - low)), "stiffness": 300.0}
+            for share in (0.3, 0.65)
+        ]
+
+    def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
+        """It must begin and end inside the travel."""
+        if coordinate.name != "start":
+            return coordinate
+        low, high = np.percentile(observed.position_m, [1, 99])
+        return replace(
+            coordinate,
+            low=float(low),
+            high=float(high),
+            scale=float(0.3 * (high - low)),
+            prior=None,
+            start=float(np.clip(coordinate.start, low, high)),
+        )
+
+    def price(self, values: Values, observed: Observed) -> float:
+        """A cushion that the piston hardly ever leaves is a spring: what one costs that begins beyond the travel."""
+        outside = float(np.mean(observed.position_m > values["start"]))
+        return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
+
+
+EFFECTS = (Cushion(),)

@@ -4,7 +4,22 @@ from __future__ import annotations
 
 import math
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+import numpy as np
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import Array, ForceTerms, Signals, Values
+
+PHASE_HOLDS_S = 3.5
+"""Time in which the phase of the narrow band counts as one number."""
+LOWEST_HZ, HIGHEST_HZ, GRID_HZ = 1.5, 35.0, 0.02
+"""Where lines are looked for, and how finely."""
+FEWEST_BINS = 100
+CLIPPED_AT = 4.0
+"""What is farther out, in robust standard deviations, is no vibration."""
+SPECTRUM_SIZE = 1 << 17
+NEIGHBOURS = 151
+"""Points of the grid among which a line has to stand out: 3 Hz."""
 
 
 def force_n(time_s: float, amplitude: float, frequency: float, phase_rad: float = 0.0) -> float:
@@ -12,17 +27,15 @@ def force_n(time_s: float, amplitude: float, frequency: float, phase_rad: float 
     return amplitude * math.sin(2.0 * math.pi * frequency * time_s + phase_rad)
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.narrow_bands.append((p["frequency"], p["amplitude"], round(p["harmonics"])))
+class Periodic(Effect):
+    """A narrow-band force on the piston."""
 
-
-EFFECT = Effect(
-    name="force.periodic",
-    equation="F = amplitude sin(2 pi frequency t + phase) on the piston",
-    text="an undeclared vibration: a pump, a motor, an unbalanced shaft",
-    parameters=(
+    kind = "force.periodic"
+    equation = "F = amplitude sin(2 pi frequency t + phase) on the piston"
+    text = "an undeclared vibration: a pump, a motor, an unbalanced shaft"
+    parameters = (
         ParameterSpec("amplitude", "N", 0.0, 1e5, (20.0, 300.0), "half of peak to peak"),
-        ParameterSpec("frequency", "Hz", 0.2, 200.0, (3.0, 20.0), "of the vibration"),
+        ParameterSpec("frequency", "Hz", 0.2, 200.0, (3.0, 20.0), "of the vibration", log=True),
         ParameterSpec(
             "harmonics",
             "1",
@@ -32,7 +45,65 @@ EFFECT = Effect(
             "how many multiples of the frequency it holds",
             1.0,
         ),
-    ),
-    force=_force,
-    law=force_n,
-)
+    )
+    sought_on_robot = False
+    band_amplitude = "amplitude"
+    telling_motion = (
+        "a long, slow stroke with nothing else running, then with each auxiliary switched on"
+    )
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """A band whose phase only the recording knows."""
+        terms.narrow_bands.append(
+            (values["frequency"], values["amplitude"], round(values["harmonics"]))
+        )
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """At the strongest line of what is left of the force."""
+        frequency, amplitude = strongest_line(observed)
+        return [{"frequency": frequency, "amplitude": amplitude}]
+
+    def promise(self, observed: Observed) -> float:
+        """Its strength is not fitted: the line's own power says what it could explain."""
+        _, amplitude = strongest_line(observed)
+        noise = np.concatenate([r.noise_n[r.counted] for r in observed.residual])
+        return float(np.sum(np.minimum(0.25 * amplitude**2 / noise**2, 1.0)))
+
+    def price(self, values: Values, observed: Observed) -> float:
+        """What a narrow band fits of mere noise: two numbers for each time in which its phase may change."""
+        return observed.seconds / PHASE_HOLDS_S
+
+
+def strongest_line(observed: Observed) -> tuple[float, float]:
+    """(frequency Hz, amplitude N) of the strongest line in what is left of the force, all recordings summed."""
+    grid = np.arange(LOWEST_HZ, HIGHEST_HZ, GRID_HZ)
+    power, weight = np.zeros_like(grid), 0.0
+    for residual in observed.residual:
+        good = residual.counted
+        if good.sum() < FEWEST_BINS:
+            continue
+        force = np.where(good, residual.values_n, 0.0)
+        limit = CLIPPED_AT * 1.48 * float(np.median(np.abs(force[good])))
+        force = np.clip(force - np.mean(force[good]), -limit, limit) * good
+        spectrum = np.abs(np.fft.rfft(force, SPECTRUM_SIZE)) ** 2
+        frequency = np.fft.rfftfreq(SPECTRUM_SIZE, residual.bin_s)
+        share = 4.0 * np.interp(grid, frequency, spectrum) / float(good.sum()) ** 2
+        power += np.where(grid < 0.45 / residual.bin_s, share, 0.0) * good.sum()
+        weight += float(good.sum())
+    # A line stands out of its own neighbourhood, not out of a spectrum that falls with frequency.
+    at = int(np.argmax(power / np.maximum(_neighbourhood(power), 1e-30)))
+    amplitude = float(np.sqrt(power[at] / max(weight, 1.0)))
+    first = observed.residual[0]
+    damped = np.exp(-0.5 * (2.0 * np.pi * grid[at] * first.smoothing_s) ** 2)
+    attenuation = float(np.sinc(grid[at] * first.bin_s) * damped)
+    return float(grid[at]), max(amplitude / max(attenuation, 0.2), 1.0)
+
+
+def _neighbourhood(power: Array) -> Array:
+    from scipy.ndimage import median_filter
+
+    floor = 1e-3 * float(np.mean(power))
+    return np.asarray(median_filter(power, NEIGHBOURS, mode="nearest") + floor, dtype=np.float64)
+
+
+EFFECTS = (Periodic(),)

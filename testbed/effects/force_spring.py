@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+import numpy as np
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.terms import ForceTerms, Signals, Values
 
 
 def force_n(position_m: Any, stiffness: float, rest: float, cubic: float = 0.0) -> Any:
@@ -13,21 +18,50 @@ def force_n(position_m: Any, stiffness: float, rest: float, cubic: float = 0.0) 
     return -stretch * (stiffness + cubic * stretch * stretch)
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.force_n = terms.force_n + force_n(
-        signals.position_m, p["stiffness"], p["rest"], p["cubic"]
-    )
+class Spring(Effect):
+    """Something elastic that holds the piston."""
 
-
-EFFECT = Effect(
-    name="force.spring",
-    equation="F = -stiffness (x - rest) on the piston",
-    text="an undeclared spring on the piston: a hose, a bellows, a balancing spring",
-    parameters=(
+    kind = "force.spring"
+    equation = "F = -stiffness (x - rest) on the piston"
+    text = "an undeclared spring on the piston: a hose, a bellows, a balancing spring"
+    parameters = (
         ParameterSpec("stiffness", "N/m", -1e6, 1e7, (300.0, 6000.0), "force per travel"),
         ParameterSpec("rest", "m", -20.0, 20.0, (0.05, 0.45), "where it pulls nothing"),
         ParameterSpec("cubic", "N/m3", -1e8, 1e8, (-2e4, 2e4), "hardening", 0.0),
-    ),
-    force=_force,
-    law=force_n,
-)
+    )
+    shapes = ("cubic",)
+    live = {"stiffness": "spring_stiffness_n_m", "rest": "spring_rest_m"}
+    telling_motion = "stops along the whole travel, approached from both sides"
+    alike = {
+        "force.cushion": "a cushion ends at its start, a spring pulls beyond its rest",
+        "inertia.mass": "a mass weighs the same along the travel, a spring does not",
+        "sensor.gain_a": "a gain error grows with the pressure, wherever the piston is",
+    }
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """It pulls the piston to where it rests."""
+        terms.force_n = terms.force_n + force_n(
+            signals.position_m, values["stiffness"], values["rest"], values["cubic"]
+        )
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A weak one that rests in the middle of the travel."""
+        low, high = np.percentile(observed.position_m, [5, 95])
+        return [{"stiffness": 50.0, "rest": float(0.5 * (low + high))}]
+
+    def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
+        """It rests near the travel."""
+        if coordinate.name != "rest":
+            return coordinate
+        low, high = float(observed.position_m.min()), float(observed.position_m.max())
+        span = max(high - low, 1e-3)
+        return replace(
+            coordinate,
+            low=low - 2 * span,
+            high=high + 2 * span,
+            scale=0.3 * span,
+            prior=(0.5 * (low + high), 1.5 * span),
+        )
+
+
+EFFECTS = (Spring(),)

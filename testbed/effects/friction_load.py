@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.friction_pressure import not_less_than_none
+from testbed.effects.terms import ForceTerms, Signals, Values
+
+LEAST_LOAD_N = 50.0
 
 REFERENCE_LOAD_N = 1e4
 """At this load the exponent changes nothing."""
@@ -16,19 +21,45 @@ def coulomb_increase_n(external_force_n: Any, coefficient: float, exponent: floa
     return coefficient * REFERENCE_LOAD_N * (load / REFERENCE_LOAD_N) ** exponent
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.load_coefficient += p["coefficient"]
-    terms.load_exponent = p["exponent"]
+class LoadFriction(Effect):
+    """Guides that are pressed by the foot's load."""
 
-
-EFFECT = Effect(
-    name="friction.load",
-    equation="F_c = F_c0 + coefficient max(F_ext, 0)",
-    text="the Coulomb term grows with the foot's load: side forces in the guides",
-    parameters=(
+    kind = "friction.load"
+    equation = "F_c = F_c0 + coefficient max(F_ext, 0)"
+    text = "the Coulomb term grows with the foot's load: side forces in the guides"
+    parameters = (
         ParameterSpec("coefficient", "1", -0.5, 0.9, (0.01, 0.1), "added Coulomb force per load"),
-        ParameterSpec("exponent", "1", 0.2, 4.0, (0.5, 2.0), "power of the load, 1 at 10 kN", 1.0),
-    ),
-    force=_force,
-    law=coulomb_increase_n,
-)
+        ParameterSpec(
+            "exponent", "1", 0.2, 4.0, (0.5, 2.0), "power of the load, 1 at 10 kN", 1.0, log=True
+        ),
+    )
+    shapes = ("exponent",)
+    is_friction = True
+    live = {"coefficient": "load_coefficient"}
+    telling_motion = "press on the load cell at rising loads and slide a few millimetres under each"
+    alike = {
+        "friction.pressure": "the same load at two supply pressures: only the seals feel the difference",
+        "sensor.gain_a": "a gain error has the same sign both ways, friction has not",
+    }
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """The Coulomb term grows with the force that is sought."""
+        terms.load_coefficient += values["coefficient"]
+        terms.load_exponent = values["exponent"]
+
+    def unseen(self, observed: Observed) -> str | None:
+        """Without load there is nothing to see."""
+        if observed.largest_load_n < LEAST_LOAD_N:
+            return "no recording with load: the foot is always in the air"
+        return None
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A little of it."""
+        return [{"coefficient": 1e-3}]
+
+    def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
+        """See `friction_pressure.not_less_than_none`."""
+        return not_less_than_none(self, coordinate)
+
+
+EFFECTS = (LoadFriction(),)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.machine.model import Machine
 
 
 def coulomb_factor(
@@ -20,19 +22,13 @@ def coulomb_factor(
     return 1.0 + xi * (slope + xi * (curvature + xi * (cubic + xi * quartic)))
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    stroke = signals.known.stroke_m or 0.5
-    factor = coulomb_factor(
-        signals.position_m, stroke, p["slope"], p["curvature"], p["cubic"], p["quartic"]
-    )
-    terms.coulomb_scale = terms.coulomb_scale * factor.clip(0.0)
+class PositionFriction(Effect):
+    """Coulomb friction that changes along the stroke."""
 
-
-EFFECT = Effect(
-    name="friction.position",
-    equation="F_c(x) = F_c0 (1 + slope (x - L/2) / L)",
-    text="the Coulomb term changes along the stroke: a bent rod, a worn guide, an uneven bore",
-    parameters=(
+    kind = "friction.position"
+    equation = "F_c(x) = F_c0 (1 + slope (x - L/2) / L)"
+    text = "the Coulomb term changes along the stroke: a bent rod, a worn guide, an uneven bore"
+    parameters = (
         ParameterSpec(
             "slope", "1", -20.0, 20.0, (-1.5, 1.5), "relative change of F_c over the whole stroke"
         ),
@@ -45,7 +41,32 @@ EFFECT = Effect(
         ParameterSpec(
             "quartic", "1", -2e4, 2e4, (-100.0, 100.0), "fourth-order shape along the stroke", 0.0
         ),
-    ),
-    force=_force,
-    law=coulomb_factor,
-)
+    )
+    shapes = ("curvature", "cubic", "quartic")
+    is_friction = True
+    live = {"slope": "position_slope"}
+    telling_motion = "slow strokes over the whole travel at two speeds, both ways"
+    alike = {
+        "force.cushion": "a cushion pushes one way, friction against the motion",
+        "force.spring": "a spring pushes one way, friction against the motion",
+    }
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """The Coulomb term is scaled along the stroke."""
+        stroke = signals.known.stroke_m or 0.5
+        factor = coulomb_factor(
+            signals.position_m,
+            stroke,
+            values["slope"],
+            values["curvature"],
+            values["cubic"],
+            values["quartic"],
+        )
+        terms.coulomb_scale = terms.coulomb_scale * factor.clip(0.0)
+
+    def declared_by(self, machine: Machine) -> Values | None:
+        """The seal's number."""
+        return {"slope": machine.seal.position_slope}
+
+
+EFFECTS = (PositionFriction(),)

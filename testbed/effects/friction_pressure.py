@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.machine.model import Machine
 
 REFERENCE_PRESSURE_PA = 1e7
 """At this pA + pB the exponent changes nothing."""
@@ -27,31 +31,70 @@ def coulomb_increase_n(
     return coefficient * bent + imbalance * (pressure_a_pa - pressure_b_pa)
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    a, b = signals.pressure_a_pa, signals.pressure_b_pa
-    if a is None:
-        return
-    a = a.clip(0.0)
-    other = b.clip(0.0) if b is not None else 0.0 * a
-    added = coulomb_increase_n(a, other, p["coefficient"], p["imbalance"], p["exponent"])
-    terms.coulomb_add_n = terms.coulomb_add_n + added
+class PressureFriction(Effect):
+    """Seals that press harder under pressure."""
 
-
-EFFECT = Effect(
-    name="friction.pressure",
-    equation="F_c = F_c0 + coefficient (pA + pB)",
-    text="the Coulomb term grows with the pressures: lip seals",
-    parameters=(
+    kind = "friction.pressure"
+    equation = "F_c = F_c0 + coefficient (pA + pB)"
+    text = "the Coulomb term grows with the pressures: lip seals"
+    parameters = (
         ParameterSpec(
             "coefficient", "m2", -2e-3, 2e-3, (1e-5, 1.2e-4), "added Coulomb force per pressure"
         ),
         ParameterSpec("imbalance", "m2", -2e-3, 2e-3, (-3e-5, 3e-5), "the same for pA - pB", 0.0),
         ParameterSpec(
-            "exponent", "1", 0.2, 4.0, (0.5, 2.0), "power of the pressure, 1 at 100 bar", 1.0
+            "exponent",
+            "1",
+            0.2,
+            4.0,
+            (0.5, 2.0),
+            "power of the pressure, 1 at 100 bar",
+            1.0,
+            log=True,
         ),
-    ),
-    needs=("position", "pressure_a"),
-    kinds=("vertical-leg", "cylinder"),
-    force=_force,
-    law=coulomb_increase_n,
-)
+    )
+    needs = ("position", "pressure_a")
+    rigs = ("vertical-leg", "cylinder")
+    shapes = ("exponent", "imbalance")
+    is_friction = True
+    live = {"coefficient": "pressure_coefficient_m2"}
+    telling_motion = "the same strokes at two supply pressures"
+    alike = {
+        "friction.load": "the same load at two supply pressures: only the seals feel the difference",
+        "sensor.gain_a": "a gain error has the same sign both ways, friction has not",
+    }
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """The Coulomb term grows with the pressures."""
+        a, b = signals.pressure_a_pa, signals.pressure_b_pa
+        if a is None:
+            return
+        a = a.clip(0.0)
+        other = b.clip(0.0) if b is not None else 0.0 * a
+        added = coulomb_increase_n(
+            a, other, values["coefficient"], values["imbalance"], values["exponent"]
+        )
+        terms.coulomb_add_n = terms.coulomb_add_n + added
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A little of it."""
+        return [{"coefficient": 1e-6}]
+
+    def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
+        """See `not_less_than_none`."""
+        return not_less_than_none(self, coordinate)
+
+    def declared_by(self, machine: Machine) -> Values | None:
+        """The seal's number."""
+        return {"coefficient": machine.seal.pressure_coefficient_m2}
+
+
+def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:
+    """One leg of four may stick more than the others, not less than nothing: with the load between the diagonals open,
+    one leg that sticks and three with the opposite of it look alike."""
+    if effect.place is not None and coordinate.name == "coefficient":
+        return replace(coordinate, low=0.0)
+    return coordinate
+
+
+EFFECTS = (PressureFriction(),)

@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import ForceTerms, Signals, Values
+
+LEAST_WARMING_K = 3.0
 
 REFERENCE_DEGC = 20.0
 
@@ -16,28 +20,48 @@ def viscous_factor(oil_temperature_degc: Any, rate: float) -> Any:
     return np.exp(-rate * (oil_temperature_degc - REFERENCE_DEGC))
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    if signals.oil_temperature_degc is None:
-        return
-    temperature = signals.oil_temperature_degc.clip(-40.0, 150.0)
-    terms.viscous_scale = terms.viscous_scale * viscous_factor(temperature, p["rate"])
-    if p["coulomb_rate"]:
-        terms.coulomb_scale = terms.coulomb_scale * viscous_factor(temperature, p["coulomb_rate"])
+class TemperatureFriction(Effect):
+    """Oil that thins as it warms."""
 
-
-EFFECT = Effect(
-    name="friction.temperature",
-    equation="sigma(T) = sigma exp(-rate (T - 20 degC))",
-    text="viscous friction falls as the oil warms",
-    parameters=(
+    kind = "friction.temperature"
+    equation = "sigma(T) = sigma exp(-rate (T - 20 degC))"
+    text = "viscous friction falls as the oil warms"
+    parameters = (
         ParameterSpec(
             "rate", "1/K", -0.2, 0.2, (0.008, 0.045), "relative fall of sigma per kelvin"
         ),
         ParameterSpec(
             "coulomb_rate", "1/K", -0.2, 0.2, (-0.01, 0.02), "the same for the Coulomb term", 0.0
         ),
-    ),
-    needs=("position", "oil_temperature"),
-    force=_force,
-    law=viscous_factor,
-)
+    )
+    needs = ("position", "oil_temperature")
+    shapes = ("coulomb_rate",)
+    is_friction = True
+    sought_on_robot = False
+    live = {"rate": "viscosity_rate_1_k"}
+    telling_motion = "the same constant-speed strokes with cold and with warm oil"
+    alike = {"sensor.drift_a": "a drift goes on when the oil's temperature stands still"}
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """The viscous term thins, as a further shape the Coulomb term too."""
+        if signals.oil_temperature_degc is None:
+            return
+        temperature = signals.oil_temperature_degc.clip(-40.0, 150.0)
+        terms.viscous_scale = terms.viscous_scale * viscous_factor(temperature, values["rate"])
+        if values["coulomb_rate"]:
+            terms.coulomb_scale = terms.coulomb_scale * viscous_factor(
+                temperature, values["coulomb_rate"]
+            )
+
+    def unseen(self, observed: Observed) -> str | None:
+        """Without warming there is nothing to see."""
+        if observed.oil_temperature_span_k < LEAST_WARMING_K:
+            return "the oil's temperature hardly changes in these recordings"
+        return None
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A little of it."""
+        return [{"rate": 0.002}]
+
+
+EFFECTS = (TemperatureFriction(),)

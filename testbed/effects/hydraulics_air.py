@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.effects.base import Effect, FlowTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.machine.model import Machine
 
 ATMOSPHERE_PA = 1e5
 
@@ -15,26 +18,54 @@ def compliance_1_pa(pressure_pa: Any, fraction: float, exponent: float = 1.0 / 1
     return fraction * exponent / absolute * (ATMOSPHERE_PA / absolute) ** exponent
 
 
-def _flow(signals: Signals, terms: FlowTerms, p: Values) -> None:
-    terms.gas_fraction += p["fraction"]
-    terms.gas_exponent = p["exponent"]
+class Air(Effect):
+    """Oil softened by entrained air."""
 
-
-EFFECT = Effect(
-    name="hydraulics.air",
-    equation="1/beta = 1/beta_declared + fraction / (1.4 (p + p0)) (p0 / (p + p0))^(1/1.4), p0 = 1 bar",
-    text="entrained air softens the oil at low pressure",
-    parameters=(
+    kind = "hydraulics.air"
+    equation = (
+        "1/beta = 1/beta_declared + fraction / (1.4 (p + p0)) (p0 / (p + p0))^(1/1.4), p0 = 1 bar"
+    )
+    text = "entrained air softens the oil at low pressure"
+    parameters = (
         ParameterSpec(
-            "fraction", "1", 0.0, 1.0, (0.002, 0.04), "volume of free air per volume at 1 bar"
+            "fraction",
+            "1",
+            0.0,
+            1.0,
+            (0.002, 0.04),
+            "volume of free air per volume at 1 bar",
+            log=True,
         ),
         ParameterSpec(
-            "exponent", "1", 0.2, 1.2, (0.3, 1.0), "1/1.4 adiabatic, 1 isothermal", 1.0 / 1.4
+            "exponent",
+            "1",
+            0.2,
+            1.2,
+            (0.3, 1.0),
+            "1/1.4 adiabatic, 1 isothermal",
+            1.0 / 1.4,
+            log=True,
         ),
-    ),
-    needs=("position", "pressure_a", "pressure_b", "valve_command"),
-    kinds=("vertical-leg",),
-    flow=_flow,
-    law=compliance_1_pa,
-    seen_in=("flow",),
-)
+    )
+    needs = ("position", "pressure_a", "pressure_b", "valve_command")
+    rigs = ("vertical-leg",)
+    seen_in = ("flow",)
+    shapes = ("exponent",)
+    telling_motion = "the same steps at low and at high pressure in both chambers"
+    alike = {"hydraulics.hose": "a hose softens chamber A alone, and at every pressure"}
+
+    def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
+        """Both chambers are softer."""
+        terms.gas_fraction += values["fraction"]
+        terms.gas_exponent = values["exponent"]
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A little of it."""
+        return [{"fraction": 1e-3}]
+
+    def declared_by(self, machine: Machine) -> Values | None:
+        """The oil's number."""
+        return {"fraction": machine.oil.entrained_air}
+
+
+EFFECTS = (Air(),)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from testbed.effects.base import Effect, FlowTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import FlowTerms, Signals, Values
 
 
 def flow_m3_s(pressure_a_pa: float, hose_pa: float, capacity: float, time: float) -> float:
@@ -10,22 +12,32 @@ def flow_m3_s(pressure_a_pa: float, hose_pa: float, capacity: float, time: float
     return capacity * (pressure_a_pa - hose_pa) / time
 
 
-def _flow(signals: Signals, terms: FlowTerms, p: Values) -> None:
-    terms.hose_capacity_m3_pa += p["capacity"]
-    terms.hose_time_s = p["time"]
+class Hose(Effect):
+    """Chamber A feeds a hose that fills slowly."""
+
+    kind = "hydraulics.hose"
+    equation = "q = capacity (pA - ph) / time, dph/dt = (pA - ph) / time"
+    text = "a soft hose behind chamber A takes oil and gives it back later"
+    parameters = (
+        ParameterSpec(
+            "capacity", "m3/Pa", 0.0, 1e-9, (2e-13, 6e-12), "oil taken per pressure", log=True
+        ),
+        ParameterSpec("time", "s", 1e-3, 20.0, (0.03, 1.0), "time in which it fills", log=True),
+    )
+    needs = ("position", "pressure_a", "pressure_b", "valve_command")
+    rigs = ("vertical-leg",)
+    seen_in = ("flow",)
+    telling_motion = "steps of pressure in A with the piston held, then a minute of rest"
+    alike = {"hydraulics.air": "air softens both chambers, and at low pressure only"}
+
+    def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
+        """Chamber A gives and takes oil."""
+        terms.hose_capacity_m3_pa += values["capacity"]
+        terms.hose_time_s = values["time"]
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A quick one and a slow one."""
+        return [{"time": time} for time in (0.05, 0.4)]
 
 
-EFFECT = Effect(
-    name="hydraulics.hose",
-    equation="q = capacity (pA - ph) / time, dph/dt = (pA - ph) / time",
-    text="a soft hose behind chamber A takes oil and gives it back later",
-    parameters=(
-        ParameterSpec("capacity", "m3/Pa", 0.0, 1e-9, (2e-13, 6e-12), "oil taken per pressure"),
-        ParameterSpec("time", "s", 1e-3, 20.0, (0.03, 1.0), "time in which it fills"),
-    ),
-    needs=("position", "pressure_a", "pressure_b", "valve_command"),
-    kinds=("vertical-leg",),
-    flow=_flow,
-    law=flow_m3_s,
-    seen_in=("flow",),
-)
+EFFECTS = (Hose(),)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import ForceTerms, Signals, Values
+
+LEAST_M_S2 = 0.3
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    terms.added_mass_kg += p["mass"]
-    terms.weight_mass_kg += p["mass"] * p["weight_share"]
+class AddedMass(Effect):
+    """More mass on the rod than declared."""
 
-
-EFFECT = Effect(
-    name="inertia.mass",
-    equation="m = m_declared + mass, in weight and inertia",
-    text="the leg carries more (or less) mass than declared: mud, a tool, a wrong drawing",
-    parameters=(
+    kind = "inertia.mass"
+    equation = "m = m_declared + mass, in weight and inertia"
+    text = "the leg carries more (or less) mass than declared: mud, a tool, a wrong drawing"
+    parameters = (
         ParameterSpec("mass", "kg", -1e4, 1e5, (-40.0, 90.0), "added mass"),
         ParameterSpec(
             "weight_share",
@@ -25,6 +26,26 @@ EFFECT = Effect(
             "share of it that weighs on the cylinder",
             1.0,
         ),
-    ),
-    force=_force,
-)
+    )
+    shapes = ("weight_share",)
+    declared_as = "moving_mass_kg"
+    live = {"mass": "extra_mass_kg"}
+    telling_motion = "fast sinusoids of a few millimetres in the air, at least 3 m/s2"
+    alike = {
+        "force.spring": "a spring pulls otherwise at the other end of the travel",
+        "sensor.gain_a": "a gain error shows under load, a mass in the air",
+    }
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """More weight and more inertia."""
+        terms.added_mass_kg += values["mass"]
+        terms.weight_mass_kg += values["mass"] * values["weight_share"]
+
+    def unseen(self, observed: Observed) -> str | None:
+        """A bench that moves at constant speed shows no mass, declared or not."""
+        if observed.kind == "cylinder" and observed.largest_acceleration_m_s2 < LEAST_M_S2:
+            return "no acceleration to speak of, and the axis is level"
+        return None
+
+
+EFFECTS = (AddedMass(),)

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, FlowTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import FlowTerms, Signals, Values
 
 REFERENCE_PA = 1e6
 
@@ -18,24 +20,36 @@ def flow_m3_s(drop_pa: Any, coefficient: float, exponent: float = 1.0) -> Any:
     return coefficient * REFERENCE_PA * np.sign(drop_pa) * (abs(drop_pa) / REFERENCE_PA) ** exponent
 
 
-def _flow(signals: Signals, terms: FlowTerms, p: Values) -> None:
-    terms.leakage_m3_s_pa = p["coefficient"]
-    terms.leakage_exponent = p["exponent"]
+class Leakage(Effect):
+    """Oil that passes the piston."""
 
-
-EFFECT = Effect(
-    name="leakage.internal",
-    equation="q_AB = coefficient (pA - pB), larger than declared",
-    text="oil passes the piston: a worn seal, a scored bore",
-    parameters=(
+    kind = "leakage.internal"
+    equation = "q_AB = coefficient (pA - pB), larger than declared"
+    text = "oil passes the piston: a worn seal, a scored bore"
+    parameters = (
         ParameterSpec(
             "coefficient", "m3/(s Pa)", 0.0, 1e-9, (2e-13, 1e-11), "whole leakage of the piston"
         ),
-        ParameterSpec("exponent", "1", 0.4, 1.6, (0.5, 1.0), "power of the drop, 1 at 10 bar", 1.0),
-    ),
-    needs=("position", "pressure_a", "pressure_b", "valve_command"),
-    kinds=("vertical-leg",),
-    flow=_flow,
-    law=flow_m3_s,
-    seen_in=("flow",),
-)
+        ParameterSpec(
+            "exponent", "1", 0.4, 1.6, (0.5, 1.0), "power of the drop, 1 at 10 bar", 1.0, log=True
+        ),
+    )
+    needs = ("position", "pressure_a", "pressure_b", "valve_command")
+    rigs = ("vertical-leg",)
+    seen_in = ("flow",)
+    shapes = ("exponent",)
+    declared_as = "internal_leakage_m3_s_pa"
+    telling_motion = "hold a load with the valve shut and watch the piston sink"
+    alike = {"valve.deadband": "a deadband shows at small openings only"}
+
+    def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
+        """The whole leakage is this one's."""
+        terms.leakage_m3_s_pa = values["coefficient"]
+        terms.leakage_exponent = values["exponent"]
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A little more than declared."""
+        return [{"coefficient": (observed.known.internal_leakage_m3_s_pa or 0.0) + 2e-13}]
+
+
+EFFECTS = (Leakage(),)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.effects.base import Array, Effect, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
 from testbed.effects.sensor_line_b import SMOOTHING_S, flat
+from testbed.effects.terms import Array, Signals, Values
 
 
 def _earlier(values: Array | None, time: Array, delay: float) -> Array | None:
@@ -21,27 +23,41 @@ def _unlagged(values: Array | None, rate_hz: float, lag: float) -> Array | None:
     return values + lag * np.gradient(flat(values, SMOOTHING_S * rate_hz)) * rate_hz
 
 
-def _correct(signals: Signals, p: Values) -> Signals:
-    time, rate = signals.time_s, signals.rate_hz
-    lag = p["delay"] * p["lag_share"]
-    delay = p["delay"] - lag
-    return signals.with_(
-        pressure_a_pa=_unlagged(_earlier(signals.pressure_a_pa, time, delay), rate, lag),
-        pressure_b_pa=_unlagged(_earlier(signals.pressure_b_pa, time, delay), rate, lag),
-        actuator_force_n=_unlagged(_earlier(signals.actuator_force_n, time, delay), rate, lag),
-    )
+class Delay(Effect):
+    """Pressures (in a drive: the force) late against the encoder."""
 
-
-EFFECT = Effect(
-    name="sensor.delay",
-    equation="measured p(t) = p(t - delay)",
-    text="both pressures (in a drive: the force) arrive late against the encoder",
-    parameters=(
+    kind = "sensor.delay"
+    equation = "measured p(t) = p(t - delay)"
+    text = "both pressures (in a drive: the force) arrive late against the encoder"
+    parameters = (
         ParameterSpec("delay", "s", -0.002, 0.2, (0.003, 0.03), "positive: the pressures are late"),
         ParameterSpec(
             "lag_share", "1", 0.0, 1.0, (0.0, 1.0), "share of it that is a first-order lag", 0.0
         ),
-    ),
-    correct=_correct,
-    seen_in=("force", "flow"),
-)
+    )
+    seen_in = ("force", "flow")
+    shapes = ("lag_share",)
+    needs_sliding = True
+    telling_motion = "fast reversals at several speeds"
+    alike = {
+        "friction.presliding": "a bristle's force builds up over a distance, however slow the reversal",
+        "inertia.mass": "a mass weighs at rest too",
+    }
+
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """What the sensor should have read."""
+        time, rate = signals.time_s, signals.rate_hz
+        lag = values["delay"] * values["lag_share"]
+        delay = values["delay"] - lag
+        return signals.with_(
+            pressure_a_pa=_unlagged(_earlier(signals.pressure_a_pa, time, delay), rate, lag),
+            pressure_b_pa=_unlagged(_earlier(signals.pressure_b_pa, time, delay), rate, lag),
+            actuator_force_n=_unlagged(_earlier(signals.actuator_force_n, time, delay), rate, lag),
+        )
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A short one."""
+        return [{"delay": 0.002}]
+
+
+EFFECTS = (Delay(),)

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.terms import Signals, Values
 
 
 def zero_pa(time_s: Any, rate: float, decay: float = 0.0) -> Any:
@@ -16,30 +17,36 @@ def zero_pa(time_s: Any, rate: float, decay: float = 0.0) -> Any:
     return rate * (1.0 - np.exp(-decay * time_s)) / decay
 
 
-def _correct(signals: Signals, p: Values) -> Signals:
-    if signals.pressure_a_pa is None:
-        return signals
-    since = signals.time_s - signals.time_s[0]
-    return signals.with_(
-        pressure_a_pa=signals.pressure_a_pa - zero_pa(since, p["rate"], p["decay"])
-    )
+class Drift(Effect):
+    """A zero that wanders as the sensor warms."""
 
-
-EFFECT = Effect(
-    name="sensor.drift_a",
-    equation="measured pA = pA + rate t, t from the start of the recording",
-    text="the zero of pressure sensor A wanders",
-    parameters=(
+    kind = "sensor.drift_a"
+    equation = "measured pA = pA + rate t, t from the start of the recording"
+    text = "the zero of pressure sensor A wanders"
+    parameters = (
         ParameterSpec(
             "rate", "Pa/s", -1e5, 1e5, (-3000.0, 3000.0), "change of the zero per second"
         ),
         ParameterSpec(
             "decay", "1/s", 0.0, 2.0, (0.0, 0.15), "rate at which the drift settles", 0.0
         ),
-    ),
-    needs=("position", "pressure_a"),
-    kinds=("vertical-leg", "cylinder"),
-    correct=_correct,
-    law=zero_pa,
-    seen_in=("force", "flow"),
-)
+    )
+    needs = ("position", "pressure_a")
+    rigs = ("vertical-leg", "cylinder")
+    seen_in = ("force", "flow")
+    shapes = ("decay",)
+    live = {"rate": "drift_a_pa_s"}
+    telling_motion = "ten minutes of the same slow sinusoid"
+    alike = {"friction.temperature": "friction changes its sign with the direction of motion"}
+
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """What the sensor should have read."""
+        if signals.pressure_a_pa is None:
+            return signals
+        since = signals.time_s - signals.time_s[0]
+        return signals.with_(
+            pressure_a_pa=signals.pressure_a_pa - zero_pa(since, values["rate"], values["decay"])
+        )
+
+
+EFFECTS = (Drift(),)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.effects.base import Effect, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.terms import Signals, Values
 
 REFERENCE_PA = 1e7
 
@@ -19,43 +20,60 @@ def true_pa(measured: Any, gain_error: float, bend: float = 0.0) -> Any:
     return measured / (1.0 + gain_error + bend * measured / REFERENCE_PA)
 
 
-def _correct_a(signals: Signals, p: Values) -> Signals:
-    if signals.pressure_a_pa is None:
-        return signals
-    return signals.with_(pressure_a_pa=true_pa(signals.pressure_a_pa, p["gain_error"], p["bend"]))
+class Gain(Effect):
+    """What both gains have in common."""
+
+    parameters = (
+        ParameterSpec("gain_error", "1", -0.5, 1.0, (-0.06, 0.06), "relative error of the gain"),
+        ParameterSpec("bend", "1", -0.3, 0.3, (-0.05, 0.05), "further gain error at 100 bar", 0.0),
+    )
+    rigs = ("vertical-leg", "cylinder")
+    seen_in = ("force", "flow")
+    shapes = ("bend",)
+    alike = {
+        "friction.load": "friction changes its sign with the direction of motion",
+        "friction.pressure": "friction changes its sign with the direction of motion",
+        "force.spring": "a gain error grows with the pressure, wherever the piston is",
+        "inertia.mass": "a gain error shows under load, a mass in the air",
+    }
 
 
-def _correct_b(signals: Signals, p: Values) -> Signals:
-    if signals.pressure_b_pa is None:
-        return signals
-    return signals.with_(pressure_b_pa=true_pa(signals.pressure_b_pa, p["gain_error"], p["bend"]))
+class GainA(Gain):
+    """A pressure sensor A whose gain is not its calibration's."""
+
+    kind = "sensor.gain_a"
+    equation = "measured pA = (1 + gain_error) pA"
+    text = (
+        "the gain of pressure sensor A is off; on a cylinder of nominal bore also the piston area"
+    )
+    needs = ("position", "pressure_a")
+    live = {"gain_error": "gain_a"}
+    telling_motion = "press at rising loads with chamber B at tank pressure"
+
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """The pressure behind the reading."""
+        if signals.pressure_a_pa is None:
+            return signals
+        pressure = true_pa(signals.pressure_a_pa, values["gain_error"], values["bend"])
+        return signals.with_(pressure_a_pa=pressure)
 
 
-PARAMETERS = (
-    ParameterSpec("gain_error", "1", -0.5, 1.0, (-0.06, 0.06), "relative error of the gain"),
-    ParameterSpec("bend", "1", -0.3, 0.3, (-0.05, 0.05), "further gain error at 100 bar", 0.0),
-)
+class GainB(Gain):
+    """The same of pressure sensor B."""
 
-GAIN_A = Effect(
-    name="sensor.gain_a",
-    equation="measured pA = (1 + gain_error) pA",
-    text="the gain of pressure sensor A is off; on a cylinder of nominal bore also the piston area",
-    parameters=PARAMETERS,
-    needs=("position", "pressure_a"),
-    kinds=("vertical-leg", "cylinder"),
-    correct=_correct_a,
-    law=measured_pa,
-    seen_in=("force", "flow"),
-)
+    kind = "sensor.gain_b"
+    equation = "measured pB = (1 + gain_error) pB"
+    text = "the gain of pressure sensor B is off"
+    needs = ("position", "pressure_a", "pressure_b")
+    live = {"gain_error": "gain_b"}
+    telling_motion = "retract against rising loads with chamber A at tank pressure"
 
-GAIN_B = Effect(
-    name="sensor.gain_b",
-    equation="measured pB = (1 + gain_error) pB",
-    text="the gain of pressure sensor B is off",
-    parameters=PARAMETERS,
-    needs=("position", "pressure_a", "pressure_b"),
-    kinds=("vertical-leg", "cylinder"),
-    correct=_correct_b,
-    law=measured_pa,
-    seen_in=("force", "flow"),
-)
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """The pressure behind the reading."""
+        if signals.pressure_b_pa is None:
+            return signals
+        pressure = true_pa(signals.pressure_b_pa, values["gain_error"], values["bend"])
+        return signals.with_(pressure_b_pa=pressure)
+
+
+EFFECTS = (GainA(), GainB())

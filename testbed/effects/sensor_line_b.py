@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
-from testbed.effects.base import Array, Effect, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import Array, Signals, Values
 
 SMOOTHING_S = 0.010
 """Width of the smoothing before the inverse's derivatives: beyond it they would only raise noise."""
@@ -24,17 +26,6 @@ def line_acceleration_pa_s2(
     return w * w * (pressure_pa - read_pa) - 2.0 * damping * w * read_rate_pa_s
 
 
-def _correct(signals: Signals, p: Values) -> Signals:
-    b = signals.pressure_b_pa
-    if b is None:
-        return signals
-    w = 2.0 * math.pi * p["natural_frequency"]
-    smooth = flat(b, SMOOTHING_S * signals.rate_hz)
-    rate = np.gradient(smooth) * signals.rate_hz
-    bend = np.gradient(rate) * signals.rate_hz
-    return signals.with_(pressure_b_pa=b + (2.0 * p["damping"] / w) * rate + bend / (w * w))
-
-
 def flat(values: Array, width: float) -> Array:
     """Twice the Gaussian less the Gaussian twice: smooth, and flat to fourth order."""
     from scipy.ndimage import gaussian_filter1d
@@ -43,17 +34,42 @@ def flat(values: Array, width: float) -> Array:
     return np.asarray(2.0 * once - gaussian_filter1d(once, width, mode="nearest"), dtype=np.float64)
 
 
-EFFECT = Effect(
-    name="sensor.line_b",
-    equation="d2r/dt2 = w^2 (pB - r) - 2 damping w dr/dt, w = 2 pi natural_frequency, r = measured pB",
-    text="pressure B is measured behind a line that delays it",
-    parameters=(
-        ParameterSpec("natural_frequency", "Hz", 1.0, 400.0, (3.0, 25.0), "of the line"),
-        ParameterSpec("damping", "1", 0.1, 8.0, (0.4, 1.5), "of the line"),
-    ),
-    needs=("position", "pressure_a", "pressure_b"),
-    kinds=("vertical-leg", "cylinder"),
-    correct=_correct,
-    law=line_acceleration_pa_s2,
-    seen_in=("force", "flow"),
-)
+class LineB(Effect):
+    """Sensor B behind a long thin pipe."""
+
+    kind = "sensor.line_b"
+    equation = (
+        "d2r/dt2 = w^2 (pB - r) - 2 damping w dr/dt, w = 2 pi natural_frequency, r = measured pB"
+    )
+    text = "pressure B is measured behind a line that delays it"
+    parameters = (
+        ParameterSpec("natural_frequency", "Hz", 1.0, 400.0, (3.0, 25.0), "of the line", log=True),
+        ParameterSpec("damping", "1", 0.1, 8.0, (0.4, 1.5), "of the line", log=True),
+    )
+    needs = ("position", "pressure_a", "pressure_b")
+    rigs = ("vertical-leg", "cylinder")
+    seen_in = ("force", "flow")
+    far_from_linear = True
+    sought_on_robot = False
+    telling_motion = "sharp steps of the valve against a held piston, then slow ramps"
+    alike = {"sensor.delay": "a delay makes pressure A late too"}
+
+    def correct(self, signals: Signals, values: Values) -> Signals:
+        """What the sensor should have read."""
+        b = signals.pressure_b_pa
+        if b is None:
+            return signals
+        w = 2.0 * math.pi * values["natural_frequency"]
+        smooth = flat(b, SMOOTHING_S * signals.rate_hz)
+        rate = np.gradient(smooth) * signals.rate_hz
+        bend = np.gradient(rate) * signals.rate_hz
+        return signals.with_(
+            pressure_b_pa=b + (2.0 * values["damping"] / w) * rate + bend / (w * w)
+        )
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """Five natural frequencies between 5 and 100 Hz."""
+        return [{"natural_frequency": f, "damping": 0.8} for f in (5.0, 10.0, 20.0, 45.0, 100.0)]
+
+
+EFFECTS = (LineB(),)

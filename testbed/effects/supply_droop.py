@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from testbed.effects.base import Effect, FlowTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Observed
+from testbed.effects.terms import FlowTerms, Signals, Values
 
 
 def supply_rate_pa_s(
@@ -12,24 +14,41 @@ def supply_rate_pa_s(
     return (nominal_pa - supply_pa) / time - droop * drawn_m3_s / time
 
 
-def _flow(signals: Signals, terms: FlowTerms, p: Values) -> None:
-    terms.droop_pa_s_m3 += p["droop"]
-    terms.droop_time_s = p["time"]
+class Droop(Effect):
+    """A supply that gives way under flow."""
 
-
-EFFECT = Effect(
-    name="supply.droop",
-    equation="dps/dt = (ps0 - ps) / time - droop q / time",
-    text="the supply pressure falls while the axis draws oil",
-    parameters=(
+    kind = "supply.droop"
+    equation = "dps/dt = (ps0 - ps) / time - droop q / time"
+    text = "the supply pressure falls while the axis draws oil"
+    parameters = (
         ParameterSpec(
-            "droop", "Pa s/m3", 0.0, 1e12, (2e8, 8e9), "fall of the supply pressure per flow"
+            "droop",
+            "Pa s/m3",
+            0.0,
+            1e12,
+            (2e8, 8e9),
+            "fall of the supply pressure per flow",
+            log=True,
         ),
-        ParameterSpec("time", "s", 1e-3, 20.0, (0.03, 1.0), "time in which the supply follows"),
-    ),
-    needs=("position", "pressure_a", "pressure_b", "valve_command", "supply_pressure"),
-    kinds=("vertical-leg",),
-    flow=_flow,
-    law=supply_rate_pa_s,
-    seen_in=("flow", "supply"),
-)
+        ParameterSpec(
+            "time", "s", 1e-3, 20.0, (0.03, 1.0), "time in which the supply follows", log=True
+        ),
+    )
+    needs = ("position", "pressure_a", "pressure_b", "valve_command", "supply_pressure")
+    rigs = ("vertical-leg",)
+    seen_in = ("flow", "supply")
+    places = ("supply",)
+    sought_on_robot = False
+    telling_motion = "full-speed strokes after a rest, with the supply pressure recorded"
+
+    def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
+        """The supply pressure follows the drawn flow."""
+        terms.droop_pa_s_m3 += values["droop"]
+        terms.droop_time_s = values["time"]
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A quick supply and a slow one."""
+        return [{"time": time} for time in (0.05, 0.4)]
+
+
+EFFECTS = (Droop(),)

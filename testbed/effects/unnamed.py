@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.effects.base import Array, Effect, ForceTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Active, Effect, ParameterSpec
+from testbed.effects.terms import Array, ForceTerms, Signals, Values
 
 REST_S, SLOW_M_S = 1.0, 2e-3
 """Time in which a piston counts as rested, and the speed at which that is forgotten as fast as it is learnt."""
@@ -53,15 +54,6 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
     return out
 
 
-def _force(signals: Signals, terms: ForceTerms, p: Values) -> None:
-    used = {name: value for name, value in p.items() if value}
-    terms.force_n = terms.force_n - used.pop("bias", 0.0)
-    if used:
-        columns = basis(signals)
-        for name in (n for n in used if n in columns):
-            terms.force_n = terms.force_n - used[name] * columns[name]
-
-
 NAMES = (
     "bias",
     "position",
@@ -80,12 +72,29 @@ NAMES = (
     "direction_warmth",
 )
 
-EFFECT = Effect(
-    name="unnamed",
-    equation="F = sum of generic terms in position, velocity, pressures and oil temperature",
-    text="something is missing that no name covers",
-    parameters=tuple(
+
+class Unnamed(Effect):
+    """What no name covers, as a sum of generic terms."""
+
+    kind = "unnamed"
+    equation = "F = sum of generic terms in position, velocity, pressures and oil temperature"
+    text = "something is missing that no name covers"
+    parameters = tuple(
         ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0) for n in NAMES
-    ),
-    force=_force,
-)
+    )
+
+    def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
+        """The sum of the terms that are used; the others need not even have their channel."""
+        used = {name: value for name, value in values.items() if value}
+        terms.force_n = terms.force_n - used.pop("bias", 0.0)
+        if used:
+            columns = basis(signals)
+            for name in (n for n in used if n in columns):
+                terms.force_n = terms.force_n - used[name] * columns[name]
+
+    def active(self) -> Active:
+        """All terms there, and none of them of any weight yet."""
+        return Active(self, self.complete({}))
+
+
+UNNAMED = Unnamed()

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from testbed.effects.base import Effect, FlowTerms, ParameterSpec, Signals, Values
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.terms import FlowTerms, Signals, Values
 
 
 def opening(spool: Any, deadband: float) -> Any:
@@ -14,22 +17,35 @@ def opening(spool: Any, deadband: float) -> Any:
     return np.sign(spool) * np.maximum(abs(spool) - deadband, 0.0) / (1.0 - deadband)
 
 
-def _flow(signals: Signals, terms: FlowTerms, p: Values) -> None:
-    terms.deadband = p["deadband"]
+class Deadband(Effect):
+    """A valve that overlaps more than declared."""
 
-
-EFFECT = Effect(
-    name="valve.deadband",
-    equation="o = sign(s) max(|s| - deadband, 0) / (1 - deadband)",
-    text="the valve's edges overlap more than declared",
-    parameters=(
+    kind = "valve.deadband"
+    equation = "o = sign(s) max(|s| - deadband, 0) / (1 - deadband)"
+    text = "the valve's edges overlap more than declared"
+    parameters = (
         ParameterSpec(
             "deadband", "1", 0.0, 0.6, (0.0, 0.15), "whole overlap, share of full spool travel"
         ),
-    ),
-    needs=("position", "pressure_a", "pressure_b", "valve_command"),
-    kinds=("vertical-leg",),
-    flow=_flow,
-    law=opening,
-    seen_in=("flow",),
-)
+    )
+    needs = ("position", "pressure_a", "pressure_b", "valve_command")
+    rigs = ("vertical-leg",)
+    seen_in = ("flow",)
+    declared_as = "valve_deadband"
+    telling_motion = "slow triangles of the valve command through zero"
+    alike = {"leakage.internal": "a leak lets a held piston sink with the valve shut"}
+
+    def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
+        """The whole overlap is this one's."""
+        terms.deadband = values["deadband"]
+
+    def starts(self, observed: Observed) -> list[dict[str, float]]:
+        """A little more than declared."""
+        return [{"deadband": (observed.known.valve_deadband or 0.0) + 0.005}]
+
+    def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
+        """What is declared says nothing about how much is expected: no prior."""
+        return replace(coordinate, prior=None)
+
+
+EFFECTS = (Deadband(),)

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.leg.errors import STAGES, closed_share
+from testbed.diagnosis.leg.experiments import experiments
 from testbed.diagnosis.leg.findings import Diagnosis, as_json
 from testbed.diagnosis.leg.search import Candidate, Search
-from testbed.diagnosis.leg.suggest import experiments
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.effects import by_name
 from testbed.formats.files import write_text

@@ -42,8 +42,8 @@ def _axis(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:
     from testbed.diagnosis.leg.diagnose import diagnose
+    from testbed.diagnosis.leg.experiments import write_motion
     from testbed.diagnosis.leg.findings import as_json, summary_rows, write_findings
-    from testbed.diagnosis.leg.suggest import write_motion
     from testbed.effects import read_believed
     from testbed.recording.axis import read_rig
     from testbed.report.diagnosis_page import write_page

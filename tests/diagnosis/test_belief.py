@@ -12,7 +12,7 @@ from testbed.benchmarks.diagnosis.scores import closed_of_added
 from testbed.diagnosis.leg.belief import Calibration, calibration, distribution
 from testbed.diagnosis.leg.signs import SetSigns, Signs
 from testbed.effects import by_name
-from testbed.effects.base import Signals
+from testbed.effects.terms import Signals
 from testbed.recording.known import Known
 
 NOTHING = SetSigns((), 0.0, 0.0, 0.0, 0.0, 0.0, 1.2, 1.2)
@@ -104,7 +104,6 @@ def test_a_delay_that_is_a_first_order_lag_is_undone() -> None:
     read = 4e6 + 1e6 / np.hypot(1.0, w * lag) * np.sin(w * t - np.arctan(w * lag))
     signals = Signals(t, rate, Known(), t, t, t, pressure_a_pa=read, pressure_b_pa=read)
     law = by_name("sensor.delay")
-    assert law.correct is not None
     again = law.correct(signals, law.complete({"delay": lag, "lag_share": 1.0})).pressure_a_pa
     assert again is not None
     inside = slice(100, -100)

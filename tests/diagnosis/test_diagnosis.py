@@ -15,11 +15,11 @@ from testbed.benchmarks.diagnosis.scores import calibration, rate
 from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.diagnosis.leg.evidence import Evidence, correlation_time, student
+from testbed.diagnosis.leg.experiments import experiments, write_motion
 from testbed.diagnosis.leg.findings import as_json, write_findings
 from testbed.diagnosis.leg.search import Candidate, Search
-from testbed.diagnosis.leg.suggest import TELLS, write_motion
 from testbed.diagnosis.leg.verdict import Verdict
-from testbed.effects import NAMES
+from testbed.effects import OF_A_CYLINDER
 from testbed.recording.axis import read_rig
 from testbed.recording.known import Known
 from testbed.recording.leg_model import read_model
@@ -43,7 +43,8 @@ def test_correlation_time_of_white_noise_is_one_and_of_a_held_series_its_hold() 
 
 
 def test_every_name_has_an_experiment_that_shows_it() -> None:
-    assert set(TELLS) == set(NAMES)
+    names = [effect.name for effect in OF_A_CYLINDER]
+    assert [name for name, _ in experiments(names)] == names
 
 
 def test_a_suggested_motion_stays_inside_the_stroke(tmp_path: Path) -> None:

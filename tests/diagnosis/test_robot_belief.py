@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.diagnosis.robot_calibration import fit, read_trials, restated
-from testbed.benchmarks.diagnosis.robot_trials import HIDDEN, drawn, scores, table
+from testbed.benchmarks.diagnosis.robot_trials import drawn, hidden_sizes, scores, table
 from testbed.diagnosis.robot.belief import RobotSigns, calibration, distribution
 from testbed.diagnosis.robot.zeros import zeros
 from testbed.errors import InputError
@@ -81,13 +81,13 @@ def test_zeros_may_be_what_the_data_sheet_allows() -> None:
 
 def test_every_seed_draws_its_own_run_and_every_effect_has_its_turn() -> None:
     names = []
-    for seed in range(len(HIDDEN)):
+    for seed in range(len(hidden_sizes())):
         scenario, name, place = drawn(seed)
         again = drawn(seed)
         assert again[0] == scenario and again[1:] == (name, place)
         assert [(u.effect, u.at) for u in scenario.undeclared] == ([(name, place)] if name else [])
         names.append(name)
-    assert names == list(HIDDEN)
+    assert names == list(hidden_sizes())
 
 
 def trial(seed: int, truth: str, said: str, gain: float) -> dict[str, object]:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from testbed.diagnosis.leg.fit import residuals
-from testbed.diagnosis.leg.problem import Point
+from testbed.diagnosis.leg.points import Point
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.robot.diagnose import diagnose_robot
 from testbed.diagnosis.robot.findings import as_json, write_findings
@@ -22,7 +22,8 @@ from testbed.diagnosis.robot.rig import (
     recordings_of,
     through_amplifier,
 )
-from testbed.effects import Active, by_name, kind_of, place_of
+from testbed.effects import by_name, kind_of, place_of
+from testbed.effects.base import Active
 from testbed.errors import InputError
 from testbed.estimation.live.believed import Believed
 from testbed.machine.build import build_machine
@@ -63,10 +64,9 @@ def test_a_name_with_a_place_is_split_and_its_effect_acts_there_alone() -> None:
         "sensor.gain_a"
     ) is None
     series = series_of(recordings_of(standing(2.0), MACHINE, Path("run")))
-    effect = by_name(name)
-    assert effect.correct is not None
+    gain = Active(by_name(name), {"gain_error": 0.25, "bend": 0.0})
     for s in series:
-        right = effect.correct(s.signals, {"gain_error": 0.25, "bend": 0.0}).pressure_a_pa
+        right = gain.correct(s.signals).pressure_a_pa
         share = 0.8 if s.name == "fl_vertical" else 1.0
         assert right is not None and s.signals.pressure_a_pa is not None
         np.testing.assert_allclose(right, share * s.signals.pressure_a_pa)

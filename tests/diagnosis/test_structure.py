@@ -14,21 +14,15 @@ from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, block_covariance
 from testbed.diagnosis.leg.flow_structure import flow_structure
-from testbed.diagnosis.leg.problem import (
-    FRICTION_NAMES,
-    STRAIGHT,
-    Coordinate,
-    Layout,
-    Point,
-    Problem,
-)
-from testbed.diagnosis.leg.search import SOUND_COST, Candidate, Search
+from testbed.diagnosis.leg.points import FRICTION_NAMES, STRAIGHT, Point
+from testbed.diagnosis.leg.problem import Layout, Problem
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import fit_generic
-from testbed.effects import Active, by_name
+from testbed.effects import by_name
+from testbed.effects.base import Active
+from testbed.effects.fitting import Coordinate
 from testbed.effects.unnamed import rested
 from testbed.estimation.leg.flow import Edge
-from testbed.estimation.leg.force import PRESLIDING_M
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
@@ -122,19 +116,6 @@ def some_fit(effects: tuple[Active, ...], **changes: Any) -> Fit:
         changes.get("scale", empty),
         np.zeros((1, 1)),
     )
-
-
-def test_a_bristle_that_bends_less_than_a_sound_seal_s_costs_by_what_it_lacks() -> None:
-    effect = by_name("friction.presliding")
-    cost = {}
-    for bend_m in (2.0 * PRESLIDING_M, 0.5 * PRESLIDING_M):
-        values = effect.complete(
-            {"stiffness": 500.0 / bend_m, "damping": 1e3}
-        )  # slips at 400 N + 100 N
-        candidate = Candidate((effect.name,), some_fit((Active(effect, values),)), evidence=None)  # type: ignore[arg-type]
-        state = Search(SimpleNamespace(kind="vertical-leg"), candidate)  # type: ignore[arg-type]
-        cost[bend_m] = state.price(candidate)
-    assert list(cost.values()) == pytest.approx([0.0, 0.5 * SOUND_COST])
 
 
 def test_a_series_held_for_a_block_is_one_witness_a_block() -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from testbed.effects import (
     ALL,
-    NAMES,
+    OF_A_CYLINDER,
+    build,
     by_name,
-    check,
     force_cushion,
     force_periodic,
     force_spring,
@@ -28,10 +28,12 @@ from testbed.effects import (
     valve_deadband,
 )
 from testbed.errors import InputError
+from testbed.recording.leg_model import EffectEntry
 
 
-def test_the_list_holds_the_nineteen_names_once() -> None:
-    assert len(NAMES) == 19 == len(set(NAMES))
+def test_the_list_holds_every_name_once_and_the_nineteen_of_a_single_axis() -> None:
+    assert len({effect.name for effect in ALL}) == len(ALL)
+    assert len(OF_A_CYLINDER) == 19
 
 
 def test_every_effect_takes_its_own_prior_and_refuses_what_is_beyond_its_bounds() -> None:
@@ -44,35 +46,26 @@ def test_every_effect_takes_its_own_prior_and_refuses_what_is_beyond_its_bounds(
 
 
 @pytest.mark.parametrize(
-    ("entry", "words"),
+    ("name", "parameters", "words"),
     [
-        ({"name": "friction.colour"}, "no effect has that name"),
-        ({"parameters": {}}, "needs a name"),
-        ({"name": "friction.position"}, "lacks parameter 'slope'"),
-        ({"name": "friction.position", "parameters": {"slop": 1}}, "unknown parameter"),
-        ({"name": "friction.position", "parameters": {"slope": "x"}}, "out of bounds"),
-        ({"name": "friction.position", "parameters": 3}, "must be a mapping"),
-        (
-            {"name": "friction.position", "parameters": {"slope": 1}, "size": 3},
-            "unknown key 'size'",
-        ),
+        ("friction.colour", {}, "no effect has that name"),
+        ("friction.position", {}, "lacks parameter 'slope'"),
+        ("friction.position", {"slop": 1.0}, "unknown parameter"),
+        ("friction.position", {"slope": 1e6}, "out of bounds"),
     ],
 )
-def test_a_wrong_entry_is_refused_with_its_reason(entry: dict[str, object], words: str) -> None:
+def test_a_wrong_entry_of_a_model_is_refused_with_its_reason(
+    name: str, parameters: dict[str, float], words: str
+) -> None:
     with pytest.raises(InputError, match=words):
-        check(entry)
+        build([EffectEntry.model_validate({"name": name, "parameters": parameters})])
 
 
-def test_parameters_may_carry_unit_and_interval() -> None:
-    active = check(
-        {
-            "name": "sensor.delay",
-            "parameters": {"delay": {"value": 0.02, "unit": "s"}},
-            "place": "fl",
-        }
-    )
+def test_a_further_shape_that_is_left_out_has_its_default() -> None:
+    entry = EffectEntry.model_validate({"name": "sensor.delay", "parameters": {"delay": 0.02}})
+    (active,) = build([entry])
     assert active.values == {"delay": 0.02, "lag_share": 0.0}
-    assert by_name("sensor.delay") is active.effect
+    assert active.effect is by_name("sensor.delay")
 
 
 def test_laws_at_points_computed_by_hand() -> None:

@@ -14,6 +14,7 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,20 +34,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 VISIBLE = 0.05
-HIDDEN: dict[str, dict[str, tuple[float, float]]] = {
-    "sensor.gain_a": {"gain_error": (0.04, 0.15)},
-    "leakage.internal": {"coefficient": (5e-13, 5e-12)},
-    "friction.pressure": {"coefficient": (3e-5, 1.5e-4)},
-    "sensor.drift_a": {"rate": (3e3, 1.5e4)},
-    "": {},
-    "sensor.gain_b": {"gain_error": (0.04, 0.15)},
-    "friction.load": {"coefficient": (0.03, 0.15)},
-    "force.spring": {"stiffness": (5e3, 3e4), "rest": (0.1, 0.4)},
-    "inertia.mass": {"mass": (30.0, 120.0)},
-    "friction.position": {"slope": (0.8, 2.0)},
-}
-"""Effects in turn, "" for none, and between which sizes they are drawn, evenly in the logarithm; of gain and drift
-either sign."""
+HIDDEN = Path(__file__).with_name("robot_hidden.yaml")
 SIGNED = ("gain_error", "rate")
 FRICTION_SPREAD = 0.1
 
@@ -59,12 +47,21 @@ class Job:
     path: Path
 
 
+@cache
+def hidden_sizes() -> dict[str, dict[str, tuple[float, float]]]:
+    """Effect -> parameter -> the sizes between which it is drawn."""
+    import yaml
+
+    return yaml.safe_load(HIDDEN.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
+
+
 def drawn(seed: int) -> tuple[Scenario, str, str]:
     """The scenario of a seed, the hidden effect ("" for none) and the axis where it is."""
     rng = np.random.default_rng([seed, 23])
-    name = list(HIDDEN)[seed % len(HIDDEN)]
+    sizes = hidden_sizes()
+    name = list(sizes)[seed % len(sizes)]
     place = f"{LEGS[int(rng.integers(len(LEGS)))]}_vertical"
-    values = {k: float(np.exp(rng.uniform(*np.log(span)))) for k, span in HIDDEN[name].items()}
+    values = {k: float(np.exp(rng.uniform(*np.log(span)))) for k, span in sizes[name].items()}
     values = {
         k: v * (float(rng.choice([-1.0, 1.0])) if k in SIGNED else 1.0) for k, v in values.items()
     }
@@ -198,7 +195,7 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "confusion": confusion(trials),
         "by_effect": {
             name: rate([t["names"] == t["truth"] for t in hidden if t["truth"][0].startswith(name)])
-            for name in HIDDEN
+            for name in hidden_sizes()
             if name
         },
     }

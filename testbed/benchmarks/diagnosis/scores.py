@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.reference_leg.rigs import ANSWERS
+
 Trial = dict[str, Any]
 BINS = 10
 STRENGTHS = (0.1, 0.2, 0.4, 0.8, 1.6)
@@ -167,29 +169,6 @@ def by_strength(single: Sequence[Trial]) -> list[dict[str, Any]]:
             {"from": low, "to": high, "named": named, "visible": rate([t["visible"] for t in here])}
         )
     return out
-
-
-ANSWERS = {
-    "friction.position": ("slope", "fpos"),
-    "friction.pressure": ("coefficient", "fpres"),
-    "friction.load": ("coefficient", "fload"),
-    "friction.temperature": ("rate", "temp"),
-    "inertia.mass": ("mass", "mass_add"),
-    "force.spring": ("stiffness", "spring"),
-    "force.periodic": ("amplitude", "per_amp"),
-    "force.cushion": ("stiffness", "cush"),
-    "sensor.gain_a": ("gain_error", "sensor.gain_a:gain"),
-    "sensor.gain_b": ("gain_error", "sensor.gain_b:gain"),
-    "sensor.drift_a": ("rate", "sensor.drift_a:drift"),
-    "sensor.line_b": ("natural_frequency", "sensor.line_b:line"),
-    "sensor.delay": ("delay", "sensor.delay:delay"),
-    "leakage.internal": ("coefficient", "leak"),
-    "hydraulics.air": ("fraction", "air"),
-    "hydraulics.hose": ("capacity", "hose"),
-    "valve.deadband": ("deadband", "deadband"),
-    "supply.droop": ("droop", "droop"),
-}
-"""Effect -> (parameter, the reference leg's number for it)."""
 
 
 def coverage(single: Sequence[Trial]) -> dict[str, Any]:

@@ -16,13 +16,13 @@ from testbed.diagnosis.leg.errors import Errors, closed_share, errors
 from testbed.diagnosis.leg.evidence import evidence, of_residual
 from testbed.diagnosis.leg.findings import Diagnosis, as_json, entries_of
 from testbed.diagnosis.leg.fit import Fit
-from testbed.diagnosis.leg.hypotheses import SHAPES, fit_with
+from testbed.diagnosis.leg.hypotheses import fit_shapes, fit_with
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.signs import signs
-from testbed.diagnosis.leg.unexplained import generic_names
-from testbed.effects import NAMES, by_name, unnamed
+from testbed.diagnosis.leg.unexplained import fit_generic
+from testbed.effects import OF_A_CYLINDER, by_name
 from testbed.formats.files import make_folder
 from testbed.recording.leg_model import LegModel
 from testbed.simulation.workers import work_through
@@ -46,12 +46,7 @@ def trial(seed: int) -> dict[str, Any]:
     seconds = time.perf_counter() - began
     oracle = _oracle(found, hidden)
     sound = _sound_twin(found, seed, kind) if hidden.names else None
-    box = _model(
-        found,
-        fit_with(
-            found.problem, found.state.refit.fit, unnamed.EFFECT, generic_names(found.problem), 4
-        ),
-    )
+    box = _model(found, fit_generic(found.problem, found.state.refit.fit, seal=False))
     return {
         "seed": seed,
         "kind": kind,
@@ -93,7 +88,7 @@ def _errors(d: Diagnosis, after: LegModel) -> Errors:
 
 def _oracle(d: Diagnosis, hidden: Hidden) -> Errors | None:
     """Errors with the true names fitted on identify; None where there is no name."""
-    if not hidden.names or not set(hidden.names) <= set(NAMES):
+    if not hidden.names or not set(hidden.names) <= {e.name for e in OF_A_CYLINDER}:
         return None
     found = [_named(d, order) for order in permutations(hidden.names)]
     if (known := d.state.tried.get(frozenset(hidden.names))) is not None:
@@ -105,13 +100,11 @@ def _named(d: Diagnosis, names: tuple[str, ...]) -> Candidate:
     """The set of these names, each fitted after the one before, with further shapes where they predict better."""
     current = d.state.refit
     for name in names:
-        plain = fit_with(d.problem, current.fit, by_name(name))
-        shapes = SHAPES.get(name, ())
-        shaped = [fit_with(d.problem, plain, by_name(name), s, replace_effect=True) for s in shapes]
-        options = [
-            Candidate((*current.names, name), fit, evidence(d.problem, fit))
-            for fit in (plain, *shaped)
-        ]
+        effect = by_name(name)
+        fits = [fit_with(d.problem, current.fit, effect)]
+        if effect.shapes:
+            fits.append(fit_shapes(d.problem, fits[0], effect))
+        options = [Candidate((*current.names, name), fit, evidence(d.problem, fit)) for fit in fits]
         current = max(options, key=d.state.gain)
     return current
 

@@ -20,76 +20,165 @@ Array = npt.NDArray[np.float64]
 Draw = Callable[[np.random.Generator, float], dict[str, float]]
 
 
+@dataclass(frozen=True)
+class Hides:
+    """An effect as this leg has it: the effect's parameter, this leg's number for it, and how its numbers are drawn.
+
+    `parameter` is empty where no number of this leg says the same as a parameter of the effect.
+    """
+
+    parameter: str
+    number: str
+    draw: Draw
+
+
 def _sign(rng: np.random.Generator) -> float:
     return float(rng.choice([-1.0, 1.0]))
 
 
-KERNEL: dict[str, Draw] = {
-    "friction.position": lambda g, s: {
-        "fpos": _sign(g) * 0.9 * s,
-        "fpos_form": float(g.integers(0, 3)),
-    },
-    "friction.pressure": lambda g, s: {"fpres": 7e-5 * s, "fpres_form": float(g.integers(0, 2))},
-    "friction.load": lambda g, s: {"fload": 0.045 * s, "fload_form": float(g.integers(0, 2))},
-    "friction.presliding": lambda g, s: {
-        "pre_k": 3e5 / s,
-        "pre_c": g.uniform(100.0, 900.0),
-        "pre_form": float(g.integers(0, 2)),
-    },
-    "friction.temperature": lambda g, s: {"temp": 0.025 * s, "temp_form": float(g.integers(0, 2))},
-    "inertia.mass": lambda g, s: {"mass_add": 50.0 * s, "mass_form": float(g.integers(0, 2))},
-    "force.spring": lambda g, s: {
-        "spring": 1800.0 * s,
-        "spring_rest": g.uniform(0.1, 0.4),
-        "spring_form": float(g.integers(0, 2)),
-    },
-    "force.periodic": lambda g, s: {
-        "per_amp": 180.0 * s,
-        "per_w": 2 * np.pi * g.uniform(4.0, 16.0),
-        "per_form": float(g.integers(0, 2)),
-    },
-    "force.cushion": lambda g, s: {
-        "cush": 6000.0 * s,
-        "cush_start": g.uniform(0.18, 0.26),
-        "cush_form": float(g.integers(0, 2)),
-    },
-    "leakage.internal": lambda g, s: {
-        "leak": 5e-12 * s + 5e-14,
-        "leak_form": float(g.integers(0, 2)),
-    },
-    "hydraulics.air": lambda g, s: {"air": 0.02 * s, "air_form": float(g.integers(0, 2))},
-    "hydraulics.hose": lambda g, s: {
-        "hose": 2.5e-12 * s,
-        "hose_time": g.uniform(0.05, 0.6),
-        "hose_form": float(g.integers(0, 2)),
-    },
-    "valve.deadband": lambda g, s: {
-        "deadband": 0.03 + 0.1 * s,
-        "dead_form": float(g.integers(0, 2)),
-    },
-    "supply.droop": lambda g, s: {
-        "droop": 6e9 * s,
-        "droop_time": g.uniform(0.05, 0.5),
-        "droop_form": float(g.integers(0, 2)),
-    },
+KERNEL: dict[str, Hides] = {
+    "friction.position": Hides(
+        "slope",
+        "fpos",
+        lambda g, s: {
+            "fpos": _sign(g) * 0.9 * s,
+            "fpos_form": float(g.integers(0, 3)),
+        },
+    ),
+    "friction.pressure": Hides(
+        "coefficient",
+        "fpres",
+        lambda g, s: {"fpres": 7e-5 * s, "fpres_form": float(g.integers(0, 2))},
+    ),
+    "friction.load": Hides(
+        "coefficient",
+        "fload",
+        lambda g, s: {"fload": 0.045 * s, "fload_form": float(g.integers(0, 2))},
+    ),
+    "friction.presliding": Hides(
+        "",
+        "",
+        lambda g, s: {
+            "pre_k": 3e5 / s,
+            "pre_c": g.uniform(100.0, 900.0),
+            "pre_form": float(g.integers(0, 2)),
+        },
+    ),
+    "friction.temperature": Hides(
+        "rate", "temp", lambda g, s: {"temp": 0.025 * s, "temp_form": float(g.integers(0, 2))}
+    ),
+    "inertia.mass": Hides(
+        "mass",
+        "mass_add",
+        lambda g, s: {"mass_add": 50.0 * s, "mass_form": float(g.integers(0, 2))},
+    ),
+    "force.spring": Hides(
+        "stiffness",
+        "spring",
+        lambda g, s: {
+            "spring": 1800.0 * s,
+            "spring_rest": g.uniform(0.1, 0.4),
+            "spring_form": float(g.integers(0, 2)),
+        },
+    ),
+    "force.periodic": Hides(
+        "amplitude",
+        "per_amp",
+        lambda g, s: {
+            "per_amp": 180.0 * s,
+            "per_w": 2 * np.pi * g.uniform(4.0, 16.0),
+            "per_form": float(g.integers(0, 2)),
+        },
+    ),
+    "force.cushion": Hides(
+        "stiffness",
+        "cush",
+        lambda g, s: {
+            "cush": 6000.0 * s,
+            "cush_start": g.uniform(0.18, 0.26),
+            "cush_form": float(g.integers(0, 2)),
+        },
+    ),
+    "leakage.internal": Hides(
+        "coefficient",
+        "leak",
+        lambda g, s: {
+            "leak": 5e-12 * s + 5e-14,
+            "leak_form": float(g.integers(0, 2)),
+        },
+    ),
+    "hydraulics.air": Hides(
+        "fraction", "air", lambda g, s: {"air": 0.02 * s, "air_form": float(g.integers(0, 2))}
+    ),
+    "hydraulics.hose": Hides(
+        "capacity",
+        "hose",
+        lambda g, s: {
+            "hose": 2.5e-12 * s,
+            "hose_time": g.uniform(0.05, 0.6),
+            "hose_form": float(g.integers(0, 2)),
+        },
+    ),
+    "valve.deadband": Hides(
+        "deadband",
+        "deadband",
+        lambda g, s: {
+            "deadband": 0.03 + 0.1 * s,
+            "dead_form": float(g.integers(0, 2)),
+        },
+    ),
+    "supply.droop": Hides(
+        "droop",
+        "droop",
+        lambda g, s: {
+            "droop": 6e9 * s,
+            "droop_time": g.uniform(0.05, 0.5),
+            "droop_form": float(g.integers(0, 2)),
+        },
+    ),
 }
 """Named effects that live in the physics: numbers for the kernel at a strength (1 = well visible)."""
 
-SENSORS: dict[str, Draw] = {
-    "sensor.gain_a": lambda g, s: {"gain": _sign(g) * 0.04 * s, "form": float(g.integers(0, 2))},
-    "sensor.gain_b": lambda g, s: {"gain": _sign(g) * 0.04 * s, "form": float(g.integers(0, 2))},
-    "sensor.drift_a": lambda g, s: {
-        "drift": _sign(g) * 1800.0 * s,
-        "form": float(g.integers(0, 2)),
-    },
-    "sensor.line_b": lambda g, s: {
-        "line": 6.0 / s,
-        "zeta": g.uniform(0.5, 1.2),
-        "form": float(g.integers(0, 2)),
-    },
-    "sensor.delay": lambda g, s: {"delay": 0.02 * s, "form": float(g.integers(0, 2))},
+SENSORS: dict[str, Hides] = {
+    "sensor.gain_a": Hides(
+        "gain_error",
+        "gain",
+        lambda g, s: {"gain": _sign(g) * 0.04 * s, "form": float(g.integers(0, 2))},
+    ),
+    "sensor.gain_b": Hides(
+        "gain_error",
+        "gain",
+        lambda g, s: {"gain": _sign(g) * 0.04 * s, "form": float(g.integers(0, 2))},
+    ),
+    "sensor.drift_a": Hides(
+        "rate",
+        "drift",
+        lambda g, s: {
+            "drift": _sign(g) * 1800.0 * s,
+            "form": float(g.integers(0, 2)),
+        },
+    ),
+    "sensor.line_b": Hides(
+        "natural_frequency",
+        "line",
+        lambda g, s: {
+            "line": 6.0 / s,
+            "zeta": g.uniform(0.5, 1.2),
+            "form": float(g.integers(0, 2)),
+        },
+    ),
+    "sensor.delay": Hides(
+        "delay", "delay", lambda g, s: {"delay": 0.02 * s, "form": float(g.integers(0, 2))}
+    ),
 }
 """Named effects that live in the sensors."""
+
+ANSWERS: dict[str, tuple[str, str]] = {
+    name: (hides.parameter, f"{name}:{hides.number}" if name in SENSORS else hides.number)
+    for name, hides in {**KERNEL, **SENSORS}.items()
+    if hides.parameter
+}
+"""Effect -> (parameter, the rig's hidden number that it should be found with)."""
 
 OUTSIDE: dict[str, Draw] = {
     "outside.drag": lambda g, s: {"drag": 4e4 * s},
@@ -122,7 +211,7 @@ class Hidden:
 
 def draw_hidden(rng: np.random.Generator, kind: str) -> Hidden:
     """`kind`: clean, single, double, outside. Strengths run log-uniformly over a factor of 16."""
-    pool = {**KERNEL, **SENSORS}
+    pool = {name: hides.draw for name, hides in {**KERNEL, **SENSORS}.items()}
     names: list[str] = []
     if kind in ("single", "double"):
         names = [

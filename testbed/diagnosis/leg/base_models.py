@@ -10,39 +10,36 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
-from testbed.diagnosis.leg.hypotheses import restarted
-from testbed.diagnosis.leg.problem import (
-    Coordinate,
-    Point,
-    Problem,
-    effect_coordinates,
-    friction_coordinates,
-)
+from testbed.diagnosis.leg.points import NUISANCE, ZERO, Point, friction_coordinates, restarted
+from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
-from testbed.effects import Active, by_name
+from testbed.effects import of_declared
+from testbed.effects.base import Active
+from testbed.effects.fitting import Coordinate
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
-from testbed.estimation.leg.flow import Edge
+from testbed.estimation.leg.flow import SMOOTH_DROP_PA, Edge
 from testbed.recording.axis import Rig
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
+MOVED_BY_EDGES = ("flow", "supply")
 EDGE = (
-    Coordinate("nuisance", "gain", 1.0, 0.8, 1.25, 0.004, False, ("flow", "supply"), (1.0, 0.004)),
+    Coordinate(NUISANCE, "gain", 1.0, 0.8, 1.25, 0.004, moves=MOVED_BY_EDGES, prior=(1.0, 0.004)),
     Coordinate(
-        "nuisance",
+        NUISANCE,
         "smooth_pa",
-        5e4,
-        1e3,
-        3e5,
-        0.5,
-        True,
-        ("flow", "supply"),
-        (float(np.log(5e4)), 0.7),
+        start=SMOOTH_DROP_PA,
+        low=1e3,
+        high=3e5,
+        scale=0.5,
+        log=True,
+        moves=MOVED_BY_EDGES,
+        prior=(float(np.log(SMOOTH_DROP_PA)), 0.7),
     ),
 )
 """A valve's edge differs from its plate by some tenths of a per cent: never a finding."""
-ZERO = (Coordinate("zero", "zero_n", 0.0, -1e3, 1e3, 1.0),)
+ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
 """Of a bench's pressure sensor and load cell: nobody declares them, and they are no finding."""
 
 
@@ -119,25 +116,35 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     if problem.with_flow:
         coordinates += EDGE
     if problem.kind == "cylinder":
-        coordinates += ZERO
+        coordinates += ZERO_FORCE
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
-        mass = by_name("inertia.mass")
-        unknown = [
-            replace(c, start=10.0, low=0.0, scale=10.0, prior=None)
-            for c in effect_coordinates(mass)
-        ]
-        fixed = Point(
-            friction, Edge(), (*problem.believed, Active(mass, mass.complete({"mass": 10.0})))
-        )
-        found = solve(problem, [*coordinates, *unknown], fixed, iterations=20)
-        value = found.at.effects[-1].values["mass"]
-        problem.base = problem.base.model_copy(
-            update={"known": problem.base.known.model_copy(update={"moving_mass_kg": value})}
-        )
-        problem.series = tuple(s.declared(problem.base.known) for s in problem.series)
-        friction = found.at.friction
-        coordinates = [restarted(c, Point(friction, Edge(), problem.believed)) for c in coordinates]
+        friction = _fit_mass(problem, coordinates, friction)
+        start = Point(friction, Edge(), problem.believed)
+        coordinates = [restarted(c, start) for c in coordinates]
     fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
     return fit, fit.model(problem.base)
+
+
+UNKNOWN_MASS_KG = 10.0
+"""Start and scale of a mass that nobody declares."""
+
+
+def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Friction) -> Friction:
+    """Put the mass that fits best into the problem's base model; the friction that goes with it."""
+    mass = of_declared("moving_mass_kg")
+    (parameter,) = mass.required
+    unknown = [
+        replace(c, start=UNKNOWN_MASS_KG, low=0.0, scale=UNKNOWN_MASS_KG, prior=None)
+        for c in mass.coordinates()
+    ]
+    active = Active(mass, mass.complete({parameter: UNKNOWN_MASS_KG}))
+    fixed = Point(friction, Edge(), (*problem.believed, active))
+    found = solve(problem, [*coordinates, *unknown], fixed, iterations=20)
+    known = problem.base.known.model_copy(
+        update={"moving_mass_kg": found.at.effects[-1].values[parameter]}
+    )
+    problem.base = problem.base.model_copy(update={"known": known})
+    problem.series = tuple(s.declared(known) for s in problem.series)
+    return found.at.friction

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.effects import by_name, kind_of, place_of
+from testbed.effects.base import MARK
 from testbed.formats.files import make_folder, write_json
 from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, LegModel, Parameter, write_model
@@ -98,36 +100,52 @@ def _interval(
 
 def as_json(d: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
-    effects = []
-    for entry in d.entries if d.verdict.kind == "effect" else ():
-        effect = by_name(entry.name)
-        effects.append(
-            {
-                "name": entry.name,
-                "probability": round(d.verdict.probability(entry.name), 4),
-                "ambiguous_with": list(d.verdict.ambiguous.get(entry.name, ())),
-                "parameters": {
-                    k: {
-                        "value": p.value,
-                        "unit": p.unit,
-                        "interval90": list(p.interval90) if p.interval90 else None,
-                    }
-                    for k, p in entry.parameters.items()
-                },
-                "equation": effect.equation,
-            }
-        )
     quantities = {q: d.errors.total(q) for q in ("force_n", "flow_m3_s")}
     return {
         "format": FORMAT,
         "rig": d.rig.name,
         "verdict": d.verdict.kind,
-        "effects": effects,
+        "effects": [effect_json(entry, d.verdict) for entry in d.entries],
         "hypotheses": hypotheses_json(d.verdict),
         "error": {q: v for q, v in quantities.items() if v}
         | {"by_recording": d.errors.by_recording},
         "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
     }
+
+
+def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
+    """A found effect as findings.json carries it; one at a place with its place."""
+    name = entry.name if entry.place is None else f"{entry.name}{MARK}{entry.place}"
+    parameters = {
+        k: {
+            "value": p.value,
+            "unit": p.unit,
+            "interval90": list(p.interval90) if p.interval90 else None,
+        }
+        for k, p in entry.parameters.items()
+    }
+    return {
+        "name": entry.name,
+        **({} if entry.place is None else {"place": entry.place}),
+        "probability": round(verdict.probability(name), 4),
+        "ambiguous_with": list(verdict.ambiguous.get(name, ())),
+        "parameters": parameters,
+        "equation": by_name(entry.name).equation,
+    }
+
+
+def numbers_in_words(entry: EffectEntry) -> str:
+    """`slope 0.9, coefficient 2e-05 m2`."""
+    return ", ".join(
+        f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip()
+        for k, p in entry.parameters.items()
+    )
+
+
+def write_models(models: Mapping[str, LegModel], out: Path) -> None:
+    """Write the three model files. Raises InputError where `out` cannot be written."""
+    for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
+        write_model(out / f"{name}.yaml", models[stage])
 
 
 def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
@@ -146,11 +164,13 @@ def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
     """(header, rows) of a short table: what is missing, and the errors on verify."""
     rows = []
     for entry in d.entries:
-        numbers = ", ".join(
-            f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip()
-            for k, p in entry.parameters.items()
+        rows.append(
+            [
+                entry.name,
+                numbers_in_words(entry),
+                f"probability {d.verdict.probability(entry.name):.3f}",
+            ]
         )
-        rows.append([entry.name, numbers, f"probability {d.verdict.probability(entry.name):.3f}"])
     for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
         total = d.errors.total(quantity)
         if total:
@@ -168,5 +188,4 @@ def write_findings(d: Diagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
     make_folder(out)
     write_json(out / "findings.json", as_json(d))
-    for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
-        write_model(out / f"{name}.yaml", d.models[stage])
+    write_models(d.models, out)

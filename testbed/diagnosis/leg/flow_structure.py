@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import of_residual
 from testbed.diagnosis.leg.fit import Fit, held_out, normal_equations
-from testbed.diagnosis.leg.problem import Coordinate, Problem
+from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
+from testbed.effects.fitting import Coordinate
 from testbed.estimation.leg.flow import edge_flow
 
 Array = npt.NDArray[np.float64]

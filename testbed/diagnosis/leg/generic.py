@@ -8,10 +8,10 @@ import numpy as np
 
 from testbed.diagnosis.leg.evidence import of_residual
 from testbed.diagnosis.leg.fit import Fit, held_out, solve
-from testbed.diagnosis.leg.hypotheses import restarted
-from testbed.diagnosis.leg.problem import Problem, effect_coordinates
+from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.unexplained import generic_names
-from testbed.effects import Active, unnamed
+from testbed.effects.unnamed import UNNAMED
 
 SIZES_N = (10.0, 40.0, 160.0)
 """Standard deviations of the terms' weights before the data: the smaller, the more is shrunk."""
@@ -39,9 +39,9 @@ def correction(problem: Problem, refit: Fit) -> Fit | None:
 
 def _shrunk(problem: Problem, refit: Fit, size_n: float) -> Fit:
     coordinates = [restarted(c, refit.at) for c in refit.coordinates]
-    for c in effect_coordinates(unnamed.EFFECT, generic_names(problem), {}):
+    for c in UNNAMED.coordinates(shapes=generic_names(problem)):
         coordinates.append(replace(c, prior=(0.0, size_n / np.sqrt(_memory(problem, refit)))))
-    effects = (*refit.at.effects, Active(unnamed.EFFECT, unnamed.EFFECT.complete({})))
+    effects = (*refit.at.effects, UNNAMED.active())
     return solve(problem, coordinates, replace(refit.at, effects=effects), 5, refit.scale)
 
 

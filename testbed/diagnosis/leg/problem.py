@@ -7,47 +7,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.compiled import njit
+from testbed.diagnosis.leg.plain_balance import (
+    Balance,
+    binned_columns,
+    binned_error_n,
+    is_plain,
+    plain_rows,
+)
 from testbed.diagnosis.leg.series import BIN, Series
-from testbed.effects import Active, by_name
-from testbed.effects.base import Effect, ForceTerms, ParameterSpec, Signals
-from testbed.effects.placed import kind_of
+from testbed.effects.base import Active
+from testbed.effects.fitting import ForceResidual, Observed
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import corrected, external_n, force_terms, without_friction_n
 from testbed.estimation.leg.flow import Edge, flow_balance, flow_terms
 from testbed.estimation.leg.force import narrow_band
-from testbed.estimation.leg.friction import friction_n, static_one_n, static_parts
+from testbed.estimation.leg.friction import friction_n
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
-FRICTION_NAMES = tuple(Friction.model_fields)
-STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
-"""Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of retraction."""
-Balance = tuple[Signals, ForceTerms, Array]
-"""One recording's corrected signals, its terms, and F_ext + F_f in N."""
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """One fitted number: its owner (`friction`, `nuisance` or an effect's name), scale, bounds, channels it moves.
-
-    `log`: fitted as its logarithm.
-    """
-
-    owner: str
-    name: str
-    start: float
-    low: float
-    high: float
-    scale: float
-    log: bool = False
-    moves: tuple[str, ...] = ("force",)
-    prior: tuple[float, float] | None = None
-    """(centre, standard deviation) of a weak prior in fitted units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +44,20 @@ class Layout:
     """Noise of the bin relative to its group's."""
     names: tuple[tuple[str, str], ...]
     """Group number -> (channel, recording)."""
+
+
+class Fitted(Protocol):
+    """What a fit leaves: residuals and noise, channel by channel."""
+
+    @property
+    def residual(self) -> dict[str, Array]:
+        """Channel -> stacked bins."""
+        ...
+
+    @property
+    def scale(self) -> dict[str, Array]:
+        """Channel -> noise of each group."""
+        ...
 
 
 @dataclass(eq=False)
@@ -87,6 +83,35 @@ class Problem:
         """Channel -> how uncertain its reference is, in its unit; a bench's is not."""
         return {}
 
+    def observed(self, friction: Friction, fit: Fitted | None = None) -> Observed:
+        """What the recordings show with this friction, as effects are asked about it; with `fit` what it leaves, too."""
+        return Observed(
+            kind=self.kind,
+            known=self.base.known,
+            friction=friction,
+            signals=tuple(s.signals for s in self.series),
+            reference_n=tuple(s.reference_n for s in self.series),
+            residual=() if fit is None else self._left(fit),
+        )
+
+    def _left(self, fit: Fitted) -> tuple[ForceResidual, ...]:
+        """What a fit leaves of the force balance, recording by recording."""
+        layout, out, first = self.layout["force"], [], 0
+        noise = fit.scale["force"][layout.group] * layout.relative
+        for s in self.series:
+            rows = slice(first, first + s.bins)
+            first += s.bins
+            out.append(
+                ForceResidual(
+                    values_n=fit.residual["force"][rows],
+                    counted=layout.count[rows] > 0,
+                    noise_n=noise[rows],
+                    bin_s=BIN / s.signals.rate_hz,
+                    smoothing_s=s.width_s,
+                )
+            )
+        return tuple(out)
+
     def channels(self) -> tuple[str, ...]:
         """The channels that this rig has."""
         if not self.with_flow:
@@ -100,15 +125,15 @@ class Problem:
         return np.concatenate([_force_one(s, balance, model.friction) for s, balance in rows])
 
     def straight_columns(self, model: LegModel, effects: Sequence[Active]) -> Array | None:
-        """d(force residual) / d(STRAIGHT), shape (bins, 6): friction's levels and viscous numbers enter straight.
+        """d(force residual) / d(`points.STRAIGHT`), shape (bins, 6): friction's levels and viscous numbers enter straight.
 
         None where they do not: the friction has a memory, or bends with the load, or a band is taken out.
         """
         parts = []
         for s, balance in zip(self.series, self._balances(model, effects), strict=True):
-            if not _plain(balance[1]):
+            if not is_plain(balance[1]):
                 return None
-            parts.append(_plain_columns(*_plain_parts(s, balance, model.friction), BIN))
+            parts.append(binned_columns(plain_rows(s, balance, model.friction), BIN))
         return np.concatenate(parts)
 
     def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
@@ -128,7 +153,7 @@ class Problem:
 
     def _signals(self, effects: Sequence[Active]) -> list[Signals]:
         """Corrected signals of every series; the last correction is kept, as most parameters leave sensors alone."""
-        sensors = [a for a in effects if a.effect.correct is not None]
+        sensors = [a for a in effects if a.effect.overrides("correct")]
         key = [(a.effect.name, dict(a.values)) for a in sensors]
         if self._corrected is None or self._corrected[0] != key:
             self._corrected = (key, [corrected(s.signals, sensors) for s in self.series])
@@ -192,8 +217,8 @@ def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
     """Binned force residual of one series, N."""
     signals, terms, total = balance
     mask = s.trusted & s.clear
-    if _plain(terms):
-        return np.asarray(_plain_error(*_plain_parts(s, balance, friction), BIN))
+    if is_plain(terms):
+        return np.asarray(binned_error_n(plain_rows(s, balance, friction), BIN))
     value = external_n(
         total - friction_n(friction, signals, terms), np.sign(signals.velocity_m_s), terms
     )
@@ -201,232 +226,3 @@ def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
     for frequency, amplitude, harmonics in terms.narrow_bands:
         error = error - narrow_band(error, mask, signals, frequency, harmonics, amplitude)
     return s.binned(error, mask)[0]
-
-
-def _plain(terms: ForceTerms) -> bool:
-    """Whether friction has no memory and grows straight with the load, and no band is taken out."""
-    straight = terms.load_coefficient == 0.0 or terms.load_exponent == 1.0
-    return straight and terms.presliding is None and not terms.narrow_bands
-
-
-def _plain_parts(s: Series, balance: Balance, friction: Friction) -> tuple[Any, ...]:
-    signals, terms, total = balance
-    reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
-    parts = static_parts(friction, signals, terms)
-    return (
-        total,
-        signals.velocity_m_s,
-        reference,
-        s.trusted & s.clear,
-        *parts,
-        float(terms.load_coefficient),
-    )
-
-
-@njit
-def _plain_error(
-    total: Array,
-    v: Array,
-    reference: Array,
-    mask: npt.NDArray[np.bool_],
-    friction: Array,
-    scale: Array,
-    add: Array,
-    thin: Array,
-    load: float,
-    width: int,
-) -> Array:
-    """The same in one pass, for friction without memory that grows straight with the load; shape (n // width,)."""
-    out = np.zeros(len(total) // width)
-    for b in range(len(out)):
-        count = 0
-        for i in range(b * width, (b + 1) * width):
-            if not mask[i]:
-                continue
-            rest = total[i] - static_one_n(v[i], friction, scale[i], add[i], thin[i])
-            if rest > 0.0:
-                rest /= 1.0 + np.sign(v[i]) * load
-            out[b] += rest - reference[i]
-            count += 1
-        out[b] /= max(count, 1)
-    return out
-
-
-@njit
-def _plain_columns(
-    total: Array,
-    v: Array,
-    reference: Array,
-    mask: npt.NDArray[np.bool_],
-    friction: Array,
-    scale: Array,
-    add: Array,
-    thin: Array,
-    load: float,
-    width: int,
-) -> Array:
-    """Derivatives of `_plain_error` for STRAIGHT; shape (n // width, 6)."""
-    out = np.zeros((len(total) // width, 6))
-    for b in range(len(out)):
-        count = 0
-        for i in range(b * width, (b + 1) * width):
-            if not mask[i]:
-                continue
-            count += 1
-            at, way = (0, np.sign(v[i])) if v[i] >= 0.0 else (3, -1.0)
-            fade = np.exp(-abs(v[i]) / friction[3 if at == 0 else 7])
-            level = (
-                friction[1 if at == 0 else 5] * scale[i]
-                + add[i]
-                + friction[2 if at == 0 else 6] * fade
-            )
-            viscous = friction[0 if at == 0 else 4] * thin[i] * v[i]
-            share = -1.0 / (1.0 + way * load) if total[i] - viscous - way * level > 0.0 else -1.0
-            out[b, at] += share * thin[i] * v[i]
-            out[b, at + 1] += share * way * scale[i]
-            out[b, at + 2] += share * way * fade
-        out[b] /= max(count, 1)
-    return out
-
-
-def effect_coordinates(
-    effect: Effect, shapes: Sequence[str] = (), start: dict[str, float] | None = None
-) -> list[Coordinate]:
-    """Coordinates of an effect's required parameters and of the further shapes asked for."""
-    out = []
-    for spec in effect.parameters:
-        if spec.default is not None and spec.name not in shapes:
-            continue
-        value = (start or {}).get(spec.name, _start(spec))
-        out.append(_coordinate(effect, spec, value))
-    return out
-
-
-def _start(spec: ParameterSpec) -> float:
-    low, high = spec.prior
-    if spec.default is not None:
-        return spec.default
-    if low > 0.0:
-        return float(np.sqrt(low * high))
-    return 0.0
-
-
-POSITIVE = {
-    "stiffness",
-    "damping",
-    "frequency",
-    "natural_frequency",
-    "time",
-    "fraction",
-    "capacity",
-    "droop",
-    "exponent",
-}
-
-
-def _coordinate(effect: Effect, spec: ParameterSpec, value: float) -> Coordinate:
-    log = spec.name in POSITIVE and spec.prior[0] > 0.0 and kind_of(effect.name) != "force.spring"
-    low, high = spec.prior
-    moves = tuple(effect.seen_in) if effect.seen_in != ("flow", "supply") else ("flow", "supply")
-    if log:
-        width = np.log(high / low) / 3.3
-        return Coordinate(
-            effect.name,
-            spec.name,
-            value,
-            max(spec.low, low * 1e-3),
-            min(spec.high, high * 1e3),
-            width,
-            True,
-            moves,
-            (0.5 * np.log(low * high), 3.0 * width),
-        )
-    width = (high - low) / 3.3
-    return Coordinate(
-        effect.name,
-        spec.name,
-        value,
-        spec.low,
-        spec.high,
-        width,
-        False,
-        moves,
-        (0.5 * (low + high), 4.0 * width),
-    )
-
-
-def friction_coordinates(friction: Friction, force_scale: float) -> list[Coordinate]:
-    """Coordinates of the eight parameters of equation (5)."""
-    out = []
-    for name in FRICTION_NAMES:
-        value = getattr(friction, name)
-        if "speed" in name:
-            out.append(
-                Coordinate(
-                    "friction",
-                    name,
-                    float(np.clip(value, 1e-3, 0.1)),
-                    5e-4,
-                    0.3,
-                    0.5,
-                    True,
-                    ("force",),
-                    (float(np.log(0.01)), 1.0),
-                )
-            )
-        elif "viscous" in name:
-            out.append(Coordinate("friction", name, value, -1e6, 1e6, 10.0 * force_scale))
-        else:
-            out.append(Coordinate("friction", name, max(value, 0.0), 0.0, 1e6, force_scale))
-    return out
-
-
-@dataclass(frozen=True)
-class Point:
-    """A parameter vector made into objects."""
-
-    friction: Friction
-    edge: Edge
-    effects: tuple[Active, ...]
-    zero_n: float = 0.0
-    """Of the sensors together, as a force downwards; see base_models.ZERO."""
-
-    def model(self, base: LegModel) -> LegModel:
-        """The base model with this friction and zero, and no effect of these."""
-        changes: dict[str, Any] = {"friction": self.friction}
-        if self.zero_n != 0.0:
-            changes["force_offset_n"] = base.force_offset_n + self.zero_n
-        return base.model_copy(update=changes)
-
-
-def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
-    """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
-    friction, zero = dict(fixed.friction), fixed.zero_n
-    edge = {
-        "gain": fixed.edge.gain,
-        "smooth_pa": fixed.edge.smooth_pa,
-        "share_b": fixed.edge.share_b,
-    }
-    values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
-    for c, t in zip(coordinates, theta, strict=True):
-        number = float(np.exp(t)) if c.log else float(t)
-        number = min(max(number, c.low), c.high)
-        if c.owner == "friction":
-            friction[c.name] = number
-        elif c.owner == "nuisance":
-            edge[c.name] = number
-        elif c.owner == "zero":
-            zero = number
-        else:
-            values.setdefault(c.owner, {})[c.name] = number
-    effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
-    return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero)
-
-
-def start_vector(coordinates: Sequence[Coordinate]) -> Array:
-    """The start in fitted units."""
-    starts = [min(max(c.start, c.low), c.high) for c in coordinates]
-    return np.array(
-        [np.log(x) if c.log else x for c, x in zip(coordinates, starts, strict=True)],
-        dtype=np.float64,
-    )

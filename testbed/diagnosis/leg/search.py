@@ -9,27 +9,20 @@ import numpy as np
 
 from testbed.diagnosis.leg.evidence import Evidence, evidence
 from testbed.diagnosis.leg.fit import Fit
-from testbed.diagnosis.leg.hypotheses import SHAPES, LeftOut, available, fit_with, promise
+from testbed.diagnosis.leg.hypotheses import LeftOut, available, fit_shapes, fit_with, promise
 from testbed.diagnosis.leg.problem import Problem
-from testbed.effects import by_name
-from testbed.effects.base import Effect
-from testbed.effects.placed import kind_of
-from testbed.estimation.leg.force import PRESLIDING_M
+from testbed.effects import by_name, place_of
+from testbed.effects.base import STANDARD_DEVIATIONS_OF_90, Effect
 
 LEAST_GAIN = 6.0
 """Log-likelihood that a further shape or effect has to gain on held-out blocks to be looked at."""
 MOST_UNLIKELY = 10.0
 LEAST_FALL = 0.012
 """Relative fall of some group's noise that it has to bring."""
-LEFT_COST, LEFT_SHARE = 40.0, 0.04
-"""Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside it that is free."""
-SOUND_COST = 1000.0
-"""Log-likelihood that a bristle costs which does not bend at all."""
 FITTED_FIRST, FITTED_THEN = 9, 5
 """How many of the effects that promise most are fitted in full: as a first effect, as a further one."""
 SHAPED_BY_PROMISE = 2
 """How many of the effects that promise most get their shapes as a first effect, whatever their plain law gains."""
-FAR_FROM_LINEAR = ("friction.presliding", "sensor.line_b")
 Progress = Callable[[str], None]
 
 
@@ -60,22 +53,16 @@ class Search:
 
     def price(self, candidate: Candidate) -> float:
         """What flexibility and parameters beyond what is expected of an effect cost a candidate."""
-        unlikely = _unlikely(candidate, self.problem) + _never_left(candidate, self.problem)
-        return (
-            _flexibility(candidate, self.problem) + unlikely + _sound_seal(candidate, self.problem)
-        )
+        new = [a for a in candidate.fit.at.effects if a.effect.name in candidate.names]
+        total = _unlikely(candidate, self.problem)
+        if new:
+            observed = self.problem.observed(candidate.fit.at.friction)
+            total += sum(a.effect.price(a.values, observed) for a in new)
+        return total
 
     def fall(self, candidate: Candidate, other: Candidate) -> float:
         """Largest relative fall of a group's noise from one candidate to another."""
         return candidate.evidence.largest_fall(other.evidence, self.problem.unsure)
-
-
-def _flexibility(candidate: Candidate, problem: Problem) -> float:
-    """What a narrow band fits of mere noise: two numbers for each time in which its phase may change."""
-    if "force.periodic" not in candidate.names:
-        return 0.0
-    seconds = sum(float(s.signals.time_s[-1] - s.signals.time_s[0]) for s in problem.series)
-    return seconds / 3.5
 
 
 def _unlikely(candidate: Candidate, problem: Problem) -> float:
@@ -85,43 +72,14 @@ def _unlikely(candidate: Candidate, problem: Problem) -> float:
         return 0.0
     total = 0.0
     for c, theta in zip(candidate.fit.coordinates, candidate.fit.theta, strict=True):
-        if "@" in c.owner:
+        if place_of(c.owner):
             low, high = by_name(c.owner).spec(c.name).prior
             low, high = (np.log(low), np.log(high)) if c.log else (low, high)
-            beyond = max(low - theta, theta - high, 0.0) / ((high - low) / 3.3)
+            beyond = max(low - theta, theta - high, 0.0) / (
+                (high - low) / STANDARD_DEVIATIONS_OF_90
+            )
             total += min(0.5 * beyond**2, MOST_UNLIKELY)
     return float(total)
-
-
-def _never_left(candidate: Candidate, problem: Problem) -> float:
-    """A cushion that the piston hardly ever leaves is a spring: what one costs that begins beyond the travel."""
-    starts = [
-        a.values["start"]
-        for a in candidate.fit.at.effects
-        if kind_of(a.effect.name) == "force.cushion"
-    ]
-    if not starts:
-        return 0.0
-    position = np.concatenate([s.signals.position_m for s in problem.series])
-    return LEFT_COST * max(1.0 - float(np.mean(position > starts[0])) / LEFT_SHARE, 0.0)
-
-
-def _sound_seal(candidate: Candidate, problem: Problem) -> float:
-    """Every seal bends by some hundredths of a millimetre before it slips, and on a leg whose friction at rest counts
-    as a set that is no finding: what one costs that bends by less than PRESLIDING_M."""
-    stiffness = [
-        a.values["stiffness"]
-        for a in candidate.fit.at.effects
-        if a.effect.name == "friction.presliding"
-    ]
-    if not stiffness or problem.kind != "vertical-leg":
-        return 0.0
-    friction = candidate.fit.at.friction
-    slips_at_n = max(
-        friction.coulomb_plus_n + friction.stribeck_plus_n,
-        friction.coulomb_minus_n + friction.stribeck_minus_n,
-    )
-    return SOUND_COST * max(1.0 - slips_at_n / (stiffness[0] * PRESLIDING_M), 0.0)
 
 
 def search(
@@ -183,7 +141,7 @@ def _promising(state: Search, current: Candidate, effects: list[Effect], most: i
     rest = [e for e in effects if e.name not in current.names]
     promised = {e.name: promise(state.problem, current.fit, e) for e in rest}
     first = sorted(rest, key=lambda e: -promised[e.name])[:most]
-    return first + [e for e in rest if kind_of(e.name) in FAR_FROM_LINEAR and e not in first]
+    return first + [e for e in rest if e.far_from_linear and e not in first]
 
 
 def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
@@ -216,14 +174,12 @@ def _shape(state: Search, candidate: Candidate) -> Candidate:
     """
     if state.problem.kind == "robot":
         return candidate
-    name = candidate.names[-1]
-    best = candidate
-    for shapes in SHAPES.get(kind_of(name), ()):
-        fit = fit_with(state.problem, candidate.fit, by_name(name), shapes, replace_effect=True)
-        trial = Candidate(candidate.names, fit, evidence(state.problem, fit))
-        if _helps(trial, best, state):
-            best = trial
-    return best
+    effect = by_name(candidate.names[-1])
+    if not effect.shapes:
+        return candidate
+    fit = fit_shapes(state.problem, candidate.fit, effect)
+    shaped = Candidate(candidate.names, fit, evidence(state.problem, fit))
+    return shaped if _helps(shaped, candidate, state) else candidate
 
 
 def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidate:

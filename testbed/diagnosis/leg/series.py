@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects.base import Signals
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.flow import smoothed_opening, spool
 from testbed.estimation.leg.force import trusted, unseen_travel_m
 from testbed.estimation.leg.motion import encoder_noise, smooth

@@ -12,9 +12,6 @@ from testbed.diagnosis.leg.fit import held_out
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 
-BENT_M = 1e-3
-"""Bristles that bend less than this before they slip are slipping most of the time."""
-
 
 @dataclass(frozen=True)
 class SetSigns:
@@ -109,10 +106,8 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         worst = max(
             (now.scale[k] / then.scale[k] - 1.0 for k in now.scale if k[0] == "force"), default=0.0
         )
-    bristle = _bristle_n(candidate, found)
-    floors = {
-        k: float(np.hypot(f, bristle)) if k[0] == "force" else f for k, f in found.floors.items()
-    }
+    own = _effects_floor_n(candidate, found)
+    floors = {k: float(np.hypot(f, own)) if k[0] == "force" else f for k, f in found.floors.items()}
     excess = {
         k: candidate.evidence.scale[k] / f
         for k, f in floors.items()
@@ -130,16 +125,10 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
     )
 
 
-def _bristle_n(candidate: Candidate, found: Unexplained) -> float:
-    """What the encoder's rounding does to the force of a bristle that is believed in, N: a part of its floor."""
-    stiffness = [
-        a.values["stiffness"]
-        for a in candidate.fit.at.effects
-        if a.effect.name == "friction.presliding"
-    ]
-    friction = candidate.fit.at.friction
-    slips_at_n = max(friction.coulomb_plus_n, friction.coulomb_minus_n)
-    return found.encoder_m * min(sum(stiffness), slips_at_n / BENT_M)
+def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:
+    """What the encoder's rounding does to the force of the effects that are believed in, N: a part of the floor."""
+    at = candidate.fit.at
+    return sum(a.effect.floor_n(a.values, at.friction, found.encoder_m) for a in at.effects)
 
 
 def _by_recording(state: Search, candidate: Candidate) -> Evidence:

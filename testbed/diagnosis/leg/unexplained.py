@@ -9,10 +9,12 @@ from testbed.diagnosis.leg.evidence import Key, evidence
 from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.floor import group_floors
 from testbed.diagnosis.leg.flow_structure import flow_structure
-from testbed.diagnosis.leg.hypotheses import restarted
-from testbed.diagnosis.leg.problem import Coordinate, Point, Problem, effect_coordinates
+from testbed.diagnosis.leg.points import Point, restarted
+from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Candidate, Search
-from testbed.effects import Active, unnamed
+from testbed.effects import by_name
+from testbed.effects.fitting import Coordinate
+from testbed.effects.unnamed import UNNAMED, basis
 from testbed.recording.axis import Recording
 
 SEAL_SPEED_M_S, SEAL_RISE = 0.04, 0.3
@@ -72,9 +74,10 @@ def _generic(problem: Problem, before: Candidate) -> Candidate:
 
     Beside bristles, which take long to compute and hold the friction's shape themselves, only as it was.
     """
-    starts = (False,) if "friction.presliding" in before.names else (True, False)
+    held = any(by_name(name).replaces_friction for name in before.names)
+    starts = (False,) if held else (True, False)
     fits = [fit_generic(problem, before.fit, seal) for seal in starts]
-    found = [Candidate((*before.names, "unnamed"), fit, evidence(problem, fit)) for fit in fits]
+    found = [Candidate((*before.names, UNNAMED.name), fit, evidence(problem, fit)) for fit in fits]
     return max(found, key=lambda c: c.evidence.gain_over(before.evidence, c.evidence))
 
 
@@ -83,8 +86,8 @@ def fit_generic(problem: Problem, at: Fit, seal: bool) -> Fit:
     coordinates = [restarted(c, at.at) for c in at.coordinates]
     if seal:
         coordinates = [_like_a_seal(c, at.at) for c in coordinates]
-    coordinates += effect_coordinates(unnamed.EFFECT, generic_names(problem), {})
-    effects = (*at.at.effects, Active(unnamed.EFFECT, unnamed.EFFECT.complete({})))
+    coordinates += UNNAMED.coordinates(shapes=generic_names(problem))
+    effects = (*at.at.effects, UNNAMED.active())
     return solve(problem, coordinates, replace(at.at, effects=effects), 15 if seal else 5, at.scale)
 
 
@@ -99,5 +102,5 @@ def _like_a_seal(c: Coordinate, at: Point) -> Coordinate:
 
 def generic_names(problem: Problem) -> tuple[str, ...]:
     """Generic terms that this rig's channels give; the constant among them is friction's own."""
-    found = unnamed.basis(problem.series[0].signals)
+    found = basis(problem.series[0].signals)
     return tuple(name for name in found if name != "bias")

@@ -13,13 +13,8 @@ from testbed.diagnosis.leg.base_models import EDGE
 from testbed.diagnosis.leg.evidence import FEWEST
 from testbed.diagnosis.leg.findings import entries_of
 from testbed.diagnosis.leg.fit import Fit, residuals, solve
-from testbed.diagnosis.leg.hypotheses import LeftOut, available, bounded, restarted
-from testbed.diagnosis.leg.problem import (
-    Coordinate,
-    Point,
-    effect_coordinates,
-    friction_coordinates,
-)
+from testbed.diagnosis.leg.hypotheses import LeftOut, available, narrowed
+from testbed.diagnosis.leg.points import Point, friction_coordinates, restarted
 from testbed.diagnosis.leg.search import Search, search
 from testbed.diagnosis.leg.series import BIN, RATE_HZ, series_of
 from testbed.diagnosis.leg.verdict import Verdict, verdict_of
@@ -28,12 +23,13 @@ from testbed.diagnosis.robot.problem import RobotProblem
 from testbed.diagnosis.robot.rig import (
     believed_model,
     declared_edge,
-    declared_effects,
     granted_effects,
     recordings_of,
 )
 from testbed.diagnosis.robot.zeros import without_zeros, zeros
-from testbed.effects import Active, Effect, at, by_name
+from testbed.effects import declared_by, of_declared, place_of
+from testbed.effects.base import Active, Effect
+from testbed.effects.fitting import Coordinate
 from testbed.errors import InputError
 from testbed.machine.model import Machine
 from testbed.recording.leg_model import EffectEntry, LegModel
@@ -45,15 +41,10 @@ SHORTEST_S = (SETTLING_S + 2 * FEWEST * BIN / RATE_HZ) / LEARNT_SHARE
 """Of a shorter run neither the sliding nor the resting part of a leg need have enough bins to tell its noise."""
 SLIDING_BINS = 150
 """Fewer than this: no piston slides, friction stays as declared and no hypothesis about it is made."""
-NOT_FOR_A_LEG = (
-    "supply.droop",
-    "force.periodic",
-    "friction.presliding",
-    "sensor.line_b",
-    "friction.temperature",
-    "force.cushion",
-)
+FREE_ON_THE_ROBOT = ("internal_leakage_m3_s_pa", "valve_deadband")
+"""Declared numbers that differ from machine to machine: fitted for all legs alike, and no findings."""
 MOST_EFFECTS = 2
+FRICTION_SCALE_N = 100.0
 RESTARTS, SETTLED = 4, 0.02
 """Fits of what all legs share, each from the answer of the one before, until no number moves by this share of its
 scale: whatever it has not found yet would count as the gain of any effect."""
@@ -120,7 +111,7 @@ def diagnose_robot(
     tell("what all legs have in common")
     granted = granted_effects(start) if start is not None else ()
     taken = {a.effect.name for a in granted}
-    everywhere = tuple(a for a in declared_effects(machine) if a.effect.name not in taken)
+    everywhere = tuple(a for a in declared_by(machine) if a.effect.name not in taken)
     offsets, free = zeros(problem, machine)
     before = Point(model.friction, declared_edge(machine), (*everywhere, *granted, *offsets))
     fit = _common(problem, before, slides, free)
@@ -157,23 +148,19 @@ def _common(problem: RobotProblem, before: Point, slides: bool, free: Sequence[C
     what is free in each leg without being a finding."""
     coordinates: list[Coordinate] = list(free)
     if slides:
-        coordinates += friction_coordinates(before.friction, 100.0)
+        coordinates += friction_coordinates(before.friction, FRICTION_SCALE_N)
         for active in before.effects:
-            if active.effect.name.startswith("friction"):
-                coordinates += effect_coordinates(active.effect, (), dict(active.values))
+            if active.effect.is_friction:
+                coordinates += active.effect.coordinates(active.values)
     coordinates += EDGE
-    known = problem.base.known
-    declared = (
-        ("leakage.internal", known.internal_leakage_m3_s_pa),
-        ("valve.deadband", known.valve_deadband),
-    )
-    for name, number in declared:
-        if name in {a.effect.name for a in before.effects}:
+    for number in FREE_ON_THE_ROBOT:
+        effect = of_declared(number)
+        if effect.name in {a.effect.name for a in before.effects}:
             continue
-        effect = by_name(name)
-        start = {effect.required[0]: number or 0.0}
+        (parameter,) = effect.required
+        start = {parameter: getattr(problem.base.known, number) or 0.0}
         before = replace(before, effects=(*before.effects, Active(effect, effect.complete(start))))
-        coordinates += [bounded(c, problem) for c in effect_coordinates(effect, (), start)]
+        coordinates += narrowed(problem, effect, effect.coordinates(start))
     fit = solve(problem, coordinates, before, iterations=20)
     for _ in range(
         RESTARTS
@@ -194,13 +181,13 @@ def _hypotheses(
     use, out = available(problem)
     placed: list[Effect] = []
     for effect in use:
-        if effect.name in NOT_FOR_A_LEG:
+        if not effect.sought_on_robot:
             out.append(LeftOut(effect.name, "is not looked for on a single leg of the robot"))
-        elif not slides and (effect.name.startswith("friction") or effect.name == "sensor.delay"):
+        elif not slides and (effect.is_friction or effect.needs_sliding):
             out.append(LeftOut(effect.name, "no piston slides in this run"))
         else:
-            placed += [at(effect, s.name) for s in problem.series]
-    out += [LeftOut(name, "the model has it already") for name in granted if "@" in name]
+            placed += [effect.at(s.name) for s in problem.series]
+    out += [LeftOut(name, "the model has it already") for name in granted if place_of(name)]
     return [e for e in placed if e.name not in granted], out
 
 

@@ -5,11 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.leg.findings import FORMAT, hypotheses_json
+from testbed.diagnosis.leg.findings import (
+    FORMAT,
+    effect_json,
+    hypotheses_json,
+    numbers_in_words,
+    write_models,
+)
 from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-from testbed.effects import by_name, kind_of, place_of
+from testbed.effects import kind_of, place_of
 from testbed.formats.files import make_folder, write_json
-from testbed.recording.leg_model import EffectEntry, write_model
+from testbed.recording.leg_model import EffectEntry
 
 
 def found_entries(d: RobotDiagnosis) -> tuple[EffectEntry, ...]:
@@ -20,31 +26,11 @@ def found_entries(d: RobotDiagnosis) -> tuple[EffectEntry, ...]:
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
     """The contents of findings.json; an effect has a `place` beside its name, a hypothesis is `name@place`."""
-    effects = []
-    for entry in found_entries(d):
-        name = f"{entry.name}@{entry.place}"
-        effects.append(
-            {
-                "name": entry.name,
-                "place": entry.place,
-                "probability": round(d.verdict.probability(name), 4),
-                "ambiguous_with": list(d.verdict.ambiguous.get(name, ())),
-                "parameters": {
-                    k: {
-                        "value": p.value,
-                        "unit": p.unit,
-                        "interval90": list(p.interval90) if p.interval90 else None,
-                    }
-                    for k, p in entry.parameters.items()
-                },
-                "equation": by_name(entry.name).equation,
-            }
-        )
     return {
         "format": FORMAT,
         "rig": d.name,
         "verdict": d.verdict.kind,
-        "effects": effects,
+        "effects": [effect_json(entry, d.verdict) for entry in found_entries(d)],
         "hypotheses": hypotheses_json(d.verdict),
         "error": {
             "force_n": d.total(),
@@ -58,20 +44,21 @@ def write_findings(d: RobotDiagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
     make_folder(out)
     write_json(out / "findings.json", as_json(d))
-    for stage, name in (("before", "model_before"), ("refit", "model_refit"), ("after", "model")):
-        write_model(out / f"{name}.yaml", d.models[stage])
+    write_models(d.models, out)
 
 
 def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
     """(header, rows) of a short table: leg and effect, and the residuals kept back."""
     rows = []
     for entry in found_entries(d):
-        numbers = ", ".join(
-            f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip()
-            for k, p in entry.parameters.items()
-        )
         probability = d.verdict.probability(f"{entry.name}@{entry.place}")
-        rows.append([f"{entry.place}: {entry.name}", numbers, f"probability {probability:.3f}"])
+        rows.append(
+            [
+                f"{entry.place}: {entry.name}",
+                numbers_in_words(entry),
+                f"probability {probability:.3f}",
+            ]
+        )
     for axis, row in d.errors.items():
         rows.append(
             [

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.problem import Balance, Layout, Problem
+from testbed.diagnosis.leg.plain_balance import Balance
+from testbed.diagnosis.leg.problem import Layout, Problem
 from testbed.diagnosis.leg.series import BIN, Series
-from testbed.effects import Active
+from testbed.effects.base import Active
 from testbed.estimation.leg.balance import external_n
 from testbed.estimation.leg.flow import Edge
 from testbed.estimation.leg.friction import breakaway_n, friction_n

@@ -13,16 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
-from testbed.effects import Active, by_name
+from testbed.effects import by_name
+from testbed.effects.base import Active
 from testbed.errors import InputError
 from testbed.estimation.leg.flow import Edge
+from testbed.estimation.live.believed import friction_of
 from testbed.laws.valve import play
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import Recording
 from testbed.recording.axis_header import Header
 from testbed.recording.known import Known
-from testbed.recording.leg_model import Friction, LegModel
+from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
 NEEDED = (
@@ -72,29 +74,8 @@ def believed_model(known: Known, machine: Machine, start: LegModel | None = None
     """The model before: declared numbers and declared friction (5), or the friction of a model to start from."""
     if start is not None:
         return LegModel(rig="vertical-leg", known=known, friction=start.friction)
-    c = machine.vertical_cylinder
-    friction = Friction(
-        viscous_plus_n_s_m=c.viscous_out_n_s_m,
-        coulomb_plus_n=c.coulomb_out_n,
-        stribeck_plus_n=c.static_out_n,
-        stribeck_speed_plus_m_s=c.stribeck_out_m_s,
-        viscous_minus_n_s_m=c.viscous_in_n_s_m,
-        coulomb_minus_n=c.coulomb_in_n,
-        stribeck_minus_n=c.static_in_n,
-        stribeck_speed_minus_m_s=c.stribeck_in_m_s,
-    )
+    friction = friction_of(machine.vertical_cylinder)
     return LegModel(rig="vertical-leg", known=known, friction=friction)
-
-
-def declared_effects(machine: Machine) -> tuple[Active, ...]:
-    """Effects that the machine's own numbers declare for all legs alike: they are no findings."""
-    seal, oil = machine.seal, machine.oil
-    given = {
-        "friction.position": {"slope": seal.position_slope},
-        "friction.pressure": {"coefficient": seal.pressure_coefficient_m2},
-        "hydraulics.air": {"fraction": oil.entrained_air},
-    }
-    return tuple(Active(e := by_name(name), e.complete(values)) for name, values in given.items())
 
 
 def granted_effects(model: LegModel) -> tuple[Active, ...]:
@@ -102,7 +83,8 @@ def granted_effects(model: LegModel) -> tuple[Active, ...]:
     out = []
     for entry in model.effects:
         place = f"{entry.place}_vertical" if entry.place in LEGS else entry.place
-        effect = by_name(f"{entry.name}@{place}" if place else entry.name)
+        effect = by_name(entry.name)
+        effect = effect.at(place) if place else effect
         out.append(Active(effect, effect.complete(entry.values)))
     return tuple(out)
 

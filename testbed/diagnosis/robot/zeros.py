@@ -6,10 +6,10 @@ import math
 from dataclasses import replace
 
 from testbed.diagnosis.leg.fit import Fit
-from testbed.diagnosis.leg.problem import Coordinate
 from testbed.diagnosis.robot.problem import RobotProblem
-from testbed.effects import Active, at, unnamed
-from testbed.effects.placed import kind_of
+from testbed.effects.base import Active
+from testbed.effects.fitting import Coordinate
+from testbed.effects.unnamed import UNNAMED
 from testbed.machine.model import Machine
 
 LEAST_N = 20.0
@@ -29,8 +29,8 @@ def zeros(problem: RobotProblem, machine: Machine) -> tuple[tuple[Active, ...], 
             0.0 if degc is None else abs(float(degc.mean()) - sensor.calibration_temperature_degc)
         )
         most = per_kelvin * warm_k * both_m2 + LEAST_N
-        effect = at(unnamed.EFFECT, s.name)
-        active.append(Active(effect, effect.complete({})))
+        effect = UNNAMED.at(s.name)
+        active.append(effect.active())
         prior = (0.0, most / math.sqrt(3.0))
         coordinates.append(Coordinate(effect.name, "bias", 0.0, -most, most, SCALE_N, prior=prior))
     return tuple(active), coordinates
@@ -38,5 +38,5 @@ def zeros(problem: RobotProblem, machine: Machine) -> tuple[tuple[Active, ...], 
 
 def without_zeros(fit: Fit) -> Fit:
     """The fit as a model has it: an estimator learns the zeros itself."""
-    kept = tuple(a for a in fit.at.effects if kind_of(a.effect.name) != unnamed.EFFECT.name)
+    kept = tuple(a for a in fit.at.effects if a.effect.kind != UNNAMED.kind)
     return replace(fit, at=replace(fit.at, effects=kept))

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects import Active
-from testbed.effects.base import ForceTerms, Signals
+from testbed.effects.base import Active
 from testbed.effects.friction_load import REFERENCE_LOAD_N
+from testbed.effects.terms import ForceTerms, Signals
 from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
@@ -19,8 +19,7 @@ Array = npt.NDArray[np.float64]
 def corrected(signals: Signals, effects: Sequence[Active]) -> Signals:
     """Signals as the sensors should have read them."""
     for active in effects:
-        if active.effect.correct is not None:
-            signals = active.effect.correct(signals, active.values)
+        signals = active.correct(signals)
     return signals
 
 
@@ -29,8 +28,7 @@ def force_terms(model: LegModel, signals: Signals, effects: Sequence[Active]) ->
     mass = model.known.moving_mass_kg or 0.0
     terms = ForceTerms(mass_kg=mass, weight_mass_kg=mass, force_n=model.force_offset_n)
     for active in effects:
-        if active.effect.force is not None:
-            active.effect.force(signals, terms, active.values)
+        active.force(signals, terms)
     return terms
 
 

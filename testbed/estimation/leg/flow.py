@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
-from testbed.effects import Active
-from testbed.effects.base import FlowTerms, Signals
+from testbed.effects.base import Active
 from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
+from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
 from testbed.laws.linear import second_order
@@ -56,8 +56,7 @@ def flow_terms(signals: Signals, effects: Sequence[Active]) -> FlowTerms:
         leakage_m3_s_pa=known.internal_leakage_m3_s_pa or 0.0, deadband=known.valve_deadband or 0.0
     )
     for active in effects:
-        if active.effect.flow is not None:
-            active.effect.flow(signals, terms, active.values)
+        active.flow(signals, terms)
     return terms
 
 

@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.effects import build
-from testbed.effects.base import Signals
+from testbed.effects.friction_presliding import SOUND_BEND_M
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import corrected, external_n, force_terms, without_friction_n
 from testbed.estimation.leg.friction import breakaway_n, friction_n
 from testbed.estimation.leg.fusion import can_fuse, fused
@@ -30,8 +31,6 @@ MOVING_M_S = 3e-3
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05
 """A piston that goes on faster than this in one direction for longer slides, though slowly: friction's side is known.
 (A quick reversal is slow for a moment too, but does not slide.)"""
-PRESLIDING_M = 1.2e-4
-"""Friction builds up over tens of micrometres after a reversal, less than an encoder of 0.1 mm shows."""
 MARGIN_S = 0.008
 """Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
 FUSED_MARGIN_S = 0.002
@@ -95,7 +94,7 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
 
 def unseen_travel_m(recording: Recording) -> float:
     """Distance behind a reversal within which this recording's encoder does not show how friction builds up, m."""
-    return min(PRESLIDING_M, 1.2 * recording.position_resolution_m)
+    return min(SOUND_BEND_M, 1.2 * recording.position_resolution_m)
 
 
 def share_of_quick(force_n: Array, rate_hz: float) -> Array:
@@ -116,7 +115,7 @@ def force_of(
     causal: bool = False,
     output_width_s: float | None = None,
     margin_s: float = MARGIN_S,
-    travel_m: float = PRESLIDING_M,
+    travel_m: float = SOUND_BEND_M,
 ) -> tuple[Array, Array, Array]:
     """(value, low, high) in N, each of shape (n,), for signals on a uniform grid."""
     effects = build(model.effects)
@@ -156,7 +155,7 @@ def trusted(
     velocity_m_s: Array,
     rate_hz: float,
     margin_s: float = MARGIN_S,
-    travel_m: float = PRESLIDING_M,
+    travel_m: float = SOUND_BEND_M,
     causal: bool = False,
     speed_m_s: float = MOVING_M_S,
 ) -> Mask:

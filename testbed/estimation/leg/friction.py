@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
-from testbed.effects.base import ForceTerms, Signals
+from testbed.effects.terms import ForceTerms, Signals
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]

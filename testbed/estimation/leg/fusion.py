@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.effects import build
-from testbed.effects.base import Signals
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.balance import corrected
 from testbed.estimation.leg.flow import flow_balance, flow_terms, smoothed_opening, spool
 from testbed.estimation.leg.motion import smooth

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from testbed.effects.base import Signals
+from testbed.effects.terms import Signals
 from testbed.estimation.leg.motion import motion, smooth, smooth_causal, through_steps
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known

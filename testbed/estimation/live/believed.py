@@ -6,7 +6,7 @@ Built from the machine's parameter file and, where there are any, from the effec
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -91,41 +91,20 @@ class Leg:
             self.friction.packed() + [getattr(self, name) for name in SCALARS], dtype=np.float64
         )
 
-    def with_effect(self, effect: EffectEntry) -> Leg:
+    def with_effect(self, entry: EffectEntry) -> Leg:
         """This leg with a named effect of a model file added; an effect that has no live term changes nothing.
 
         Nor does one with a shape that is not its plain law's: its first number alone would be worse than none.
         """
-        live = LIVE_EFFECTS.get(effect.name, {})
-        defaults = {
-            p.name: p.default for p in by_name(effect.name).parameters if p.default is not None
-        }
-        if any(
-            value != defaults.get(name, value)
-            for name, value in effect.values.items()
-            if name not in live
-        ):
+        effect = by_name(entry.name)
+        shapes = (p for p in effect.parameters if p.name not in effect.live)
+        if any(entry.values.get(p.name, p.default) != p.default for p in shapes):
             return self
-        changes = {
-            target: getattr(self, target) + effect.values.get(parameter, 0.0)
-            for parameter, target in live.items()
+        added = {
+            number: getattr(self, number) + entry.values.get(parameter, 0.0)
+            for parameter, number in effect.live.items()
         }
-        return replace(self, **changes) if changes else self
-
-
-LIVE_EFFECTS: Mapping[str, Mapping[str, str]] = {
-    "friction.position": {"slope": "position_slope"},
-    "friction.pressure": {"coefficient": "pressure_coefficient_m2"},
-    "friction.load": {"coefficient": "load_coefficient"},
-    "friction.temperature": {"rate": "viscosity_rate_1_k"},
-    "inertia.mass": {"mass": "extra_mass_kg"},
-    "force.spring": {"stiffness": "spring_stiffness_n_m", "rest": "spring_rest_m"},
-    "force.cushion": {"stiffness": "cushion_stiffness_n_m", "start": "cushion_start_m"},
-    "sensor.gain_a": {"gain_error": "gain_a"},
-    "sensor.gain_b": {"gain_error": "gain_b"},
-    "sensor.drift_a": {"rate": "drift_a_pa_s"},
-}
-"""Named effects that the live chain corrects for: parameter -> field of `Leg`."""
+        return replace(self, **added) if added else self
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,32 @@
+"""What further experiment would tell two hypotheses apart, and that motion as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from testbed.effects import by_name
+from testbed.formats.table import write_columns
+from testbed.recording.known import Known
+
+
+def experiments(names: Iterable[str]) -> list[tuple[str, str]]:
+    """(name, the motion that shows it alone) for the names of an ambiguous group."""
+    told = [(name, by_name(name).telling_motion) for name in names]
+    return [(name, motion) for name, motion in told if motion]
+
+
+def write_motion(path: Path, known: Known, seconds: float = 60.0, rate_hz: float = 100.0) -> None:
+    """A motion that parts most groups: slow strokes, small fast sinusoids and steps; columns `t` s, `position` m.
+
+    Raises InputError for an ending other than .csv or .parquet, or a place that cannot be written.
+    """
+    stroke = known.stroke_m or 0.5
+    t = np.arange(round(seconds * rate_hz)) / rate_hz
+    phase = t / seconds
+    slow = 0.5 + 0.3 * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * np.pi * 3.0 * phase))
+    fast = np.where(phase > 0.5, 0.006, 0.0) * np.sin(2.0 * np.pi * (1.0 + 3.0 * phase) * t)
+    steps = 0.05 * np.sign(np.sin(2.0 * np.pi * t / 7.0)) * (phase < 0.25)
+    write_columns(path, {"t": t, "position": stroke * np.clip(slow + steps, 0.1, 0.9) + fast})

@@ -1,0 +1,107 @@
+"""The force residual in one compiled pass, where friction has no memory: most of a fit's time goes here."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.compiled import njit
+from testbed.diagnosis.leg.series import Series
+from testbed.effects.terms import ForceTerms, Signals
+from testbed.estimation.leg.friction import static_one_n, static_parts
+from testbed.recording.leg_model import Friction
+
+Array = npt.NDArray[np.float64]
+Balance = tuple[Signals, ForceTerms, Array]
+"""One recording's corrected signals, its terms, and F_ext + F_f in N."""
+
+
+class PlainRows(NamedTuple):
+    """The samples of one recording, each channel of shape (n,)."""
+
+    total_n: Array
+    """F_ext + F_f."""
+    velocity_m_s: Array
+    reference_n: Array
+    used: npt.NDArray[np.bool_]
+    friction: Array
+    """The eight numbers of equation (5), `Friction.packed`."""
+    coulomb_scale: Array
+    coulomb_add_n: Array
+    viscous_scale: Array
+    load_coefficient: float
+
+
+def is_plain(terms: ForceTerms) -> bool:
+    """Whether friction has no memory and grows straight with the load, and no band is taken out."""
+    straight = terms.load_coefficient == 0.0 or terms.load_exponent == 1.0
+    return straight and terms.presliding is None and not terms.narrow_bands
+
+
+def plain_rows(s: Series, balance: Balance, friction: Friction) -> PlainRows:
+    """The samples of a series whose balance `is_plain`."""
+    signals, terms, total = balance
+    reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
+    return PlainRows(
+        total,
+        signals.velocity_m_s,
+        reference,
+        s.trusted & s.clear,
+        *static_parts(friction, signals, terms),
+        float(terms.load_coefficient),
+    )
+
+
+@njit
+def binned_error_n(rows: PlainRows, width: int) -> Array:
+    """Estimated less known external force, mean over the used samples of each bin; shape (n // width,)."""
+    out = np.empty(len(rows.total_n) // width)
+    for b in range(len(out)):
+        total, count = 0.0, 0
+        for i in range(b * width, (b + 1) * width):
+            if not rows.used[i]:
+                continue
+            speed = rows.velocity_m_s[i]
+            force = rows.total_n[i] - static_one_n(
+                speed,
+                rows.friction,
+                rows.coulomb_scale[i],
+                rows.coulomb_add_n[i],
+                rows.viscous_scale[i],
+            )
+            if force > 0.0:
+                force /= 1.0 + np.sign(speed) * rows.load_coefficient
+            total += force - rows.reference_n[i]
+            count += 1
+        out[b] = total / max(count, 1)
+    return out
+
+
+@njit
+def binned_columns(rows: PlainRows, width: int) -> Array:
+    """Derivatives of `binned_error_n` for the numbers of (5) that enter straight; shape (n // width, 6).
+
+    Viscous, Coulomb and Stribeck number of extension, then of retraction.
+    """
+    out = np.zeros((len(rows.total_n) // width, 6))
+    for b in range(len(out)):
+        count = 0
+        for i in range(b * width, (b + 1) * width):
+            if not rows.used[i]:
+                continue
+            count += 1
+            speed, scale, thin = rows.velocity_m_s[i], rows.coulomb_scale[i], rows.viscous_scale[i]
+            column, first = (0, 0) if speed >= 0.0 else (3, 4)
+            way = np.sign(speed) if speed >= 0.0 else -1.0
+            viscous, coulomb, stribeck, stribeck_speed = rows.friction[first : first + 4]
+            fade = np.exp(-abs(speed) / stribeck_speed)
+            level = coulomb * scale + rows.coulomb_add_n[i] + stribeck * fade
+            force = rows.total_n[i] - viscous * thin * speed - way * level
+            share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0
+            out[b, column] += share * thin * speed
+            out[b, column + 1] += share * way * scale
+            out[b, column + 2] += share * way * fade
+        out[b] /= max(count, 1)
+    return out

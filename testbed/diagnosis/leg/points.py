@@ -1,0 +1,107 @@
+"""A vector of fitted numbers, and the friction, valve edges and effects that it stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.effects import by_name
+from testbed.effects.base import Active
+from testbed.effects.fitting import Coordinate
+from testbed.estimation.leg.flow import Edge
+from testbed.recording.leg_model import Friction, LegModel
+
+Array = npt.NDArray[np.float64]
+FRICTION, NUISANCE, ZERO = "friction", "nuisance", "zero"
+"""Owners of coordinates that are no effects: equation (5), a valve's edge, the sensors' common zero."""
+FRICTION_NAMES = tuple(Friction.model_fields)
+STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
+"""Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of retraction."""
+STRIBECK_M_S, TYPICAL_STRIBECK_M_S = (5e-4, 0.3), 0.01
+"""Bounds and middle of the Stribeck speeds."""
+MOST = 1e6
+"""Bound of every other number of (5), SI."""
+
+
+def friction_coordinates(friction: Friction, force_scale: float) -> list[Coordinate]:
+    """Coordinates of the eight parameters of equation (5)."""
+    out = []
+    for name in FRICTION_NAMES:
+        value = getattr(friction, name)
+        if "speed" in name:
+            start = float(np.clip(value, 1e-3, 0.1))
+            prior = (float(np.log(TYPICAL_STRIBECK_M_S)), 1.0)
+            out.append(Coordinate(FRICTION, name, start, *STRIBECK_M_S, 0.5, log=True, prior=prior))
+        elif "viscous" in name:
+            out.append(Coordinate(FRICTION, name, value, -MOST, MOST, 10.0 * force_scale))
+        else:
+            out.append(Coordinate(FRICTION, name, max(value, 0.0), 0.0, MOST, force_scale))
+    return out
+
+
+@dataclass(frozen=True)
+class Point:
+    """A parameter vector made into objects."""
+
+    friction: Friction
+    edge: Edge
+    effects: tuple[Active, ...]
+    zero_n: float = 0.0
+    """Of the sensors together, as a force downwards; see base_models.ZERO_FORCE."""
+
+    def model(self, base: LegModel) -> LegModel:
+        """The base model with this friction and zero, and no effect of these."""
+        changes: dict[str, Any] = {"friction": self.friction}
+        if self.zero_n != 0.0:
+            changes["force_offset_n"] = base.force_offset_n + self.zero_n
+        return base.model_copy(update=changes)
+
+
+def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
+    """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
+    friction, zero = dict(fixed.friction), fixed.zero_n
+    edge = {
+        "gain": fixed.edge.gain,
+        "smooth_pa": fixed.edge.smooth_pa,
+        "share_b": fixed.edge.share_b,
+    }
+    values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
+    for c, t in zip(coordinates, theta, strict=True):
+        number = float(np.exp(t)) if c.log else float(t)
+        number = min(max(number, c.low), c.high)
+        if c.owner == FRICTION:
+            friction[c.name] = number
+        elif c.owner == NUISANCE:
+            edge[c.name] = number
+        elif c.owner == ZERO:
+            zero = number
+        else:
+            values.setdefault(c.owner, {})[c.name] = number
+    effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
+    return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero)
+
+
+def start_vector(coordinates: Sequence[Coordinate]) -> Array:
+    """The start in fitted units."""
+    starts = [min(max(c.start, c.low), c.high) for c in coordinates]
+    return np.array(
+        [np.log(x) if c.log else x for c, x in zip(coordinates, starts, strict=True)],
+        dtype=np.float64,
+    )
+
+
+def restarted(c: Coordinate, at: Point) -> Coordinate:
+    """The coordinate with the point's value as its start."""
+    if c.owner == FRICTION:
+        value = float(getattr(at.friction, c.name))
+    elif c.owner == NUISANCE:
+        value = float(getattr(at.edge, c.name))
+    elif c.owner == ZERO:
+        value = at.zero_n
+    else:
+        value = next(a.values[c.name] for a in at.effects if a.effect.name == c.owner)
+    return replace(c, start=float(np.clip(value, c.low, c.high)))

@@ -1,0 +1,107 @@
+"""What effects say about their own fit: starts, bounds, prices and why recordings do not show them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from testbed.effects import by_name
+from testbed.effects.fitting import ForceResidual, Observed
+from testbed.effects.force_cushion import LEFT_COST
+from testbed.effects.force_periodic import strongest_line
+from testbed.effects.friction_presliding import BENT_M, SOUND_BEND_M, SOUND_COST
+from testbed.effects.terms import Array, Signals
+from testbed.recording.known import Known
+from testbed.recording.leg_model import Friction
+
+RATE_HZ, SECONDS = 250.0, 60.0
+TIME_S = np.arange(round(RATE_HZ * SECONDS)) / RATE_HZ
+
+
+def observed(kind: str = "vertical-leg", **changes: Any) -> Observed:
+    """Sixty seconds of slow strokes between 0.1 and 0.4 m in the air, with warming oil."""
+    position = 0.25 + 0.15 * np.sin(0.4 * TIME_S)
+    zero = np.zeros_like(TIME_S)
+    channels: dict[str, Array] = {"position_m": position, "oil_temperature_degc": 20.0 + TIME_S / 6}
+    channels |= {k: changes.pop(k) for k in list(changes) if k in Signals.__dataclass_fields__}
+    signals = Signals(
+        TIME_S, RATE_HZ, Known(), velocity_m_s=zero, acceleration_m_s2=zero, **channels
+    )
+    friction = Friction(coulomb_plus_n=400.0, stribeck_plus_n=100.0)
+    given: dict[str, Any] = {"reference_n": (None,)} | changes
+    return Observed(kind, Known(), friction, (signals,), **given)
+
+
+def test_load_friction_is_not_seen_in_the_air_nor_thinning_oil_at_one_temperature() -> None:
+    load, thinning = by_name("friction.load"), by_name("friction.temperature")
+    assert "no recording with load" in (load.unseen(observed()) or "")
+    assert load.unseen(observed(reference_n=(np.full_like(TIME_S, 2000.0),))) is None
+    assert thinning.unseen(observed()) is None
+    cold = observed(oil_temperature_degc=np.full_like(TIME_S, 20.0))
+    assert "hardly changes" in (thinning.unseen(cold) or "")
+
+
+def test_a_mass_is_not_seen_on_a_bench_that_does_not_accelerate() -> None:
+    assert by_name("inertia.mass").unseen(observed("cylinder")) is not None
+    assert by_name("inertia.mass").unseen(observed("vertical-leg")) is None
+
+
+def test_a_cushion_begins_inside_the_travel_and_costs_where_the_piston_never_leaves_it() -> None:
+    cushion, seen = by_name("force.cushion"), observed()
+    start = next(c for c in cushion.coordinates() if c.name == "start")
+    bounded = cushion.narrowed(start, seen)
+    assert 0.1 < bounded.low < bounded.high < 0.4
+    assert all(0.1 < values["start"] < 0.4 for values in cushion.starts(seen))
+    assert cushion.price({"start": 0.45, "stiffness": 1e3}, seen) == pytest.approx(LEFT_COST)
+    assert cushion.price({"start": 0.2, "stiffness": 1e3}, seen) == 0.0
+
+
+def test_a_bristle_that_bends_less_than_a_sound_seal_s_costs_by_what_it_lacks() -> None:
+    bristle = by_name("friction.presliding")  # slips at 400 N + 100 N
+    stiff = {"stiffness": 500.0 / (0.5 * SOUND_BEND_M), "damping": 1e3}
+    soft = {"stiffness": 500.0 / (2.0 * SOUND_BEND_M), "damping": 1e3}
+    assert bristle.price(stiff, observed()) == pytest.approx(0.5 * SOUND_COST)
+    assert bristle.price(soft, observed()) == 0.0
+    assert bristle.price(stiff, observed("drive")) == 0.0
+
+
+def test_a_bristle_turns_the_encoder_s_rounding_into_force_until_it_slips() -> None:
+    bristle, friction = by_name("friction.presliding"), Friction(coulomb_plus_n=400.0)
+    assert bristle.floor_n({"stiffness": 1e4}, friction, 3e-5) == pytest.approx(0.3)
+    assert bristle.floor_n({"stiffness": 1e9}, friction, 3e-5) == pytest.approx(
+        3e-5 * 400.0 / BENT_M
+    )
+    assert by_name("force.spring").floor_n({"stiffness": 1e4}, friction, 3e-5) == 0.0
+
+
+def test_the_strongest_line_of_a_residual_is_found_with_its_frequency_and_amplitude() -> None:
+    rng = np.random.default_rng(4)
+    bin_s = 3.0 / RATE_HZ
+    time = np.arange(5000) * bin_s
+    force = 120.0 * np.sin(2.0 * np.pi * 7.3 * time) + rng.normal(0.0, 20.0, time.size)
+    shown = np.ones(time.size, dtype=np.bool_)
+    residual = ForceResidual(force, shown, np.full(time.size, 20.0), bin_s, 0.0)
+    seen = observed(residual=(residual,))
+    frequency, amplitude = strongest_line(seen)
+    assert frequency == pytest.approx(7.3, abs=0.02)
+    assert amplitude * np.sinc(frequency * bin_s) == pytest.approx(120.0, rel=0.05)
+    (start,) = by_name("force.periodic").starts(seen)
+    assert start == {"frequency": frequency, "amplitude": amplitude}
+    assert [c.name for c in by_name("force.periodic").coordinates(start)] == ["frequency"]
+
+
+def test_one_leg_of_four_sticks_not_less_than_nothing() -> None:
+    everywhere = by_name("friction.pressure")
+    here = everywhere.at("fl_vertical")
+    assert everywhere.narrowed(everywhere.coordinates()[0], observed()).low < 0.0
+    assert here.narrowed(here.coordinates()[0], observed("robot")).low == 0.0
+
+
+def test_sizes_without_a_sign_are_fitted_as_logarithms() -> None:
+    stiffness, damping = by_name("friction.presliding").coordinates()
+    assert stiffness.log and damping.log
+    low, high = by_name("friction.presliding").spec("stiffness").prior
+    assert stiffness.start == pytest.approx(np.sqrt(low * high))
+    assert not any(c.log for c in by_name("force.spring").coordinates())
