@@ -16,7 +16,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.programs.trim import Trim
+from testbed.control.gait import Layered
+from testbed.control.layers.trim import Trim
 from testbed.envs.observations import TABLE, Observer, Row
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
@@ -200,11 +201,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     # ---- what a task may change ------------------------------------------------------------------------------
 
     def _begin(self, spec: Scenario) -> None:
-        """Lay the agent's orders over the task's program."""
+        """Lay the agent's orders over the task's gait."""
         self._friction = spec.terrain.friction
         machine = self._sim.machine
-        self._trim = Trim(machine.program)
-        machine.program = self._trim
+        self._trim = Trim()
+        machine.gait = Layered(machine.gait, (self._trim,))
 
     def _settle(self) -> tuple[Array, Array]:
         """The run's first rows, after which orders hold; the wanted pulls begin at the ropes' tensions."""

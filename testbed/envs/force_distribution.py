@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.distribution.controllers import distributed
+from testbed.control.distribution.controllers import distribution
 from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
-from testbed.control.programs.trim import Trim
+from testbed.control.gait import Layered
+from testbed.control.layers.trim import Trim
 from testbed.envs.base import Observation, RoboclimberEnv, action_rows
 from testbed.envs.observations import SHARE_TABLE
 from testbed.machine.names import LEGS, SIDES
@@ -38,18 +39,18 @@ class ForceDistributionEnv(RoboclimberEnv):
         machine = self._sim.machine
         self._friction = spec.terrain.friction
         self._sharing = Corrected()
-        self._trim = Trim(machine.program)
+        self._trim = Trim()
         self._trim.goal_m = self.np_random.normal(0.0, FOOTING_SD_M, len(LEGS))
-        machine.program = self._trim
+        machine.gait = Layered(machine.gait, (self._trim,))
         ropes = (
             machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
         )
-        self._program = distributed(machine.belief, self._trim, ropes, self._sharing)
+        self._layer = distribution(machine.belief, ropes, self._sharing)
 
     def _settle(self) -> tuple[Array, Array]:
         sim, rows = self._sim, round(SETTLE_S / self._step_s) * self._rows
         sim.run_block(rows)
-        sim.machine.program = self._program
+        sim.machine.gait = Layered(sim.machine.gait, (self._layer,))
         data, truth = sim.run_block(self._rows)
         return data, truth
 

@@ -55,14 +55,18 @@ def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bo
             allowed="robot",
         )
     wanted = None if columns is None else ["t", *(c for c in columns if c != "t")]
-    empty: Columns = {}
-    return Run(
-        folder,
-        meta,
-        read_series(folder, "data", wanted),
-        read_series(folder, "truth", wanted) if truth else empty,
-        _summary(folder),
-    )
+    data = read_series(folder, "data", wanted)
+    true: Columns = {}
+    if truth:
+        data, true = same_rows(data, read_series(folder, "truth", wanted))
+    return Run(folder, meta, data, true, _summary(folder))
+
+
+def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
+    """Both up to the last row that both have: a killed run, or a full disk, may lack the last second of one."""
+    rows = min(len(data["t"]), len(truth["t"]))
+    first, second = ({name: c[:rows] for name, c in series.items()} for series in (data, truth))
+    return first, second
 
 
 def check_run(folder: str | Path) -> Path:

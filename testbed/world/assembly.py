@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
-from testbed.control.programs.references import Program
-from testbed.control.programs.table import program_of
+from testbed.control.gait import BelievedStart, Gait
+from testbed.control.gaits.table import gait_of
 from testbed.control.valve_loop import gains
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
@@ -71,7 +71,7 @@ class Assembled:
     locked: bool
     chain: EstimatorChain
     expectation: Expectation
-    program: Program
+    gait: Gait
     _drill_known: Array = field(default_factory=partial(np.zeros, d.KNOWN))
 
     def drill_known(self) -> Array:
@@ -238,15 +238,19 @@ def _build(
         locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, belief, start.rope_directions),
         expectation=Expectation(expected, start.rope_directions),
-        program=program_of(
-            scenario,
-            belief,
-            start.joints,
-            start.rope_tension_n,
-            start.rope_directions @ start.rotation,
-            (start.anchors_m - start.position_m) @ start.rotation,
-            start.foot_forces_in_body[:, 2],
-        ),
+        gait=gait_of(scenario, _believed_start(belief, start)),
+    )
+
+
+def _believed_start(belief: Robot, start: Start) -> BelievedStart:
+    """What people measured of the place and the load before the run, and what control believes of the machine."""
+    return BelievedStart(
+        robot=belief,
+        joints=start.joints,
+        load_n=start.foot_forces_in_body[:, 2],
+        rope_tension_n=start.rope_tension_n,
+        rope_directions_in_body=start.rope_directions @ start.rotation,
+        anchors_in_body_m=(start.anchors_m - start.position_m) @ start.rotation,
     )
 
 

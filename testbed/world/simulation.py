@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.programs.references import Command, Measured
+from testbed.control.command import Command, SetPoints
+from testbed.control.measured import Measured
 from testbed.errors import SimulationFault
 from testbed.formats.sockets import user_code
 from testbed.laws import columns as c
@@ -126,14 +127,15 @@ class Simulation:
         self._row = np.zeros(len(DATA_COLUMNS))
         self._noise = np.zeros((0, sensing.NOISES + sensing.ADDED_NOISES))
         self._samples = 0
-        self._command: Command = Command()
         self._hold = DrillHold()
         m, b = self.machine, self.machine.board
         self._rope_was_whole = [bool(whole) for whole in b.ropes[:, plant.WHOLE]]
         self._row[REFERENCE] = m.start_joints
         self._row[CARRYING] = 1.0
         self._ticks = -1
-        self._seen: Measured | None = None
+        self._command = Command(m.start_joints)
+        self._set_points = SetPoints(m.start_joints)
+        self._resting = True
         self._empty = np.zeros((1, len(DATA_COLUMNS))), np.zeros((1, len(TRUTH_COLUMNS)))
         self._fixed = (
             self.dt,
@@ -269,10 +271,7 @@ class Simulation:
         if self._shoves:
             now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
             m.board.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
-        self._command = m.program.update(t, self._every_tick * self.dt, self._measured())
-        if not self._command.still or self.scenario.control.dither_m > 0.0:
-            self._take(self._command)
-            self._dither(t)
+        self._follow(m.gait.command(t, self._every_tick * self.dt, self._measured()), t)
         self._watch(t)
         if m.footing is not None:
             b = m.board
@@ -280,44 +279,35 @@ class Simulation:
                 m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt
             )
 
-    def _take(self, command: Command) -> None:
-        """Hand a new command to the loops, the ropes and the rows."""
-        b = self.machine.board
-        b.reference[:] = command.reference
-        b.reference_rate[:] = command.rate
-        command.reference += command.rate * (self._every_tick * self.dt)
-        b.ropes[:, plant.RATE_COMMAND] = command.rope_rate_m_s
-        self._row[CARRYING] = command.carrying
+    def _follow(self, command: Command, t: float) -> None:
+        """Hand a command to the loops, the ropes and the rows: the one place where set points begin to move.
+
+        They move at their rate from where the last command left them (between_steps adds it up, tick by tick), and
+        rest where the same command comes again.
+        """
+        dithers = self.scenario.control.dither_m > 0.0
+        if command is self._command and self._resting and not dithers:
+            return
+        b, dt = self.machine.board, self._every_tick * self.dt
+        b.reference[:], b.reference_rate[:] = self._set_points.follow(command, dt)
+        b.ropes[:, plant.RATE_COMMAND] = command.rope_rates_m_s
+        self._row[CARRYING] = command.stance
+        self._resting = not b.reference_rate.any()
+        self._command = command
+        if dithers:
+            self._dither(t)
 
     def _dither(self, t: float) -> None:
-        """Let the vertical set points wander: by nothing, unless the scenario asks for it."""
-        depth, turn = (
-            self.scenario.control.dither_m,
-            2.0 * math.pi * self.scenario.control.dither_hz,
-        )
-        if depth > 0.0:
-            b = self.machine.board
-            b.reference[2::3] += depth * math.sin(turn * t)
-            b.reference_rate[2::3] += depth * turn * math.cos(turn * t)
+        """Let the vertical set points wander about where they are."""
+        depth = self.scenario.control.dither_m
+        turn = 2.0 * math.pi * self.scenario.control.dither_hz
+        b = self.machine.board
+        b.reference[2::3] += depth * math.sin(turn * t)
+        b.reference_rate[2::3] += depth * turn * math.cos(turn * t)
 
     def _measured(self) -> Measured:
-        """This tick's readings; all but one number are views of the running row."""
-        seen, row = self._seen, self._row
-        if seen is not None:
-            seen.supply_pressure_pa = float(row[sensing.SUPPLY])
-            return seen
-        self._seen = Measured(
-            position=row[sensing.POSITION],
-            load_n=self.machine.chain.method("own"),
-            contact=row[CONTACT],
-            rope_tension_n=row[sensing.ROPE],
-            attitude_rad=row[sensing.ATTITUDE],
-            supply_pressure_pa=float(row[sensing.SUPPLY]),
-            drill=self.machine.drill_known(),
-            pressure_a_pa=row[sensing.PRESSURE_A],
-            pressure_b_pa=row[sensing.PRESSURE_B],
-        )
-        return self._seen
+        """This tick's row of data as control sees it."""
+        return Measured(self._row)
 
     def _watch(self, t: float) -> None:
         m = self.machine
@@ -335,7 +325,7 @@ class Simulation:
         belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
-            t, m.board.rotation, feet, self._command.carrying, m.board.normal_force > 300.0, belly_n
+            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > 300.0, belly_n
         )
         if end is not None:
             self.events.append(end)

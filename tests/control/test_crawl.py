@@ -6,63 +6,48 @@ import math
 
 import numpy as np
 import pytest
-from shipped import shipped_model, shipped_robot
+from shipped import MACHINE, shipped_model
+from walking_machine import (
+    ANCHORS,
+    LEGS,
+    START,
+    TENSION,
+    TICK,
+    at_the_start,
+    believed_start,
+    crawl,
+    scenario,
+    step,
+)
 
-from testbed.control.programs.crawl import CrawlProgram
-from testbed.control.programs.footholds import Footholds
-from testbed.control.programs.pace import LOADED_SHARE, PEAK, RAMP, TRACTION_SHARE, Pace, progress
-from testbed.control.programs.references import Measured
-from testbed.control.programs.rope_hold import RopeHold
-from testbed.control.programs.table import program_of
+from testbed.control.gaits.crawl.footholds import Footholds
+from testbed.control.gaits.crawl.gait import CrawlGait
+from testbed.control.gaits.crawl.pace import (
+    LOADED_SHARE,
+    PEAK,
+    RAMP,
+    TRACTION_SHARE,
+    Pace,
+    progress,
+)
+from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
-from testbed.machine.build import build_machine
-from testbed.robot.kinematics import LegKinematics
 from testbed.robot.loads.foot_load_sets import twist_of
-from testbed.scenario.scenario import Scenario, load_scenario
-
-TICK = 0.01
-START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
-ANCHORS = np.array([[30.0, 5.0, 0.1], [30.0, -5.0, 0.1]])
-LOADS = np.full(4, 7000.0)
-TENSION = np.full(2, 13300.0)
-LEGS = LegKinematics.from_machine(build_machine())
 
 
-def scenario(*changes: str) -> Scenario:
-    return load_scenario("crawl_slope_45", list(changes))
-
-
-def program(*changes: str) -> CrawlProgram:
-    made = program_of(
-        scenario(*changes), shipped_robot(), START, TENSION, ANCHORS / 30.0, ANCHORS, LOADS
-    )
-    assert isinstance(made, CrawlProgram)
-    return made
-
-
-def walk(made: CrawlProgram, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Set points and carrying words of a machine that follows perfectly and whose feet never meet ground early."""
-    seen = Measured(
-        START.copy(),
-        LOADS.copy(),
-        np.ones(4),
-        TENSION.copy(),
-        np.array([0.0, -math.radians(45.0), 0.0]),
-    )
-    out = []
+def walk(made: CrawlGait, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Set points and stance of a machine that follows perfectly and whose feet never meet ground early."""
+    seen, out = at_the_start(), []
     for k in range(round(until_s / TICK)):
-        command = made.update(k * TICK, TICK, seen)
-        command.reference += command.rate * TICK
-        seen.position[:] = command.reference
-        seen.load_n[:] = np.where(command.carrying, LOADS, 0.0)
-        seen.rope_tension_n[:] = made._ropes.wanted_n(made._body)
-        out.append((command.reference.copy(), command.carrying.copy()))
+        seen, joints, stance = step(made, seen, k * TICK)
+        out.append((joints, stance))
     return out
 
 
 @pytest.mark.parametrize("gait", ["two_phase", "wave"])
 def test_a_walk_stays_within_ranges_and_speeds_and_swings_one_leg_at_a_time(gait: str) -> None:
-    made = program(f"task.gait={gait}", "task.step_length_m=0.3", "task.steps=4")
+    made = crawl(f"task.gait={gait}", "task.step_length_m=0.3", "task.steps=4")
     rows = walk(made, 45.0)
     joints = np.array([row[0] for row in rows])
     low, high = shipped_model().limits.T
@@ -77,20 +62,12 @@ def test_a_walk_stays_within_ranges_and_speeds_and_swings_one_leg_at_a_time(gait
 
 def test_a_stride_out_of_reach_is_refused_before_anything_moves() -> None:
     with pytest.raises(InputError, match=r"task\.step_length_m.*out of its range"):
-        stretched = np.tile([0.0, 0.38, 0.25], 4)
-        program_of(
-            scenario("task.step_length_m=0.4"),
-            shipped_robot(),
-            stretched,
-            TENSION,
-            ANCHORS / 30.0,
-            ANCHORS,
-            LOADS,
-        )
+        spec = scenario("task.step_length_m=0.4")
+        gait_of(spec, believed_start(spec, np.tile([0.0, 0.38, 0.25], 4)))
 
 
 def test_sideways_is_a_heading_like_any_other() -> None:
-    made = program("task.heading_deg=90", "task.step_length_m=0.2", "task.steps=4")
+    made = crawl("task.heading_deg=90", "task.step_length_m=0.2", "task.steps=4")
     walk(made, 40.0)
     assert made.done
     assert made._body[1] == pytest.approx(made.way_m) and made.way_m > 0.1
@@ -99,7 +76,7 @@ def test_sideways_is_a_heading_like_any_other() -> None:
 
 def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
     """One radial joint over 0.1 m: 0.1 m of 63 mm bore at 70 % of 16 L/min, with ramps."""
-    pace = Pace(build_machine(), 0.19)
+    pace = Pace(MACHINE, 0.19)
     joints = np.tile(START, (11, 1))
     joints[:, 1] += np.linspace(0.0, 0.1, 11)
     volume = 0.1 * math.pi / 4 * 0.063**2
@@ -126,17 +103,14 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
         np.testing.assert_allclose(
             (ropes.wanted_n(body) @ ropes.directions(body))[:2], pull, rtol=1e-9, atol=1e-6
         )
-    before, rates = np.array([-0.05, 0.0, 0.0]), np.zeros(2)
-    ropes.rates_m_s(np.zeros(3), before, 1.0, TENSION, rates)
-    assert np.all(rates < -0.045)
+    before = np.array([-0.05, 0.0, 0.0])
+    assert np.all(ropes.rates_m_s(np.zeros(3), before, 1.0, TENSION) < -0.045)
     assert (
         ropes.readiness(np.zeros(3), 0.5 * TENSION) == 0.0
         and ropes.readiness(np.zeros(3), TENSION) == 1.0
     )
     slack = RopeHold(ANCHORS, shipped_model().rope_attachments_m, np.zeros(2))
-    rates[:] = 0.0
-    slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2), rates)
-    assert not rates.any()
+    assert not slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2)).any()
 
 
 def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from shipped import MACHINE, shipped_model
 
+from testbed.control.command import Command
 from testbed.control.distribution.controllers import CONTROLLERS, controller
 from testbed.control.distribution.corrected import Corrected
 from testbed.control.distribution.distribution import self_balanced
@@ -17,8 +18,8 @@ from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
 from testbed.control.distribution.use_program import About, UseProgram
-from testbed.control.programs.references import Measured
-from testbed.control.programs.trim import Trim, haul
+from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul
+from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.machine.names import VERTICAL
 
@@ -39,13 +40,14 @@ def _balance(
 ) -> Balance:
     slope = np.radians(slope_deg)
     statics = Statics(shipped_model(), MACHINE, np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
-    measured = Measured(
+    measured = Measured.of(
         position=_posture(),
-        load_n=np.full(4, WEIGHT_N * np.cos(slope) / 4),
-        contact=np.ones(4),
-        rope_tension_n=np.full(2, pull_n),
-        attitude_rad=np.array([0.0, -slope, 0.0]),
-        drill=np.array([thrust_n, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        load=WEIGHT_N * np.cos(slope) / 4,
+        contact=1.0,
+        rope_tension=pull_n,
+        attitude=[0.0, -slope, 0.0],
+        supply_pressure=9.0e6,
+        ordered_thrust=thrust_n,
     )
     return statics.look(measured, np.isin(np.arange(4), legs))
 
@@ -118,7 +120,7 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
     """Written down in plain arrays and solved by another library's way in, it has the same answer."""
     from qpsolvers import solve_qp
 
-    now, carrying = (
+    now, stance = (
         _balance(40.0, pull_n=12_000.0, thrust_n=2000.0, legs=legs),
         np.isin(np.arange(4), legs),
     )
@@ -144,7 +146,7 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
     joints, free = np.hstack([now.joint_map, np.zeros((12, 1))]), np.full(15, np.inf)
     below, above = -free, free.copy()
     below[0:12:3], below[12:14], above[12:14], below[14] = 0.02, 0.0, 0.8, 0.38
-    below[:12][~np.repeat(carrying, 3)] = above[:12][~np.repeat(carrying, 3)] = 0.0
+    below[:12][~np.repeat(stance, 3)] = above[:12][~np.repeat(stance, 3)] = 0.0
     weights = np.array([1.5, 30.0, 30.0] * 4 + [0.02, 0.02, 4.0])
     wanted = solve_qp(
         np.diag(weights),
@@ -270,16 +272,14 @@ def test_rope_is_hauled_in_where_tension_lacks_and_rests_at_what_is_wanted() -> 
 
 
 def test_trim_lays_an_offset_over_the_inner_set_points() -> None:
-    from testbed.control.programs.references import Hold
-
-    trim = Trim(Hold(_posture(), None, ()))
+    trim, held = Trim(), Command(_posture())
     trim.goal_m = np.array([1e-4, 0.0, 0.0, -1e-4])
-    measured = Measured(_posture(), np.zeros(4), np.ones(4), np.zeros(2), np.zeros(3))
-    command = trim.update(0.0, 0.01, measured)
-    assert command.rate[list(VERTICAL)] == pytest.approx([0.01, 0.0, 0.0, -0.01])
-    assert trim.update(0.01, 0.01, measured).reference[list(VERTICAL)] == pytest.approx(
-        [0.2501, 0.25, 0.25, 0.2499]
-    )
+    moved = [trim.over(held, t, 0.01, Measured.of()).joints[list(VERTICAL)] for t in (0.0, 0.01)]
+    assert moved[0] == pytest.approx([0.2501, 0.25, 0.25, 0.2499])
+    assert moved[1] == pytest.approx(moved[0])
+    trim.goal_m[0] = 1.0
+    further = trim.over(held, 0.02, 0.01, Measured.of())
+    assert further.joints[VERTICAL[0]] - moved[1][0] == pytest.approx(0.01 * OFFSET_SPEED_M_S)
 
 
 def test_unknown_controller_is_refused_with_the_names_there_are() -> None:
@@ -299,7 +299,7 @@ def test_the_shipped_policy_says_how_it_was_made_and_corrects_the_plan_within_it
         forces, planned = learned.plan(now).forces, plain.plan(now).forces
     assert 0.0 < np.abs(forces - planned).max() <= 2000.0
     assert np.abs(now.balance @ forces + now.load).max() < 1.0
-    with pytest.raises(InputError, match="no policy"):
+    with pytest.raises(InputError, match=r"no_such\.npz: no such file"):
         controller("no_such.npz")
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from testbed.control.programs.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
-from testbed.control.programs.levelling import LEVEL_GAIN_1_S, Levelling
-from testbed.control.programs.references import Measured
+from testbed.control.gaits.crawl.ground_search import BASE_TIME_S, STEADY_S, GroundSearch
+from testbed.control.gaits.crawl.levelling import LEVEL_GAIN_1_S, Levelling
+from testbed.control.measured import Measured
 
 DT = 0.01
 EVEN, STAND = [7000.0] * 4, (True, True, True, True)
@@ -50,7 +50,7 @@ def _moved(
     """How far the feet of a body are moved that stood at attitude `start` and now is at `now`, rad."""
     levelling, feet = Levelling(np.array(start), 1.0), FEET.copy()
     levelling.stand_on(feet)
-    measured = Measured(np.zeros(12), np.array(load_n), np.ones(4), np.zeros(2), np.array(now))
+    measured = Measured.of(load=load_n, contact=1.0, attitude=now)
     levelling.correct(feet, np.zeros(3), np.array(standing), measured, False, DT)
     return feet - FEET
 

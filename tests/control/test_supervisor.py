@@ -5,38 +5,39 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.control.programs.references import Command, Hold, Measured
-from testbed.control.programs.supervisor import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
+from testbed.control.command import Command
+from testbed.control.layers.supervisor import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
+from testbed.control.measured import Measured
 from testbed.laws import drill as d
 from testbed.machine.names import VERTICAL
-from testbed.scenario.tasks import Drill, Push, Stand
+from testbed.scenario.tasks import Drill, Push
 from testbed.world.drilling.drilling import DrillProgram
 from testbed.world.drilling.hold import FADE_S, DrillHold
 
 DT = 0.01
 
 
-def _measured(*words: float) -> Measured:
-    return Measured(np.zeros(12), np.zeros(4), np.array(words), np.zeros(2), np.zeros(3))
+HELD = Command(np.full(12, 0.25))
 
 
-def _run(program: Supervisor, seconds: float, *words: float) -> Command:
+def _run(supervisor: Supervisor, seconds: float, *contact: float) -> Command:
+    """The last command over HELD while the detector says `contact` (4)."""
     for _ in range(round(seconds / DT)):
-        command = program.update(0.0, DT, _measured(*words))
+        command = supervisor.over(HELD, 0.0, DT, Measured.of(contact=contact))
     return command
 
 
 def _vertical(command: Command) -> np.ndarray:
-    return command.reference[list(VERTICAL)] + DT * command.rate[list(VERTICAL)]
+    return command.joints[list(VERTICAL)]
 
 
 def test_while_all_feet_carry_nothing_is_changed() -> None:
-    command = _run(Supervisor(Hold(np.full(12, 0.25), Stand(), ())), 1.0, 1, 1, 1, 1)
-    assert not command.hold_drill and command.reference == pytest.approx(np.full(12, 0.25))
+    command = _run(Supervisor(), 1.0, 1, 1, 1, 1)
+    assert command is HELD
 
 
 def test_a_lost_foot_stops_the_drill_at_once_and_until_all_have_carried_for_a_while() -> None:
-    program = Supervisor(Hold(np.full(12, 0.25), Stand(), ()))
+    program = Supervisor()
     _run(program, 0.1, 1, 1, 1, 1)
     assert _run(program, DT, 1, 0, 1, 1).hold_drill and program.stops == 1
     assert _run(program, CALM_S - 2 * DT, 1, 1, 1, 1).hold_drill
@@ -44,7 +45,7 @@ def test_a_lost_foot_stops_the_drill_at_once_and_until_all_have_carried_for_a_wh
 
 
 def test_a_foot_that_stays_lost_is_lowered_alone_and_slowly_and_no_farther_than_allowed() -> None:
-    program = Supervisor(Hold(np.full(12, 0.25), Stand(), ()))
+    program = Supervisor()
     _run(program, 0.1, 1, 1, 1, 1)
     _run(program, 0.05, 1, 0, 1, 1)
     command = _run(program, 1.0, 1, 0, 0, 1)
@@ -55,11 +56,11 @@ def test_a_foot_that_stays_lost_is_lowered_alone_and_slowly_and_no_farther_than_
 
 
 def test_a_foot_that_has_not_carried_yet_is_not_lost() -> None:
-    program = Supervisor(Hold(np.full(12, 0.25), Stand(), ()))
+    program = Supervisor()
     assert not _run(program, 1.0, 0, 0, 0, 0).hold_drill and program.stops == 0
 
 
-def test_a_drill_that_is_held_fades_stands_still_and_goes_on_where_it_was() -> None:
+def test_a_drill_that_is_held_fades_stands_still_and_resumes() -> None:
     task = Drill(
         kind="drill",
         start_s=0.0,

@@ -6,23 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from shipped import shipped_robot
+from shipped import MACHINE
+from walking_machine import LEGS, LOADS, START, TICK, at_the_start, crawl, step
 
-from testbed.control.programs.crawl import CrawlProgram, Doing
-from testbed.control.programs.pace import FREE_SHARE, SWING_RAMP, Pace
-from testbed.control.programs.references import Measured
-from testbed.control.programs.swing import Swing
-from testbed.control.programs.table import program_of
-from testbed.machine.build import build_machine
-from testbed.robot.kinematics import LegKinematics
-from testbed.scenario.scenario import load_scenario
+from testbed.control.gaits.crawl.pace import FREE_SHARE, SWING_RAMP, Pace
+from testbed.control.gaits.crawl.phases import Doing
+from testbed.control.gaits.crawl.swing import Swing
 
-TICK = 0.01
-LEGS = LegKinematics.from_machine(build_machine())
-START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
-ANCHORS = np.array([[30.0, 5.0, 0.1], [30.0, -5.0, 0.1]])
-LOADS, TENSION = np.full(4, 7000.0), np.full(2, 13300.0)
-PACE = Pace(build_machine(), 0.19)
+PACE = Pace(MACHINE, 0.19)
 
 
 def swing(forward: float, up: float, above: float = 0.0) -> Swing:
@@ -62,42 +53,9 @@ def test_no_joint_of_a_swing_is_faster_than_its_valve() -> None:
     assert np.all(speed < 1.001 * allowed) and np.max(speed / allowed) > 0.99
 
 
-def program(*changes: str) -> CrawlProgram:
-    made = program_of(
-        load_scenario("crawl_slope_45", list(changes)),
-        shipped_robot(),
-        START,
-        TENSION,
-        ANCHORS / 30.0,
-        ANCHORS,
-        LOADS,
-    )
-    assert isinstance(made, CrawlProgram)
-    return made
-
-
-def machine() -> Measured:
-    return Measured(
-        START.copy(),
-        LOADS.copy(),
-        np.ones(4),
-        TENSION.copy(),
-        np.array([0.0, -math.radians(45.0), 0.0]),
-    )
-
-
-def step(made: CrawlProgram, seen: Measured, t: float, loads: np.ndarray) -> None:
-    """A machine that follows its set points; `loads` (4) are what it feels."""
-    command = made.update(t, TICK, seen)
-    command.reference += command.rate * TICK
-    seen.position[:] = command.reference
-    seen.load_n[:] = loads
-    seen.rope_tension_n[:] = made._ropes.wanted_n(made._body)
-
-
 def test_a_foot_that_took_a_jerk_for_the_ground_searches_on() -> None:
     """A load of 4 kN for one tick at the search's beginning; the ground is 30 mm below."""
-    made, seen, t = program("task.steps=1"), machine(), 0.0
+    made, seen, t = crawl("task.steps=1"), at_the_start(), 0.0
     ground, jerked, touched, searches = made._feet[3, 2] - 0.03, False, False, 0
     before = None
     while made.steps_done < 1 and t < 20.0:
@@ -109,18 +67,17 @@ def test_a_foot_that_took_a_jerk_for_the_ground_searches_on() -> None:
             loads[3], jerked = (4000.0 if touched or not jerked else 0.0), True
         elif doing is not Doing.SHIFT and not touched:
             loads[3] = 0.0
-        step(made, seen, t, loads)
+        seen, _, _ = step(made, seen, t, loads)
         t += TICK
     assert made.steps_done == 1 and searches == 2
     assert made._feet[3, 2] == pytest.approx(ground, abs=2e-3)
 
 
 def test_a_walk_whose_foot_stands_too_far_back_falls_behind_its_plan_and_goes_on() -> None:
-    made, planned = program("task.steps=40"), program("task.steps=40")
+    made, planned = crawl("task.steps=40"), crawl("task.steps=40")
     made._feet[0, 0] -= 0.2  # a foot of the second group: the others carry the body away from it
-    planned._plan()
-    made._plan()
-    assert made._behind_m == pytest.approx(0.1) and planned._behind_m == 0.0
-    goal, free = made._queue[0].body_to, planned._queue[0].body_to
-    assert goal[0] == pytest.approx(free[0] - made._behind_m)
+    free = planned._plan.next_phases(planned._feet, planned._body, 0)[0].body_to
+    goal = made._plan.next_phases(made._feet, made._body, 0)[0].body_to
+    assert made._plan._behind_m == pytest.approx(0.1) and planned._plan._behind_m == 0.0
+    assert goal[0] == pytest.approx(free[0] - made._plan._behind_m)
     assert made._footholds.reaches(made._feet, goal)

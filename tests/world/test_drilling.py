@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from testbed.control.programs.mast import DEAD_RAD, GAIN_1_S, KeepMast
-from testbed.control.programs.references import Hold, Measured
+from testbed.control.command import Command, SetPoints
+from testbed.control.layers.mast import DEAD_RAD, GAIN_1_S, KeepMast
+from testbed.control.measured import Measured
 from testbed.laws import drill as d
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
 from testbed.machine.build import build_machine
@@ -257,25 +258,17 @@ def test_weight_of_a_string_in_the_mast_and_in_the_hole_on_a_slope() -> None:
 def test_the_mast_is_turned_back_by_the_legs_on_its_low_side() -> None:
     """Nose down by 0.01 rad: the front legs lengthen at gain * 0.01 rad * 1.1 m, the rear ones shorten, no twist."""
     feet = np.array([[1.1, 0.8, -0.6], [1.1, -0.8, -0.6], [-1.1, 0.8, -0.6], [-1.1, -0.8, -0.6]])
-    program = KeepMast(Hold(np.zeros(12), None, ()), feet)
-    seen = Measured(
-        position=np.zeros(12),
-        load_n=np.zeros(4),
-        contact=np.ones(4),
-        rope_tension_n=np.zeros(2),
-        attitude_rad=np.zeros(3),
-    )
+    mast, held, set_points = KeepMast(feet), Command(np.zeros(12)), SetPoints(np.zeros(12))
     for k in range(150):
-        assert not program.update(k * DT, DT, seen).rate.any()
-    seen.attitude_rad = np.array([0.0, 0.01, 0.0])
+        assert not mast.over(held, k * DT, DT, Measured.of()).joints.any()
+    nose_down = Measured.of(attitude=[0.0, 0.01, 0.0])
     for k in range(150, 450):
-        command = program.update(k * DT, DT, seen)
-        command.reference += command.rate * DT
-    assert command.rate[[2, 5, 8, 11]] == pytest.approx(
+        _, rates = set_points.follow(mast.over(held, k * DT, DT, nose_down), DT)
+    assert rates[[2, 5, 8, 11]] == pytest.approx(
         GAIN_1_S * 0.01 * 1.1 * np.array([1, 1, -1, -1]), rel=1e-2
     )
-    assert command.reference[2] > 0.0 and not command.still
-    seen.attitude_rad = np.array([0.0, 0.5 * DEAD_RAD, 0.0])
+    assert set_points.joints[2] > 0.0
+    nearly = Measured.of(attitude=[0.0, 0.5 * DEAD_RAD, 0.0])
     for k in range(450, 800):
-        command = program.update(k * DT, DT, seen)
-    assert not command.rate.any() and command.still and command.reference[2] > 0.0
+        _, rates = set_points.follow(mast.over(held, k * DT, DT, nearly), DT)
+    assert not rates.any() and set_points.joints[2] > 0.0

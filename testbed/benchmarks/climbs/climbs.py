@@ -110,7 +110,7 @@ def run(climb: Climb, way_m: float = WAY_M) -> Outcome:
 
     scenario = climb.scenario()
     world = Simulation(scenario)
-    program: Any = world.machine.program
+    gait: Any = world.machine.gait
     normal = world.machine.ground.normal_in_world
     columns = {name: k for k, name in enumerate(world.truth_columns)}
     ropes = [
@@ -118,7 +118,7 @@ def run(climb: Climb, way_m: float = WAY_M) -> Outcome:
     ]
     tilt, tension, verdict = 0.0, 0.0, ""
     try:
-        while not (world.finished or program.done or _travelled(world) >= way_m):
+        while not (world.finished or gait.done or _travelled(world) >= way_m):
             _, truth = world.run_block(scenario.rates.record_hz)
             upright = float(world.machine.board.rotation[:, 2] @ normal)
             tilt = max(tilt, math.degrees(math.acos(min(upright, 1.0))))
@@ -133,10 +133,10 @@ def run(climb: Climb, way_m: float = WAY_M) -> Outcome:
         verdict or world.verdict,
         _travelled(world),
         world._step * world.dt,
-        program.steps_done,
+        gait.steps_done,
         summary["foot_slip_m"],
         max(tilt, summary["tilt_deg"]),
-        min(program.margins_n, default=0.0),
+        min(gait.margins_n, default=0.0),
         tension,
         scenario.terrain.friction,
         way_m,

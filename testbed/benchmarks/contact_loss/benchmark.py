@@ -25,6 +25,7 @@ from testbed.benchmarks.contact_loss.warning import (
     outcomes,
     read_loads,
 )
+from testbed.control.gait import Layered
 from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors import signals as sg
 from testbed.estimation.detectors.table import DETECTORS
@@ -95,7 +96,7 @@ def run_scene(scene: Scene) -> tuple[dict[str, Any], dict[str, NDArray[np.int16]
     drawn = draw(scene)
     simulation = Simulation(drawn.scenario)
     try:
-        simulation.machine.program = Moves(simulation.machine.program, drawn)
+        simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
         watch = Watch(simulation.data_columns, simulation.machine.chain.arrays[0], simulation.dt)
         truth, carrying, fault = _rows(simulation, watch)
     finally:

@@ -19,9 +19,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.programs.references import Command, Measured, Program
+from testbed.control.command import Command, along_vertical
+from testbed.control.measured import Measured
 from testbed.envs.randomisation import draw_overrides
-from testbed.machine.names import LEGS, VERTICAL
+from testbed.machine.names import LEGS
 from testbed.scenario.scenario import Scenario, load_scenario
 
 Array = NDArray[np.float64]
@@ -314,22 +315,15 @@ def _ropes(rng: np.random.Generator, scene: Scene) -> list[dict[str, Any]]:
 
 
 class Moves:
-    """A program with hidden moves of the feet laid over it: the ground that gives, a frame that twists."""
+    """A Layer of hidden moves of the feet: the ground that gives, a frame that twists."""
 
-    def __init__(self, inner: Program, drawn: Drawn) -> None:
-        self.inner = inner
+    def __init__(self, drawn: Drawn) -> None:
         self._time_s, self._moves_m = drawn.time_s, drawn.moves_m
-        self._now = Command()
 
-    def update(self, t: float, dt: float, measured: Measured) -> Command:
-        """See Program."""
-        command, out = self.inner.update(t, dt, measured), self._now
+    def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
+        """See Layer."""
         before, after = self._at(t), self._at(t + dt)
-        out.follow(command)
-        out.reference[list(VERTICAL)] += before
-        out.rate[list(VERTICAL)] += (after - before) / dt
-        command.reference += command.rate * dt
-        return out
+        return command.moved(along_vertical(after), along_vertical((after - before) / dt))
 
     def _at(self, t: float) -> Array:
         return np.array([np.interp(t, self._time_s, self._moves_m[:, k]) for k in range(len(LEGS))])

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
 from testbed.control.distribution.controllers import controller
-from testbed.control.distribution.distribution import Distribution, Sharing
+from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.quadratic import Constraints, Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
-from testbed.control.programs.references import Measured
-from testbed.control.programs.trim import Trim
+from testbed.control.gait import Layered
+from testbed.control.layers.trim import Trim
+from testbed.control.measured import Measured
 from testbed.machine.names import LEGS
 from testbed.scenario.scenario import Scenario
 
@@ -45,9 +46,9 @@ class Informed(Statics):
         self.attitude_rad = np.zeros(3)
         self._error: Array | None = None
 
-    def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
+    def look(self, measured: Measured, stance: NDArray[np.bool_]) -> Balance:
         """The balance now."""
-        now = super().look(replace(measured, attitude_rad=self.attitude_rad), carrying)
+        now = super().look(measured.but(attitude=self.attitude_rad), stance)
         error = now.measured - self.truth
         self._error = (
             error
@@ -75,7 +76,7 @@ class Informed(Statics):
         self.attitude_rad = np.array([roll, pitch, yaw])
 
 
-def run_case(case: Case, name: str, sharing: Sharing | None = None) -> Outcome:
+def run_case(case: Case, name: str, sharing: Controller | None = None) -> Outcome:
     """One case under one controller: a name of the table, `oracle`, or `sharing` under any name."""
     from testbed.world.simulation import Simulation
 
@@ -87,11 +88,11 @@ def run_case(case: Case, name: str, sharing: Sharing | None = None) -> Outcome:
         sim.close()
 
 
-def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Sharing | None) -> Outcome:
+def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Controller | None) -> Outcome:
     machine = sim.machine
-    trim = Trim(machine.program)
+    trim = Trim()
     trim.goal_m = np.array(case.footing_m)
-    machine.program = trim
+    machine.gait = Layered(machine.gait, (trim,))
     hz = spec.rates.record_hz
     blocks = [sim.run_block(round(ON_S * hz))]
     if sharing is None:
@@ -99,8 +100,9 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Sharing | Non
     ropes = machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
     statics = Statics(machine.belief.model, machine.belief.machine, ropes)
     oracle = Informed(statics) if name == ORACLE else None
-    machine.program = program = Distribution(trim, oracle or statics, sharing)
-    program.timed = True
+    layer = Distribution(oracle or statics, sharing)
+    machine.gait = Layered(machine.gait, (layer,))
+    layer.timed = True
     judge, checked, infeasible = Quadratic(spec.terrain.friction), 0, 0
     while not sim.finished:
         if oracle is not None:
@@ -109,19 +111,14 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Sharing | Non
             )
         blocks.append(sim.run_block(hz // 100 if oracle is not None else hz // 4))
         due = oracle is None or len(blocks) % 25 == 0
-        if (
-            due
-            and program.plan is not None
-            and program.balance is not None
-            and name != "position_hold"
-        ):
-            load = program.balance.load if program.plan.load is None else program.plan.load
-            wanted = judge.constraints(replace(program.balance, load=load), 0.0)
+        if due and layer.plan is not None and layer.balance is not None and name != "position_hold":
+            load = layer.balance.load if layer.plan.load is None else layer.plan.load
+            wanted = judge.constraints(replace(layer.balance, load=load), 0.0)
             checked += 1
-            bad = not program.plan.feasible or breaks(program.plan.forces / wanted.scale, wanted)
+            bad = not layer.plan.feasible or breaks(layer.plan.forces / wanted.scale, wanted)
             infeasible += int(bad and possible(wanted))
     data, truth = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    return _measure(sim, spec, name, data, truth, program, checked, infeasible)
+    return _measure(sim, spec, name, data, truth, layer, checked, infeasible)
 
 
 def _measure(
@@ -130,7 +127,7 @@ def _measure(
     name: str,
     data: Array,
     truth: Array,
-    program: Distribution,
+    layer: Distribution,
     checked: int,
     infeasible: int,
 ) -> Outcome:
@@ -161,7 +158,7 @@ def _measure(
         plans_checked=checked,
         infeasible=infeasible,
         solve_p99_s=float(
-            np.quantile(program.solve_s[2:] or [0.0], 0.99)
+            np.quantile(layer.solve_s[2:] or [0.0], 0.99)
         ),  # lost before it planned: nothing to time
         verdict=str(sim.verdict),
     )

@@ -8,20 +8,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.distribution.distribution import Distribution, Sharing
+from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.drill_sharing import DrillSharing
 from testbed.control.distribution.learned import Learned
 from testbed.control.distribution.position_hold import PositionHold
 from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import Statics
-from testbed.control.programs.references import Program
 from testbed.errors import InputError
 from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.robot.robot import Robot
 
 Array = NDArray[np.float64]
-CONTROLLERS: dict[str, Callable[[], Sharing]] = {
+CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "position_hold": PositionHold,
     "pseudo_inverse": PseudoInverse,
     "qp": Quadratic,
@@ -30,7 +29,7 @@ CONTROLLERS: dict[str, Callable[[], Sharing]] = {
 }
 
 
-def controller(name: str) -> Sharing:
+def controller(name: str) -> Controller:
     """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained `policy.npz`.
 
     Raises InputError with the names there are.
@@ -40,15 +39,12 @@ def controller(name: str) -> Sharing:
     if name.endswith(".npz"):
         return Learned(Path(name))
     if is_user_class(name):
-        own: Sharing = load_object(name, Sharing, field="controller")
+        own: Controller = load_object(name, Controller, field="controller")
         return own
     allowed = f"{', '.join(CONTROLLERS)}, {FORM} or policy.npz"
     raise InputError("no such controller", field="controller", value=name, allowed=allowed)
 
 
-def distributed(
-    belief: Robot, inner: Program, rope_directions_in_body: Array, sharing: Sharing
-) -> Distribution:
-    """The inner program with its load shared out by `sharing`. Rope directions (2, 3) at the start, body frame."""
-    statics = Statics(belief.model, belief.machine, rope_directions_in_body)
-    return Distribution(inner, statics, sharing)
+def distribution(belief: Robot, rope_directions_in_body: Array, chosen: Controller) -> Distribution:
+    """The layer that shares the load out the way `chosen` plans it. Rope directions (2, 3) at the start, body frame."""
+    return Distribution(Statics(belief.model, belief.machine, rope_directions_in_body), chosen)

@@ -1,6 +1,6 @@
 """The quadratic program's plan plus what somebody wants beyond it, and what that somebody may look at.
 
-An agent that learns sees what a Sharing sees, as one vector: the plan, how far the measured forces are off it, what
+An agent that learns sees what a Controller sees, as one vector: the plan, how far the measured forces are off it, what
 the measured forces lack of balancing the load (wrong estimates show there), and its own last orders.
 """
 
@@ -90,7 +90,7 @@ class Corrected(Quadratic):
         self.load_n, self.pull_n = SHARE_N * action[: len(LEGS)], PULL_N * action[len(LEGS) :]
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing."""
+        """See Controller."""
         plan = super().plan(now)
         self._look(now, plan)
         wanted = plan.forces.copy()
@@ -103,13 +103,13 @@ class Corrected(Quadratic):
         return replace(plan, forces=wanted)
 
     def _borne(self, now: Balance) -> Array:
-        """(12, 6) the smallest forces of the carrying feet that bear a unit wrench; worked out once a posture."""
-        balance, carrying, borne = self._posture
-        if balance is not now.balance or carrying != now.carrying.tolist():
+        """(12, 6) the smallest forces of the stance feet that bear a unit wrench; worked out once a posture."""
+        balance, stance, borne = self._posture
+        if balance is not now.balance or stance != now.stance.tolist():
             borne = np.asarray(
-                np.linalg.pinv(now.balance[:, :FEET] * np.repeat(now.carrying, 3)), dtype=np.float64
+                np.linalg.pinv(now.balance[:, :FEET] * np.repeat(now.stance, 3)), dtype=np.float64
             )
-            self._posture = now.balance, now.carrying.tolist(), borne
+            self._posture = now.balance, now.stance.tolist(), borne
         return borne
 
     def view(self) -> Array:

@@ -1,7 +1,7 @@
 """From wanted foot forces to valves and ropes: the part that every force-distributing controller shares.
 
 Twelve joints, six ways for the body to move: the other six combinations only squeeze the feet against each other
-(one of them, the twist, shifts load between the diagonals; five squeeze along the ground). Encoders say nothing of
+(one internal force shifts load between the diagonals, five squeeze along the ground). Encoders say nothing of
 them: 0.1 mm is a kilonewton. So the position loops keep the six motions, and in the rest the measured forces rule:
 
     e = S (forces - wanted),  S takes off what moves the body: by least squares, weighed with what friction hides
@@ -13,16 +13,18 @@ that grows while the error stays. The ropes are hauled until their tensions are 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import thread_time
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.command import Command, SetPoints
 from testbed.control.distribution.squeeze import add_pull, add_squeeze
-from testbed.control.distribution.statics import FEET, Balance, Statics
-from testbed.control.programs.references import Command, Measured, Program
+from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance, Statics
+from testbed.control.measured import Measured
+from testbed.errors import InputError
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
@@ -40,19 +42,19 @@ class Plan:
     """(6,) the load it balances, where a controller believes in another one than it was given."""
 
 
-class Sharing(Protocol):
-    """A way to share the load out; one file each."""
+class Controller(Protocol):
+    """A way to share the load out between feet and ropes; one file each. One of a user's own is made without arguments."""
 
     def plan(self, now: Balance) -> Plan:
-        """The forces to be had, from the balance now."""
+        """The forces to be had, from the balance now; asked at every tick, 100 Hz."""
         ...
 
 
 class Distribution:
-    """A program that carries the inner one's set points and shares the load out on top of it."""
+    """A Layer that shares the load out on top of the gait's set points, the way that `controller` plans it."""
 
-    def __init__(self, inner: Program, statics: Statics, sharing: Sharing) -> None:
-        self.inner, self.sharing = inner, sharing
+    def __init__(self, statics: Statics, controller: Controller) -> None:
+        self.controller = controller
         self.plan: Plan | None = None
         """The last plan."""
         self.balance: Balance | None = None
@@ -61,59 +63,71 @@ class Distribution:
         self.solve_s: list[float] = []
         """Processor time of each plan, s, if `timed`: to ask for it takes as long as a part of the plan."""
         self._statics = statics
-        self._now = Command()
+        self._gait: SetPoints | None = None
+        """Where the gait's own set points stand."""
         self._pull: Array | None = None
         self._edge, self._side = np.ones(FEET), np.zeros(FEET)
         self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
-    def update(self, t: float, dt: float, measured: Measured) -> Command:
-        """See Program."""
-        command, out = self.inner.update(t, dt, measured), self._now
-        out.follow(command)
-        self.balance = now = self._statics.look(measured, command.carrying)
+    def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
+        """See Layer."""
+        self.balance = now = self._statics.look(measured, command.stance)
         before = thread_time() if self.timed else 0.0
-        self.plan = plan = self.sharing.plan(now)
+        self.plan = plan = _checked(self.controller.plan(now))
         if self.timed:
             self.solve_s.append(thread_time() - before)
-        self._follow(plan, now, dt, measured, command)
-        return out
+        if self._gait is None:
+            self._gait = SetPoints(command.joints)
+        begin, rates = self._gait.follow(command, dt)
+        command = replace(command, joints=begin + rates * dt, joint_rates=rates)
+        return self._followed(plan, now, dt, measured, command)
 
-    def _follow(
+    def _followed(
         self, plan: Plan, now: Balance, dt: float, measured: Measured, command: Command
-    ) -> None:
-        """What is wanted, in set points; the inner command moves on."""
-        out = self._now
+    ) -> Command:
+        """The command that brings about what is planned."""
         measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         if self._pull is None:
             self._pull = now.measured_pull_n.copy()
-        if plan.feasible:
-            add_pull(plan.forces[FEET:], measured_n[FEET:], dt, self._pull, out.rope_rate_m_s)
-            if command.carrying.all():
-                force = self._squeezing(measured_n - plan.forces, now, measured.position)
-                add_squeeze(
-                    force,
-                    now.compliance,
-                    measured_n,
-                    plan.forces,
-                    dt,
-                    self._edge,
-                    self._side,
-                    out.rate,
-                )
-        command.reference += command.rate * dt
+        if not plan.feasible:
+            return command
+        rope_rates = command.rope_rates_m_s.copy()
+        add_pull(plan.forces[FEET:], measured_n[FEET:], dt, self._pull, rope_rates)
+        command = replace(command, rope_rates_m_s=rope_rates)
+        if not command.stance.all():
+            return command
+        assert command.joint_rates is not None
+        self._look_at_posture(now)
+        rates = command.joint_rates.copy()
+        begin = command.joints - rates * dt
+        kept = measured.position + self._whole @ (begin - measured.position)
+        force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
+        add_squeeze(
+            force, now.compliance, measured_n, plan.forces, dt, self._edge, self._side, rates
+        )
+        return replace(command, joints=kept + rates * dt, joint_rates=rates)
 
-    def _squeezing(self, excess: Array, now: Balance, position: Array) -> Array:
-        """(12,) joint forces that squeeze the feet wrongly; the loops are left the body's motion only."""
-        if now.inner is not self._inner:  # another posture
-            self._inner, self._jacobian = now.inner, -now.joint_map[:, :FEET].T
-            moved = np.linalg.solve(self._jacobian, now.rigid)
-            self._whole, self._balanced = (
-                moved @ (now.rigid.T @ self._jacobian),
-                self_balanced(now, self._jacobian),
-            )
-        reference = self._now.reference
-        reference[:] = position + self._whole @ (reference - position)
-        return np.asarray(self._jacobian.T @ (self._balanced @ excess))
+    def _look_at_posture(self, now: Balance) -> None:
+        """Work out anew, in another posture: which set points move the body, which forces squeeze the feet."""
+        if now.inner is self._inner:
+            return
+        self._inner, self._jacobian = now.inner, -now.joint_map[:, :FEET].T
+        moved = np.linalg.solve(self._jacobian, now.rigid)
+        self._whole = moved @ (now.rigid.T @ self._jacobian)
+        self._balanced = self_balanced(now, self._jacobian)
+
+
+def _checked(plan: Plan) -> Plan:
+    """The plan; InputError where it is none that can be followed, as one of a user's own may be."""
+    forces = np.asarray(plan.forces, dtype=np.float64)
+    if forces.shape != (UNKNOWNS,) or not np.isfinite(forces).all():
+        raise InputError(
+            "planned no forces that can be had",
+            field="controller",
+            value=forces.shape if forces.shape != (UNKNOWNS,) else forces.tolist(),
+            allowed=f"({UNKNOWNS},) finite numbers",
+        )
+    return plan
 
 
 def self_balanced(now: Balance, jacobian: Array) -> Array:

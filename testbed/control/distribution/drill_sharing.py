@@ -35,7 +35,7 @@ class DrillSharing(Quadratic):
         """Thrust beyond the ordered one that the loads tell of, N, + away from the slope."""
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing."""
+        """See Controller."""
         self._observe(now)
         load = now.load + self.disturbance_n * now.thrust_map
         return replace(super().plan(replace(now, load=load)), load=load)
@@ -46,7 +46,7 @@ class DrillSharing(Quadratic):
 
     def _observe(self, now: Balance) -> None:
         """The feet's normal loads must balance the rest along z; what lacks is a thrust nobody ordered."""
-        if not now.carrying.all():
+        if not now.stance.all():
             return
         pull = now.balance[2, ROPES] @ now.measured_pull_n
         missing = -(now.load[2] + pull) - float(now.measured_loads_n.sum())
@@ -55,6 +55,6 @@ class DrillSharing(Quadratic):
 
 
 def taken_by_thrust(now: Balance) -> Array:
-    """(4,) change of the normal loads by a unit thrust, four equally stiff carrying legs."""
-    normal = now.balance[2:5, NORMALS] * now.carrying
+    """(4,) change of the normal loads by a unit thrust, four equally stiff legs in stance."""
+    normal = now.balance[2:5, NORMALS] * now.stance
     return np.asarray(-normal.T @ np.linalg.lstsq(normal @ normal.T, now.thrust_map[2:5])[0])

@@ -1,6 +1,6 @@
 """Position hold, the machine as built: cylinders keep their set points, ropes their lengths, loads fall as they may.
 
-The baseline of the force-distributing controllers; as a Sharing it never asks for anything.
+The baseline of the force-distributing controllers; as a Controller it never asks for anything.
 """
 
 from __future__ import annotations

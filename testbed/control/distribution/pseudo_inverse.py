@@ -21,11 +21,11 @@ class PseudoInverse:
         self._pull: Array | None = None
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing."""
+        """See Controller."""
         if self._pull is None:
             self._pull = now.measured_pull_n.copy()
-        feet = now.balance[:, :FEET][:, np.repeat(now.carrying, 3)]
+        feet = now.balance[:, :FEET][:, np.repeat(now.stance, 3)]
         wrench = now.load + now.balance[:, ROPES] @ self._pull
         forces = np.zeros(FEET)
-        forces[np.repeat(now.carrying, 3)] = -feet.T @ np.linalg.solve(feet @ feet.T, wrench)
+        forces[np.repeat(now.stance, 3)] = -feet.T @ np.linalg.solve(feet @ feet.T, wrench)
         return Plan(np.concatenate([forces, self._pull]))

@@ -1,7 +1,7 @@
 """Sharing by a quadratic program: the highest use of friction is as low as it can be, whatever the friction is.
 
     min  worst * s^2 + sum_i (tx_i^2 + ty_i^2 + even * n_i^2) / mean(n)^2 + steady * |pull - last pull|^2
-    with |t_i| + doubt <= s (n_i + taken_i)   each carrying foot
+    with |t_i| + doubt <= s (n_i + taken_i)   each stance foot
          balance, n_i >= lowest, joint forces within what the supply gives, 0 <= pull <= rating
 
 Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a foot from living on
@@ -80,11 +80,11 @@ class Quadratic:
         self._program = UseProgram(self._use_rows)
 
     def plan(self, now: Balance) -> Plan:
-        """See Sharing. Where no plan balances the load without a pulling foot, nothing is asked for."""
+        """See Controller. Where no plan balances the load without a pulling foot, nothing is asked for."""
         rounds = 1
         if self._last is None:
             scale = _size(now.load)
-            even = np.where(now.carrying, 1 / 6, 0.0)
+            even = np.where(now.stance, 1 / 6, 0.0)
             self._last, rounds = (
                 _Last(even, now.measured_pull_n / scale, 2 * POOR_FRICTION),
                 FIRST_ROUNDS,
@@ -99,11 +99,11 @@ class Quadratic:
         return Plan(z)
 
     def constraints(self, now: Balance, lowest_n: float) -> Constraints:
-        """What a plan must keep to, with at least `lowest_n` on every carrying foot."""
+        """What a plan must keep to, with at least `lowest_n` on every stance foot."""
         scale = _size(now.load)
         below, above = np.full(UNKNOWNS, -np.inf), np.full(UNKNOWNS, np.inf)
-        below[NORMALS] = np.where(now.carrying, lowest_n / scale, 0.0)
-        for leg in np.flatnonzero(~now.carrying):
+        below[NORMALS] = np.where(now.stance, lowest_n / scale, 0.0)
+        for leg in np.flatnonzero(~now.stance):
             below[3 * leg : 3 * leg + 3], above[3 * leg : 3 * leg + 3] = 0.0, 0.0
         below[ROPES], above[ROPES] = 0.0, now.rope_rating_n / scale
         low, high = (now.lowest - now.held) / scale, (now.highest - now.held) / scale
@@ -122,7 +122,7 @@ class Quadratic:
 
     def taken(self, now: Balance) -> Array:
         """(4,) change of the normal loads, N, that a plan must stand without warning."""
-        return np.zeros(len(now.carrying))
+        return np.zeros(len(now.stance))
 
     def _solve(self, now: Balance, last: _Last) -> Array | None:
         scale = _size(now.load)

@@ -8,19 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.control.programs.trim import haul
+from testbed.control.layers.trim import haul
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
 """Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding friction."""
 GAIN_1_S = 1.8
+"""Share of an error of the joint forces that is taken off in a second (E)."""
 EDGE_START: Array = np.tile([5.0e-3, 1.0e-3, 5.0e-4], len(LEGS))
-EDGE_GROWTH_1_S, EDGE_LIMIT = 1.5, 6.0
-"""Speed that the dead band swallows: first guess (rad/s, m/s), growth (in first guesses) while nothing comes, most."""
+"""First guess of the speed that the valves' dead bands swallow, rad/s, m/s, m/s (E)."""
+EDGE_GROWTH_1_S = 1.5
+"""Growth of that speed, in first guesses a second, while nothing comes (E)."""
+EDGE_LIMIT = 6.0
+"""Most of it, in first guesses (E)."""
 SPEED_LIMIT: Array = np.tile([2.5e-2, 5.0e-3, 4.0e-3], len(LEGS))
-HANGING_SHARE, SEEK_M_S = 0.25, 2.0e-3
-"""A foot that has less than this share of its load seeks the ground at this speed: in the air no force tells it (E)."""
+"""Fastest squeezing, rad/s, m/s, m/s (E)."""
+HANGING_SHARE = 0.25
+"""A foot that has less than this share of its load hangs, and seeks the ground: in the air no force tells it (E)."""
+SEEK_M_S = 2.0e-3
+"""Speed at which a hanging foot seeks the ground (E)."""
 PULL_SLEW_N_S = 4000.0
 """Fastest change of a wanted pull (E)."""
 

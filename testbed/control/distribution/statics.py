@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.programs.references import Measured
+from testbed.control.measured import Measured
 from testbed.laws.drill import THRUST
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
@@ -54,7 +54,8 @@ class Balance:
     """(12,) what the joints can exert at the measured supply pressure."""
     measured: Array
     """(14,) what the unknowns are now, from pressures, estimates and load pins."""
-    carrying: NDArray[np.bool_]
+    stance: NDArray[np.bool_]
+    """(4,) which feet are meant to carry."""
     thrust_map: Array
     """(6,) wrench of a unit thrust of the drill, away from the slope."""
     thrust_n: float
@@ -116,27 +117,28 @@ class Statics:
         self._thrust = drill_wrench(model, 1.0)
         self._posture: _Posture | None = None
 
-    def look(self, measured: Measured, carrying: NDArray[np.bool_]) -> Balance:
+    def look(self, measured: Measured, stance: NDArray[np.bool_]) -> Balance:
         """The balance now."""
         p, position = self._posture, measured.position
         if p is None or np.abs(position - p.position).max() > POSTURE_STEP:
             p = self._posture = self._work_out(position.copy())
-        gravity = attitude_gravity(float(measured.attitude_rad[0]), float(measured.attitude_rad[1]))
-        reach = max(measured.supply_pressure_pa - self._tank_pa, 0.0) * np.abs(p.arms)
+        drill = measured.drill
+        gravity = attitude_gravity(float(measured.attitude[0]), float(measured.attitude[1]))
+        reach = max(measured.supply_pressure - self._tank_pa, 0.0) * np.abs(p.arms)
         held = self.model.gravity_forces(position, gravity)
         return Balance(
             friction=self._friction,
             rope_rating_n=self._rating_n,
             balance=p.balance,
-            load=known_wrench(self.model, measured.drill, gravity) - held[:6],
+            load=known_wrench(self.model, drill, gravity) - held[:6],
             joint_map=p.joint_map,
             held=held[6:],
             lowest=-reach * self._area_b,
             highest=reach * self._area_a,
             measured=self._unknowns(measured, p, held[6:]),
-            carrying=carrying.copy(),
+            stance=stance.copy(),  # compiled code takes arrays that can be written to
             thrust_map=self._thrust,
-            thrust_n=float(measured.drill[THRUST]),
+            thrust_n=float(drill[THRUST]),
             rigid=p.rigid,
             inner=p.inner,
             compliance=p.compliance,
@@ -160,15 +162,10 @@ class Statics:
     def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
         """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators know better."""
         z = np.empty(UNKNOWNS)
-        z[ROPES] = measured.rope_tension_n
-        if measured.foot_force_in_body_n is not None:
-            z[:FEET] = measured.foot_force_in_body_n[:, _ORDER].ravel()
-            return z
-        joint = (
-            measured.pressure_a_pa * self._area_a - measured.pressure_b_pa * self._area_b
-        ) * p.arms
+        z[ROPES] = measured.rope_tension
+        joint = (measured.pressure_a * self._area_a - measured.pressure_b * self._area_b) * p.arms
         z[:FEET] = np.linalg.solve(p.legs, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
-        z[NORMALS] = measured.load_n
+        z[NORMALS] = measured.load
         return z
 
 

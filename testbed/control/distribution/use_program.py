@@ -1,7 +1,7 @@
 """The program of quadratic.py as the numbers that daqp takes, filled in place by compiled code: one is solved a tick.
 
 Unknowns (15): the plan's (14) in units of the load, then s, the highest use of friction. Rows: one a side of each
-carrying foot's cone, the joints (12), the balance (6).
+stance foot's cone, the joints (12), the balance (6).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class About(NamedTuple):
     scale: float
     """The load, N."""
     lowest: float
-    """Least normal force of a carrying foot."""
+    """Least normal force of a stance foot."""
     highest_pull: float
     doubt: float
     """What joints at rest hide of a tangential force."""
@@ -70,7 +70,7 @@ class UseProgram:
             now.held,
             now.lowest,
             now.highest,
-            now.carrying,
+            now.stance,
             normals,
             pull,
             taken,
@@ -103,7 +103,7 @@ def write_program(
     held: Any,
     lowest_joint: Any,
     highest_joint: Any,
-    carrying: Any,
+    stance: Any,
     normals: Any,
     pull: Any,
     taken: Any,
@@ -136,7 +136,7 @@ def write_program(
     lower[USE] = least_use
     count, each = 0, sides.shape[0] // len(LEGS)
     for leg in range(len(LEGS)):
-        if not carrying[leg]:
+        if not stance[leg]:
             for i in range(3 * leg, 3 * leg + 3):
                 lower[i] = upper[i] = 0.0
             continue

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-TOUCH_SHARE, LEAST_TOUCH_N, MOST_TOUCH_N = 0.12, 400.0, 1500.0
-"""A foot has met the ground when its estimated load rises by this share of the robot's load on the slope."""
-SEARCH_M_S, SLOWEST_SEARCH_M_S = 0.06, 0.010
+TOUCH_SHARE = 0.12
+"""A foot has met the ground when its estimated load rises by this share of the robot's load on the slope (E)."""
+LEAST_TOUCH_N = 400.0
+"""A smaller rise tells nothing (E)."""
+MOST_TOUCH_N = 1500.0
+"""A larger rise always tells a touch (E)."""
+SLOWEST_SEARCH_M_S = 0.010
+"""Least speed at which the ground is sought (E)."""
+SEARCH_M_S = 0.06
 """Speed at which the ground is sought on level ground; slower in proportion to what the feet carry: until the touch is
 known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts the feet beside it."""
-FAR_SEARCH_M_S, FAR_SHARE = 0.08, 0.5
-"""The same while the foot is still further above its old foothold than this share of the ground's steps (root of what
-the feet carry): ground so high is rare."""
-SEARCH_ABOVE_M, SEARCH_BELOW_M = 0.010, 0.06
-"""The search begins and ends this far above and below the old foothold, besides the ground's steps."""
+FAR_SEARCH_M_S = 0.08
+"""The same while the foot is still far above its old foothold, slower with the root of what the feet carry (E)."""
+FAR_SHARE = 0.5
+"""Far is further up than this share of the ground's steps: ground so high is rare (E)."""
+SEARCH_ABOVE_M = 0.010
+"""The search begins this far above the old foothold, besides the ground's steps (E)."""
+SEARCH_BELOW_M = 0.06
+"""The search ends this far below the old foothold, besides the ground's steps (E)."""
 BASE_TIME_S = 0.15
 """Time constant with which the load of a foot in the air is learnt."""
 STEADY_S = 0.2

@@ -8,15 +8,12 @@ friction counted, wants it, and as the ranges of all four legs allow.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
-from testbed.robot.kinematics import LegKinematics, joints_of_feet
+from testbed.robot.kinematics import LegKinematics
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel
 from testbed.robot.stability import wrench_margin_n
@@ -28,8 +25,6 @@ WANTED_SHARE = 0.12
 """A push of this share of the load normal to the slope is enough: larger shifts cost time (E)."""
 KEEP_OFF = np.tile([0.03, 0.01, 0.02], 4)
 """Distance kept from the ends of the joints, rad and m (E)."""
-STILL_1_S = 1e-7
-"""Set points slower than this, rad/s and m/s, rest."""
 TENSION_ERROR = 0.02
 """The traction devices keep a tension within this share of what is wanted (E)."""
 
@@ -41,7 +36,7 @@ class Footholds:
         self, model: RobotModel, legs: LegKinematics, start: Array, friction: float
     ) -> None:
         """start (12): joints at the start; friction: believed, between foot and ground."""
-        self._model, self._legs, self._friction = model, legs, friction
+        self.legs, self._model, self._friction = legs, model, friction
         self.home: Array = legs.feet(start)
         self.nought: Array = start - legs.joints(self.home)
         """(12,) start joints less those of the plain kinematics."""
@@ -56,11 +51,7 @@ class Footholds:
 
     def joints(self, feet: Array, body: Array) -> Array:
         """Joints (12) that put the feet (4, 3) there with the body at `body` (3), path frame."""
-        return np.asarray(self._legs.joints(feet - body) + self.nought)
-
-    def rates(self, feet: Array, body: Array, reference: Array, dt: float, rates: Array) -> None:
-        """Fill `rates` (12) by those that bring set points (12) there within dt, s."""
-        rates_towards(feet, body, *self._legs.numbers, self.nought, reference, dt, rates)
+        return np.asarray(self.legs.joints(feet - body) + self.nought)
 
     def reaches(self, feet: Array, body: Array) -> bool:
         """Whether all joints stay KEEP_OFF away from their ends."""
@@ -153,22 +144,3 @@ class Footholds:
             if not self.reaches(feet, body):
                 return None
         return least if self.reaches(feet, end) else None
-
-
-@njit
-def rates_towards(
-    feet: Any,
-    body: Any,
-    legs: Any,
-    offset_m: float,
-    retracted_m: float,
-    nought: Any,
-    reference: Any,
-    dt: float,
-    rates: Any,
-) -> None:
-    """See Footholds.rates."""
-    joints_of_feet(feet, body, legs, offset_m, retracted_m, rates)
-    for i in range(rates.shape[0]):
-        rate = (rates[i] + nought[i] - reference[i]) / dt
-        rates[i] = rate if abs(rate) >= STILL_1_S else 0.0

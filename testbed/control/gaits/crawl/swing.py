@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.programs.pace import SWING_RAMP, Pace, progress
+from testbed.control.gaits.crawl.pace import SWING_RAMP, Pace, progress
 from testbed.machine.names import ROTATION, VERTICAL
 from testbed.robot.kinematics import LegKinematics
 

@@ -60,12 +60,12 @@ class RopeHold:
         """(2,) tensions that keep the pull along the slope."""
         return np.array(self._wanted(body))
 
-    def rates_m_s(
-        self, body: Array, before: Array, dt: float, measured_n: Array, out: Array
-    ) -> None:
-        """Fill `out` (2) by rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s ago."""
+    def rates_m_s(self, body: Array, before: Array, dt: float, measured_n: Array) -> Array:
+        """(2) rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s ago."""
+        out = np.zeros(2)
         if self._any:
             rope_rates(self.ways_m, self.pull_n, body, before, dt, measured_n, out)
+        return out
 
     def readiness(self, body: Array, measured_n: Array) -> float:
         """0 to 1: how fast the body may move for the ropes' sake."""

@@ -1,4 +1,4 @@
-"""Programs laid over one another hand on what the inner ones order; events do what they say."""
+"""Layers hand on what the gait orders; events do what they say."""
 
 from __future__ import annotations
 
@@ -10,56 +10,46 @@ import pytest
 from shipped import believed_robot, shipped_robot
 
 from testbed.benchmarks.contact_loss.scenes import Moves
-from testbed.control.distribution.controllers import controller, distributed
-from testbed.control.programs.mast import LEARN_S, KeepMast
-from testbed.control.programs.references import Command, Hold, Measured, Program
-from testbed.control.programs.supervisor import Supervisor
-from testbed.control.programs.trim import Trim
+from testbed.control.command import Command, SetPoints
+from testbed.control.distribution.controllers import controller, distribution
+from testbed.control.gait import Layer
+from testbed.control.gaits.hold import Hold
+from testbed.control.layers.mast import LEARN_S, KeepMast
+from testbed.control.layers.supervisor import Supervisor
+from testbed.control.layers.trim import Trim
+from testbed.control.measured import Measured
 from testbed.errors import InputError
-from testbed.machine.build import build_machine
 from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.kinematics import LegKinematics
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import LiftFoot
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
 START = np.tile([0.0, 0.05, 0.25], 4)
-FEET = LegKinematics.from_machine(build_machine()).feet(START)
+FEET = shipped_robot().legs.feet(START)
 
 
 def seen(attitude_rad: np.ndarray) -> Measured:
-    load = np.full(4, 8000.0)
-    return Measured(START.copy(), load, np.ones(4), np.full(2, 15000.0), attitude_rad)
+    return Measured.of(
+        position=START, load=8000.0, contact=1.0, rope_tension=15000.0, attitude=attitude_rad
+    )
 
 
-class Waiting:
-    """A program that makes the drill wait."""
-
-    def update(self, t: float, dt: float, measured: Measured) -> Command:
-        return Command(
-            reference=START.copy(), hold_drill=True, carrying=np.array([True, False, True, True])
-        )
-
-
-def shared(inner: Program) -> Program:
+def shared() -> Layer:
     ropes = np.array([[0.98, 0.2, 0.0], [0.98, -0.2, 0.0]])
-    return distributed(shipped_robot(), inner, ropes, controller("pseudo_inverse"))
+    return distribution(shipped_robot(), ropes, controller("pseudo_inverse"))
 
 
-def moved(inner: Program) -> Program:
-    return Moves(inner, SimpleNamespace(time_s=np.array([0.0, 1.0]), moves_m=np.zeros((2, 4))))  # type: ignore[arg-type]
+def moves() -> Layer:
+    return Moves(SimpleNamespace(time_s=np.array([0.0, 1.0]), moves_m=np.zeros((2, 4))))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(
-    "over", [Trim, Supervisor, shared, moved, lambda inner: KeepMast(inner, FEET)]
-)
-def test_a_drill_that_is_to_wait_waits_under_every_program(
-    over: Callable[[Program], Program],
-) -> None:
-    program = over(Waiting())
+@pytest.mark.parametrize("layer", [Trim, Supervisor, shared, moves, lambda: KeepMast(FEET)])
+def test_a_drill_that_is_to_wait_waits_under_every_layer(layer: Callable[[], Layer]) -> None:
+    over = layer().over
+    waiting = Command(START, hold_drill=True, stance=np.array([True, False, True, True]))
     for t in (0.0, LEARN_S + 1.0):
-        out = program.update(t, 0.01, seen(np.array([0.0, -1.3, 0.0])))
-        assert out.hold_drill and out.carrying.tolist() == [True, False, True, True]
+        out = over(waiting, t, 0.01, seen(np.array([0.0, -1.3, 0.0])))
+        assert out.hold_drill and out.stance.tolist() == [True, False, True, True]
 
 
 def turned(start_rad: np.ndarray, by_rad: np.ndarray) -> np.ndarray:
@@ -72,11 +62,13 @@ def turned(start_rad: np.ndarray, by_rad: np.ndarray) -> np.ndarray:
 
 def rates(by_rad: np.ndarray) -> np.ndarray:
     """Rates (4) of the vertical joints after two seconds of a body that has turned."""
-    program, start = KeepMast(Hold(START, None, ()), FEET), np.array([0.0, np.radians(-75.0), 0.0])
+    mast, start = KeepMast(FEET), np.array([0.0, np.radians(-75.0), 0.0])
+    held, set_points = Command(START), SetPoints(START)
     for k in range(300):
         attitude = start if k * 0.01 < LEARN_S else turned(start, by_rad)
-        out = program.update(k * 0.01, 0.01, seen(attitude))
-    return out.rate[2::3].copy()
+        command = mast.over(held, k * 0.01, 0.01, seen(attitude))
+        _, rates = set_points.follow(command, 0.01)
+    return rates[2::3].copy()
 
 
 def test_a_turn_about_the_slopes_normal_tilts_no_mast_however_steep_the_slope() -> None:
@@ -87,27 +79,21 @@ def test_a_turn_about_the_slopes_normal_tilts_no_mast_however_steep_the_slope() 
     assert about_x == pytest.approx(-0.4 * 0.0035 * (FEET[:, 1] - FEET[:, 1].mean()), rel=0.02)
 
 
-def test_a_mast_that_has_stopped_says_so_once_before_it_is_still() -> None:
-    program, start = KeepMast(Hold(START, None, ()), FEET), np.zeros(3)
-    tilted = np.array([0.0035, 0.0, 0.0])
-    said = []
+def test_a_mast_that_stands_as_it_should_orders_the_same_again() -> None:
+    mast, held, commands = KeepMast(FEET), Command(START), []
     for k in range(500):
-        attitude = tilted if 100 <= k < 200 else start
-        out = program.update(k * 0.01, 0.01, seen(attitude))
-        said.append((bool(out.rate.any()), out.still))
-    last = max(k for k, (moves, _) in enumerate(said) if moves)
-    assert 200 <= last < 498
-    assert said[last + 1] == (False, False)  # the loops are told that the rate is over
-    assert said[last + 2] == (False, True)
+        tilt = 0.0035 if 100 <= k < 200 else 0.0
+        commands.append(mast.over(held, k * 0.01, 0.01, seen(np.array([tilt, 0.0, 0.0]))))
+    assert commands[-1] is commands[-2] and commands[50] is held
+    moved = [k for k in range(1, 500) if np.any(commands[k].joints != commands[k - 1].joints)]
+    assert moved[0] >= 100 and 200 <= moved[-1] < 498
+    assert np.any(commands[-1].joints != START)
 
 
 def test_a_foot_that_is_lifted_twice_carries_in_between_and_not_while_it_is_up() -> None:
     lifts = tuple(LiftFoot(kind="lift_foot", at_s=at, leg="fl") for at in (2.0, 10.0))
-    program = Hold(START, None, lifts)
-    carries = [
-        bool(program.update(t, 0.01, seen(np.zeros(3))).carrying[0])
-        for t in (1.0, 3.0, 6.0, 11.0, 13.0)
-    ]
+    gait, now = Hold(START, None, lifts), Measured.of()
+    carries = [bool(gait.command(t, 0.01, now).stance[0]) for t in (1.0, 3.0, 6.0, 11.0, 13.0)]
     assert carries == [True, False, True, False, True]
 
 

@@ -1,4 +1,4 @@
-"""Set points moved by hand: a program with offsets on the vertical joints and wanted rope pulls laid over it.
+"""Set points moved by hand: offsets on the vertical joints and wanted rope pulls laid over a gait.
 
 The offsets follow their goals at a limited speed; the traction devices haul or pay out in proportion to what a rope's
 measured tension lacks of its wanted pull.
@@ -6,13 +6,15 @@ measured tension lacks of its wanted pull.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.control.programs.references import Command, Measured, Program
+from testbed.control.command import Command, along_vertical
+from testbed.control.measured import Measured
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
@@ -35,34 +37,23 @@ def haul(tension_n: Any, wanted_n: Any, rates: Any) -> None:
             rates[k] += min(max(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S), PULL_SPEED_M_S)
 
 
-@njit
-def move_offsets(goal: Any, offset: Any, dt: float, reference: Any, rate: Any) -> None:
-    """Lay `offset` (4) over the vertical set points and rates (12), and let it follow its goal (4)."""
-    for leg in range(len(LEGS)):
-        step = min(max(goal[leg] - offset[leg], -OFFSET_SPEED_M_S * dt), OFFSET_SPEED_M_S * dt)
-        reference[3 * leg + 2] += offset[leg]
-        rate[3 * leg + 2] += step / dt
-        offset[leg] += step
-
-
 class Trim:
-    """A program on top of another: the inner program's set points plus `goal_m` (4) on the vertical joints."""
+    """A Layer; see the module's docstring."""
 
-    def __init__(self, inner: Program) -> None:
-        self.inner = inner
+    def __init__(self) -> None:
         self.goal_m: Array = np.zeros(len(LEGS))
         """Wanted offsets of the vertical joints' set points, m, LEGS order."""
         self.pull_n: Array | None = None
-        """Wanted tensions of the ropes, N, left, right; None leaves them to the inner program."""
+        """Wanted tensions of the ropes, N, left, right; None leaves them to the gait."""
         self._offset = np.zeros(len(LEGS))
-        self._now = Command()
 
-    def update(self, t: float, dt: float, measured: Measured) -> Command:
-        """See Program."""
-        command, out = self.inner.update(t, dt, measured), self._now
-        out.follow(command)
-        move_offsets(self.goal_m, self._offset, dt, out.reference, out.rate)
+    def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
+        """See Layer."""
+        most = OFFSET_SPEED_M_S * dt
+        step = np.clip(self.goal_m - self._offset, -most, most)
+        self._offset = self._offset + step
         if self.pull_n is not None:
-            haul(measured.rope_tension_n, self.pull_n, out.rope_rate_m_s)
-        command.reference += command.rate * dt
-        return out
+            rates = command.rope_rates_m_s.copy()
+            haul(measured.rope_tension, self.pull_n, rates)
+            command = replace(command, rope_rates_m_s=rates)
+        return command.moved(along_vertical(self._offset), along_vertical(step / dt))

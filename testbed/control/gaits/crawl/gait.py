@@ -1,0 +1,199 @@
+"""Walking: shift the body, swing a leg, seek the ground by the force estimate, let the foot carry, and again.
+
+Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at the start. What comes
+next is planned in walk_plan.py, where feet and body may go in footholds.py, how fast in pace.py, how a leg swings in
+swing.py, how its foot finds the ground in ground_search.py, how standing feet keep the body level in levelling.py, what
+the ropes do in rope_hold.py; this file is the order of events.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.command import Command
+from testbed.control.gait import BelievedStart
+from testbed.control.gaits.crawl.footholds import Footholds
+from testbed.control.gaits.crawl.ground_search import GroundSearch
+from testbed.control.gaits.crawl.levelling import Levelling
+from testbed.control.gaits.crawl.pace import Pace, progress
+from testbed.control.gaits.crawl.phases import IN_THE_AIR, Doing, Phase
+from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.walk_plan import WalkPlan
+from testbed.control.measured import Measured
+from testbed.machine.names import LEGS
+from testbed.robot.model import attitude_gravity
+from testbed.scenario.tasks import Crawl
+
+Array = NDArray[np.float64]
+UNLOAD_M_S = 0.005
+"""Before it swings, a foot is raised at this speed: one that is torn off makes the one across from it jump (E)."""
+UNLOADED_SHARE = 0.3
+"""A foot is off the ground when it carries less than this share of the load that would tell its touch (E)."""
+SEATED_SHARE = 0.8
+"""A seated foot carries this share of the load that told its touch; one that does not has met nothing (E)."""
+SEARCHES = 3
+"""A foot that has met nothing searches on, so many times in all (E)."""
+LAST_SEAT = 4.0
+"""The last time a foot is seated for up to so many times the usual (E)."""
+EARLY_TOUCH_SHARE = 0.6
+"""From this share of a swing on the foot may meet ground; before, its load in the air is learnt (E)."""
+SUPPLY_LOW_PA = 5.5e6
+"""The body stands still below this supply pressure (E)."""
+SUPPLY_FULL_PA = 7.0e6
+"""The body moves at full speed above this supply pressure (E)."""
+
+
+class CrawlGait:
+    """Set points of a walk. A Gait."""
+
+    def __init__(
+        self, task: Crawl, start: BelievedStart, footholds: Footholds, pace: Pace, ropes: RopeHold
+    ) -> None:
+        """Raises InputError for a stride that is out of reach, before anything moves."""
+        self.task = task
+        self._legs, self._footholds, self._ropes = start.legs, footholds, ropes
+        self._feet = footholds.home.copy()
+        self._body = np.zeros(3)
+        total = float(start.load_n.sum())
+        offset = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
+        self._lightness = min(total / footholds.weight_n, 1.0)
+        self._ground = GroundSearch(total, self._lightness, task.ground_steps_m)
+        self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, np.array([*offset, 0.0]))
+        self._levelling: Levelling | None = None
+        self._queue: list[Phase] = []
+        self._phase: Phase | None = None
+        self._clock = 0.0
+        self.steps_done = 0
+        self.done = self._returning = False
+        self._plan.rehearse()
+
+    @property
+    def way_m(self) -> float:
+        """How far the body has gone in the direction of travel, by its set points."""
+        return float(self._plan.ahead @ self._body)
+
+    @property
+    def margins_n(self) -> list[float]:
+        """Planned wrench margin of every group of swings, N."""
+        return self._plan.margins_n
+
+    def command(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Gait."""
+        levelling, before = self._begun(measured), self._body
+        stance = np.ones(len(LEGS), dtype=bool)
+        if t >= self.task.start_s and not self.done:
+            self._go(dt, measured, stance, levelling)
+        seating = self._phase is not None and self._phase.doing is Doing.SEAT
+        levelling.correct(self._feet, self._body, stance, measured, seating, dt)
+        return Command(
+            joints=self._footholds.joints(self._feet, self._body),
+            rope_rates_m_s=self._ropes.rates_m_s(self._body, before, dt, measured.rope_tension),
+            stance=stance,
+        )
+
+    def _begun(self, measured: Measured) -> Levelling:
+        """What keeps the body level; made at the first tick, when the attitude is known."""
+        if self._levelling is None:
+            roll, pitch, _ = measured.attitude
+            self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
+            self._levelling = Levelling(measured.attitude, self._lightness)
+            self._levelling.stand_on(self._feet)
+        return self._levelling
+
+    def _go(
+        self, dt: float, measured: Measured, stance: NDArray[np.bool_], levelling: Levelling
+    ) -> None:
+        """Go on by dt s: begin the next phase where one is over, move body and foot, take swinging legs off `stance`."""
+        phase = self._phase
+        if phase is None:
+            phase = self._phase = self._next_phase()
+            levelling.stand_on(self._feet)
+        self._clock += dt * (self._readiness(measured) if phase.travels else 1.0)
+        share = self._clock / phase.duration_s
+        self._body = phase.body_from
+        if phase.travels:
+            way = progress(share)
+            self._body = np.array([start + (end - start) * way for start, end in phase.ends])
+        if phase.doing in IN_THE_AIR:
+            stance[phase.leg] = False
+        if self._is_over(phase, share, dt, measured):
+            self._phase = None
+            self.done = self._returning and not self._queue
+
+    def _next_phase(self) -> Phase:
+        if not self._queue:
+            self._queue = self._plan.next_phases(self._feet, self._body, self.steps_done)
+            self._returning = self.steps_done >= self.task.steps
+        phase, self._clock = self._queue.pop(0), 0.0
+        if phase.swing is not None:
+            phase.swing = replace(phase.swing, start=self._feet[phase.leg].copy())
+        return phase
+
+    def _readiness(self, measured: Measured) -> float:
+        """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
+        supply = (measured.supply_pressure - SUPPLY_LOW_PA) / (SUPPLY_FULL_PA - SUPPLY_LOW_PA)
+        return min(self._ropes.readiness(self._body, measured.rope_tension), max(supply, 0.0))
+
+    def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
+        """Move the phase's foot by dt s; whether the phase has done what it is there for."""
+        load_n = float(measured.load[phase.leg])
+        if phase.doing is Doing.UNLOAD:
+            self._feet[phase.leg, 2] += UNLOAD_M_S * dt
+            return share >= 1.0 or load_n < UNLOADED_SHARE * self._ground.touch_n
+        if phase.doing is Doing.SWING:
+            return self._swing(phase, share, dt, measured)
+        if phase.doing is Doing.SEARCH:
+            return self._search(phase, dt, measured)
+        if phase.doing is Doing.SEAT:
+            return share >= 1.0 and self._seated(phase, share, load_n)
+        return share >= 1.0
+
+    def _seated(self, phase: Phase, share: float, load_n: float) -> bool:
+        """True where a seat is over: the foot carries, or is to search on, or has been given time enough."""
+        if load_n < SEATED_SHARE * self._ground.touch_n:
+            lowest = self._ground.lowest_m(phase.old_m)
+            if phase.tries < SEARCHES and self._feet[phase.leg, 2] > lowest:
+                self._queue[:0] = self._plan.search_phases(
+                    phase.leg, phase.body_to, phase.old_m, phase.tries + 1
+                )
+                self._ground.begin(load_n)
+                return True
+            if share < LAST_SEAT:
+                return False
+        self.steps_done += 1
+        return True
+
+    def _swing(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
+        """Carry the foot over; true at its end, or where ground comes before it is sought."""
+        assert phase.swing is not None
+        leg, before = phase.leg, float(self._feet[phase.leg, 2])
+        load_n = float(measured.load[leg])
+        self._feet[leg] = phase.swing.foot(self._clock, self._body)
+        if share <= EARLY_TOUCH_SHARE:
+            self._ground.begin(load_n)
+        elif self._ground.met(load_n, 0.0, dt):
+            return self._touch(leg, measured)
+        # The search takes over at its own speed: a foot that stopped and set off again would turn its friction over.
+        height, old_m = float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._ground.above_m
+        slow = before - height < self._ground.speed_m_s(height, old_m) * dt
+        return share >= 1.0 or (share > phase.swing.arrival and slow)
+
+    def _search(self, phase: Phase, dt: float, measured: Measured) -> bool:
+        """Lower the foot until its load rises, or as far as the search goes."""
+        leg, ground = phase.leg, self._ground
+        self._feet[leg, 2] -= ground.speed_m_s(float(self._feet[leg, 2]), phase.old_m) * dt
+        met = ground.met(float(measured.load[leg]), self._clock, dt)
+        if met or self._feet[leg, 2] <= ground.lowest_m(phase.old_m):
+            return self._touch(leg, measured)
+        return False
+
+    def _touch(self, leg: int, measured: Measured) -> bool:
+        """The foot stays where the encoders see it; what is left of this leg's swing is not needed any more."""
+        if self._queue and self._queue[0].leg == leg and self._queue[0].doing is Doing.SEARCH:
+            self._queue.pop(0)
+        seen = self._legs.feet(measured.position - self._footholds.nought)
+        self._feet[leg] = self._body + seen[leg]
+        return True

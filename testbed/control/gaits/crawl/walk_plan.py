@@ -1,0 +1,181 @@
+"""What a walk does next: the body's next shift and the swings after it, within reach and within the machine's speed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.gaits.crawl.footholds import Footholds
+from testbed.control.gaits.crawl.ground_search import GroundSearch
+from testbed.control.gaits.crawl.pace import Pace, progress
+from testbed.control.gaits.crawl.phases import Doing, Phase
+from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.swing import Swing
+from testbed.errors import InputError
+from testbed.machine.names import LEGS
+from testbed.scenario.tasks import Crawl
+
+Array = NDArray[np.float64]
+SEAT_S = 0.5
+"""How long a foot is seated after it has met the ground (E)."""
+UNLOAD_S = 1.0
+"""Longest time in which a foot is taken off the ground (E)."""
+SHORTEST_SHIFT_S = 0.3
+"""No shift of the body is quicker (E)."""
+SHORTEST_SWING_S = 0.5
+"""No swing is quicker (E)."""
+WAY_SAMPLES = 20
+"""A way is sampled at so many points to find what it asks of valves, pump and ropes."""
+WAITS = np.linspace(0.0, 1.0, 5)
+"""Where the next swings are out of reach, the body falls behind its plan by the first of these shares of its next way
+that brings them within reach: on rock a foot does not always stand where it was meant to."""
+REHEARSED = 8
+"""Swings that are planned before the first one is made."""
+
+
+class WalkPlan:
+    """Plans a walk group of swings by group of swings. Feet (4, 3) and body (3): path frame, m."""
+
+    def __init__(
+        self,
+        task: Crawl,
+        footholds: Footholds,
+        pace: Pace,
+        ropes: RopeHold,
+        ground: GroundSearch,
+        offset: Array,
+    ) -> None:
+        """offset (3): how far the feet's common load lies off their middle at the start, m."""
+        self._task, self._footholds, self._pace = task, footholds, pace
+        self._ropes, self._ground, self._offset = ropes, ground, offset
+        heading = np.radians(task.heading_deg)
+        self.ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
+        """(3) unit vector of the direction of travel."""
+        self._group_size = 2 if task.gait == "two_phase" else 1
+        self._behind_m = 0.0
+        self.margins_n: list[float] = []
+        """Planned wrench margin of every group of swings, N."""
+
+    def rehearse(self) -> None:
+        """Plan the first swings without making them: InputError where a stride is out of reach."""
+        feet, body, steps_done = self._footholds.home.copy(), np.zeros(3), 0
+        while steps_done < min(self._task.steps, REHEARSED):
+            phases = self.next_phases(feet, body, steps_done, WAITS[:1])
+            for phase in phases:
+                if phase.swing is not None:
+                    feet[phase.leg, :2] = phase.swing.end[:2]
+                    steps_done += 1
+            body = phases[-1].body_to
+        self.margins_n.clear()
+
+    def next_phases(
+        self, feet: Array, body: Array, steps_done: int, waits: Array = WAITS
+    ) -> list[Phase]:
+        """The next shift and the swings after it; when all steps are done the way back over the middle of the feet."""
+        task, left = self._task, self._task.steps - steps_done
+        middle = self._middle(feet, steps_done)
+        if left <= 0:
+            return [self._shift(feet, body, middle)]
+        group = [
+            LEGS.index(task.order[(steps_done + k) % len(LEGS)])
+            for k in range(min(self._group_size, left))
+        ]
+        behind = self._behind_m
+        for share in waits:
+            self._behind_m = behind + share * task.step_length_m * self._group_size / len(LEGS)
+            try:
+                return self._group(group, feet, body, self._middle(feet, steps_done))
+            except InputError:
+                if share == waits[-1]:
+                    raise
+        raise AssertionError("the last wait returns or raises")
+
+    def search_phases(self, leg: int, body: Array, old_m: float, tries: int) -> list[Phase]:
+        """Search for the ground and seat the foot."""
+        return [
+            Phase(Doing.SEARCH, np.inf, body, body, leg, None, old_m, tries),
+            Phase(Doing.SEAT, SEAT_S, body, body, leg, None, old_m, tries),
+        ]
+
+    def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
+        """The next shift and the swings of the legs in `group`; InputError where they are out of reach."""
+        stride = self._task.step_length_m * self.ahead
+        part = stride * self._group_size / len(LEGS)
+        # Feet are put down half a stride ahead of their homes, counted from where the body stands.
+        centre = np.asarray(self.ahead * float(self.ahead @ middle))
+        places = [(leg, self._foothold(leg, feet, centre + 0.5 * stride)) for leg in group]
+        tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
+        goal, margin = self._footholds.body_goal(
+            middle - self._offset, self._side(group), feet, places, part, tensions, directions
+        )
+        self.margins_n.append(margin)
+        phases = [self._shift(feet, body, goal)]
+        creep = np.zeros(3) if self._task.gait == "two_phase" else 0.5 * part
+        feet = feet.copy()
+        for leg, place in places:
+            phases += self._swing_phases(leg, place, goal, goal + creep, feet)
+            feet[leg] = place
+        return phases
+
+    def _side(self, group: list[int]) -> Array:
+        """(3) unit vector away from the legs that are to swing."""
+        away = -self._footholds.home[group].mean(axis=0) * np.array([1.0, 1.0, 0.0])
+        if self._task.gait == "wave":
+            # A body that goes on all the time sways across its way, not along it.
+            away = away - self.ahead * float(self.ahead @ away)
+        return np.asarray(away / np.linalg.norm(away))
+
+    def _middle(self, feet: Array, steps_done: int) -> Array:
+        """Where the body belongs over its feet: level with them, and along the way where the plan has it by now."""
+        middle = feet.mean(axis=0) - self._footholds.home.mean(axis=0)
+        if steps_done < self._task.steps:
+            size = self._group_size
+            way = self._task.step_length_m * (steps_done // size) * size / len(LEGS)
+            middle[:2] = ((way - self._behind_m) * self.ahead)[:2]
+        return np.asarray(middle)
+
+    def _foothold(self, leg: int, feet: Array, shift: Array) -> Array:
+        place = self._footholds.home[leg] + shift
+        place[2] = feet[leg, 2]
+        return np.asarray(place)
+
+    def _shift(self, feet: Array, start: Array, goal: Array) -> Phase:
+        shares = np.linspace(0.0, 1.0, WAY_SAMPLES)
+        bodies = start + shares[:, None] * (goal - start)
+        joints = np.array([self._footholds.joints(feet, body) for body in bodies])
+        ropes = np.array([self._ropes.lengths_m(body) for body in bodies])
+        if not self._ropes.tension_n.any():
+            ropes[:] = 0.0
+        period = self._task.period_s
+        rest = 0.0 if period is None else 0.5 * self._group_size * period
+        duration = max(self._pace.shift_s(joints, ropes), rest, SHORTEST_SHIFT_S)
+        return Phase(Doing.SHIFT, duration, start.copy(), goal)
+
+    def _swing_phases(
+        self, leg: int, place: Array, body: Array, body_to: Array, feet: Array
+    ) -> list[Phase]:
+        """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
+        start = feet[leg].copy()
+        above = place + np.array([0.0, 0.0, self._ground.above_m])
+        high = max(float(start[2]), float(above[2])) + self._task.swing_height_m
+        legs = self._footholds.legs
+        swing = Swing(legs, leg, start, above, body, body_to, high).timed(self._pace)
+        period = self._task.period_s
+        rest = 0.0 if period is None else 0.5 * period - SEAT_S
+        least = max(self._least_s(swing, feet), rest, SHORTEST_SWING_S)
+        swing = swing.slower(least / swing.duration_s)
+        return [
+            Phase(Doing.UNLOAD, UNLOAD_S, body, body, leg),
+            Phase(Doing.SWING, swing.duration_s, body, body_to, leg, swing),
+            *self.search_phases(leg, body_to, float(place[2]), 1),
+        ]
+
+    def _least_s(self, swing: Swing, feet: Array) -> float:
+        """Least time for a swing: its own, or what pump and standing legs need while the body goes on."""
+        joints = []
+        for share in np.linspace(0.0, 1.0, 2 * WAY_SAMPLES):
+            moved = swing.body_from + progress(float(share)) * (swing.body_to - swing.body_from)
+            way = feet.copy()
+            way[swing.leg] = swing.foot(float(share) * swing.duration_s, moved)
+            joints.append(self._footholds.joints(way, moved))
+        return max(swing.duration_s, self._pace.swing_s(np.array(joints)))

@@ -1,0 +1,100 @@
+"""What control may look at: one tick's row of readings, estimates and control's own last orders, by name.
+
+The names are those of the recording (recording/rows.py), so that whatever runs live runs over a recording as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.recording.rows import DataRow
+
+Array = NDArray[np.float64]
+
+
+class Measured:
+    """One row of data: a copy that stays as it is when the next tick comes.
+
+    Every field of DataRow is an attribute; declared here are those that are asked for most.
+    """
+
+    __slots__ = ("_row",)
+    t: float
+    """Time, s."""
+    position: Array
+    """(12) encoders, AXES order, rad (rotation) and m."""
+    pressure_a: Array
+    """(12) piston sides, Pa, gauge."""
+    pressure_b: Array
+    """(12) rod sides, Pa, gauge."""
+    supply_pressure: float
+    """Pa, gauge."""
+    rope_tension: Array
+    """(2) load pins of the left and right rope, N."""
+    attitude: Array
+    """(3) roll, pitch, yaw by the inertial unit, rad."""
+    contact: Array
+    """(4) contact state by the detector: 1 loaded, 0 contact lost."""
+
+    def __init__(self, row: NDArray[Any]) -> None:
+        """row: one DataRow, as an array of one record."""
+        self._row = np.frombuffer(bytearray(row.tobytes()), DataRow.dtype)[0]
+
+    @classmethod
+    def of(cls, **readings: Any) -> Measured:
+        """A row of zeros with these readings: fields of DataRow, or `load`."""
+        return cls(DataRow.zeros(1)).but(**readings)
+
+    def but(self, **readings: Any) -> Measured:
+        """The same row with other readings."""
+        row = np.array([self._row], DataRow.dtype)
+        for name, value in readings.items():
+            if name == "load":
+                row["estimate"]["own"] = value
+            else:
+                row[name] = value
+        return Measured(row)
+
+    def __getattr__(self, name: str) -> Any:
+        """A field of the row."""
+        try:
+            return self._row[name]
+        except ValueError:
+            raise AttributeError(f"a row of data has no {name}") from None
+
+    @property
+    def load(self) -> Array:
+        """(4) estimated load of each foot along its vertical joint, N."""
+        load: Array = self._row["estimate"]["own"]
+        return load
+
+    @property
+    def drill(self) -> Array:
+        """(KNOWN,) what the drill's own controls know: see laws/drill.py."""
+        return np.array([self._row[name] for name in DRILL_FIELDS])
+
+
+DRILL_FIELDS = (
+    "ordered_thrust",
+    "ordered_torque",
+    "rods_in_hole",
+    "rods_in_mast",
+    "rods_mast_height",
+    "rods_stored",
+)
+"""Fields of DataRow that the drill's own controls fill."""
+
+
+def rows_of(columns: Mapping[str, Array]) -> NDArray[Any]:
+    """Recorded columns, each (n,), as n rows (DataRow); what was not recorded is zero."""
+    count = len(next(iter(columns.values())))
+    rows = DataRow.zeros(count)
+    table = DataRow.as_table(rows)
+    for place, name in enumerate(DataRow.column_names()):
+        if name in columns:
+            table[:, place] = columns[name]
+    return rows

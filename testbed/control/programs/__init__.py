@@ -1,1 +1,0 @@
-"""Programs of set points: what the robot is told to do."""
