@@ -319,8 +319,8 @@ def _robot_leg(raw: Raw, leg: str) -> Iterator[Finding]:
     }
     if not raw.series.keys() >= set(names.values()) or raw.machine is None:
         return
-    cylinder = raw.machine["vertical_cylinder"]
-    known = Known(bore_m=cylinder["bore_m"], rod_m=cylinder["rod_m"], moving_mass_kg=0.0)
+    cylinder = raw.machine.vertical_cylinder
+    known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m, moving_mass_kg=0.0)
     chosen = {name: q for name, q in names.items() if name != "position"}
     forces = Forces(even(raw, chosen, names["position"]), known)
     for finding in check_balance(forces, names):

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from testbed.formats.table import read_columns
 from testbed.formats.units import span_to_si, to_si
 from testbed.formats.yaml_files import read_mapping
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, Header, check_format, read_header
 from testbed.recording.checks import in_pa
@@ -37,7 +37,7 @@ class Raw:
     series: Mapping[str, Array]
     resolutions: Mapping[str, float]
     ranges_pa: Mapping[str, tuple[float, float]]
-    machine: Parameters | None = None
+    machine: Machine | None = None
     """The robot's numbers as it believes them; None for one axis or one foot."""
 
     def kept(self, rows: Mask, filled: Mapping[str, Array]) -> Raw:
