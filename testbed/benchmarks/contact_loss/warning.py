@@ -74,7 +74,7 @@ def off_ground(normal_n: Array, carrying: Flags, dt_s: float) -> list[list[float
 def read_loads(path: Path) -> dict[str, Array] | None:
     """Loads (m, 4) in N by kind, of 5 ms each; None where the file is not there or not whole."""
     try:
-        with np.load(path) as kept:
+        with np.load(path, allow_pickle=False) as kept:
             return {kind: kept[kind].astype(float) * UNIT_N for kind in KEPT}
     except (OSError, KeyError, ValueError, EOFError, BadZipFile):
         return None
