@@ -26,7 +26,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
-from testbed.recording.checks import check_finite, check_span, check_time, in_pa
+from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
 from testbed.recording.former import UNITS
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
@@ -98,6 +98,9 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     for name, values in columns.items():
         check_finite(name, values, time, table)
     data = {q: in_pa(c, to_si(columns[c.column], c.unit)) for q, c in channels.items()}
+    for quantity, channel in channels.items():
+        if quantity.startswith("pressure_"):
+            check_pressure(channel, data[quantity], time, table)
     for leg in LEGS:
         quantity = f"position_{leg}_vertical"
         field, stroke_m = f"channels.{quantity}.unit", machine.vertical_cylinder.stroke_m
