@@ -5,9 +5,11 @@ import time
 
 import numpy as np
 import pytest
+from shipped import MACHINE
 
 from testbed.errors import InputError
 from testbed.estimation.cylinder import Conditions, friction_set, friction_value, stribeck_of
+from testbed.estimation.detectors.derived import valve_of
 from testbed.estimation.live import contact, encoder
 from testbed.estimation.live.believed import Believed, Leg, Tuning
 from testbed.estimation.live.chain import EstimatorChain, forces, replay, replay_rows
@@ -28,13 +30,14 @@ FRICTION = Friction(
     stribeck_minus_n=150.0,
     stribeck_speed_minus_m_s=0.008,
 )
+VALVE = valve_of(MACHINE)
 FIVE = stribeck_of(FRICTION)[0]
 PLAIN = Conditions(1.0, 0.0, 1.0, 0.0)
 
 
 def believed(**changes):
     leg = Leg(AREA_A, AREA_B, FRICTION, **changes)
-    return Believed((leg, leg, leg, leg))
+    return Believed((leg, leg, leg, leg), VALVE)
 
 
 def measured(pressure_a=4.0e6, pressure_b=2.0e6, position=0.1, pitch=0.0):
@@ -158,11 +161,11 @@ def test_hidden_load_change_at_rest_stays_inside_the_set():
         columns[f"pressure_a_{leg}_vertical"][2000:] -= 100.0 / AREA_A
     out = replay(columns, believed())
     at_rest = slice(2300, 4000)
-    assert np.all(out["estimate_own_low_rr"][at_rest] <= load[at_rest])
-    assert np.all(out["estimate_own_high_rr"][at_rest] >= load[at_rest] - 1e-6)
-    width = out["estimate_own_high_rr"][3500] - out["estimate_own_low_rr"][3500]
+    assert np.all(out["own_low_rr"][at_rest] <= load[at_rest])
+    assert np.all(out["own_high_rr"][at_rest] >= load[at_rest] - 1e-6)
+    width = out["own_high_rr"][3500] - out["own_low_rr"][3500]
     assert width == pytest.approx(1450.0)
-    assert out["estimate_own_sd_rr"][3500] > 0.4 * 725.0
+    assert out["own_sd_rr"][3500] > 0.4 * 725.0
 
 
 def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
@@ -213,7 +216,7 @@ def test_believed_gain_error_is_taken_out():
     legs = tuple(leg.with_effect(effect) if i == 1 else leg for i, leg in enumerate(b.legs))
     row = measured()
     row["pressure_a"][0, 5] *= 1.05
-    assert estimated(Believed(legs), row)["one_chamber"] == pytest.approx(
+    assert estimated(Believed(legs, VALVE), row)["one_chamber"] == pytest.approx(
         np.full(4, 4.0e6 * AREA_A)
     )
 
@@ -235,11 +238,11 @@ def test_missing_column_is_named():
 def test_chain_refuses_a_step_that_is_not_positive():
     leg = Leg(AREA_A, AREA_B, FRICTION)
     with pytest.raises(InputError, match="dt_s"):
-        Believed((leg, leg, leg, leg), dt_s=0.0)
+        Believed((leg, leg, leg, leg), VALVE, dt_s=0.0)
 
 
 def test_step_of_four_legs_with_their_contact_states_takes_less_than_thirty_microseconds():
-    chain = EstimatorChain(Believed(believed().legs, tuning=Tuning()))
+    chain = EstimatorChain(Believed(believed().legs, VALVE, tuning=Tuning()))
     row = measured()
     chain.step(row)
     best = math.inf

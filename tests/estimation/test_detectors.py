@@ -19,10 +19,10 @@ from testbed.estimation.detectors.sample import Sample, Watch
 from testbed.estimation.detectors.table import BEST, DETECTORS, detector_of
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.recording.rows import METHODS, DataRow
 
-MACHINE = roboclimber()
+MACHINE = build_machine()
 BELIEF = belief_of(Believed.from_machine(MACHINE, 1e-3))
 CYLINDER = BELIEF["legs"]["cylinder"][0, 0]
 

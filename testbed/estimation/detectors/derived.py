@@ -31,8 +31,8 @@ from testbed.estimation.cylinder import (
 )
 from testbed.estimation.live import encoder
 from testbed.formats.records import Record, part, quantity
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, VERTICAL
-from testbed.machine.provenance import Parameters
 
 SMOOTH_S = 0.0015
 """Time constant of the pressures (E)."""
@@ -87,22 +87,25 @@ class Valve(Record):
     encoder_resolution = quantity("m", "one count")
 
 
-def valve_of(machine: Parameters) -> NDArray[Any]:
+def valve_of(machine: Machine) -> NDArray[Any]:
     """One `Valve` record, shape (1,), of the believed machine."""
-    v, oil = machine["valve"], machine["oil"]
+    v, oil = machine.valve, machine.oil
     return Valve.of(
-        rated_flow=v["rated_flow_vertical_m3_s"],
-        rated_drop=v["rated_drop_per_edge_pa"],
-        **{edge: v[edge] for edge in ("edge_pa", "edge_at", "edge_pb", "edge_bt")},
-        natural_frequency=2.0 * math.pi * v["natural_frequency_hz"],
-        damping=v["damping"],
-        deadband=v["deadband"],
-        leakage=oil["internal_leakage_m3_s_pa"],
-        edge_leakage=v["edge_leakage_m3_s_pa"],
-        edge_leakage_supply=v["edge_leakage_supply_m3_s_pa"],
-        tank_pressure=machine["power_unit"]["tank_pressure_pa"],
-        entrained_air=oil["entrained_air"],
-        encoder_resolution=machine["sensor"]["encoder_linear_m"],
+        rated_flow=v.rated_flow_vertical_m3_s,
+        rated_drop=v.rated_drop_per_edge_pa,
+        edge_pa=v.edge_pa,
+        edge_at=v.edge_at,
+        edge_pb=v.edge_pb,
+        edge_bt=v.edge_bt,
+        natural_frequency=2.0 * math.pi * v.natural_frequency_hz,
+        damping=v.damping,
+        deadband=v.deadband,
+        leakage=oil.internal_leakage_m3_s_pa,
+        edge_leakage=v.edge_leakage_m3_s_pa,
+        edge_leakage_supply=v.edge_leakage_supply_m3_s_pa,
+        tank_pressure=machine.power_unit.tank_pressure_pa,
+        entrained_air=oil.entrained_air,
+        encoder_resolution=machine.sensor.encoder_linear_m,
     )
 
 

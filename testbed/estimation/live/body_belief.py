@@ -14,10 +14,9 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.live.axis import Decisions
 from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.whole_body import BodyBelief
+from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
-from testbed.machine.provenance import Parameters
-from testbed.robot.linkage import RotationLinkage
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.linkage import RotationLinkage, stroke_m
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -79,7 +78,7 @@ class OwnTuning:
 
 
 def body_of(
-    machine: Parameters,
+    machine: Machine,
     model: RobotModel,
     legs: Sequence[Leg],
     dt_s: float,
@@ -92,12 +91,12 @@ def body_of(
     zeros where there are no ropes.
     """
     t = OwnTuning() if tuning is None else tuning
-    linkage = RotationLinkage.from_parameters(machine)
+    linkage = RotationLinkage.from_machine(machine)
     out = BodyBelief.zeros()
     body = out[0]
     body["believed"] = 1.0
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
-    body["calibrated_at"] = machine["sensor"]["calibration_temperature_degc"]
+    body["calibrated_at"] = machine.sensor.calibration_temperature_degc
     body["base_mass"], body["base_centre"] = model.base_mass()
     body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
     body["linkage"] = linkage.geometry
@@ -107,14 +106,12 @@ def body_of(
     body["drill_point"], body["store_point"] = model.drill_mount_m, model.rod_store_m
     body["decisions"]["dt"] = dt_s
     numbers = model.leg_numbers()
-    numbers[:, ff.MASSES + 2] = [leg.moving_mass_kg for leg in legs]
+    numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
-    arm = float(linkage.moment_arm_m(0.0))
-    for i, axis in enumerate(body["axes"]):
-        joint = JOINTS[i % len(JOINTS)]
-        _declare(axis, machine, joint, linkage.stroke_m, arm)
-        if joint == "vertical":
-            legs[i // len(JOINTS)].write(axis["cylinder"])
+    for i, axis in enumerate(machine.axes.values()):
+        _declare(body["axes"][i], axis, linkage)
+        if axis.joint == "vertical":
+            legs[i // len(JOINTS)].write(body["axes"][i].cylinder)
     return out
 
 
@@ -154,42 +151,39 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
     )[0]
 
 
-def _declare(
-    axis: Any, machine: Parameters, joint: str, rotation_stroke_m: float, arm_m: float
-) -> None:
-    """One AxisBelief as the machine's file declares it."""
-    c, seal, sensor = machine[f"{joint}_cylinder"], machine["seal"], machine["sensor"]
-    area_a = 0.25 * math.pi * c["bore_m"] ** 2
+def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
+    """One AxisBelief as the machine declares it."""
+    c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
+    area_a = 0.25 * math.pi * c.bore_m**2
     leg = Leg(
         area_a_m2=area_a,
-        area_b_m2=area_a - 0.25 * math.pi * c["rod_m"] ** 2,
+        area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
         friction=friction_of(c),
-        stroke_m=rotation_stroke_m if joint == "rotation" else c["stroke_m"],
-        position_slope=seal["position_slope"],
-        pressure_coefficient_m2=seal["pressure_coefficient_m2"],
-        load_coefficient=seal["load_coefficient"],
-        viscosity_rate_1_k=seal["viscosity_rate_1_k"],
-        viscosity_reference_degc=seal["viscosity_reference_degc"],
-        dead_volume_a_m3=c["dead_volume_a_m3"],
-        dead_volume_b_m3=c["dead_volume_b_m3"],
-        bulk_modulus_pa=machine["oil"]["bulk_modulus_pa"],
-        seal_stiffness_n_m=seal["bristle_stiffness_n_m"],
-        valve_deadband=machine["valve"]["deadband"],
+        stroke_m=stroke_m(c, linkage),
+        position_slope=seal.position_slope,
+        pressure_coefficient_m2=seal.pressure_coefficient_m2,
+        load_coefficient=seal.load_coefficient,
+        viscosity_rate_1_k=seal.viscosity_rate_1_k,
+        viscosity_reference_degc=seal.viscosity_reference_degc,
+        dead_volume_a_m3=c.dead_volume_a_m3,
+        dead_volume_b_m3=c.dead_volume_b_m3,
+        bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        seal_stiffness_n_m=seal.bristle_stiffness_n_m,
+        valve_deadband=axis.valve.deadband,
     )
-    leg.write(axis["cylinder"])
-    axis["cylinder"]["side_coefficient"] = seal["side_load_coefficient"]
-    axis["dwell_gain"], axis["dwell_time"] = seal["dwell_gain"], seal["dwell_time_s"]
-    axis["encoder_resolution"] = sensor["encoder_linear_m"]
-    if joint == "rotation":
-        axis["encoder_resolution"] = 2.0 * math.pi / sensor["encoder_counts_per_turn"] * arm_m
-    axis["end_cushion_length"] = machine["end_stop"]["cushion_length_m"]
-    axis["end_cushion_damping"] = machine["end_stop"]["cushion_damping_n_s_m"]
-    per_kelvin = (
-        sensor["thermal_zero_share"] * sensor["pressure_range_pa"] / sensor["thermal_range_k"]
-    )
+    leg.write(out.cylinder)
+    out.cylinder.side_coefficient = seal.side_load_coefficient
+    out.dwell_gain, out.dwell_time = seal.dwell_gain, seal.dwell_time_s
+    out.encoder_resolution = sensor.encoder_linear_m
+    if axis.joint == "rotation":
+        arm = float(linkage.moment_arm_m(0.0))
+        out.encoder_resolution = 2.0 * math.pi / sensor.encoder_counts_per_turn * arm
+    out.end_cushion_length = axis.end_stop.cushion_length_m
+    out.end_cushion_damping = axis.end_stop.cushion_damping_n_s_m
+    per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
     both = math.hypot(leg.area_a_m2, leg.area_b_m2)
-    axis["thermal_sd"] = per_kelvin / math.sqrt(3.0) * both  # any slope up to that is as likely
-    axis["zero_sd"] = OwnTuning.zero_sd_n
+    out.thermal_sd = per_kelvin / math.sqrt(3.0) * both  # any slope up to that is as likely
+    out.zero_sd = OwnTuning.zero_sd_n
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:

@@ -154,6 +154,6 @@ def forces(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]
     out = {"t": np.asarray(columns["t"])}
     for leg in LEGS:
         out[f"force_{leg}_n"] = estimates[f"estimate_own_{leg}"]
-        out[f"force_{leg}_n_low"] = estimates[f"estimate_own_low_{leg}"]
-        out[f"force_{leg}_n_high"] = estimates[f"estimate_own_high_{leg}"]
+        out[f"force_{leg}_n_low"] = estimates[f"own_low_{leg}"]
+        out[f"force_{leg}_n_high"] = estimates[f"own_high_{leg}"]
     return out

@@ -69,7 +69,7 @@ class BodyBelief(Record):
     store_point = quantity("m", "where the store of rods is, body frame", per=XYZ)
     filter = part(persistent.Numbers, "of the foot loads")
     decisions = part(Decisions, "common to the axes")
-    legs = quantity("1", "masses and geometry of a leg", per=(LEGS, ff.LEG_COLUMNS))
+    legs = part(ff.LegNumbers, "masses and geometry", per=LEGS)
     axes = part(AxisBelief, "cylinders", per=AXES)
 
 
@@ -86,6 +86,8 @@ class Gathered(Record):
 class BodyState(Record):
     """What is known of the whole machine."""
 
+    joints = part(ff.JointMotion, "of the cylinders' sensors")
+    motion = part(ff.BodyMotion, "as if it stood still, body frame")
     axes = part(AxisState, "cylinders", per=AXES)
     fusion = part(fu.Fusion, "what the cylinders' forces are off by")
     sums = part(Gathered, "since the last balance, added up")
@@ -114,10 +116,8 @@ def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
 @njit
 def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
     """out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
-    rx, ry = ff.turn_z(q[0], leg[ff.RADIAL], leg[ff.RADIAL + 1])
-    fx, fy = ff.turn_z(
-        q[0], leg[ff.FOOT] + leg[ff.RADIAL] * q[1], leg[ff.FOOT + 1] + leg[ff.RADIAL + 1] * q[1]
-    )
+    rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
+    fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
     out[0, 0], out[1, 0], out[2, 0] = arm * ry / reach, -arm * rx / reach, 0.0
     out[0, 1], out[1, 1], out[2, 1] = -rx + aside / reach * ry, -ry - aside / reach * rx, 0.0
@@ -127,10 +127,8 @@ def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
 @njit
 def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
     """Underside of the foot in the body frame, m (3)."""
-    x, y = ff.turn_z(
-        q[0], leg[ff.FOOT] + leg[ff.RADIAL] * q[1], leg[ff.FOOT + 1] + leg[ff.RADIAL + 1] * q[1]
-    )
-    out[0], out[1], out[2] = leg[ff.HIP] + x, leg[ff.HIP + 1] + y, height - q[2]
+    x, y = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
+    out[0], out[1], out[2] = leg.hip[0] + x, leg.hip[1] + y, height - q[2]
 
 
 @njit
@@ -175,13 +173,15 @@ def add_links(wrench: Any, leg: Any, q: Any, gravity: Any, means: Any) -> None:
     """wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
     force, point = np.empty(3), np.empty(3)
     for i in range(3):
-        c, out = ff.CENTRES + 3 * i, q[1] if i > 0 else 0.0
-        x, y = ff.turn_z(q[0], leg[c] + leg[ff.RADIAL] * out, leg[c + 1] + leg[ff.RADIAL + 1] * out)
-        point[0], point[1] = leg[ff.HIP] + x, leg[ff.HIP + 1] + y
-        point[2] = leg[ff.HIP + 2] + leg[c + 2] - (q[2] if i == 2 else 0.0)
+        link, out = leg.links[i], q[1] if i > 0 else 0.0
+        x, y = ff.turn_z(
+            q[0], link.centre[0] + leg.radial[0] * out, link.centre[1] + leg.radial[1] * out
+        )
+        point[0], point[1] = leg.hip[0] + x, leg.hip[1] + y
+        point[2] = leg.hip[2] + link.centre[2] - (q[2] if i == 2 else 0.0)
         for j in range(3):
             pull = gravity[j] if i == 2 else -means.specific_force[j]
-            force[j] = leg[ff.MASSES + i] * pull
+            force[j] = link.mass * pull
         add_force(wrench, force, point)
 
 
@@ -369,33 +369,20 @@ def step_body(row: Any, body: Any, state: Any) -> None:
     """One step of all: reads the measured part of a DataRow, writes its own estimates (N); BodyBelief, BodyState."""
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkage, extension, arms)
-    speed, acceleration, torque = np.empty(12), np.empty(12), np.empty(12)
+    joints, lift = state.joints, state.motion.lift
     for i in range(12):
         axis = state.axes[i]
         readings = row.pressure_a[i], row.pressure_b[i], extension[i], row.valve[i]
         loads = loads_of(i, state.last_force[i // 3])
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[i], axis)
-        speed[i], acceleration[i] = axis.speed / arms[i], axis.acceleration / arms[i]
-        torque[i] = (axis.force - axis.friction) * arms[i]
-    force, up, rotation, nothing = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros(3)
-    lift, normals = np.empty(3), np.zeros((4, 3))
+        joints.position[i] = row.position[i]
+        joints.rate[i], joints.acceleration[i] = axis.speed / arms[i], axis.acceleration / arms[i]
+        joints.torque[i] = (axis.force - axis.friction) * arms[i]
+    force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
     gravity_in_body(row.attitude, body.gravity, lift)
     for k in range(3):
         rotation[k, k], lift[k] = 1.0, -lift[k]
-    ff.foot_forces(
-        body.legs,
-        row.position,
-        speed,
-        acceleration,
-        torque,
-        rotation,
-        nothing,
-        nothing,
-        lift,
-        normals,
-        force,
-        up,
-    )
+    ff.foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
     gather(row, force, state)
     if state.count >= body.every or (state.started == 0.0 and state.count > 0.0):
         balance(row, arms, body, state)
