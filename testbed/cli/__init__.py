@@ -120,8 +120,8 @@ def recording_schema(json: Json = False) -> None:
 @app.command("effects")
 def list_effects(json: Json = False) -> None:
     """List every effect that a model may lack: parameters, units, bounds, places, equation and what shows it."""
-    from testbed.report.effects_list import TABLE_HEADS, table, tree
     from testbed.report.console import print_json, print_table
+    from testbed.report.effects_list import TABLE_HEADS, table, tree
 
     if json:
         print_json(tree())
