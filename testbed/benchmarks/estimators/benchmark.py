@@ -32,9 +32,10 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, packed, without
 from testbed.estimation.live.chain import replay
 from testbed.formats.files import make_folder, write_text
+from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters, roboclimber
-from testbed.robot.model import RobotModel, roboclimber_model
+from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
 Scores = dict[str, dict[str, dict[str, Any]]]
@@ -75,7 +76,7 @@ APART = ("dither", "still", "liar")
 WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
-def scores(series: Series, machine: Parameters, model: RobotModel) -> Scores:
+def scores(series: Series, machine: Machine, model: RobotModel) -> Scores:
     """Sums of one run: estimator -> category -> sums."""
     belief = Believed.from_machine(machine, 1e-3)
     late = series.data["t"] > LEFT_OUT_S
@@ -211,13 +212,13 @@ def one_trial(folder: Path, trial: Trial) -> dict[str, Any]:
         kept: dict[str, Any] = json.loads(path.read_text())
         if kept.get("format") == FORMAT:
             return kept
-    series = simulate(trial.load())
+    series, machine = simulate(trial.load()), build_machine()
     found = {
         "format": FORMAT,
         "name": trial.name,
         "kind": trial.kind,
         "oil_degc": trial.oil_degc,
-        "scores": scores(series, roboclimber(), roboclimber_model()),
+        "scores": scores(series, machine, RobotModel(machine.urdf)),
     }
     write_text(path, json.dumps(found))
     return found
