@@ -15,6 +15,7 @@ from testbed.errors import InputError
 from testbed.formats.table import open_series
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.build import build_machine
+from testbed.recording.former import current, with_former
 from testbed.scenario.machines import Machines, machines_of
 from testbed.scenario.scenario import load_scenario
 
@@ -78,12 +79,13 @@ def check_run(folder: str | Path) -> Path:
 
 
 def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:
-    """Columns of `<name>.parquet`, float64; names that the series lacks are left out.
+    """Columns of `<name>.parquet`, float64, under today's names; names that the series lacks are left out.
 
     Raises InputError where the series is missing or broken.
     """
-    _, table = open_series(folder / f"{name}.parquet", columns)
-    return {c: table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
+    wanted = None if columns is None else with_former(columns)
+    _, table = open_series(folder / f"{name}.parquet", wanted)
+    return {current(c): table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
 
 
 def _summary(folder: Path) -> dict[str, Any] | None:

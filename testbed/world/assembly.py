@@ -28,7 +28,7 @@ from testbed.machine.groups import Rope
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.robot.linkage import RotationLinkage
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
@@ -221,11 +221,12 @@ def _build(
     )
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
-    b.legs[:] = kinematics.leg_numbers()
-    b.legs[:, ff.HIP : ff.HIP + 3] -= engine.base_inertial_m
+    legs = kinematics.leg_numbers()
+    legs["hip"] -= engine.base_inertial_m
     for number, axis in enumerate(AXES):
         leg, joint = divmod(number, len(JOINTS))
-        b.legs[leg, ff.MASSES + joint] += hidden.cylinders[axis].mass_kg
+        legs["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
+    b.legs[:] = LegNumbers.as_table(legs)
     b.ground_normals[:] = ground.normal_in_world
     b.ropes[:] = _ropes(scenario, start, kinematics, true.rope, hidden.rope_stiffness_factor)
     b.body[plant.COM] = engine.base_inertial_m

@@ -21,7 +21,8 @@ from testbed.formats.sockets import user_code
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
+from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
@@ -45,46 +46,23 @@ from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
 TICK_HZ = 100
-METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
-EXTRA = ("own_low", "own_high", "own_sd")
-FOOT = ("own_x", "own_y", "own_z", "own_x_sd", "own_y_sd", "own_z_sd")
-
-DATA_COLUMNS: tuple[str, ...] = (
-    *sensing.MEASURED_COLUMNS,
-    *(f"estimate_{m}_{leg}" for m in (*METHODS, *EXTRA) for leg in LEGS),
-    *(f"{m}_{leg}" for m in FOOT for leg in LEGS),
-    *(f"contact_{leg}" for leg in LEGS),
-    *(f"expected_{leg}" for leg in LEGS),
-    *(f"reference_{a}" for a in AXES),
-    *(f"carrying_{leg}" for leg in LEGS),
-    *d.KNOWN_COLUMNS,
-)
-TRUTH_COLUMNS: tuple[str, ...] = (
-    "t",
-    *(f"body_pose_in_world_{k}" for k in ("x", "y", "z", "qx", "qy", "qz", "qw")),
-    *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),
-    *(f"foot_load_{leg}" for leg in LEGS),
-    *(f"contact_normal_{leg}" for leg in LEGS),
-    *(f"rope_force_in_world_{s}_{k}" for s in SIDES for k in "xyz"),
-    *(f"drill_wrench_in_world_{k}" for k in ("fx", "fy", "fz", "tx", "ty", "tz")),
-    *(f"friction_{a}" for a in AXES),
-    *(f"chamber_a_{a}" for a in AXES),
-    *(f"chamber_b_{a}" for a in AXES),
-    "supply_pressure",
-    "oil_temperature",
-    "hole_depth",
-    "drill_string_mass",
-    *(f"traction_stroke_{s}" for s in SIDES),
-    *(f"traction_mode_{s}" for s in SIDES),
-)
+DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
+TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
 N_SENSED = len(sensing.MEASURED_COLUMNS)
-N_ESTIMATES = 4 * (len(METHODS) + len(EXTRA) + len(FOOT))
+N_ESTIMATES = 60
 ESTIMATES = slice(N_SENSED, N_SENSED + N_ESTIMATES)
 CONTACT = slice(ESTIMATES.stop, ESTIMATES.stop + 4)
 EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
 REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
 CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
 DRILL = slice(CARRYING.stop, CARRYING.stop + d.KNOWN)
+LOADS = [
+    k
+    for k, name in enumerate(TRUTH_COLUMNS)
+    if name.startswith(("foot_force_in_world_", "rope_force_in_world_", "drill_wrench_in_world_f"))
+]
+MOST_WEIGHTS = 1000.0
+"""A load of so many times the weight of the machine is a fault of the simulation, no physics (E)."""
 WATCHED = np.array(
     [
         *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
@@ -200,7 +178,7 @@ class Simulation:
                 do(due, data, truth, count)
             if due & RECORD:
                 count += 1
-        self._check_finite(data[:count], truth[:count])
+        self._check_rows(data[:count], truth[:count])
         return data[:count], truth[:count]
 
     def _slow_step(self, k: int, due: int, data: Array, truth: Array, count: int) -> None:
@@ -349,7 +327,8 @@ class Simulation:
         elif isinstance(event, Payload):
             m.engine.add_store_mass(event.mass_kg)
 
-    def _check_finite(self, data: Array, truth: Array) -> None:
+    def _check_rows(self, data: Array, truth: Array) -> None:
+        """Raise SimulationFault for rows that no machine can give: not finite, or loads beyond all physics."""
         for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
             finite = np.isfinite(block)
             if not finite.all():
@@ -357,6 +336,13 @@ class Simulation:
                 raise SimulationFault(
                     f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s"
                 )
+        beyond = np.abs(truth[:, LOADS]) > MOST_WEIGHTS * self.machine.judge.weight_n
+        if beyond.any():
+            row, column = np.argwhere(beyond)[0]
+            raise SimulationFault(
+                f"{TRUTH_COLUMNS[LOADS[column]]} is {truth[row, LOADS[column]]:.3g} N at t = {truth[row, 0]:.3f} s, "
+                f"more than {MOST_WEIGHTS:g} times the machine's weight"
+            )
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
