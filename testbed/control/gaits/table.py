@@ -8,6 +8,7 @@ from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.hold import Hold
+from testbed.control.gaits.own import own_gait
 from testbed.control.gaits.sway import SwayGait
 from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
@@ -15,7 +16,7 @@ from testbed.machine.provenance import roboclimber
 from testbed.robot.linkage import RotationLinkage
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import Crawl, Sway
+from testbed.scenario.tasks import Crawl, Program, Sway
 
 
 def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
@@ -26,6 +27,8 @@ def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
         gait = _crawl(scenario, task, start)
     elif isinstance(task, Sway):
         gait = SwayGait(task, start)
+    elif isinstance(task, Program):
+        gait = own_gait(task.file, start)
     else:
         gait = Hold(start.joints, task, scenario.events)
     layers: list[Layer] = []
