@@ -77,7 +77,7 @@ def _described(value: Any, seen: dict[int, str]) -> Iterator[str]:
             yield from (option, *_described(value.targetoptions[option], seen))
         yield from _described_function(value.py_func, seen)
     elif value is None or isinstance(
-        value, (bool, int, float, complex, str, bytes, slice, np.generic)
+        value, (bool, int, float, complex, str, bytes, slice, np.generic, np.dtype)
     ):
         yield repr(value)
     elif isinstance(value, (set, frozenset)):

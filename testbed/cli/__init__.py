@@ -315,7 +315,7 @@ def train(
 
 @app.command()
 def play(
-    policy: Annotated[Path, typer.Argument(help="A policy.zip of `testbed train`.")],
+    policy: Annotated[Path, typer.Argument(help="A policy.npz or policy.zip of `testbed train`.")],
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,

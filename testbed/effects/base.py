@@ -16,6 +16,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
 from testbed.errors import InputError
 from testbed.machine.names import AXES
@@ -180,6 +181,15 @@ class Effect:
     def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
         """Its values where the machine's own numbers declare it for all cylinders alike; None: they do not."""
         return None
+
+    # -- a world that has it -----------------------------------------------------------------------------------------
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Write down what a world has that has the effect at this place, one of `places`."""
+        raise InputError("no simulated machine has this effect", field=self.name)
+
+    def hidden_shapes(self) -> tuple[str, ...]:
+        """Parameters that a simulated machine cannot have other than by default: shapes of real machines."""
+        return tuple(p.name for p in self.parameters if p.default is not None)
 
     # -- its parameters ----------------------------------------------------------------------------------------------
     def spec(self, parameter: str) -> ParameterSpec:

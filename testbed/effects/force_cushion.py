@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEFT_COST, LEFT_SHARE = 40.0, 0.04
@@ -77,6 +78,11 @@ class Cushion(Effect):
         """A cushion that the piston hardly ever leaves is a spring: what one costs that begins beyond the travel."""
         outside = float(np.mean(observed.position_m > values["start"]))
         return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On the piston."""
+        cylinder = world.cylinders[place]
+        cylinder.cushion_n_m, cylinder.cushion_start_m = values["stiffness"], values["start"]
 
 
 EFFECTS = (Cushion(),)

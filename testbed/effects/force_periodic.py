@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import Array, ForceTerms, Signals, Values
 
 PHASE_HOLDS_S = 3.5
@@ -72,6 +73,11 @@ class Periodic(Effect):
     def price(self, values: Values, observed: Observed) -> float:
         """What a narrow band fits of mere noise: two numbers for each time in which its phase may change."""
         return observed.seconds / PHASE_HOLDS_S
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On the piston."""
+        cylinder = world.cylinders[place]
+        cylinder.vibration_n, cylinder.vibration_hz = values["amplitude"], values["frequency"]
 
 
 def strongest_line(observed: Observed) -> tuple[float, float]:

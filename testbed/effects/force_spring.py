@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 
@@ -62,6 +63,11 @@ class Spring(Effect):
             scale=0.3 * span,
             prior=(0.5 * (low + high), 1.5 * span),
         )
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On the piston."""
+        cylinder = world.cylinders[place]
+        cylinder.spring_n_m, cylinder.spring_rest_m = values["stiffness"], values["rest"]
 
 
 EFFECTS = (Spring(),)

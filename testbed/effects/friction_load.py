@@ -7,6 +7,7 @@ from typing import Any
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.friction_pressure import not_less_than_none
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_LOAD_N = 50.0
@@ -60,6 +61,10 @@ class LoadFriction(Effect):
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """See `friction_pressure.not_less_than_none`."""
         return not_less_than_none(self, coordinate)
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of the guide's own."""
+        world.cylinders[place].load_coefficient += values["coefficient"]
 
 
 EFFECTS = (LoadFriction(),)

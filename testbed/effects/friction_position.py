@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 
@@ -67,6 +68,10 @@ class PositionFriction(Effect):
     def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
         """The seal's number."""
         return {"slope": machine["seal"]["position_slope"]}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this cylinder's seal."""
+        world.cylinders[place].position_slope = values["slope"]
 
 
 EFFECTS = (PositionFriction(),)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.recording.leg_model import Friction
 
@@ -87,6 +88,12 @@ class Presliding(Effect):
         """A bristle turns the encoder's rounding into force, until it slips."""
         slips_at_n = max(friction.coulomb_plus_n, friction.coulomb_minus_n)
         return encoder_m * min(values["stiffness"], slips_at_n / BENT_M)
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Another seal's bristles."""
+        cylinder = world.cylinders[place]
+        cylinder.bristle_stiffness_n_m = values["stiffness"]
+        cylinder.bristle_damping_n_s_m = values["damping"]
 
 
 EFFECTS = (Presliding(),)

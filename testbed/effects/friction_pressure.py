@@ -8,6 +8,7 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 REFERENCE_PRESSURE_PA = 1e7
@@ -87,6 +88,10 @@ class PressureFriction(Effect):
     def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
         """The seal's number."""
         return {"coefficient": machine["seal"]["pressure_coefficient_m2"]}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of the seal's own."""
+        world.cylinders[place].pressure_coefficient_m2 += values["coefficient"]
 
 
 def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:

@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_WARMING_K = 3.0
@@ -62,6 +63,10 @@ class TemperatureFriction(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A little of it."""
         return [{"rate": 0.002}]
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of the oil's own thinning."""
+        world.cylinders[place].thinning_1_k = values["rate"]
 
 
 EFFECTS = (TemperatureFriction(),)

@@ -7,6 +7,7 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, Signals, Values
 
 ATMOSPHERE_PA = 1e5
@@ -66,6 +67,10 @@ class Air(Effect):
     def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
         """The oil's number."""
         return {"fraction": machine["oil"]["entrained_air"]}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of the oil's own."""
+        world.cylinders[place].air_share += values["fraction"]
 
 
 EFFECTS = (Air(),)

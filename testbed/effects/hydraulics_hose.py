@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, Signals, Values
 
 
@@ -38,6 +39,11 @@ class Hose(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A quick one and a slow one."""
         return [{"time": time} for time in (0.05, 0.4)]
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """In place of the cylinder's own."""
+        cylinder = world.cylinders[place]
+        cylinder.hose_m3_pa, cylinder.hose_s = values["capacity"], values["time"]
 
 
 EFFECTS = (Hose(),)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_M_S2 = 0.3
@@ -46,6 +47,10 @@ class AddedMass(Effect):
         if observed.kind == "cylinder" and observed.largest_acceleration_m_s2 < LEAST_M_S2:
             return "no acceleration to speak of, and the axis is level"
         return None
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On what the cylinder moves."""
+        world.cylinders[place].mass_kg += values["mass"]
 
 
 EFFECTS = (AddedMass(),)

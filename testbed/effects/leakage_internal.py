@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, Signals, Values
 
 REFERENCE_PA = 1e6
@@ -50,6 +51,10 @@ class Leakage(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A little more than declared."""
         return [{"coefficient": (observed.known.internal_leakage_m3_s_pa or 0.0) + 2e-13}]
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of the piston's own."""
+        world.cylinders[place].leakage_m3_s_pa += values["coefficient"]
 
 
 EFFECTS = (Leakage(),)

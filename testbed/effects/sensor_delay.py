@@ -6,6 +6,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.sensor_line_b import SMOOTHING_S, flat
 from testbed.effects.terms import Array, Signals, Values
 
@@ -58,6 +59,10 @@ class Delay(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A short one."""
         return [{"delay": 0.002}]
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of both sensors of this cylinder."""
+        world.cylinders[place].pressure_delay_s = values["delay"]
 
 
 EFFECTS = (Delay(),)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import Signals, Values
 
 
@@ -47,6 +48,10 @@ class Drift(Effect):
         return signals.with_(
             pressure_a_pa=signals.pressure_a_pa - zero_pa(since, values["rate"], values["decay"])
         )
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this cylinder's sensor A."""
+        world.cylinders[place].drift_a_pa_s = values["rate"]
 
 
 EFFECTS = (Drift(),)

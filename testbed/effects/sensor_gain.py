@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import Signals, Values
 
 REFERENCE_PA = 1e7
@@ -57,6 +58,10 @@ class GainA(Gain):
         pressure = true_pa(signals.pressure_a_pa, values["gain_error"], values["bend"])
         return signals.with_(pressure_a_pa=pressure)
 
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this cylinder's sensor A."""
+        world.cylinders[place].gain_error_a = values["gain_error"]
+
 
 class GainB(Gain):
     """The same of pressure sensor B."""
@@ -74,6 +79,10 @@ class GainB(Gain):
             return signals
         pressure = true_pa(signals.pressure_b_pa, values["gain_error"], values["bend"])
         return signals.with_(pressure_b_pa=pressure)
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this cylinder's sensor B."""
+        world.cylinders[place].gain_error_b = values["gain_error"]
 
 
 EFFECTS = (GainA(), GainB())

@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import Array, Signals, Values
 
 SMOOTHING_S = 0.010
@@ -70,6 +71,12 @@ class LineB(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """Five natural frequencies between 5 and 100 Hz."""
         return [{"natural_frequency": f, "damping": 0.8} for f in (5.0, 10.0, 20.0, 45.0, 100.0)]
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """In front of this cylinder's sensor B."""
+        cylinder = world.cylinders[place]
+        cylinder.line_b_hz = values["natural_frequency"]
+        cylinder.line_b_damping = values["damping"]
 
 
 EFFECTS = (LineB(),)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.machine.names import AXES
 
 
 def supply_rate_pa_s(
@@ -37,7 +39,7 @@ class Droop(Effect):
     needs = ("position", "pressure_a", "pressure_b", "valve_command", "supply_pressure")
     rigs = ("vertical-leg",)
     seen_in = ("flow", "supply")
-    places = ("supply",)
+    places = ("supply", *AXES)  # one power unit; a cylinder as its place is where it is felt
     sought_on_robot = False
     telling_motion = "full-speed strokes after a rest, with the supply pressure recorded"
 
@@ -49,6 +51,10 @@ class Droop(Effect):
     def starts(self, observed: Observed) -> list[dict[str, float]]:
         """A quick supply and a slow one."""
         return [{"time": time} for time in (0.05, 0.4)]
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of the one power unit."""
+        world.droop_pa_s_m3, world.droop_s = values["droop"], values["time"]
 
 
 EFFECTS = (Droop(),)

@@ -9,6 +9,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
+from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, Signals, Values
 
 
@@ -46,6 +47,10 @@ class Deadband(Effect):
     def narrowed(self, coordinate: Coordinate, observed: Observed) -> Coordinate:
         """What is declared says nothing about how much is expected: no prior."""
         return replace(coordinate, prior=None)
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of the valve's own."""
+        world.cylinders[place].deadband += values["deadband"]
 
 
 EFFECTS = (Deadband(),)

@@ -91,7 +91,7 @@ def _estimates() -> list[Row]:
         ),
         *(
             Row(
-                f"estimate_own_low_{leg}",
+                f"own_low_{leg}",
                 f"lower end of its interval, {leg}",
                 "N",
                 along,
@@ -102,7 +102,7 @@ def _estimates() -> list[Row]:
         ),
         *(
             Row(
-                f"estimate_own_high_{leg}",
+                f"own_high_{leg}",
                 f"upper end of its interval, {leg}",
                 "N",
                 along,

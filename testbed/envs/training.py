@@ -1,12 +1,11 @@
 """Train and play policies with stable-baselines3 (extra `rl`): checkpoints, resuming, CSV of episodes, video.
 
-A trained force distribution is written out as plain arrays too (policy.npz): a controller by that file's name.
+A trained policy is written as plain arrays (policy.npz); that of the force distribution is a controller by its name.
 """
 
 from __future__ import annotations
 
 import importlib.util
-import json
 import re
 import zipfile
 from collections.abc import Callable
@@ -16,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from testbed.envs import ENVIRONMENTS
+from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_policy, read_tensors
 from testbed.errors import InputError
-from testbed.formats.files import check_file, whole, write_json
+from testbed.formats.files import check_file, read_json, whole, write_json
+from testbed.formats.networks import write_network
 from testbed.formats.ownership import owned
 
 TASKS = {
@@ -68,19 +69,18 @@ def train(
 ) -> Path:
     """Train `steps` steps in all, going on from the last checkpoint in `out`; returns the policy's file.
 
-    Leaves policy.zip, checkpoints/, episodes/ (CSV, a line per episode: reward, length, time), training.json and, where
-    tensorboard is installed, tensorboard/; for force-distribution also policy.npz.
+    Leaves policy.npz (arrays), policy.zip (the library's), checkpoints/, episodes/ (CSV, a line per episode: reward,
+    length, time), training.json and, where tensorboard is installed, tensorboard/.
     Raises InputError for an unknown task, a folder of another task or a missing library.
     """
     name, kit = environment(task), library()
     with owned(out):
         _claim(out, {"task": task, "seed": seed, "settings": SETTINGS})
         model = _trained(kit, name, out, steps, seed, workers, progress)
-        if task == SHARED:
-            made_by = f"testbed train {task} --steps {steps} --seed {seed} --workers {workers}"
-            with whole(out / "policy.npz") as hidden:
-                np.savez_compressed(hidden, **{"made_by": np.array(made_by), **layers(model)})
-    return out / "policy.zip"
+        made_by = f"testbed train {task} --steps {steps} --seed {seed} --workers {workers}"
+        arrays = actor(model.policy.state_dict())
+        write_network(out / "policy.npz", arrays, made_by=made_by, task=task)
+    return out / "policy.npz"
 
 
 def _trained(
@@ -108,18 +108,12 @@ def _trained(
     )
     try:
         last = latest(out)
-        model = (
-            kit.PPO.load(last, envs, device="cpu")
-            if last is not None
-            else kit.PPO(
-                "MlpPolicy",
-                envs,
-                seed=seed,
-                device="cpu",
-                tensorboard_log=_tensorboard(out),
-                **SETTINGS,
-            )
+        board = _tensorboard(out)
+        model = kit.PPO(
+            "MlpPolicy", envs, seed=seed, device="cpu", tensorboard_log=board, **SETTINGS
         )
+        if last is not None:
+            _take_over(model, last)
         saver = CheckpointCallback(
             max(CHECKPOINT_STEPS // workers, 1), str(out / "checkpoints"), "policy"
         )
@@ -133,17 +127,14 @@ def _trained(
     return model
 
 
-def layers(model: Any) -> dict[str, Any]:
-    """Weights and biases of the actor, single precision, as control/learned.py reads them."""
-    actor = model.policy
-    linear = [part for part in actor.mlp_extractor.policy_net if hasattr(part, "weight")] + [
-        actor.action_net
-    ]
-    return {
-        f"{word}_{k}": getattr(part, word).detach().numpy().astype(np.float32)
-        for k, part in enumerate(linear)
-        for word in ("weight", "bias")
-    }
+def _take_over(model: Any, checkpoint: Path) -> None:
+    """Give a new model the weights, the optimiser's state and the number of steps of a checkpoint: tensors alone."""
+    try:
+        model.policy.load_state_dict(read_tensors(checkpoint, WEIGHTS))
+        model.policy.optimizer.load_state_dict(read_tensors(checkpoint, OPTIMISER))
+    except (RuntimeError, ValueError, KeyError) as error:
+        raise InputError("is of another training", file=checkpoint, field="--out") from error
+    model.num_timesteps = _steps(checkpoint)
 
 
 def _tensorboard(out: Path) -> str | None:
@@ -152,15 +143,15 @@ def _tensorboard(out: Path) -> str | None:
 
 def latest(out: Path) -> Path | None:
     """The whole checkpoint with the most steps, None if there is none; a kill may leave the last one in pieces."""
-    found = {
-        int(m[1]): p
-        for p in (out / "checkpoints").glob("*.zip")
-        if (m := re.search(r"_(\d+)_steps", p.name))
-    }
-    return next(
-        (found[steps] for steps in sorted(found, reverse=True) if zipfile.is_zipfile(found[steps])),
-        None,
-    )
+    found = [p for p in (out / "checkpoints").glob("*_steps.zip") if _steps(p) > 0]
+    found = sorted(found, key=_steps, reverse=True)
+    return next((checkpoint for checkpoint in found if zipfile.is_zipfile(checkpoint)), None)
+
+
+def _steps(checkpoint: Path) -> int:
+    """How many steps a checkpoint has behind it, by its name; 0 for another name."""
+    found = re.search(r"_(\d+)_steps", checkpoint.name)
+    return int(found[1]) if found else 0
 
 
 def play(
@@ -172,16 +163,7 @@ def play(
     """
     import gymnasium
 
-    kit = library()
-    if not policy.is_file():
-        raise InputError("no such file", file=policy, allowed="a policy.zip of `testbed train`")
-    try:
-        task = json.loads(policy.with_name("training.json").read_text())["task"]
-        model = kit.PPO.load(policy, device="cpu")
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            "is no policy", file=policy, allowed="a policy.zip beside its training.json"
-        ) from error
+    task, network = read_policy(policy)
     if video is not None:
         check_file(video, (".gif",), "--video")
     mode = "human" if gui else "rgb_array" if video is not None else None
@@ -189,13 +171,19 @@ def play(
     if task == SHARED:
         kwargs["randomisation"] = None
     env = gymnasium.make(environment(task), **kwargs)
+    if ((network.inputs,), (network.outputs,)) != (
+        env.observation_space.shape,
+        env.action_space.shape,
+    ):
+        env.close()
+        raise InputError("is no policy of this task", file=policy, field="task", value=task)
     observation, info = env.reset(seed=seed)
     reward, lowest, use, over = 0.0, np.inf, 0.0, False
     pictures: list[Any] = []
     while not over:
         if video is not None and info["t_s"] >= len(pictures) / PICTURES_HZ:
             pictures.append(env.render())
-        action, _ = model.predict(observation, deterministic=True)
+        action = network.answer(observation).astype(np.float32)
         observation, gained, terminated, truncated, info = env.step(action)
         reward, over = reward + float(gained), terminated or truncated
         lowest, use = min(lowest, info["lowest_normal_n"]), max(use, info["friction_use"])
@@ -223,7 +211,7 @@ def _write_gif(pictures: list[Any], file: Path) -> None:
 
 def _claim(out: Path, what: dict[str, Any]) -> None:
     file = out / "training.json"
-    if file.is_file() and json.loads(file.read_text())["task"] != what["task"]:
+    if file.is_file() and read_json(file).get("task") != what["task"]:
         raise InputError(
             "holds another task's training", file=out, field="--out", allowed="a new folder"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -61,6 +62,18 @@ def _check_name(path: Path, field: str | None = None) -> None:
     if other:
         raise InputError(
             "is no regular file", file=path, field=field, allowed="a new file, or one to replace"
+        )
+
+
+def check_space(folder: Path, needed_bytes: float, field: str = "--out") -> None:
+    """See that so many bytes are free where `folder` is: before the work begins, not after it. Raises InputError."""
+    free_bytes = shutil.disk_usage(folder).free
+    if free_bytes < needed_bytes:
+        raise InputError(
+            f"has {free_bytes / 1e6:.1f} MB free, and about {needed_bytes / 1e6:.1f} MB will be written",
+            file=folder,
+            field=field,
+            allowed="a disk with more room, or a shorter or coarser recording",
         )
 
 

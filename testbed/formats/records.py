@@ -9,18 +9,19 @@
         friction = quantity("N", "seal and guide friction, against + rate")
 
     cylinders = Cylinder.zeros(12)              # a NumPy structured array
-    cylinders["chambers"]["pressure"][:, 0]     # in Python
-    cylinder.chambers[0].pressure               # in a compiled function, handed cylinders[i]
+    cylinders["chambers"]["pressure"][:, 0]     # all at once, in Python
+    cylinders[3].chambers[0].pressure           # one of them, in Python or in a compiled function
 
 A record's NumPy dtype, its column names in a recording and its table for people all follow from the declaration, so
 that a new field may stand anywhere in it. Compiled functions take arrays of records (an array costs a Python caller
-0.2 us, a single record 0.9 us) and hand single records on, which costs nothing.
+0.2 us, a single record 0.9 us) and hand single records on, which costs nothing. But a single record does not keep its
+array alive there: what a compiled function allocates for itself it hands on as an array, and the callee takes `[0]`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any, ClassVar
@@ -38,6 +39,10 @@ class Field:
     labels: tuple[tuple[str, ...], ...] = ()
     kind: str = "f8"
     record: type[Record] | None = field(default=None)
+    column: str | None = None
+    """How its columns begin where they do not begin with its own name."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """Unit of the columns that end so, where it is another."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -54,19 +59,36 @@ class Column:
     meaning: str
 
 
-def quantity(unit: str, meaning: str, *, per: tuple[Any, ...] | int = (), kind: str = "f8") -> Any:
+def quantity(
+    unit: str,
+    meaning: str,
+    *,
+    per: tuple[Any, ...] | int = (),
+    kind: str = "f8",
+    units: Mapping[str, str] | None = None,
+) -> Any:
     """Declare a number, or an array of them with names along its axes.
 
     per: names along one axis (`per=LEGS`, `per=("x", "y")`), a tuple of such tuples for several axes
     (`per=(LEGS, ("x", "y", "z"))`), or a plain length.
     kind: NumPy's kind of number, "f8" or "i8".
+    units: how a label ends -> its unit, where that is not `unit` (`units={"_rotation": "rad"}`).
     """
-    return Field(unit, meaning, _labels(per), kind)
+    return Field(unit, meaning, _labels(per), kind, units=dict(units or {}))
 
 
-def part(record: type[Record], meaning: str, *, per: tuple[Any, ...] | int = ()) -> Any:
-    """Declare a record within a record, or an array of them."""
-    return Field("", meaning, _labels(per), record=record)
+def part(
+    record: type[Record],
+    meaning: str,
+    *,
+    per: tuple[Any, ...] | int = (),
+    column: str | None = None,
+) -> Any:
+    """Declare a record within a record, or an array of them.
+
+    column: how the names of its columns begin; its own name if not given.
+    """
+    return Field("", meaning, _labels(per), record=record, column=column)
 
 
 def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
@@ -78,20 +100,23 @@ def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
 
 
 class Record:
-    """Base of all records; see the module. Subclasses hold declarations only."""
+    """Base of all records; see the module. Subclasses hold declarations only; those of their bases come first."""
 
     fields: ClassVar[dict[str, Field]] = {}
     dtype: ClassVar[np.dtype[Any]]
 
     def __init_subclass__(cls) -> None:
         """Build the NumPy dtype from the declarations, in their order."""
-        cls.fields = {name: item for name, item in vars(cls).items() if isinstance(item, Field)}
-        cls.dtype = np.dtype(
-            [
-                (name, item.record.dtype if item.record else item.kind, item.shape)
-                for name, item in cls.fields.items()
-            ]
-        )
+        inherited = {
+            n: item for base in cls.__bases__ for n, item in vars(base).get("fields", {}).items()
+        }
+        own = {name: item for name, item in vars(cls).items() if isinstance(item, Field)}
+        cls.fields = inherited | own
+        kinds = [
+            (name, item.record.dtype if item.record else item.kind, item.shape)
+            for name, item in cls.fields.items()
+        ]
+        cls.dtype = np.dtype((np.record, kinds))
 
     @classmethod
     def zeros(cls, *shape: int) -> NDArray[Any]:
@@ -130,9 +155,10 @@ def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:
 def _columns(record: type[Record], prefix: str) -> Iterator[Column]:
     for name, item in record.fields.items():
         for labels in product(*item.labels):
-            full = "_".join((prefix + name, *labels)) if labels else prefix + name
+            full = "_".join((prefix + (item.column or name), *labels))
             if item.record is None:
-                yield Column(full, item.unit, item.meaning)
+                unit = next((u for end, u in item.units.items() if full.endswith(end)), item.unit)
+                yield Column(full, unit, item.meaning)
             else:
                 yield from _columns(item.record, full + "_")
 
@@ -143,3 +169,16 @@ def size(record: type[Record]) -> int:
         math.prod(item.shape) * (1 if item.record is None else size(item.record))
         for item in record.fields.values()
     )
+
+
+def get(records: Any, path: str) -> Any:
+    """The field of records (an array or one of them) by its dotted path, such as "chambers.pressure"."""
+    for name in path.split("."):
+        records = records[name]
+    return records
+
+
+def put(records: Any, path: str, value: Any) -> None:
+    """Set the field of records (an array or one of them) by its dotted path."""
+    way, _, last = path.rpartition(".")
+    (get(records, way) if way else records)[last] = value

@@ -26,6 +26,7 @@ from testbed.machine.provenance import Parameters, check_parameters, roboclimber
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
 from testbed.recording.checks import check_finite, check_span, check_time, in_pa
+from testbed.recording.former import UNITS
 from testbed.recording.known import Known
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
@@ -118,7 +119,8 @@ def _read_header(path: Path) -> RobotHeader:
             )
         if found is not None and is_evidence(quantity):
             volt = ("V", "mV") if found[0] == "Pa" else ()
-            check_unit(quantity, channel, (*convertible(found[0]), *volt), path)
+            former = (UNITS[quantity],) if quantity in UNITS else ()
+            check_unit(quantity, channel, (*convertible(found[0]), *volt, *former), path)
     check_present(header.channels, OF_LEGS if header.surveyed is None else OF_BODY, path)
     return header
 

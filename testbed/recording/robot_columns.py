@@ -5,51 +5,12 @@ from __future__ import annotations
 import difflib
 
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.recording.former import current
+from testbed.recording.rows import DataRow
 
-_UNITS: tuple[tuple[str, str, str], ...] = (
-    ("t", "s", "time"),
-    ("position_", "", "encoder: extension of the joint (rotation: angle)"),
-    ("pressure_a_", "Pa", "piston side, gauge, through calibration"),
-    ("pressure_b_", "Pa", "rod side, gauge, through calibration"),
-    ("valve_", "1", "valve command, -1 to 1, + extends"),
-    ("supply_pressure", "Pa", "supply pressure, gauge"),
-    ("oil_temperature", "degC", "oil temperature"),
-    ("rope_tension_", "N", "tension at the traction device"),
-    ("attitude_", "rad", "inertial unit: roll, pitch, yaw of the body"),
-    ("angular_rate_", "rad/s", "inertial unit: rate in the body frame"),
-    (
-        "specific_force_",
-        "m/s2",
-        "inertial unit at the body's origin: acceleration less gravity, body frame",
-    ),
-    ("estimate_", "N", "foot load along the vertical joint's axis, by this method"),
-    (
-        "own_",
-        "N",
-        "force of the ground on the foot, body frame, by the own estimate; _sd: its standard deviation",
-    ),
-    (
-        "ordered_",
-        "",
-        "drill as control ordered it: thrust away from the ground, N; torque about body z, N m",
-    ),
-    (
-        "rods_mast_height",
-        "m",
-        "middle of the rods in the mast above the drill point, as the drill's controls have it",
-    ),
-    (
-        "rods_",
-        "kg",
-        "rods in the hole, in the mast, gained by the store since the start: the drill's own count",
-    ),
-    ("expected_", "N", "foot load along the vertical joint's axis that the model expects"),
-    ("contact_", "1", "the detector's word: 1 the foot carries, 0 it has lost contact"),
-    ("carrying_", "1", "the control's wish: 1 the foot is meant to carry, 0 it swings"),
-    ("drill_", "", "read at the drill's own controls"),
-)
-_SAID = ("estimate_", "own_", "contact_", "drill_")
-"""What estimators and detectors said during the run: nothing is computed from it again."""
+_COLUMNS = {column.name: column for column in DataRow.columns()}
+_SAID = ("estimate_", "own_", "contact_", "reference_")
+"""What estimators, detectors and the position loops said during the run: nothing is computed from it again."""
 _PER_AXIS = ("position_", "pressure_a_", "pressure_b_", "valve_")
 _VERTICAL = tuple(f"{stem}{leg}_vertical" for stem in _PER_AXIS[:3] for leg in LEGS)
 OF_LEGS: tuple[str, ...] = ("t", *_VERTICAL, "attitude_roll", "attitude_pitch")
@@ -68,26 +29,34 @@ OF_BODY: tuple[str, ...] = (
 
 def described(quantity: str) -> tuple[str, str] | None:
     """(unit, meaning) of a quantity of the whole robot; None for one that has no declared meaning."""
-    for prefix, unit, meaning in _UNITS:
-        if quantity == prefix or (prefix.endswith("_") and quantity.startswith(prefix)):
-            if prefix == "position_":
-                unit = "rad" if quantity.endswith("_rotation") else "m"
-            return unit or "1", meaning
-    return None
+    column = _COLUMNS.get(current(quantity))
+    return None if column is None else (column.unit, column.meaning)
 
 
 def quantities() -> dict[str, tuple[str, str, bool]]:
     """Pattern of a column's name -> (SI unit, meaning, whether a robot's recording must have it)."""
-    places = {**dict.fromkeys(_PER_AXIS, "<leg>_<joint>"), "rope_tension_": "<left|right>"}
-    places |= {"attitude_": "<roll|pitch|yaw>", "angular_rate_": "<x|y|z>"}
-    out = {}
-    for prefix, unit, meaning in _UNITS:
-        stem = prefix.endswith("_")
-        pattern = prefix + places.get(prefix, "<...>") if stem else prefix
-        needed = any(name.startswith(prefix) if stem else name == prefix for name in OF_BODY)
-        named = "m, rotation: rad" if prefix == "position_" else unit or "1"
-        out[pattern] = (named, meaning, needed)
-    return out
+    units: dict[str, list[str]] = {}
+    found = {}
+    for column in DataRow.columns():
+        pattern = _pattern(column.name)
+        units.setdefault(pattern, [])
+        if column.unit not in units[pattern]:
+            units[pattern].append(column.unit)
+        found[pattern] = (column.meaning, column.name in OF_BODY)
+    return {p: (" or ".join(units[p]), meaning, needed) for p, (meaning, needed) in found.items()}
+
+
+def _pattern(name: str) -> str:
+    """A column's name with `<leg>_<joint>`, `<leg>` or `<left|right>` in the place of one of them."""
+    for names, placeholder in (
+        (AXES, "<leg>_<joint>"),
+        (LEGS, "<leg>"),
+        (SIDES, "<" + "|".join(SIDES) + ">"),
+    ):
+        for one in names:
+            if name.endswith(f"_{one}"):
+                return name.removesuffix(one) + placeholder
+    return name
 
 
 def is_evidence(quantity: str) -> bool:

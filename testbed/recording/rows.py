@@ -10,6 +10,8 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 
 XYZ = ("x", "y", "z")
+ANGLES = {"_rotation": "rad"}
+"""The first joint of a leg turns; the other two slide."""
 
 
 class Estimates(Record):
@@ -45,11 +47,13 @@ class FootForces(Record):
     z_sd = quantity("N", "standard deviation of z", per=LEGS)
 
 
-class DataRow(Record):
-    """One row of `data`: sensors, estimates, and what control ordered."""
+class SensorRow(Record):
+    """What the machine's sensors read, and the valve commands that were out meanwhile."""
 
     t = quantity("s", "time")
-    position = quantity("m", "encoder: extension of the joint (rotation: angle, rad)", per=AXES)
+    position = quantity(
+        "m", "encoder: extension of the joint (rotation: angle)", per=AXES, units=ANGLES
+    )
     pressure_a = quantity("Pa", "piston side, gauge, through calibration", per=AXES)
     pressure_b = quantity("Pa", "rod side, gauge, through calibration", per=AXES)
     valve = quantity("1", "valve command, -1 to 1, + extends", per=AXES)
@@ -63,17 +67,27 @@ class DataRow(Record):
     specific_force = quantity(
         "m/s2", "inertial unit at the body's origin: acceleration less gravity, body frame", per=XYZ
     )
+
+
+class KnownRow(Record):
+    """What estimators, the model and control make of it."""
+
     estimate = part(Estimates, "foot load along the vertical joint's axis, by method")
-    estimate_own = part(Interval, "how sure the own estimate is")
+    estimate_own = part(Interval, "how sure the own estimate is", column="own")
     own = part(FootForces, "force of the ground on the foot by the own estimate")
     contact = quantity("1", "contact state by the detector: 1 loaded, 0 contact lost", per=LEGS)
     expected = quantity(
         "N", "foot load along the vertical joint's axis that the model expects", per=LEGS
     )
-    reference = quantity("m", "set point of the joint (rotation: angle, rad)", per=AXES)
+    reference = quantity("m", "set point of the joint (rotation: angle)", per=AXES, units=ANGLES)
     carrying = quantity(
         "1", "stance as control wishes it: 1 the foot is meant to carry, 0 it swings", per=LEGS
     )
+
+
+class DrillKnown(Record):
+    """What the drill's own controls know: what they ordered, and where their rods are."""
+
     ordered_thrust = quantity(
         "N", "drill as control ordered it: thrust away from the ground along body z"
     )
@@ -84,19 +98,29 @@ class DataRow(Record):
     rods_stored = quantity("kg", "rods gained by the store since the start")
 
 
+class DataRow(SensorRow, KnownRow, DrillKnown):
+    """One row of `data`: sensors, estimates, what control ordered, and the drill's own count of its rods."""
+
+
 class TruthRow(Record):
     """One row of `truth`: read by the evaluation alone."""
 
     t = quantity("s", "time")
     body_pose_in_world = quantity(
-        "m", "body link's origin, quaternion (1)", per=("x", "y", "z", "qx", "qy", "qz", "qw")
+        "m",
+        "body link's origin, and its quaternion",
+        per=("x", "y", "z", "qx", "qy", "qz", "qw"),
+        units={"_qx": "1", "_qy": "1", "_qz": "1", "_qw": "1"},
     )
     foot_force_in_world = quantity("N", "force of the ground on the foot", per=(LEGS, XYZ))
     foot_load = quantity("N", "foot force along the vertical joint's axis", per=LEGS)
     contact_normal = quantity("N", "foot force along the ground's normal", per=LEGS)
     rope_force_in_world = quantity("N", "force of the rope on the body", per=(SIDES, XYZ))
     drill_wrench_in_world = quantity(
-        "N", "drill on the body about the drill point", per=("fx", "fy", "fz", "tx", "ty", "tz")
+        "N",
+        "drill on the body about the drill point: force and torque",
+        per=("fx", "fy", "fz", "tx", "ty", "tz"),
+        units={"_tx": "N m", "_ty": "N m", "_tz": "N m"},
     )
     friction = quantity("N", "seal and guide friction of the cylinder, against + rate", per=AXES)
     chamber_a = quantity("Pa", "true pressure, piston side, gauge", per=AXES)

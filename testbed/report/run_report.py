@@ -86,12 +86,7 @@ def _no_summary(run: Run) -> dict[str, Any]:
     path = run.folder / "scenario.yaml"
     scenario = read_yaml(path) if path.is_file() else {}
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
-    rows = min(
-        len(run.data["t"]), len(run.truth["t"])
-    )  # the last second of one series may be missing
-    for columns in (run.data, run.truth):
-        for name in columns:
-            columns[name] = columns[name][:rows]
+    rows = len(run.time_s)
     return {
         "scenario": run.meta.get("scenario", run.folder.name),
         "seed": run.meta.get("seed", 0),

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from testbed import resources
 from testbed.errors import InputError
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.urdf.check import read_urdf
 
 Array = NDArray[np.float64]
@@ -149,33 +149,29 @@ class RobotModel:
             jacobians[k] = full[:3, self._v_index]
         return points, jacobians
 
-    def leg_numbers(self) -> Array:
-        """Masses, centres and axes of the legs (4, LEG_COLUMNS) for foot_forces.py, from the body's origin."""
+    def leg_numbers(self) -> NDArray[Any]:
+        """Masses, centres and axes of the legs (4,) as LegNumbers of foot_forces.py, from the body's origin."""
         model, data = self._model, self._data
         zero = np.asarray(pin.neutral(model))
         pin.computeJointJacobians(model, data, zero)
         pin.updateFramePlacements(model, data)
-        out = np.zeros((len(LEGS), ff.LEG_COLUMNS))
-        for leg, row in enumerate(out):
-            names = AXES[3 * leg : 3 * leg + 3]
+        legs = LegNumbers.zeros(len(LEGS))
+        for k, leg in enumerate(legs):
+            names = AXES[3 * k : 3 * k + 3]
             joints = [model.getJointId(name) for name in names]
             first = data.oMi[joints[0]]
             slide = pin.getJointJacobian(model, data, joints[1], pin.LOCAL_WORLD_ALIGNED)
-            row[ff.HIP : ff.HIP + 3] = first.translation
-            row[ff.YAW] = np.arctan2(first.rotation[1, 0], first.rotation[0, 0])
-            row[ff.RADIAL : ff.RADIAL + 3] = slide[:3, self._v_index[3 * leg + 1]]
+            leg["hip"] = first.translation
+            leg["yaw"] = np.arctan2(first.rotation[1, 0], first.rotation[0, 0])
+            leg["radial"] = slide[:3, self._v_index[3 * k + 1]]
             for i, joint in enumerate(joints):
                 link, placed = model.inertias[joint], data.oMi[joint]
-                row[ff.CENTRES + 3 * i : ff.CENTRES + 3 * i + 3] = (
-                    placed.act(link.lever) - first.translation
-                )
-                row[ff.MASSES + i] = link.mass
-                row[ff.INERTIAS + 3 * i : ff.INERTIAS + 3 * i + 3] = np.diag(link.inertia)
-            row[ff.RADIUS] = self.foot_radius_m
-            row[ff.FOOT : ff.FOOT + 2] = (
-                data.oMf[self._feet[leg]].translation - first.translation
-            )[:2]
-        return out
+                leg["links"]["centre"][i] = placed.act(link.lever) - first.translation
+                leg["links"]["mass"][i] = link.mass
+                leg["links"]["inertia"][i] = np.diag(link.inertia)
+            leg["foot_radius"] = self.foot_radius_m
+            leg["foot"] = (data.oMf[self._feet[k]].translation - first.translation)[:2]
+        return legs
 
     def base_mass(self) -> tuple[float, Array]:
         """Mass of all that is fixed to the body, kg, and its centre in the body frame (3,), m."""

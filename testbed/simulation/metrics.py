@@ -29,16 +29,12 @@ DETECTION_WINDOW_S = 0.5
 """A loss counts as missed when the detector has not spoken this long after it began."""
 
 
-SET_ENDS = ("_low", "_high", "_sd")
-"""Columns `estimate_<method>_low_<leg>` and so on hold the set of a method, not another method."""
-
-
 def methods(columns: Columns) -> list[str]:
     """Names of the estimates in a recording, in its order: `estimate_<method>_<leg>`."""
     found = (
         c.removeprefix("estimate_").rpartition("_") for c in columns if c.startswith("estimate_")
     )
-    return list(dict.fromkeys(m for m, _, leg in found if leg in LEGS and not m.endswith(SET_ENDS)))
+    return list(dict.fromkeys(m for m, _, leg in found if leg in LEGS))
 
 
 def rms(values: Array) -> float:
@@ -221,6 +217,8 @@ def wanted_columns(columns: list[str]) -> list[str]:
     """The columns out of `columns` that the metrics read."""
     heads = (
         "estimate_",
+        "own_low_",
+        "own_high_",
         "expected_",
         "contact_",
         "carrying_",

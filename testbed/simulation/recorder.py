@@ -13,6 +13,7 @@ import queue
 import shutil
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ Array = npt.NDArray[np.float64]
 
 SERIES = ("data", "truth")
 _ROWS_PER_GROUP = 60_000
+_PACKED = 0.5
+"""Bytes on the disk per byte of numbers, measured: 0.46 standing, 0.49 drilling."""
 
 
 class RunRecorder:
@@ -78,7 +81,11 @@ class RunRecorder:
                 self._parts[name] += 1
 
     def finish(self, summary: Mapping[str, Any] | None = None) -> None:
-        """Write what is left, turn the parts into single files and write `summary.json`."""
+        """Write what is left, turn the parts into single files and write `summary.json`.
+
+        Raises InputError where a part or a file could not be written: the parts that are there stay, and are read as
+        the single file would be.
+        """
         self.close()
         for name in SERIES:
             self._compact(name)
@@ -93,9 +100,12 @@ class RunRecorder:
         self._check()
 
     def _check(self) -> None:
+        if isinstance(self._fault, InputError):
+            raise self._fault
         if self._fault is not None:
-            reason = getattr(self._fault, "strerror", None) or str(self._fault)
-            raise InputError(f"cannot be written: {reason}", file=self.out_dir) from self._fault
+            raise InputError(
+                f"cannot be written: {self._fault}", file=self.out_dir
+            ) from self._fault
 
     def _write_parts(self) -> None:
         while (item := self._queue.get()) is not None:
@@ -116,13 +126,25 @@ class RunRecorder:
 
     def _compact(self, name: str) -> None:
         """One file in place of the folder; for an instant only `<name>.parquet.parts` is there."""
+        folder = self.out_dir / f"{name}.parquet"
+        single, aside = self.out_dir / f".{name}.parquet", self.out_dir / f"{name}.parquet.parts"
+        try:
+            self._join(folder, single, self._schemas[name])
+            os.rename(folder, aside)
+            os.rename(single, folder)
+            shutil.rmtree(aside)
+        except OSError as error:
+            with suppress(OSError):
+                single.unlink()
+            problem = f"its parts are whole, but cannot be made one file: {error.strerror or error}"
+            raise InputError(problem, file=folder) from error
+
+    def _join(self, folder: Path, single: Path, schema: Any) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        folder = self.out_dir / f"{name}.parquet"
-        single, aside = self.out_dir / f".{name}.parquet", self.out_dir / f"{name}.parquet.parts"
         waiting: list[Any] = []
-        with pq.ParquetWriter(single, self._schemas[name], **_OPTIONS) as writer:
+        with pq.ParquetWriter(single, schema, **_OPTIONS) as writer:
             for part in sorted(folder.glob("part-*.parquet")):
                 waiting.append(read_parquet(part))
                 if sum(map(len, waiting)) >= _ROWS_PER_GROUP:
@@ -130,9 +152,6 @@ class RunRecorder:
                     waiting.clear()
             if waiting:
                 writer.write_table(pa.concat_tables(waiting).combine_chunks())
-        os.rename(folder, aside)
-        os.rename(single, folder)
-        shutil.rmtree(aside)
 
 
 _OPTIONS: dict[str, Any] = {
@@ -141,6 +160,11 @@ _OPTIONS: dict[str, Any] = {
     "use_dictionary": False,
     "write_statistics": False,
 }
+
+
+def size_bytes(rows: int, columns: Sequence[Sequence[str]]) -> float:
+    """About how many bytes a recording of so many rows takes; `columns` of each series."""
+    return _PACKED * rows * sum(4 * (len(names) + 1) for names in columns)
 
 
 def _schema(columns: Sequence[str]) -> Any:

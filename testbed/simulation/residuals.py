@@ -56,7 +56,7 @@ def leg_alone(
 
     The paper's (7) with the set of `method` about it; without either, `method`'s own value and set, None without a set.
     """
-    low, high = (data.get(f"estimate_{method}_{end}_{leg}") for end in ("low", "high"))
+    low, high = (data.get(f"{method}_{end}_{leg}") for end in ("low", "high"))
     value = data.get(f"estimate_friction_{leg}")
     if low is None or high is None or value is None:
         return data[f"estimate_{method}_{leg}"], low, high

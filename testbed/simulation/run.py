@@ -12,16 +12,16 @@ from typing import Any
 
 import yaml
 
-from testbed.errors import SimulationFault
-from testbed.formats.files import plain, write_text
+from testbed.errors import InputError, SimulationFault
+from testbed.formats.files import check_space, plain, write_text
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.description import recording_meta
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics, wanted_columns
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.pictures import Album
-from testbed.simulation.recorder import RunRecorder, write_summary
-from testbed.simulation.runs import read_series
+from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
+from testbed.simulation.runs import read_series, same_rows
 from testbed.simulation.stability import stability_summary
 
 SUMMARY_FORMAT = "roboclimber-summary/1"
@@ -68,16 +68,25 @@ def run_scenario(
 def _record(
     scenario: Scenario, simulation: Any, folder: Path, progress: Progress | None, started: float
 ) -> RunResult:
+    columns = list(simulation.data_columns), list(simulation.truth_columns)
+    check_space(folder, size_bytes(round(scenario.duration_s * scenario.rates.record_hz), columns))
     write_text(
         folder / "scenario.yaml",
         yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False),
     )
-    columns = list(simulation.data_columns), list(simulation.truth_columns)
     recorder = RunRecorder(
         folder, *columns, recording_meta(scenario, columns[0], simulation.surveyed())
     )
     result = RunResult(folder, {}, False)
     fault: BaseException | None = None
+
+    def sum_up() -> None:
+        wall_s = time.perf_counter() - started
+        result.summary = _summary(
+            scenario, simulation, folder, columns, result.interrupted, wall_s, fault
+        )
+        write_summary(folder, result.summary)
+
     try:
         with _stop_flag() as stopped:
             for simulated_s in _blocks(
@@ -94,16 +103,23 @@ def _record(
         raise SimulationFault(f"{error}; its last records are in {folder}") from error
     except BaseException as error:
         fault = error
-        result.interrupted = isinstance(error, KeyboardInterrupt)
+        result.interrupted = True
         raise
     finally:
-        recorder.finish()
-        wall_s = time.perf_counter() - started
-        result.summary = _summary(
-            scenario, simulation, folder, columns, result.interrupted, wall_s, fault
-        )
-        write_summary(folder, result.summary)
+        _all_of(recorder.finish, sum_up)
     return result
+
+
+def _all_of(*steps: Callable[[], None]) -> None:
+    """Take every step, even where the disk is too full for one; raises the first InputError of them at the end."""
+    unwritten: list[InputError] = []
+    for step in steps:
+        try:
+            step()
+        except InputError as error:
+            unwritten.append(error)
+    if unwritten:
+        raise unwritten[0]
 
 
 def _blocks(simulation: Any, recorder: RunRecorder, rows: int, album: Album) -> Iterator[float]:
@@ -154,8 +170,10 @@ def _summary(
     wall_s: float,
     fault: BaseException | None,
 ) -> dict[str, Any]:
-    data = read_series(folder, "data", wanted_columns(columns[0]))
-    truth = read_series(folder, "truth", wanted_columns(columns[1]))
+    data, truth = same_rows(
+        read_series(folder, "data", wanted_columns(columns[0])),
+        read_series(folder, "truth", wanted_columns(columns[1])),
+    )
     verdict = (
         str(simulation.verdict).replace("_", " ")
         if fault is None

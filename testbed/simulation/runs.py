@@ -14,6 +14,7 @@ import numpy.typing as npt
 from testbed.errors import InputError
 from testbed.formats.table import open_series
 from testbed.formats.yaml_files import read_yaml
+from testbed.recording.former import current, with_former
 
 Columns = dict[str, npt.NDArray[np.float64]]
 
@@ -52,14 +53,18 @@ def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bo
             allowed="robot",
         )
     wanted = None if columns is None else ["t", *(c for c in columns if c != "t")]
-    empty: Columns = {}
-    return Run(
-        folder,
-        meta,
-        read_series(folder, "data", wanted),
-        read_series(folder, "truth", wanted) if truth else empty,
-        _summary(folder),
-    )
+    data = read_series(folder, "data", wanted)
+    true: Columns = {}
+    if truth:
+        data, true = same_rows(data, read_series(folder, "truth", wanted))
+    return Run(folder, meta, data, true, _summary(folder))
+
+
+def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
+    """Both up to the last row that both have: a killed run, or a full disk, may lack the last second of one."""
+    rows = min(len(data["t"]), len(truth["t"]))
+    first, second = ({name: c[:rows] for name, c in series.items()} for series in (data, truth))
+    return first, second
 
 
 def check_run(folder: str | Path) -> Path:
@@ -71,12 +76,13 @@ def check_run(folder: str | Path) -> Path:
 
 
 def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:
-    """Columns of `<name>.parquet`, float64; names that the series lacks are left out.
+    """Columns of `<name>.parquet`, float64, under today's names; names that the series lacks are left out.
 
     Raises InputError where the series is missing or broken.
     """
-    _, table = open_series(folder / f"{name}.parquet", columns)
-    return {c: table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
+    wanted = None if columns is None else with_former(columns)
+    _, table = open_series(folder / f"{name}.parquet", wanted)
+    return {current(c): table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
 
 
 def _summary(folder: Path) -> dict[str, Any] | None:

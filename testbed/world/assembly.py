@@ -16,6 +16,7 @@ from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_ev
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import gait_of
 from testbed.control.valve_loop import gains
+from testbed.effects.hidden import Hidden
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import packed
@@ -25,11 +26,11 @@ from testbed.laws import drill as d
 from testbed.laws import traction as tr
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.provenance import Parameters, roboclimber
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.linkage import RotationLinkage
-from testbed.robot.loads import foot_forces as ff
+from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import Payload, RobotModel
 from testbed.scenario.scenario import Scenario
@@ -42,7 +43,12 @@ from testbed.world.ground.terrain import Ground, make_ground
 from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
-from testbed.world.undeclared import Places, apply_undeclared
+from testbed.world.undeclared import (
+    hidden_of,
+    put_into_cylinders,
+    put_into_sensors,
+    put_into_supply,
+)
 from testbed.world.verdict import Judge
 
 Array = NDArray[np.float64]
@@ -129,8 +135,10 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     unit = unit_parameters(true, pump_on=scenario.hydraulics.pump)
     switch_off(scenario.hydraulics.without, params, unit)
     transducers, sensors = sensing.sensor_arrays(true, scenario.sensors, seeds[0])
-    places = Places(params, unit, transducers, 1.0 / r.sensor_hz, {})
-    apply_undeclared(scenario.undeclared, places)
+    hidden = hidden_of(scenario.undeclared)
+    put_into_cylinders(hidden, params)
+    put_into_supply(hidden, unit)
+    put_into_sensors(hidden, transducers, 1.0 / r.sensor_hz)
     rod_store = true["rod_store_body"]
     drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
     payload = (
@@ -149,8 +157,8 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     try:
         if payload is not None:
             engine.add_store_mass(payload.mass_kg)
-        for leg, mass in places.leg_mass_kg.items():
-            engine.add_leg_mass(leg, mass)
+        for number, axis in enumerate(AXES):
+            engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
         start = find_start(
             scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN))
         )
@@ -170,7 +178,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
             transducers,
             sensors,
             seeds,
-            places.leg_mass_kg,
+            hidden,
         )
     except BaseException:
         engine.close()
@@ -193,7 +201,7 @@ def _build(
     transducers: Array,
     sensors: Array,
     seeds: list[np.random.Generator],
-    leg_mass_kg: dict[int, float],
+    hidden: Hidden,
 ) -> Machine:
     engine.reset(start.position_m, start.rotation, start.joints)
     extension, arms = start.joints.copy(), np.ones(len(AXES))
@@ -208,10 +216,12 @@ def _build(
     )
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
-    b.legs[:] = kinematics.leg_numbers()
-    b.legs[:, ff.HIP : ff.HIP + 3] -= engine.base_inertial_m
-    for leg, mass_kg in leg_mass_kg.items():
-        b.legs[leg, ff.MASSES + 2] += mass_kg
+    legs = kinematics.leg_numbers()
+    legs["hip"] -= engine.base_inertial_m
+    for number, axis in enumerate(AXES):
+        leg, joint = divmod(number, len(JOINTS))
+        legs["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
+    b.legs[:] = LegNumbers.as_table(legs)
     b.ground_normals[:] = ground.normal_in_world
     b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
     b.body[plant.COM] = engine.base_inertial_m

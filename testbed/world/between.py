@@ -14,7 +14,7 @@ from testbed.control.valve_loop import GAIN_COLUMNS, control_step
 from testbed.estimation.live.chain_kernel import OIL, SUPPLY, step_chain
 from testbed.laws import columns as c
 from testbed.laws import drill as d
-from testbed.robot.loads.foot_forces import LEG_COLUMNS
+from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.world import plant, sensing
 from testbed.world.board import OFFSETS
 
@@ -39,6 +39,7 @@ _TRANSDUCERS, _SENSORS, _LATE, _GRAVITY = (
 )
 _COMMAND, _REFERENCE, _RATE = (OFFSETS[n] for n in ("command", "reference", "reference_rate"))
 _INTEGRAL, _GAINS, _CHANGE = (OFFSETS[n] for n in ("integral", "gains", "change"))
+LEG_NUMBERS = LegNumbers.dtype
 _N_AXES, _N_PARAMS = 12 * c.AXIS_STATES, 12 * c.AXIS_PARAMETERS
 _N_ROPES, _N_TRANSDUCERS, _N_LATE = (
     2 * plant.ROPE_COLUMNS,
@@ -112,7 +113,7 @@ def between_steps(
         change[2] += gravity
         if flags & FEET:
             plant.feet_under_motion(
-                board[_LEGS:_GROUND].reshape(4, LEG_COLUMNS),
+                board[_LEGS:_GROUND].view(LEG_NUMBERS),
                 board[_Q_BEFORE:_QD_BEFORE],
                 board[_QD_BEFORE:_FOOT],
                 board[_QD:_POSE],

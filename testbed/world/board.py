@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.valve_loop import GAIN_COLUMNS
+from testbed.formats.records import size
 from testbed.laws import columns as c
 from testbed.laws import drill as d
-from testbed.robot.loads.foot_forces import LEG_COLUMNS
+from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.world import plant, sensing
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ LAYOUT: dict[str, tuple[int, ...]] = {
     "qd_before": (12,),
     "foot_force": (4, 3),
     "normal_force": (4,),
-    "legs": (4, LEG_COLUMNS),
+    "legs": (4, size(LegNumbers)),
     "ground_normals": (4, 3),
     # given to the engine
     "joint_torque": (12,),

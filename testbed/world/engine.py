@@ -337,9 +337,11 @@ class Engine:
             self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client
         )
 
-    def add_leg_mass(self, leg: int, mass_kg: float) -> None:
-        """Change the mass of a leg's sliding frame (leg 0..3) by `mass_kg`; it moves along with the joint only."""
-        link = self.joints[3 * leg + 2]
+    def add_link_mass(self, axis: int, mass_kg: float) -> None:
+        """Change the mass of what an axis (0..11) moves by `mass_kg`, at its centre of mass."""
+        if mass_kg == 0.0:
+            return
+        link = self.joints[axis]
         old = p.getDynamicsInfo(self.robot, link, physicsClientId=self.client)[0]
         p.changeDynamics(self.robot, link, mass=old + mass_kg, physicsClientId=self.client)
 

@@ -18,7 +18,7 @@ from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.rope import rope_wrench
 from testbed.robot.linkage import joint_to_cylinder
-from testbed.robot.loads.foot_forces import foot_forces
+from testbed.robot.loads.foot_forces import BODY_MOTION, JOINT_MOTION, foot_forces
 
 # --- columns of a rope (2 x ROPE_COLUMNS) ---------------------------------------------------------------------
 ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
@@ -105,12 +105,21 @@ def feet_under_motion(
     dt: float,
 ) -> None:
     """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
-    qdd = np.empty(q.shape[0])
+    joints, body = np.empty(1, JOINT_MOTION), np.empty(1, BODY_MOTION)
     for i in range(q.shape[0]):
-        qdd[i] = (qd_after[i] - qd[i]) / dt
-    foot_forces(
-        legs, q, qd, qdd, torque, rotation, w, alpha, lift, normals, foot_force, normal_force
-    )
+        joints[0].position[i], joints[0].rate[i], joints[0].torque[i] = q[i], qd[i], torque[i]
+        joints[0].acceleration[i] = (qd_after[i] - qd[i]) / dt
+    for i in range(3):
+        body[0].angular_velocity[i], body[0].angular_acceleration[i] = w[i], alpha[i]
+        body[0].lift[i] = lift[i]
+    _feet(legs, joints, rotation, body, normals, foot_force, normal_force)
+
+
+@njit
+def _feet(
+    legs: Any, joints: Any, rotation: Any, body: Any, normals: Any, force: Any, normal: Any
+) -> None:
+    foot_forces(legs, joints[0], rotation, body[0], normals, force, normal)
 
 
 @njit

@@ -21,7 +21,8 @@ from testbed.formats.sockets import user_code
 from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
+from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
 from testbed.world import plant, precompile, sensing
@@ -44,40 +45,10 @@ from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
 TICK_HZ = 100
-METHODS = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf", "own")
-EXTRA = ("own_low", "own_high", "own_sd")
-FOOT = ("own_x", "own_y", "own_z", "own_x_sd", "own_y_sd", "own_z_sd")
-
-DATA_COLUMNS: tuple[str, ...] = (
-    *sensing.MEASURED_COLUMNS,
-    *(f"estimate_{m}_{leg}" for m in (*METHODS, *EXTRA) for leg in LEGS),
-    *(f"{m}_{leg}" for m in FOOT for leg in LEGS),
-    *(f"contact_{leg}" for leg in LEGS),
-    *(f"expected_{leg}" for leg in LEGS),
-    *(f"reference_{a}" for a in AXES),
-    *(f"carrying_{leg}" for leg in LEGS),
-    *d.KNOWN_COLUMNS,
-)
-TRUTH_COLUMNS: tuple[str, ...] = (
-    "t",
-    *(f"body_pose_in_world_{k}" for k in ("x", "y", "z", "qx", "qy", "qz", "qw")),
-    *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),
-    *(f"foot_load_{leg}" for leg in LEGS),
-    *(f"contact_normal_{leg}" for leg in LEGS),
-    *(f"rope_force_in_world_{s}_{k}" for s in SIDES for k in "xyz"),
-    *(f"drill_wrench_in_world_{k}" for k in ("fx", "fy", "fz", "tx", "ty", "tz")),
-    *(f"friction_{a}" for a in AXES),
-    *(f"chamber_a_{a}" for a in AXES),
-    *(f"chamber_b_{a}" for a in AXES),
-    "supply_pressure",
-    "oil_temperature",
-    "hole_depth",
-    "drill_string_mass",
-    *(f"traction_stroke_{s}" for s in SIDES),
-    *(f"traction_mode_{s}" for s in SIDES),
-)
+DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
+TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
 N_SENSED = len(sensing.MEASURED_COLUMNS)
-N_ESTIMATES = 4 * (len(METHODS) + len(EXTRA) + len(FOOT))
+N_ESTIMATES = 60
 ESTIMATES = slice(N_SENSED, N_SENSED + N_ESTIMATES)
 CONTACT = slice(ESTIMATES.stop, ESTIMATES.stop + 4)
 EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.effects import by_name
+from testbed.effects.base import Effect
+from testbed.effects.hidden import Hidden, HiddenCylinder
 from testbed.errors import InputError
 from testbed.laws import columns as c
 from testbed.machine.names import AXES, LEGS
@@ -17,166 +19,119 @@ from testbed.world import sensing
 
 Array = NDArray[np.float64]
 
-
-@dataclass
-class Places:
-    """The world's arrays that an effect may change."""
-
-    params: Array
-    unit: Array
-    transducers: Array
-    step_s: float
-    leg_mass_kg: dict[int, float]
-    """Mass added to a leg's sliding frame, by leg."""
-
-
-Law = Callable[[Places, int, Mapping[str, float]], None]
-
-
-def _column(column: int, name: str, factor: float = 1.0) -> Law:
-    def put(w: Places, axis: int, p: Mapping[str, float]) -> None:
-        w.params[axis, column] = factor * p[name]
-
-    return put
-
-
-def _added(column: int, name: str) -> Law:
-    def put(w: Places, axis: int, p: Mapping[str, float]) -> None:
-        w.params[axis, column] += p[name]
-
-    return put
+ADDED: Mapping[str, int] = {
+    "pressure_coefficient_m2": c.FR_PRESSURE,
+    "load_coefficient": c.FR_LOAD,
+    "leakage_m3_s_pa": c.LEAK_I,
+    "air_share": c.AIR,
+    "deadband": c.DEADBAND,
+}
+"""Numbers of a hidden cylinder that are added to the machine's own -> columns of its parameters."""
+REPLACED: Mapping[str, int] = {
+    "position_slope": c.FR_POSITION,
+    "bristle_stiffness_n_m": c.BRISTLE_K,
+    "bristle_damping_n_s_m": c.BRISTLE_D,
+    "thinning_1_k": c.EXTRA_VISC_RATE,
+    "spring_n_m": c.SPRING_K,
+    "spring_rest_m": c.SPRING_REST,
+    "vibration_n": c.PERIODIC_N,
+    "vibration_hz": c.PERIODIC_W,
+    "cushion_n_m": c.XCUSHION_K,
+    "cushion_start_m": c.XCUSHION_START,
+    "hose_m3_pa": c.HOSE_CAP,
+    "hose_s": c.HOSE_TIME,
+    "line_b_hz": c.LINE_WN,
+    "line_b_damping": c.LINE_ZETA,
+}
+"""Numbers that take the place of the machine's own; frequencies become angular ones."""
+ANGULAR = (c.PERIODIC_W, c.LINE_WN)
 
 
-def _columns(**pairs: str) -> Law:
-    def put(w: Places, axis: int, p: Mapping[str, float]) -> None:
-        for column, name in pairs.items():
-            w.params[axis, getattr(c, column)] = p[name]
+def hidden_of(entries: Sequence[Undeclared]) -> Hidden:
+    """What a scenario's world has and its model lacks.
 
-    return put
-
-
-def _periodic(w: Places, axis: int, p: Mapping[str, float]) -> None:
-    w.params[axis, c.PERIODIC_N] = p["amplitude"]
-    w.params[axis, c.PERIODIC_W] = 2 * math.pi * p["frequency"]
-
-
-def _line_b(w: Places, axis: int, p: Mapping[str, float]) -> None:
-    w.params[axis, c.LINE_WN] = 2 * math.pi * p["natural_frequency"]
-    w.params[axis, c.LINE_ZETA] = p["damping"]
-
-
-def _mass(w: Places, axis: int, p: Mapping[str, float]) -> None:
-    w.leg_mass_kg[axis // 3] = w.leg_mass_kg.get(axis // 3, 0.0) + p["mass"]
+    A leg stands for its vertical joint; `body` and `supply` for all twelve cylinders where the effect is one of a
+    cylinder. Raises InputError for an effect, parameter or place that cannot be.
+    """
+    world = Hidden()
+    for k, entry in enumerate(entries):
+        field = f"undeclared.{k}"
+        effect = by_name(entry.effect, field=f"{field}.effect")
+        values = effect.complete(entry.parameters, field=f"{field}.parameters")
+        _refuse_shapes(effect, values, f"{field}.parameters")
+        for place in places_of(effect, entry.at, f"{field}.at"):
+            effect.hide(world, place, values)
+    return world
 
 
-def _gain(offset: int) -> Law:
-    def put(w: Places, axis: int, p: Mapping[str, float]) -> None:
-        w.transducers[axis + offset, sensing.GAIN] = 1.0 + p["gain_error"]
+def _refuse_shapes(effect: Effect, values: Mapping[str, float], field: str) -> None:
+    for name in effect.hidden_shapes():
+        default = effect.spec(name).default
+        if values[name] != default:
+            raise InputError(
+                "is a shape that the simulated machine does not have",
+                field=f"{field}.{name}",
+                value=values[name],
+                allowed=f"{default:g}",
+            )
 
-    return put
+
+def places_of(effect: Effect, place: str, field: str) -> tuple[str, ...]:
+    """Where an effect sits that a scenario puts at `place`. Raises InputError where it cannot be."""
+    if place in effect.places:
+        return (place,)
+    if f"{place}_vertical" in effect.places:
+        return (f"{place}_vertical",)
+    if effect.places == AXES and place in ("body", "supply"):
+        return AXES
+    short = LEGS if effect.places == AXES else ()
+    whole = ("body", "supply") if effect.places == AXES else ()
+    raise InputError(
+        f"{effect.name} cannot sit there",
+        field=field,
+        value=place,
+        allowed=", ".join([*effect.places, *short, *whole]),
+    )
 
 
-def _drift_a(w: Places, axis: int, p: Mapping[str, float]) -> None:
-    w.transducers[axis, sensing.DRIFT] = p["rate"]
+def put_into_cylinders(world: Hidden, params: Array) -> None:
+    """Change the parameters (12, AXIS_PARAMETERS) of the cylinders, in place."""
+    for axis, cylinder in world.cylinders.items():
+        row = params[AXES.index(axis)]
+        for name, column in ADDED.items():
+            row[column] += getattr(cylinder, name)
+        for name, column in REPLACED.items():
+            value = getattr(cylinder, name)
+            if value is not None:
+                row[column] = 2.0 * math.pi * value if column in ANGULAR else value
 
 
-def _delay(w: Places, axis: int, p: Mapping[str, float]) -> None:
-    steps = round(p["delay"] / w.step_s)
+def put_into_supply(world: Hidden, unit: Array) -> None:
+    """Change the power unit (SUPPLY_PARAMETERS), in place."""
+    if world.droop_pa_s_m3 is not None:
+        unit[c.DROOP], unit[c.DROOP_TIME] = world.droop_pa_s_m3, world.droop_s
+
+
+def put_into_sensors(world: Hidden, transducers: Array, step_s: float) -> None:
+    """Change the pressure transducers (24, PRESSURE_COLUMNS), sampled every `step_s`, in place."""
+    for axis, cylinder in world.cylinders.items():
+        a = transducers[AXES.index(axis)]
+        b = transducers[AXES.index(axis) + len(AXES)]
+        a[sensing.GAIN] += cylinder.gain_error_a
+        b[sensing.GAIN] += cylinder.gain_error_b
+        if cylinder.drift_a_pa_s is not None:
+            a[sensing.DRIFT] = cylinder.drift_a_pa_s
+        if cylinder.pressure_delay_s:
+            a[sensing.DELAY_STEPS] = b[sensing.DELAY_STEPS] = _delay_steps(cylinder, step_s)
+
+
+def _delay_steps(cylinder: HiddenCylinder, step_s: float) -> int:
+    steps = round(cylinder.pressure_delay_s / step_s)
     if steps >= sensing.DELAY_LENGTH:
         raise InputError(
             "is longer than the world can hold back",
-            field="undeclared sensor.delay.delay",
-            value=p["delay"],
-            allowed=f"< {sensing.DELAY_LENGTH * w.step_s:g} s",
+            field="undeclared: delay of the pressures",
+            value=cylinder.pressure_delay_s,
+            allowed=f"< {sensing.DELAY_LENGTH * step_s:g} s",
         )
-    w.transducers[[axis, axis + len(AXES)], sensing.DELAY_STEPS] = steps
-
-
-def _droop(w: Places, axis: int, p: Mapping[str, float]) -> None:
-    w.unit[c.DROOP], w.unit[c.DROOP_TIME] = p["droop"], p["time"]
-
-
-LAWS: dict[str, Law] = {
-    "friction.position": _column(c.FR_POSITION, "slope"),
-    "friction.pressure": _added(c.FR_PRESSURE, "coefficient"),
-    "friction.load": _added(c.FR_LOAD, "coefficient"),
-    "friction.presliding": _columns(BRISTLE_K="stiffness", BRISTLE_D="damping"),
-    "friction.temperature": _column(c.EXTRA_VISC_RATE, "rate"),
-    "inertia.mass": _mass,
-    "force.spring": _columns(SPRING_K="stiffness", SPRING_REST="rest"),
-    "force.periodic": _periodic,
-    "force.cushion": _columns(XCUSHION_K="stiffness", XCUSHION_START="start"),
-    "sensor.gain_a": _gain(0),
-    "sensor.gain_b": _gain(len(AXES)),
-    "sensor.drift_a": _drift_a,
-    "sensor.line_b": _line_b,
-    "sensor.delay": _delay,
-    "leakage.internal": _added(c.LEAK_I, "coefficient"),
-    "hydraulics.air": _added(c.AIR, "fraction"),
-    "hydraulics.hose": _columns(HOSE_CAP="capacity", HOSE_TIME="time"),
-    "valve.deadband": _added(c.DEADBAND, "deadband"),
-    "supply.droop": _droop,
-}
-"""Name of an effect -> how the world takes it on at one axis."""
-
-
-class _Asked(dict[str, float]):
-    """Parameters that know which of them a law has asked for."""
-
-    def __init__(self, values: Mapping[str, float]) -> None:
-        super().__init__(values)
-        self.names: set[str] = set()
-
-    def __getitem__(self, name: str) -> float:
-        self.names.add(name)
-        return super().__getitem__(name)
-
-
-def apply_undeclared(entries: Sequence[Undeclared], places: Places) -> None:
-    """Put every entry into the arrays. A leg stands for its vertical joint, `body` and `supply` for all axes.
-
-    Raises InputError for an effect, parameter or place that cannot be.
-    """
-    from testbed import effects
-
-    for k, entry in enumerate(entries):
-        field = f"undeclared.{k}"
-        if entry.effect not in LAWS:
-            raise InputError(
-                "no such effect",
-                field=f"{field}.effect",
-                value=entry.effect,
-                allowed=", ".join(LAWS),
-            )
-        effect = effects.by_name(entry.effect)
-        values = _Asked(effect.complete(entry.parameters, field=f"{field}.parameters"))
-        for axis in axes_of(entry.at, f"{field}.at"):
-            LAWS[entry.effect](places, axis, values)
-        for spec in effect.parameters:
-            if (
-                spec.default is not None
-                and spec.name not in values.names
-                and values[spec.name] != spec.default
-            ):
-                raise InputError(
-                    "is a shape that the simulated machine does not have",
-                    field=f"{field}.parameters.{spec.name}",
-                    value=values[spec.name],
-                    allowed=f"{spec.default:g}",
-                )
-
-
-def axes_of(place: str, field: str) -> list[int]:
-    """Axis indices of a place: `fl_vertical`, `fl` (its vertical joint), `body` or `supply` (all twelve)."""
-    if place in AXES:
-        return [AXES.index(place)]
-    if place in LEGS:
-        return [AXES.index(f"{place}_vertical")]
-    if place in ("body", "supply"):
-        return list(range(len(AXES)))
-    raise InputError(
-        "no effect of a cylinder can sit there",
-        field=field,
-        value=place,
-        allowed=", ".join([*AXES, *LEGS, "body", "supply"]),
-    )
+    return steps

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.recording.former import current
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
 from testbed.simulation.runs import read_series
@@ -77,11 +78,18 @@ def make(name: str, folder: Path) -> Recorded:
     return Recorded(columns, str(summary["verdict"]), figures)
 
 
+def _current(key: str) -> str:
+    """`series/column` by today's name of the column."""
+    series, _, column = key.partition("/")
+    return f"{series}/{current(column)}"
+
+
 def load(name: str) -> Recorded:
     """The recorded run of this name."""
     with np.load(FOLDER / f"{name}.npz", allow_pickle=False) as stored:
         columns = {
-            str(key): values for key, values in zip(stored["names"], stored["values"], strict=True)
+            _current(str(key)): values
+            for key, values in zip(stored["names"], stored["values"], strict=True)
         }
         figures = {
             str(key): float(v)

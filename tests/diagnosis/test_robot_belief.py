@@ -10,8 +10,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest, scores
 from testbed.benchmarks.diagnosis.robot_calibration import fit, read_trials, restated
-from testbed.benchmarks.diagnosis.robot_trials import drawn, hidden_sizes, scores, table
+from testbed.benchmarks.diagnosis.robot_trials import drawn, hidden_sizes
+from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.robot.belief import RobotSigns, calibration, distribution
 from testbed.diagnosis.robot.zeros import zeros
 from testbed.errors import InputError
@@ -121,17 +123,18 @@ def test_scores_count_legs_and_effects_and_sound_machines() -> None:
         found_of["leg_and_effect_named"]["share"] == 0.5 and found_of["clean_none"]["share"] == 0.5
     )
     assert found_of["intervals"] == {**found_of["intervals"], "share": 1.0, "of": 1}
-    assert "| sensor.gain_a | 50% | 2 |" in table(found_of)
+    by_effect = RobotBlindTest().tables(found_of)[1]
+    assert ["sensor.gain_a", "50%", "2"] in by_effect.rows
 
 
 def test_the_fit_learns_that_a_gain_of_forty_is_nothing_here(tmp_path: Path) -> None:
-    folder = tmp_path / "runs"
-    folder.mkdir()
-    for k in range(30):
-        row = trial(k, LEFT if k % 3 == 0 else "", "", 200.0 if k % 3 == 0 else 40.0)
-        (folder / f"{k:05d}.json").write_text(json.dumps(row))
+    rows = [
+        trial(k, LEFT if k % 3 == 0 else "", "", 200.0 if k % 3 == 0 else 40.0) for k in range(30)
+    ]
+    lines = [{"case": str(k), "mark": "", "answer": row} for k, row in enumerate(rows)]
+    (tmp_path / LINES).write_text("\n".join(map(json.dumps, lines)))
     trials = read_trials([tmp_path])
     stated = restated(trials, fit(trials))
     assert all((t["verdict"] == "effect") == bool(t["truth"]) for t in stated)
-    with pytest.raises(InputError, match="holds no runs"):
+    with pytest.raises(InputError, match="holds no finished cases"):
         read_trials([tmp_path / "runs"])

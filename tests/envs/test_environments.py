@@ -116,14 +116,14 @@ def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_di
     tmp_path: Path,
 ) -> None:
     """A network of known weights moves the environment, and then the benchmark's controller: the same orders."""
-    from testbed.control.distribution.learned import LAYERS, Learned
+    from testbed.control.distribution.learned import Learned
 
     rng, sizes = np.random.default_rng(0), (len(SHARE_TABLE), 8, 8, 6)
-    weights = {f"weight_{k}": rng.normal(0.0, 0.3, (sizes[k + 1], sizes[k])) for k in range(LAYERS)}
+    weights = {f"weight_{k}": rng.normal(0.0, 0.3, (sizes[k + 1], sizes[k])) for k in range(3)}
     np.savez(
         tmp_path / "policy.npz",
         **weights,
-        **{f"bias_{k}": np.zeros(sizes[k + 1]) for k in range(LAYERS)},
+        **{f"bias_{k}": np.zeros(sizes[k + 1]) for k in range(3)},
     )
     learned = Learned(tmp_path / "policy.npz")
     env = gymnasium.make(SHARE, randomisation=None, duration_s=4.0).unwrapped

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
+import io
+import os
+import pickle
 from pathlib import Path
 from zipfile import ZipFile
 
+import gymnasium
 import numpy as np
 import pytest
 from PIL import Image
@@ -13,8 +17,10 @@ from PIL import Image
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.distribution.learned import Learned
 from testbed.envs import ENVIRONMENTS
+from testbed.envs.policies import read_policy
 from testbed.envs.training import SETTINGS, TASKS, environment, latest, library, play, train
 from testbed.errors import InputError
+from testbed.formats.networks import write_network
 
 HAS_RL = importlib.util.find_spec("stable_baselines3") is not None
 
@@ -62,6 +68,10 @@ def test_training_goes_on_where_it_was_and_the_policy_plays(
     (tmp_path / "short.yaml").write_text(
         "format: roboclimber-scenario/1\nduration_s: 2\nrobot: {vertical_m: 0.25}\n"
     )
+    assert policy.name == "policy.npz"
+    arrays, tensors = (read_policy(policy.with_suffix(end))[1] for end in (".npz", ".zip"))
+    view = np.linspace(-1.0, 1.0, arrays.inputs)
+    assert arrays.answer(view) == pytest.approx(tensors.answer(view), abs=1e-12)
     played = play(policy, str(tmp_path / "short.yaml"), video=tmp_path / "seen.gif")
     assert played["simulated_s"] > 1.0 and played["verdict"] in ("stood", "slid", "fell")
     with Image.open(tmp_path / "seen.gif") as video:
@@ -81,10 +91,78 @@ def test_the_written_arrays_act_as_the_trained_policy_does(
     monkeypatch.setitem(SETTINGS, "n_steps", 64)
     monkeypatch.setitem(SETTINGS, "batch_size", 64)
     policy = train("force-distribution", tmp_path / "t", 64)
-    model, learned = PPO.load(policy, device="cpu"), Learned(tmp_path / "t" / "policy.npz")
+    model, learned = PPO.load(policy.with_suffix(".zip"), device="cpu"), Learned(policy)
     rng = np.random.default_rng(0)
     for _ in range(5):
         view = rng.uniform(-1.0, 1.0, len(VIEW)).astype(np.float32)
         assert learned.action(view.astype(float)) == pytest.approx(
             model.predict(view, deterministic=True)[0], abs=1e-5
         )
+
+
+@pytest.mark.rl
+@pytest.mark.slow
+@pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
+def test_training_that_goes_on_takes_over_weights_optimiser_and_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next step of a training that was taken up again is that of one whose library unpickled everything."""
+    from stable_baselines3 import PPO
+
+    from testbed.envs.training import _take_over
+
+    monkeypatch.setitem(SETTINGS, "n_steps", 64)
+    monkeypatch.setitem(SETTINGS, "batch_size", 64)
+    train("force-distribution", tmp_path / "t", 64)
+    checkpoint = latest(tmp_path / "t")
+    assert checkpoint is not None
+    whole = PPO.load(checkpoint, device="cpu")
+    ours = PPO("MlpPolicy", environment("force-distribution"), device="cpu", **SETTINGS)
+    _take_over(ours, checkpoint)
+    assert ours.num_timesteps == whole.num_timesteps == 64
+    for wanted, found in zip(whole.policy.parameters(), ours.policy.parameters(), strict=True):
+        assert np.array_equal(wanted.detach().numpy(), found.detach().numpy())
+    states = [list(m.policy.optimizer.state_dict()["state"].values()) for m in (whole, ours)]
+    for wanted, found in zip(*states, strict=True):
+        assert np.array_equal(wanted["exp_avg"].numpy(), found["exp_avg"].numpy())
+
+
+@pytest.mark.rl
+@pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
+def test_a_zip_with_a_pickled_object_is_refused_and_does_not_run(tmp_path: Path) -> None:
+    import torch
+
+    from testbed.formats.files import write_json
+
+    class Evil:
+        def __reduce__(self) -> tuple[object, tuple[str]]:
+            return os.mkdir, (str(tmp_path / "ran"),)
+
+    inside = io.BytesIO()
+    torch.save({"action_net.weight": Evil()}, inside)
+    with ZipFile(tmp_path / "policy.zip", "w") as archive:
+        archive.writestr("policy.pth", inside.getvalue())
+        archive.writestr("data", pickle.dumps(Evil()))
+    write_json(tmp_path / "training.json", {"task": "stand"})
+    with pytest.raises(InputError, match=r"policy\.zip: is no policy: it has no safe"):
+        play(tmp_path / "policy.zip", "stand_flat")
+    assert not (tmp_path / "ran").exists()
+
+
+def test_a_policy_of_arrays_plays_without_the_library_and_one_of_another_task_is_refused(
+    tmp_path: Path,
+) -> None:
+    write_network(
+        tmp_path / "policy.npz",
+        {"weight_0": np.zeros((3, 4)), "bias_0": np.zeros(3)},
+        task="stand",
+    )
+    with pytest.raises(InputError, match="is no policy of this task"):
+        play(tmp_path / "policy.npz", "stand_flat")
+    env = gymnasium.make(environment("stand"))
+    sizes = env.action_space.shape[0], env.observation_space.shape[0]
+    env.close()
+    arrays = {"weight_0": np.zeros(sizes), "bias_0": np.zeros(sizes[0])}
+    write_network(tmp_path / "policy.npz", arrays, task="stand")
+    (tmp_path / "short.yaml").write_text("format: roboclimber-scenario/1\nduration_s: 0.2\n")
+    assert play(tmp_path / "policy.npz", str(tmp_path / "short.yaml"))["simulated_s"] > 0.1

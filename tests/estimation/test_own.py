@@ -16,7 +16,6 @@ from testbed.estimation.live.chain import EstimatorChain
 from testbed.machine.names import LEGS
 from testbed.machine.provenance import roboclimber
 from testbed.robot.linkage import RotationLinkage
-from testbed.robot.loads import foot_forces as ff
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
 from testbed.robot.model import attitude_gravity, roboclimber_model
@@ -204,4 +203,3 @@ def test_four_legs_take_less_than_thirty_microseconds_a_step() -> None:
             chain.step(pa, pb, STANCE, LEVEL, np.zeros(12), 40.0, inertial=np.zeros(6))
         quickest = min(quickest, (time.thread_time() - began) / 400)
     assert quickest < 30e-6
-    assert ff.LEG_COLUMNS * 4 == own.AXES_AT - own.LEGS_AT

@@ -12,9 +12,8 @@ MODEL = roboclimber_model()
 
 
 def test_leg_masses_and_the_base_add_up_to_the_machine() -> None:
-    assert MODEL.leg_numbers()[:, ff.MASSES : ff.MASSES + 3].sum() + MODEL.base_mass()[
-        0
-    ] == np.float64(4000.0)
+    legs = MODEL.leg_numbers()
+    assert legs["links"]["mass"].sum() + MODEL.base_mass()[0] == np.float64(4000.0)
 
 
 def test_foot_forces_balance_pinocchios_inverse_dynamics_in_any_motion() -> None:
@@ -35,20 +34,12 @@ def test_foot_forces_balance_pinocchios_inverse_dynamics_in_any_motion() -> None
         torque = needed[6:] - np.einsum("ki,kij->j", force, jacobians)
         lift = change + np.cross(w, velocity) - gravity
         found, normal = np.zeros((4, 3)), np.zeros(4)
-        ff.foot_forces(
-            legs,
-            q,
-            qd,
-            qdd,
-            torque,
-            identity,
-            w,
-            alpha,
-            lift,
-            np.tile(identity[2], (4, 1)),
-            found,
-            normal,
-        )
+        joints, body = ff.JointMotion.zeros()[0], ff.BodyMotion.zeros()[0]
+        joints["position"], joints["rate"] = q, qd
+        joints["acceleration"], joints["torque"] = qdd, torque
+        body["angular_velocity"], body["angular_acceleration"], body["lift"] = w, alpha, lift
+        normals = np.tile(identity[2], (4, 1))
+        ff.foot_forces(legs, joints, identity, body, normals, found, normal)
         np.testing.assert_allclose(found, force, atol=1e-6)
         np.testing.assert_allclose(normal, force[:, 2], atol=1e-6)
     assert len(LEGS) == 4

@@ -148,8 +148,8 @@ def test_nobody_is_named_for_small_common_or_open_residuals(residuals: tuple[flo
 
 def test_a_load_that_friction_can_explain_accuses_nobody() -> None:
     data = {f"expected_{leg}": np.array([5000.0, 5700.0, 4000.0]) for leg in LEGS}
-    data |= {f"estimate_own_low_{leg}": np.full(3, 4500.0) for leg in LEGS}
-    data |= {f"estimate_own_high_{leg}": np.full(3, 5500.0) for leg in LEGS}
+    data |= {f"own_low_{leg}": np.full(3, 4500.0) for leg in LEGS}
+    data |= {f"own_high_{leg}": np.full(3, 5500.0) for leg in LEGS}
     data |= {f"estimate_own_{leg}": np.full(3, 5000.0) for leg in LEGS}
     assert np.array_equal(beyond_friction(data, "own")["rl"], [0.0, 200.0, -500.0])
 
@@ -160,12 +160,12 @@ def test_a_leg_is_judged_by_its_own_cylinder_also_where_the_estimate_has_learnt_
     """The fused estimate agrees with the model; the leg alone reads 900 N less, of which friction explains 500 N."""
     data = {f"expected_{leg}": np.full(3, 5000.0) for leg in LEGS}
     for name, value in (
-        ("own", 5000.0),
+        ("estimate_own", 5000.0),
         ("own_low", 4500.0),
         ("own_high", 5500.0),
-        ("friction", 4100.0),
+        ("estimate_friction", 4100.0),
     ):
-        data |= {f"estimate_{name}_{leg}": np.full(3, value) for leg in LEGS}
+        data |= {f"{name}_{leg}": np.full(3, value) for leg in LEGS}
     assert np.array_equal(beyond_friction(data, "own")["fr"], [400.0] * 3)
     assert np.array_equal(load_residuals(data, "own")["fr"], [900.0] * 3)
 

@@ -22,7 +22,6 @@ from testbed.world import plant, sensing
 from testbed.world.board import SIZE, Board
 from testbed.world.drilling.drilling import DrillProgram
 from testbed.world.ground.terrain import make_ground, rough_surface
-from testbed.world.undeclared import LAWS, axes_of
 from testbed.world.verdict import LOOK_TICKS, Judge
 
 
@@ -203,17 +202,6 @@ def test_judge_tells_fall_and_slide() -> None:
     assert judge.look(0.0, tipped, feet, all_feet, all_feet, 0.0) is not None
     assert judge.verdict == "fell" and judge.tilt_rad == pytest.approx(0.5)
     assert LOOK_TICKS >= 1
-
-
-def test_every_named_effect_can_be_put_into_the_world() -> None:
-    from testbed import effects
-
-    assert set(LAWS) == set(effects.NAMES)
-    assert axes_of("rl", "at") == [8]
-    assert axes_of("fr_radial", "at") == [4]
-    assert len(axes_of("body", "at")) == 12
-    with pytest.raises(InputError, match="rope_left"):
-        axes_of("rope_left", "at")
 
 
 def test_an_impossible_start_posture_is_refused_by_name() -> None:

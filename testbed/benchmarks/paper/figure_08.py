@@ -17,7 +17,6 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_least,
     at_most,
 )
@@ -30,6 +29,7 @@ from testbed.estimation.leg.motion import smooth
 from testbed.laws.friction import steady_friction
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.machine.provenance import roboclimber
+from testbed.report.tables import Table
 
 SPEEDS_M_S = (0.002, 0.004, 0.007, 0.012, 0.02, 0.04, 0.08, 0.12)
 PLACES_M = (0.12, 0.25, 0.38)

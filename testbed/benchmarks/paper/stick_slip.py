@@ -24,13 +24,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from testbed.benchmarks.paper.experiment import Table
 from testbed.benchmarks.paper.leg import MASS_KG, Array, run
 from testbed.benchmarks.paper.leg import RATE_HZ as RATE
 from testbed.benchmarks.paper.machine import changes as machine_changes
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.machine.provenance import roboclimber
+from testbed.report.tables import Table
 
 SPEEDS_M_S = (1.0e-3, 2.0e-3, 3.0e-3, 4.0e-3, 5.0e-3, 7.0e-3, 10.0e-3)
 PRE_SLIDING_M = (2.7e-5, 1.0e-5, 5.0e-6, 3.0e-6)

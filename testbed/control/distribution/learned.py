@@ -16,12 +16,14 @@ from testbed.control.distribution.corrected import VIEW, Corrected
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import Balance
 from testbed.errors import InputError
+from testbed.formats.networks import read_network
 
 Array = NDArray[np.float64]
 SHIPPED = Path(__file__).with_suffix(".npz")
+ACTIONS = 6
+"""Loads of the four feet and pulls of the two ropes."""
 EVERY = 2
 """Plans from action to action."""
-LAYERS = 3
 
 
 class Learned(Corrected):
@@ -29,8 +31,15 @@ class Learned(Corrected):
 
     def __init__(self, weights: Path = SHIPPED) -> None:
         super().__init__()
-        self._layers = read(weights)
+        self._network, _ = read_network(weights)
         self._plans = 0
+        if (self._network.inputs, self._network.outputs) != (len(VIEW), ACTIONS):
+            raise InputError(
+                "sees or does something else",
+                file=weights,
+                value=(self._network.inputs, self._network.outputs),
+                allowed=f"{len(VIEW)} numbers in, {ACTIONS} out",
+            )
 
     def plan(self, now: Balance) -> Plan:
         """See Controller."""
@@ -41,31 +50,4 @@ class Learned(Corrected):
 
     def action(self, view: Array) -> Array:
         """(6,) in [-1, 1] of a view (len(VIEW),)."""
-        x = view
-        for k, (weight, bias) in enumerate(self._layers):
-            x = weight @ x + bias
-            x = np.tanh(x) if k < LAYERS - 1 else x
-        return np.clip(x, -1.0, 1.0)
-
-
-def read(file: Path) -> list[tuple[Array, Array]]:
-    """The layers' weights and biases. Raises InputError for a file that is no policy of this view."""
-    try:
-        with np.load(file) as data:
-            layers = [
-                (data[f"weight_{k}"].astype(float), data[f"bias_{k}"].astype(float))
-                for k in range(LAYERS)
-            ]
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            "is no policy", file=file, allowed="a policy.npz of `testbed train`"
-        ) from error
-    if layers[0][0].shape[1] != len(VIEW):
-        raise InputError(
-            "sees something else",
-            file=file,
-            field="weight_0",
-            value=layers[0][0].shape,
-            allowed=f"(.., {len(VIEW)})",
-        )
-    return layers
+        return self._network.answer(view)

@@ -144,8 +144,8 @@ def packed(
         t.history,
     ]
     numbers = model.leg_numbers()
-    numbers[:, ff.MASSES + 2] = [leg.mass_kg + leg.extra_mass_kg for leg in legs]
-    body[own.LEGS_AT : own.AXES_AT] = numbers.ravel()
+    numbers["links"]["mass"][:, 2] = [leg.mass_kg + leg.extra_mass_kg for leg in legs]
+    body[own.LEGS_AT : own.AXES_AT] = ff.LegNumbers.as_table(numbers).ravel()
     axes = body[own.AXES_AT :].reshape(len(AXES), ax.AXIS_BELIEFS)
     arm = float(linkage.moment_arm_m(0.0))
     for i in range(len(AXES)):

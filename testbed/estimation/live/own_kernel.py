@@ -8,6 +8,7 @@ weight and inertia of the frames, linkage) turn three cylinder forces into the g
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from testbed.compiled import fill, njit
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import axis_kernel as ax
 from testbed.estimation.live import fusion_kernel as fu
+from testbed.formats.records import size
 from testbed.laws.drill import IN_HOLE_KG, IN_MAST_KG, MAST_MIDDLE, REACTION, STORED_KG, THRUST
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
@@ -70,7 +72,12 @@ INERTIA = STORE_POINT + 3
 """Of the whole machine about the body's origin, kg m2 (3 x 3)."""
 COMMON = INERTIA + 9
 LEGS_AT = COMMON + ax.AXIS_COMMON
-AXES_AT = LEGS_AT + 4 * ff.LEG_COLUMNS
+AXES_AT = LEGS_AT + 4 * size(ff.LegNumbers)
+LEG_NUMBERS, JOINT_MOTION, BODY_MOTION = (
+    ff.LegNumbers.dtype,
+    ff.JointMotion.dtype,
+    ff.BodyMotion.dtype,
+)
 BODY_SIZE = AXES_AT + 12 * ax.AXIS_BELIEFS
 
 # --- state --------------------------------------------------------------------------------------------------------
@@ -104,12 +111,10 @@ OUT_ROWS = 10
 
 
 @njit
-def leg_map(leg: Array, q: Array, arm: float, out: Array) -> None:
+def leg_map(leg: Any, q: Array, arm: float, out: Array) -> None:
     """out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
-    rx, ry = ff.turn_z(q[0], leg[ff.RADIAL], leg[ff.RADIAL + 1])
-    fx, fy = ff.turn_z(
-        q[0], leg[ff.FOOT] + leg[ff.RADIAL] * q[1], leg[ff.FOOT + 1] + leg[ff.RADIAL + 1] * q[1]
-    )
+    rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
+    fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
     out[0, 0], out[1, 0], out[2, 0] = arm * ry / reach, -arm * rx / reach, 0.0
     out[0, 1], out[1, 1], out[2, 1] = -rx + aside / reach * ry, -ry - aside / reach * rx, 0.0
@@ -117,12 +122,10 @@ def leg_map(leg: Array, q: Array, arm: float, out: Array) -> None:
 
 
 @njit
-def foot_point(leg: Array, q: Array, z0: float, out: Array) -> None:
+def foot_point(leg: Any, q: Array, z0: float, out: Array) -> None:
     """Underside of the foot in the body frame, m (3)."""
-    x, y = ff.turn_z(
-        q[0], leg[ff.FOOT] + leg[ff.RADIAL] * q[1], leg[ff.FOOT + 1] + leg[ff.RADIAL + 1] * q[1]
-    )
-    out[0], out[1], out[2] = leg[ff.HIP] + x, leg[ff.HIP + 1] + y, z0 - q[2]
+    x, y = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
+    out[0], out[1], out[2] = leg.hip[0] + x, leg.hip[1] + y, z0 - q[2]
 
 
 @njit
@@ -159,16 +162,18 @@ def other_wrench(
             wrench[3 + k] -= body[INERTIA + 3 * k + j] * turning[j]
     add_force(wrench, force, body[BASE_CENTRE:FOOT_Z], 1.0)
     for k in range(4):
-        leg = body[LEGS_AT + k * ff.LEG_COLUMNS : LEGS_AT + (k + 1) * ff.LEG_COLUMNS]
+        leg = body[LEGS_AT:AXES_AT].view(LEG_NUMBERS)[k]
         for i in range(3):
-            c, out = ff.CENTRES + 3 * i, q[3 * k + 1] if i > 0 else 0.0
+            link, out = leg.links[i], q[3 * k + 1] if i > 0 else 0.0
             x, y = ff.turn_z(
-                q[3 * k], leg[c] + leg[ff.RADIAL] * out, leg[c + 1] + leg[ff.RADIAL + 1] * out
+                q[3 * k],
+                link.centre[0] + leg.radial[0] * out,
+                link.centre[1] + leg.radial[1] * out,
             )
-            point[0], point[1] = leg[ff.HIP] + x, leg[ff.HIP + 1] + y
-            point[2] = leg[ff.HIP + 2] + leg[c + 2] - (q[3 * k + 2] if i == 2 else 0.0)
+            point[0], point[1] = leg.hip[0] + x, leg.hip[1] + y
+            point[2] = leg.hip[2] + link.centre[2] - (q[3 * k + 2] if i == 2 else 0.0)
             for j in range(3):
-                force[j] = leg[ff.MASSES + i] * (gravity[j] if i == 2 else -specific[j])
+                force[j] = link.mass * (gravity[j] if i == 2 else -specific[j])
             add_force(wrench, force, point, 1.0)
     for r in range(2):
         d = ROPE_DIRECTIONS + 3 * r
@@ -276,7 +281,7 @@ def balance(
     maps, h = np.zeros((4, 3, 3)), np.zeros(fu.N)
     on_ground = np.ones(4)
     for k in range(4):
-        leg = body[LEGS_AT + k * ff.LEG_COLUMNS : LEGS_AT + (k + 1) * ff.LEG_COLUMNS]
+        leg = body[LEGS_AT:AXES_AT].view(LEG_NUMBERS)[k]
         leg_map(leg, q[3 * k : 3 * k + 3], arms[3 * k], maps[k])
         up = mean[3 * k + 2] - x[fu.Z + 3 * k + 2] - x[fu.D + 3 * k + 2]
         off = carrying[k] < 0.5 and abs(up) < body[AIR_LOAD]
@@ -339,7 +344,7 @@ def _balance_body(
     for k in range(4):
         if on_ground[k] == 0.0:
             continue
-        leg = body[LEGS_AT + k * ff.LEG_COLUMNS : LEGS_AT + (k + 1) * ff.LEG_COLUMNS]
+        leg = body[LEGS_AT:AXES_AT].view(LEG_NUMBERS)[k]
         foot_point(leg, q[3 * k : 3 * k + 3], body[FOOT_Z + k], point)
         add_force(wrench, mean[3 * k : 3 * k + 3], point, 1.0)
         for j in range(3):
@@ -355,6 +360,20 @@ def _balance_body(
         if r == 2:
             variance += (body[BLOW_SHARE] * drill[THRUST]) ** 2
         fu.observe(x, p, rows[r], wrench[r], variance, body[GATE])
+
+
+@njit
+def legs_forces(
+    legs: Array,
+    joints: Array,
+    rotation: Array,
+    motions: Array,
+    normals: Array,
+    force: Array,
+    up: Array,
+) -> None:
+    """foot_forces.foot_forces on the first of `joints` and `motions`."""
+    ff.foot_forces(legs, joints[0], rotation, motions[0], normals, force, up)
 
 
 @njit
@@ -379,10 +398,10 @@ def step_own(
     body (BODY_SIZE), s (STATE_SIZE), out (OUT_ROWS, 4)."""
     axes = s[AXIS:X].reshape(12, ax.AXIS_STATES)
     beliefs = body[AXES_AT:BODY_SIZE].reshape(12, ax.AXIS_BELIEFS)
-    legs = body[LEGS_AT:AXES_AT].reshape(4, ff.LEG_COLUMNS)
+    legs = body[LEGS_AT:AXES_AT].view(LEG_NUMBERS)
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(q, body[GEOMETRY:BASE_CENTRE], extension, arms)
-    qd, qdd, torque = np.empty(12), np.empty(12), np.empty(12)
+    joints = np.empty(1, JOINT_MOTION)
     for i in range(12):
         k = 3 * (i // 3)
         load = s[LAST + k + 2]
@@ -402,19 +421,16 @@ def step_own(
             beliefs[i],
             a,
         )
-        qd[i], qdd[i] = a[ax.SPEED] / arms[i], a[ax.ACCELERATION] / arms[i]
-        torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]
-    force, up, rotation, nothing, lift = (
-        np.zeros((4, 3)),
-        np.zeros(4),
-        np.zeros((3, 3)),
-        np.zeros(3),
-        np.empty(3),
-    )
+        joints[0].position[i] = q[i]
+        joints[0].rate[i] = a[ax.SPEED] / arms[i]
+        joints[0].acceleration[i] = a[ax.ACCELERATION] / arms[i]
+        joints[0].torque[i] = (a[ax.FORCE] - a[ax.FRICTION]) * arms[i]
+    force, up, rotation = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3))
+    still = np.zeros(1, BODY_MOTION)
     for k in range(3):
-        rotation[k, k], lift[k] = 1.0, -gravity[k]
+        rotation[k, k], still[0].lift[k] = 1.0, -gravity[k]
     normals = np.zeros((4, 3))
-    ff.foot_forces(legs, q, qd, qdd, torque, rotation, nothing, nothing, lift, normals, force, up)
+    legs_forces(legs, joints, rotation, still, normals, force, up)
     whole = rope[0] + rope[1]
     for k in range(12):
         whole += force[k // 3, k % 3]

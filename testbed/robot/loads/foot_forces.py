@@ -20,26 +20,57 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, part, quantity
+from testbed.machine.names import AXES, JOINTS
 
-# --- columns of a leg (4 x LEG_COLUMNS) ---------------------------------------------------------------------
-HIP = 0
-"""Rotation axis, from the point whose acceleration is given as `lift`, body frame (3)."""
-RADIAL = 3
-"""Direction of the radial joint at rotation 0 (3)."""
-CENTRES = 6
-"""Centres of mass of the three links from the hip with all joints at 0 (3 x 3)."""
-MASSES = 15
-INERTIAS = 18
-"""Principal moments of the three links in their own frame, which turns with the rotation joint (3 x 3)."""
-YAW = 27
-"""Direction of the links' x axis at rotation 0, rad."""
-FOOT = 28
-"""Centre of the foot's sphere from the hip with all joints at 0, x and y (2)."""
-RADIUS = 30
-"""Radius of the foot's sphere: the ground touches it at its lowest point along the ground's normal."""
-LEG_COLUMNS = 31
+XYZ = ("x", "y", "z")
 NOTHING_N = 1e-2
 """Rounding: a force below this is no contact."""
+
+
+class Link(Record):
+    """One link of a leg: what moves with its joint."""
+
+    centre = quantity("m", "centre of mass from the hip, all joints at 0, body frame", per=XYZ)
+    mass = quantity("kg", "mass")
+    inertia = quantity(
+        "kg m2", "principal moments in the link's frame, which turns with the rotation", per=XYZ
+    )
+
+
+class LegNumbers(Record):
+    """Masses, centres and axes of a leg."""
+
+    hip = quantity("m", "rotation axis, from the point whose `lift` is given, body frame", per=XYZ)
+    radial = quantity("1", "direction of the radial joint at rotation 0, body frame", per=XYZ)
+    links = part(Link, "the three links, from the hip out", per=JOINTS)
+    yaw = quantity("rad", "direction of the links' x axis at rotation 0")
+    foot = quantity(
+        "m", "centre of the foot's sphere from the hip, all joints at 0", per=("x", "y")
+    )
+    foot_radius = quantity(
+        "m", "of the foot's sphere: the ground touches its lowest point along the normal"
+    )
+
+
+class JointMotion(Record):
+    """How the twelve joints move, and what drives them."""
+
+    position = quantity("m", "position (rotation: rad)", per=AXES)
+    rate = quantity("m/s", "rate (rotation: rad/s)", per=AXES)
+    acceleration = quantity("m/s2", "change of the rate (rotation: rad/s2)", per=AXES)
+    torque = quantity("N", "driving force (rotation: torque, N m)", per=AXES)
+
+
+class BodyMotion(Record):
+    """How the body moves; the frame is said where it is used."""
+
+    angular_velocity = quantity("rad/s", "turning", per=XYZ)
+    angular_acceleration = quantity("rad/s2", "change of the turning", per=XYZ)
+    lift = quantity("m/s2", "acceleration less gravity of the point that hips count from", per=XYZ)
+
+
+JOINT_MOTION, BODY_MOTION = JointMotion.dtype, BodyMotion.dtype
 
 
 @njit
@@ -51,31 +82,40 @@ def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
 
 @njit
 def link_force(
-    leg: Any, i: int, q: Any, qd: Any, qdd: Any, w: Any, alpha: Any, lift: Any, force: Any, rho: Any
+    leg: Any, i: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
 ) -> float:
     """Force m (a - g) of link i (0..2) into `force`, its centre from the hip into `rho`; returns e_z . d/dt (I w).
 
-    q, qd, qdd (3): joints of this leg. w, alpha, lift (3): the body's turning, its change, and the acceleration less
-    gravity of the point that HIP counts from, all in the body frame.
+    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one BodyMotion, in
+    the body frame.
     """
-    k = CENTRES + 3 * i
-    reach = q[1] if i > 0 else 0.0
+    body = bodies[0]
+    turn, out, down = joints.position[first], joints.position[first + 1], joints.position[first + 2]
+    turning, turning_change = joints.rate[first], joints.acceleration[first]
+    link = leg.links[i]
+    reach = out if i > 0 else 0.0
     rho[0], rho[1] = turn_z(
-        q[0], leg[k] + leg[RADIAL] * reach, leg[k + 1] + leg[RADIAL + 1] * reach
+        turn, link.centre[0] + leg.radial[0] * reach, link.centre[1] + leg.radial[1] * reach
     )
-    rho[2] = leg[k + 2] - (q[2] if i == 2 else 0.0)
-    rx, ry = turn_z(q[0], leg[RADIAL], leg[RADIAL + 1])
-    out, out_rate = (qd[1], qdd[1]) if i > 0 else (0.0, 0.0)
-    down, down_rate = (qd[2], qdd[2]) if i == 2 else (0.0, 0.0)
+    rho[2] = link.centre[2] - (down if i == 2 else 0.0)
+    rx, ry = turn_z(turn, leg.radial[0], leg.radial[1])
+    sliding = i > 0
+    out_rate = joints.rate[first + 1] if sliding else 0.0
+    out_change = joints.acceleration[first + 1] if sliding else 0.0
+    down_rate = joints.rate[first + 2] if i == 2 else 0.0
+    down_change = joints.acceleration[first + 2] if i == 2 else 0.0
     # relative velocity and acceleration of the centre in the turning body
-    vx, vy, vz = -qd[0] * rho[1] + rx * out, qd[0] * rho[0] + ry * out, -down
-    ax = -qdd[0] * rho[1] - qd[0] ** 2 * rho[0] - 2.0 * qd[0] * ry * out + rx * out_rate
-    ay = qdd[0] * rho[0] - qd[0] ** 2 * rho[1] + 2.0 * qd[0] * rx * out + ry * out_rate
-    az = -down_rate
-    sx, sy, sz = leg[HIP] + rho[0], leg[HIP + 1] + rho[1], leg[HIP + 2] + rho[2]
+    vx, vy, vz = -turning * rho[1] + rx * out_rate, turning * rho[0] + ry * out_rate, -down_rate
+    ax = -turning_change * rho[1] - turning**2 * rho[0] - 2.0 * turning * ry * out_rate
+    ax += rx * out_change
+    ay = turning_change * rho[0] - turning**2 * rho[1] + 2.0 * turning * rx * out_rate
+    ay += ry * out_change
+    az = -down_change
+    sx, sy, sz = leg.hip[0] + rho[0], leg.hip[1] + rho[1], leg.hip[2] + rho[2]
+    w, alpha, lift = body.angular_velocity, body.angular_acceleration, body.lift
     wx, wy, wz = w[0], w[1], w[2]
     ux, uy, uz = wy * sz - wz * sy, wz * sx - wx * sz, wx * sy - wy * sx
-    m = leg[MASSES + i]
+    m = link.mass
     force[0] = m * (
         lift[0] + alpha[1] * sz - alpha[2] * sy + wy * uz - wz * uy + 2 * (wy * vz - wz * vy) + ax
     )
@@ -86,76 +126,69 @@ def link_force(
         lift[2] + alpha[0] * sy - alpha[1] * sx + wx * uy - wy * ux + 2 * (wx * vy - wy * vx) + az
     )
     # turning of the link in its own axes: z is shared, x and y are turned by yaw
-    yaw = leg[YAW] + q[0]
-    lx, ly = turn_z(-yaw, wx, wy)
-    n = INERTIAS + 3 * i
-    return float(leg[n + 2] * (alpha[2] + qdd[0]) + lx * ly * (leg[n + 1] - leg[n]))
+    lx, ly = turn_z(-(leg.yaw + turn), wx, wy)
+    ix, iy, iz = link.inertia[0], link.inertia[1], link.inertia[2]
+    return float(iz * (alpha[2] + turning_change) + lx * ly * (iy - ix))
+
+
+@njit
+def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
+    """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body to world."""
+    body = bodies[0]
+    for k in range(3):
+        w = alpha = lift = 0.0
+        for j in range(3):
+            w += rotation[j, k] * world.angular_velocity[j]
+            alpha += rotation[j, k] * world.angular_acceleration[j]
+            lift += rotation[j, k] * world.lift[j]
+        body.angular_velocity[k] = w
+        body.angular_acceleration[k] = alpha
+        body.lift[k] = lift
 
 
 @njit
 def foot_forces(
-    legs: Any,
-    q: Any,
-    qd: Any,
-    qdd: Any,
-    torque: Any,
-    rotation: Any,
-    w_world: Any,
-    alpha_world: Any,
-    lift_world: Any,
-    normals: Any,
-    out: Any,
-    out_normal: Any,
+    legs: Any, joints: Any, rotation: Any, motion: Any, normals: Any, out: Any, out_normal: Any
 ) -> None:
     """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's normal (4).
 
-    q, qd (12) and rotation (3, 3) before the step; qdd (12), alpha and lift (3, world) its changes of velocity over
-    its length, lift less gravity; torque (12) what drove the joints.
+    legs (4) LegNumbers; joints (JointMotion) and rotation (3, 3) before the step, accelerations over it; motion:
+    BodyMotion in the world frame over the step; normals (4, 3) of the ground, world frame.
     """
-    w, alpha, lift = np.empty(3), np.empty(3), np.empty(3)
-    for k in range(3):
-        w[k] = alpha[k] = lift[k] = 0.0
-        for j in range(3):
-            w[k] += rotation[j, k] * w_world[j]
-            alpha[k] += rotation[j, k] * alpha_world[j]
-            lift[k] += rotation[j, k] * lift_world[j]
+    bodies = np.empty(1, BODY_MOTION)
+    in_body_frame(rotation, motion, bodies)
     force, rho = np.empty(3), np.empty(3)
-    for leg in range(4):
-        p, a = legs[leg], slice(3 * leg, 3 * leg + 3)
-        rx, ry = turn_z(q[3 * leg], p[RADIAL], p[RADIAL + 1])
-        moment = -torque[3 * leg]
-        along = -torque[3 * leg + 1]
-        up = torque[3 * leg + 2]
+    for k in range(4):
+        leg, first = legs[k], 3 * k
+        turn, reach_out = joints.position[first], joints.position[first + 1]
+        rx, ry = turn_z(turn, leg.radial[0], leg.radial[1])
+        moment = -joints.torque[first]
+        along = -joints.torque[first + 1]
+        up = joints.torque[first + 2]
         for i in range(3):
-            moment += link_force(p, i, q[a], qd[a], qdd[a], w, alpha, lift, force, rho)
+            moment += link_force(leg, i, first, joints, bodies, force, rho)
             moment += rho[0] * force[1] - rho[1] * force[0]
             if i > 0:
                 along += rx * force[0] + ry * force[1]
             if i == 2:
                 up += force[2]
-        nx = (
-            rotation[0, 0] * normals[leg, 0]
-            + rotation[1, 0] * normals[leg, 1]
-            + rotation[2, 0] * normals[leg, 2]
-        )
-        ny = (
-            rotation[0, 1] * normals[leg, 0]
-            + rotation[1, 1] * normals[leg, 1]
-            + rotation[2, 1] * normals[leg, 2]
-        )
+        nx = ny = 0.0
+        for j in range(3):
+            nx += rotation[j, 0] * normals[k, j]
+            ny += rotation[j, 1] * normals[k, j]
         fx, fy = turn_z(
-            q[3 * leg],
-            p[FOOT] + p[RADIAL] * q[3 * leg + 1],
-            p[FOOT + 1] + p[RADIAL + 1] * q[3 * leg + 1],
+            turn,
+            leg.foot[0] + leg.radial[0] * reach_out,
+            leg.foot[1] + leg.radial[1] * reach_out,
         )
-        fx, fy = fx - p[RADIUS] * nx, fy - p[RADIUS] * ny
+        fx, fy = fx - leg.foot_radius * nx, fy - leg.foot_radius * ny
         reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
         across = (moment + aside * along) / reach
         bx, by = along * rx - across * ry, along * ry + across * rx
         size = math.sqrt(bx * bx + by * by + up * up)
         if size < NOTHING_N:
             bx = by = up = 0.0
-        out_normal[leg] = 0.0
-        for k in range(3):
-            out[leg, k] = rotation[k, 0] * bx + rotation[k, 1] * by + rotation[k, 2] * up
-            out_normal[leg] += out[leg, k] * normals[leg, k]
+        out_normal[k] = 0.0
+        for j in range(3):
+            out[k, j] = rotation[j, 0] * bx + rotation[j, 1] * by + rotation[j, 2] * up
+            out_normal[k] += out[k, j] * normals[k, j]

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from testbed.benchmarks.harness import run
 from testbed.benchmarks.hydraulics.balance import balance, machine, oil
-from testbed.benchmarks.hydraulics.check import compare, kernel_forces, run_check
+from testbed.benchmarks.hydraulics.benchmark import Hydraulics, compare, kernel_forces
 from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
@@ -400,7 +401,7 @@ def test_numbers_that_cannot_be_are_refused_by_name(path: str, value: float) -> 
 
 
 def test_the_check_writes_its_table(tmp_path: Path) -> None:
-    answer = run_check(tmp_path / "out", manoeuvres=1, seconds=2.0)
+    answer = run(Hydraulics(manoeuvres=1, seconds=2.0), tmp_path / "out")
     assert json.loads((tmp_path / "out" / "hydraulics.json").read_text()) == answer
     lines = (tmp_path / "out" / "hydraulics.csv").read_text().splitlines()
     assert len(lines) == 3
