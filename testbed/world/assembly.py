@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed import resources
-from testbed.control.believed_model import believed_model
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import gait_of
@@ -26,13 +24,15 @@ from testbed.laws import drill as d
 from testbed.laws import traction as tr
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
+from testbed.machine.groups import Rope
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
-from testbed.machine.provenance import Parameters, roboclimber
-from testbed.robot.kinematics import LegKinematics
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
-from testbed.robot.model import Payload, RobotModel
+from testbed.robot.model import RobotModel
+from testbed.robot.robot import Robot
+from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
 from testbed.world import plant, sensing
 from testbed.world.board import Board
@@ -55,7 +55,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass
-class Machine:
+class Assembled:
     """Everything one run steps: truth on the left of the wall, electronics on the right."""
 
     board: Board
@@ -68,6 +68,7 @@ class Machine:
     added_noise_rng: np.random.Generator
     judge: Judge
     kinematics: RobotModel
+    belief: Robot
     start_joints: Array
     start_base: Array
     start_events: list[dict[str, Any]]
@@ -115,23 +116,21 @@ class Machine:
         return picture(self, width, height)
 
 
-def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine:
+def assemble(
+    scenario: Scenario, machines: Machines, model: str | Path | None, gui: bool
+) -> Assembled:
     """Build the world of a scenario and start it in equilibrium.
 
     Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
     """
-    machine = roboclimber()
-    true = machine.replaced(scenario.hydraulics.parameters)
-    if scenario.hydraulics.supply_pressure_pa is not None:
-        true = true.replaced(
-            {"power_unit.supply_pressure_pa": scenario.hydraulics.supply_pressure_pa}
-        )
-    believed = machine.replaced(scenario.model.parameters)
+    carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
+    true = machines.truth
+    truth, belief = (Robot.of(m, carried, height) for m in (true, machines.belief))
+    linkage, kinematics = truth.linkage, truth.model
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     t, r = scenario.terrain, scenario.rates
     ground = make_ground(t)
-    linkage = RotationLinkage.from_parameters(true)
-    params = axis_parameters(true, linkage.stroke_m, locked=scenario.hydraulics.valves_locked)
+    params = axis_parameters(true, locked=scenario.hydraulics.valves_locked)
     unit = unit_parameters(true, pump_on=scenario.hydraulics.pump)
     switch_off(scenario.hydraulics.without, params, unit)
     transducers, sensors = sensing.sensor_arrays(true, scenario.sensors, seeds[0])
@@ -139,15 +138,9 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     put_into_cylinders(hidden, params)
     put_into_supply(hidden, unit)
     put_into_sensors(hidden, transducers, 1.0 / r.sensor_hz)
-    rod_store = true["rod_store_body"]
     drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
-    payload = (
-        Payload(scenario.carried_kg, rod_store["position_m"]) if scenario.carried_kg > 0 else None
-    )
-    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
-    kinematics = RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
     engine = Engine(
-        urdf,
+        true.urdf,
         ground,
         step_s=1.0 / r.physics_hz,
         robot_first=t.loading_order == "robot_first",
@@ -155,8 +148,8 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
         sinking=t.loose,
     )
     try:
-        if payload is not None:
-            engine.add_store_mass(payload.mass_kg)
+        if carried > 0.0:
+            engine.add_store_mass(carried)
         for number, axis in enumerate(AXES):
             engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
         start = find_start(
@@ -166,7 +159,7 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
             scenario,
             model,
             true,
-            believed,
+            belief,
             ground,
             engine,
             kinematics,
@@ -188,8 +181,8 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
 def _build(
     scenario: Scenario,
     model: str | Path | None,
-    true: Parameters,
-    believed: Parameters,
+    true: Machine,
+    belief: Robot,
     ground: Ground,
     engine: Engine,
     kinematics: RobotModel,
@@ -202,7 +195,7 @@ def _build(
     sensors: Array,
     seeds: list[np.random.Generator],
     hidden: Hidden,
-) -> Machine:
+) -> Assembled:
     engine.reset(start.position_m, start.rotation, start.joints)
     extension, arms = start.joints.copy(), np.ones(len(AXES))
     for i in range(0, len(AXES), 3):
@@ -212,7 +205,7 @@ def _build(
     b.params[:], b.unit[:], b.transducers[:], b.sensors[:] = params, unit, transducers, sensors
     b.axes[:] = start_axes(params, extension, start.joint_forces / arms)
     b.supply[:] = start_supply(
-        unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"]
+        unit, scenario.hydraulics.oil_temperature_degc, true.power_unit.tank_oil_m3
     )
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
@@ -223,21 +216,21 @@ def _build(
         legs["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
     b.legs[:] = LegNumbers.as_table(legs)
     b.ground_normals[:] = ground.normal_in_world
-    b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
+    b.ropes[:] = _ropes(scenario, start, kinematics, true.rope)
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
     b.body[plant.TRACTION_NUMBERS] = traction_numbers(true, strokes=scenario.ropes.strokes)
-    b.gains[:] = gains(believed, float(arms[0]))
+    b.gains[:] = gains(belief.machine, float(arms[0]))
     b.reference[:] = start.joints
     b.drill_loads[:] = drill.loads
     drill.loads = b.drill_loads
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
-    expected = ExpectedLoads(kinematics)
+    expected = ExpectedLoads(belief.model, belief.machine)
     pulls = start.rope_tension_n[:, None] * (start.rope_directions @ start.rotation)
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
-    return Machine(
+    return Assembled(
         board=b,
         engine=engine,
         ground=ground,
@@ -247,49 +240,46 @@ def _build(
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(start.rotation, weight, raised),
         kinematics=kinematics,
+        belief=belief,
         start_joints=start.joints,
         start_base=start.position_m.copy(),
         start_events=thrust_events(scenario.task, thrust),
         thrust=thrust,
         locked=scenario.hydraulics.valves_locked,
-        chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
+        chain=_chain(scenario, model, belief, start.rope_directions),
         expectation=Expectation(expected, start.rope_directions),
-        gait=gait_of(scenario, _believed_start(scenario, believed, start)),
+        gait=gait_of(scenario, _believed_start(belief, start)),
     )
 
 
-def _believed_start(scenario: Scenario, believed: Parameters, start: Start) -> BelievedStart:
+def _believed_start(belief: Robot, start: Start) -> BelievedStart:
     """What people measured of the place and the load before the run, and what control believes of the machine."""
     return BelievedStart(
+        robot=belief,
         joints=start.joints,
         load_n=start.foot_forces_in_body[:, 2],
         rope_tension_n=start.rope_tension_n,
         rope_directions_in_body=start.rope_directions @ start.rotation,
         anchors_in_body_m=(start.anchors_m - start.position_m) @ start.rotation,
-        legs=LegKinematics.from_parameters(believed),
-        make_model=partial(believed_model, scenario),
     )
 
 
 def _chain(
     scenario: Scenario,
     model: str | Path | None,
-    believed: Parameters,
-    kinematics: RobotModel,
+    robot: Robot,
     rope_directions: Array,
 ) -> EstimatorChain:
     from dataclasses import replace
 
     dt = 1.0 / scenario.rates.estimator_hz
     if model is None:
-        belief = Believed.from_machine(believed, dt)
+        belief = Believed.from_machine(robot.machine, dt)
     else:
         from testbed.effects import read_believed
 
         with naming(model):
-            belief = Believed.from_model(
-                read_believed(model), dt, believed["sensor"]["encoder_linear_m"]
-            )
+            belief = Believed.from_model(read_believed(model), dt, robot.machine)
     wanted = {
         "kbf_q_n2": scenario.estimator.process_variance_n2,
         "kbf_r_n2": scenario.estimator.measurement_variance_n2,
@@ -297,11 +287,11 @@ def _chain(
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
     changes = {name: value for name, value in wanted.items() if value is not None}
-    body = packed(believed, kinematics, belief.legs, dt, rope_directions)
+    body = packed(robot.machine, robot.model, belief.legs, dt, rope_directions)
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
-def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters) -> Array:
+def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Rope) -> Array:
     ropes = np.zeros((2, plant.ROPE_COLUMNS))
     r = scenario.ropes
     for k in range(2):
@@ -311,11 +301,11 @@ def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Pa
         chord = start.anchors_m[k] - point
         length, tension = float(np.linalg.norm(chord)), float(start.rope_tension_n[k])
         if r.sag:
-            ropes[k, plant.WEIGHT] = numbers["mass_per_length_kg_m"] * GRAVITY_M_S2
-            ropes[k, plant.CLEARANCE] = numbers["clearance_m"]
+            ropes[k, plant.WEIGHT] = numbers.mass_per_length_kg_m * GRAVITY_M_S2
+            ropes[k, plant.CLEARANCE] = numbers.clearance_m
             across = ropes[k, plant.WEIGHT] * float(np.hypot(chord[0], chord[1])) / length
             ropes[k, plant.UNSTRAINED] = unstrained_sagging(
-                length, tension, r.stiffness_ea_n, across, numbers["clearance_m"]
+                length, tension, r.stiffness_ea_n, across, numbers.clearance_m
             )
         else:
             ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, r.stiffness_ea_n)
