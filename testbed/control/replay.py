@@ -1,6 +1,6 @@
 """A gait over a recording: it is fed the rows that a run recorded, and its commands are kept instead of followed.
 
-rows = rows_of(read_run(folder).data)
+rows = rows_of(columns)  # name -> (n,), as a recording has them
 commands = replay(Mine(start), rows)
 commands.joints - rows["reference"][commands.row]
 """
