@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from testbed.control.believed_model import believed_model
 from testbed.control.gait import BelievedStart
 from testbed.control.gaits.own import own_gait
 from testbed.control.measured import Measured, rows_of
 from testbed.control.replay import Commands, replay
-from testbed.machine.provenance import roboclimber
-from testbed.robot.kinematics import LegKinematics
+from testbed.robot.robot import Robot
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.simulation.runs import Columns, read_run
 from testbed.world.ground.terrain import anchors_in_world
@@ -32,17 +30,16 @@ def replay_gait(name: str, folder: str | Path) -> tuple[Commands, Columns]:
 
 def recorded_start(scenario: Scenario, first: Measured) -> BelievedStart:
     """The start of a run as its first row has it; `joints` are encoder readings then, not set points."""
-    legs = LegKinematics.from_parameters(roboclimber().replaced(scenario.model.parameters))
-    model = partial(believed_model, scenario)
-    height = -float(legs.feet(first.position)[:, 2].mean())
-    anchors = anchors_in_world(scenario.ropes, np.eye(3)) - np.array([0.0, 0.0, height])
-    ways = anchors - model().rope_attachments_m
+    height = scenario.ropes.attachment_height_m
+    robot = Robot.of(machines_of(scenario).belief, scenario.carried_kg, height)
+    above = -float(robot.legs.feet(first.position)[:, 2].mean())
+    anchors = anchors_in_world(scenario.ropes, np.eye(3)) - np.array([0.0, 0.0, above])
+    ways = anchors - robot.model.rope_attachments_m
     return BelievedStart(
+        robot=robot,
         joints=first.position,
-        load_n=first.own["z"].copy(),
+        load_n=first.own["z"],
         rope_tension_n=first.rope_tension,
         rope_directions_in_body=ways / np.linalg.norm(ways, axis=1)[:, None],
         anchors_in_body_m=anchors,
-        legs=legs,
-        make_model=model,
     )
