@@ -7,7 +7,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from testbed.formats.checked import Checked, Four, Names, Numbers, Pair, Sequence, impossible
+from testbed.formats.checked import (
+    Checked,
+    Four,
+    NameOrClass,
+    Names,
+    Numbers,
+    Pair,
+    Sequence,
+    impossible,
+)
 from testbed.machine.names import AXES, LEGS
 from testbed.scenario.hydraulic_parts import HydraulicPart
 from testbed.scenario.terrain import Terrain
@@ -215,10 +224,14 @@ class Model(Checked):
     )
 
 
+CONTROLLERS = ("position_hold", "pseudo_inverse", "qp", "drill", "learned")
+"""The shipped ways to share the load out; control/distribution/controllers.py has the class of each."""
+
+
 class Control(Checked):
     """How the load is shared out between feet and ropes."""
 
-    distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill", "learned"] = Field(
+    distribution: Annotated[str, NameOrClass(CONTROLLERS)] = Field(
         default="position_hold",
         description="controller of the foot loads; position_hold leaves them alone",
     )
