@@ -13,30 +13,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES
-from testbed.machine.provenance import Parameters
 
 Array = NDArray[np.float64]
 (KP, KI, FEEDFORWARD, DEADBAND, TOLERANCE, LIMIT, INTEGRAL_LIMIT, GAIN_COLUMNS) = range(8)
 
 
-def gains(p: Parameters, arm_m: float) -> Array:
+def gains(machine: Machine, arm_m: float) -> Array:
     """(12, GAIN_COLUMNS) for joint coordinates: joint 1's rad are turned into cylinder metres by its arm (m/rad)."""
     out = np.zeros((len(AXES), GAIN_COLUMNS))
-    valve = p["valve"]
-    for i in range(len(AXES)):
-        joint = ("rotation", "radial", "vertical")[i % 3]
-        bore = p[f"{joint}_cylinder"]["bore_m"]
-        speed = valve[f"rated_flow_{joint}_m3_s"] / (np.pi / 4 * bore**2)
+    control = machine.control
+    for i, axis in enumerate(machine.axes.values()):
+        speed = axis.rated_flow_m3_s / (np.pi / 4 * axis.cylinder.bore_m**2)
         scale = arm_m if i % 3 == 0 else 1.0
-        control = p["control"]
-        out[i, KP] = control["loop_gain_1_s"] / speed * scale
-        out[i, KI] = control["integral_gain_1_s2"] / speed * scale
+        out[i, KP] = control.loop_gain_1_s / speed * scale
+        out[i, KI] = control.integral_gain_1_s2 / speed * scale
         out[i, FEEDFORWARD] = scale / speed
-        out[i, DEADBAND] = control["deadband_compensation"]
-        out[i, TOLERANCE] = control["tolerance_m"] / scale
+        out[i, DEADBAND] = control.deadband_compensation
+        out[i, TOLERANCE] = control.tolerance_m / scale
         out[i, LIMIT] = 1.0
-        out[i, INTEGRAL_LIMIT] = control["integral_limit"]
+        out[i, INTEGRAL_LIMIT] = control.integral_limit
     return out
 
 

@@ -9,13 +9,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from testbed.errors import InputError
+from testbed.errors import InputError, naming
 from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
+from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
-from testbed.machine.limits import check_cylinders, check_power_unit, only_in_urdf
-from testbed.machine.provenance import check_parameters, roboclimber
+from testbed.machine.limits import only_in_urdf
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
+from testbed.scenario.machines import Machines, machines_of
 from testbed.scenario.parts import (
     Control,
     Estimator,
@@ -36,6 +37,7 @@ from testbed.scenario.tasks import (
     Event,
     LiftFoot,
     Payload,
+    Program,
     RodChange,
     SetRope,
     Stand,
@@ -85,7 +87,7 @@ class Scenario(Checked):
 
     @model_validator(mode="after")
     def _events_can_happen(self) -> Scenario:
-        if isinstance(self.task, Crawl | Sway):
+        if isinstance(self.task, Crawl | Sway | Program):
             for event in self.events:
                 if isinstance(event, LiftFoot | SetRope):
                     raise impossible(
@@ -94,8 +96,16 @@ class Scenario(Checked):
                     )
         return self
 
-    @model_validator(mode="after")
-    def _store_holds_the_rods(self) -> Scenario:
+    @property
+    def carried_kg(self) -> float:
+        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
+        return self.robot.payload_kg + (
+            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
+        )
+
+    @property
+    def taken_kg(self) -> float:
+        """What tasks and events take off the rod store, kg."""
         taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
         if isinstance(self.task, Drill):
             laps = 1
@@ -103,20 +113,7 @@ class Scenario(Checked):
                 lap_s = sum(p.duration_s for p in self.task.phases)
                 laps = math.ceil(max(self.duration_s - self.task.start_s, 0.0) / lap_s)
             taken += laps * sum(p.rod_kg for p in self.task.phases if isinstance(p, RodChange))
-        held = self.carried_kg + float(roboclimber()["rod_store_body"]["mass_kg"])
-        if taken >= held:
-            raise impossible(
-                f"{taken:g} kg are taken off a rod store of {held:g} kg",
-                "less of it, or a larger robot.payload_kg",
-            )
-        return self
-
-    @property
-    def carried_kg(self) -> float:
-        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
-        return self.robot.payload_kg + (
-            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
-        )
+        return taken
 
 
 def load_scenario(
@@ -146,9 +143,12 @@ def load_scenario(
         data["duration_s"] = duration
     _find_file(data, path, "robot", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
+    _find_class(data, path, "task", "file")
+    _find_class(data, path, "control", "distribution")
     scenario = _on_its_slope(checked(Scenario, data, path))
-    _check_numbers(scenario.hydraulics.parameters, path, "hydraulics.parameters")
-    _check_numbers(scenario.model.parameters, path, "model.parameters")
+    _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
+    _check_effect(scenario.model.parameters, path, "model.parameters")
+    _check_store(scenario, machines_of(scenario, path), path)
     return scenario
 
 
@@ -168,6 +168,20 @@ def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") 
         part[key] = str(file)
 
 
+def _find_class(data: Any, path: Path, section: str, key: str) -> None:
+    """Make the file of a class of the user's own absolute: it counts from the scenario's folder, then from here."""
+    part = data.get(section) if isinstance(data, dict) else None
+    if not isinstance(part, dict):
+        return
+    name = part.get(key)
+    if isinstance(name, str) and is_user_class(name):
+        with naming(path):
+            file, found = split_user_class(
+                name, field=f"{section}.{key}", folders=(path.parent, Path())
+            )
+        part[key] = f"{file}:{found}"
+
+
 def _on_its_slope(scenario: Scenario) -> Scenario:
     """Where the ground comes from an elevation file in the world's frame, its slope is the file's."""
     terrain = scenario.terrain
@@ -179,9 +193,8 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"terrain": changed})
 
 
-def _check_numbers(changes: Numbers, file: Path, section: str) -> None:
-    """Refuse a change of a number that the machine does not have, that does nothing, of another shape or impossible."""
-    check_parameters(changes, file, section)
+def _check_effect(changes: Numbers, file: Path, section: str) -> None:
+    """Refuse a change of a number that does nothing."""
     for name, value in changes.items():
         if only_in_urdf(name, believed=section.startswith("model.")):
             raise InputError(
@@ -191,10 +204,17 @@ def _check_numbers(changes: Numbers, file: Path, section: str) -> None:
                 value=value,
                 allowed="another URDF in robot.urdf, or a load in robot.payload_kg",
             )
-    if changes:
-        changed = roboclimber().replaced(changes)
-        check_cylinders(changed, file, section)
-        check_power_unit(changed, file, section)
+
+
+def _check_store(scenario: Scenario, machines: Machines, file: Path) -> None:
+    """Refuse to take more off the rod store than it weighs."""
+    taken, held = scenario.taken_kg, scenario.carried_kg + machines.truth.rod_store_body.mass_kg
+    if taken >= held:
+        raise InputError(
+            f"{taken:g} kg are taken off a rod store of {held:g} kg",
+            file=file,
+            allowed="less of it, or a larger robot.payload_kg",
+        )
 
 
 def _override(data: dict[str, Any], text: str) -> None:

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed import resources
-from testbed.control.believed_model import believed_model
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import gait_of
@@ -26,24 +24,27 @@ from testbed.laws import drill as d
 from testbed.laws import traction as tr
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
+from testbed.machine.groups import Rope
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
-from testbed.machine.provenance import Parameters, roboclimber
-from testbed.robot.kinematics import LegKinematics
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
-from testbed.robot.model import Payload, RobotModel
+from testbed.robot.model import RobotModel
+from testbed.robot.robot import Robot
+from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
 from testbed.world import plant, sensing
 from testbed.world.board import Board
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
-from testbed.world.ground.footing import Footing
+from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
 from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
 from testbed.world.undeclared import (
+    bodies_of,
     hidden_of,
     put_into_cylinders,
     put_into_sensors,
@@ -55,7 +56,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass
-class Machine:
+class Assembled:
     """Everything one run steps: truth on the left of the wall, electronics on the right."""
 
     board: Board
@@ -68,10 +69,13 @@ class Machine:
     added_noise_rng: np.random.Generator
     judge: Judge
     kinematics: RobotModel
+    belief: Robot
     start_joints: Array
     start_base: Array
     start_events: list[dict[str, Any]]
     thrust: ThrustBound
+    thrust_factor: float
+    """True thrust over the ordered one."""
     # electronics
     locked: bool
     chain: EstimatorChain
@@ -84,11 +88,12 @@ class Machine:
         return drill_known(self.drill, self._drill_known)
 
     def limit_thrust(self) -> None:
-        """Hold the feed that the drill orders to what the stance allows."""
+        """Hold the feed that the drill orders to what the stance allows; what comes of it may be another thrust."""
         feed = self.drill.loads[d.FEED]
         if feed > self.thrust.most_n:
             self.drill.ordered[0] -= feed - self.thrust.most_n
             self.drill.loads[d.FEED] = self.thrust.most_n
+        self.drill.loads[d.FEED] *= self.thrust_factor
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
@@ -115,23 +120,20 @@ class Machine:
         return picture(self, width, height)
 
 
-def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine:
+def assemble(
+    scenario: Scenario, machines: Machines, model: str | Path | None, gui: bool
+) -> Assembled:
     """Build the world of a scenario and start it in equilibrium.
 
     Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
     """
-    machine = roboclimber()
-    true = machine.replaced(scenario.hydraulics.parameters)
-    if scenario.hydraulics.supply_pressure_pa is not None:
-        true = true.replaced(
-            {"power_unit.supply_pressure_pa": scenario.hydraulics.supply_pressure_pa}
-        )
-    believed = machine.replaced(scenario.model.parameters)
+    carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
+    true = machines.truth
+    belief = Robot.of(machines.belief, carried, height)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     t, r = scenario.terrain, scenario.rates
     ground = make_ground(t)
-    linkage = RotationLinkage.from_parameters(true)
-    params = axis_parameters(true, linkage.stroke_m, locked=scenario.hydraulics.valves_locked)
+    params = axis_parameters(true, locked=scenario.hydraulics.valves_locked)
     unit = unit_parameters(true, pump_on=scenario.hydraulics.pump)
     switch_off(scenario.hydraulics.without, params, unit)
     transducers, sensors = sensing.sensor_arrays(true, scenario.sensors, seeds[0])
@@ -139,34 +141,37 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     put_into_cylinders(hidden, params)
     put_into_supply(hidden, unit)
     put_into_sensors(hidden, transducers, 1.0 / r.sensor_hz)
-    rod_store = true["rod_store_body"]
     drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
-    payload = (
-        Payload(scenario.carried_kg, rod_store["position_m"]) if scenario.carried_kg > 0 else None
-    )
-    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
-    kinematics = RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
-    engine = Engine(
-        urdf,
-        ground,
-        step_s=1.0 / r.physics_hz,
-        robot_first=t.loading_order == "robot_first",
-        gui=gui,
-        sinking=t.loose,
-    )
+    with bodies_of(hidden, true.urdf) as urdf:
+        truth = Robot.of(true, carried, height, urdf)
+        engine = Engine(
+            urdf,
+            ground,
+            step_s=1.0 / r.physics_hz,
+            robot_first=t.loading_order == "robot_first",
+            gui=gui,
+            sinking=t.loose or sinking(tuple(hidden.feet.values())),
+        )
+    linkage, kinematics = truth.linkage, truth.model
     try:
-        if payload is not None:
-            engine.add_store_mass(payload.mass_kg)
+        if carried > 0.0:
+            engine.add_store_mass(carried)
         for number, axis in enumerate(AXES):
             engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
         start = find_start(
-            scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN))
+            scenario,
+            ground,
+            kinematics,
+            engine,
+            true,
+            drill_known(drill, np.zeros(d.KNOWN)),
+            hidden,
         )
         return _build(
             scenario,
             model,
             true,
-            believed,
+            belief,
             ground,
             engine,
             kinematics,
@@ -188,8 +193,8 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
 def _build(
     scenario: Scenario,
     model: str | Path | None,
-    true: Parameters,
-    believed: Parameters,
+    true: Machine,
+    belief: Robot,
     ground: Ground,
     engine: Engine,
     kinematics: RobotModel,
@@ -202,7 +207,7 @@ def _build(
     sensors: Array,
     seeds: list[np.random.Generator],
     hidden: Hidden,
-) -> Machine:
+) -> Assembled:
     engine.reset(start.position_m, start.rotation, start.joints)
     extension, arms = start.joints.copy(), np.ones(len(AXES))
     for i in range(0, len(AXES), 3):
@@ -212,7 +217,7 @@ def _build(
     b.params[:], b.unit[:], b.transducers[:], b.sensors[:] = params, unit, transducers, sensors
     b.axes[:] = start_axes(params, extension, start.joint_forces / arms)
     b.supply[:] = start_supply(
-        unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"]
+        unit, scenario.hydraulics.oil_temperature_degc, true.power_unit.tank_oil_m3
     )
     b.geometry[:] = linkage.geometry
     b.base_turn[:] = engine.base_turn
@@ -223,21 +228,21 @@ def _build(
         legs["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
     b.legs[:] = LegNumbers.as_table(legs)
     b.ground_normals[:] = ground.normal_in_world
-    b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
+    b.ropes[:] = _ropes(scenario, start, kinematics, true.rope, hidden.rope_stiffness_factor)
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
     b.body[plant.TRACTION_NUMBERS] = traction_numbers(true, strokes=scenario.ropes.strokes)
-    b.gains[:] = gains(believed, float(arms[0]))
+    b.gains[:] = gains(belief.machine, float(arms[0]))
     b.reference[:] = start.joints
     b.drill_loads[:] = drill.loads
     drill.loads = b.drill_loads
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
-    expected = ExpectedLoads(kinematics)
-    pulls = start.rope_tension_n[:, None] * (start.rope_directions @ start.rotation)
+    expected = ExpectedLoads(belief.model, belief.machine)
+    pulls = start.rope_tension_n[:, None] * (start.surveyed_directions @ start.rotation)
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
-    return Machine(
+    return Assembled(
         board=b,
         engine=engine,
         ground=ground,
@@ -247,49 +252,47 @@ def _build(
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(start.rotation, weight, raised),
         kinematics=kinematics,
+        belief=belief,
         start_joints=start.joints,
         start_base=start.position_m.copy(),
         start_events=thrust_events(scenario.task, thrust),
         thrust=thrust,
+        thrust_factor=hidden.thrust_factor,
         locked=scenario.hydraulics.valves_locked,
-        chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
-        expectation=Expectation(expected, start.rope_directions),
-        gait=gait_of(scenario, _believed_start(scenario, believed, start)),
+        chain=_chain(scenario, model, belief, start.surveyed_directions),
+        expectation=Expectation(expected, start.surveyed_directions),
+        gait=gait_of(scenario, _believed_start(belief, start)),
     )
 
 
-def _believed_start(scenario: Scenario, believed: Parameters, start: Start) -> BelievedStart:
+def _believed_start(belief: Robot, start: Start) -> BelievedStart:
     """What people measured of the place and the load before the run, and what control believes of the machine."""
     return BelievedStart(
+        robot=belief,
         joints=start.joints,
         load_n=start.foot_forces_in_body[:, 2],
         rope_tension_n=start.rope_tension_n,
-        rope_directions_in_body=start.rope_directions @ start.rotation,
-        anchors_in_body_m=(start.anchors_m - start.position_m) @ start.rotation,
-        legs=LegKinematics.from_parameters(believed),
-        make_model=partial(believed_model, scenario),
+        rope_directions_in_body=start.surveyed_directions @ start.rotation,
+        anchors_in_body_m=(start.surveyed_anchors_m - start.position_m) @ start.rotation,
     )
 
 
 def _chain(
     scenario: Scenario,
     model: str | Path | None,
-    believed: Parameters,
-    kinematics: RobotModel,
+    robot: Robot,
     rope_directions: Array,
 ) -> EstimatorChain:
     from dataclasses import replace
 
     dt = 1.0 / scenario.rates.estimator_hz
     if model is None:
-        belief = Believed.from_machine(believed, dt)
+        belief = Believed.from_machine(robot.machine, dt)
     else:
         from testbed.effects import read_believed
 
         with naming(model):
-            belief = Believed.from_model(
-                read_believed(model), dt, believed["sensor"]["encoder_linear_m"]
-            )
+            belief = Believed.from_model(read_believed(model), dt, robot.machine)
     wanted = {
         "kbf_q_n2": scenario.estimator.process_variance_n2,
         "kbf_r_n2": scenario.estimator.measurement_variance_n2,
@@ -297,13 +300,16 @@ def _chain(
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
     changes = {name: value for name, value in wanted.items() if value is not None}
-    body = packed(believed, kinematics, belief.legs, dt, rope_directions)
+    body = packed(robot.machine, robot.model, belief.legs, dt, rope_directions)
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
-def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters) -> Array:
+def _ropes(
+    scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Rope, stiffness_factor: float
+) -> Array:
     ropes = np.zeros((2, plant.ROPE_COLUMNS))
     r = scenario.ropes
+    stiffness = stiffness_factor * r.stiffness_ea_n
     for k in range(2):
         point = start.position_m + start.rotation @ kinematics.rope_attachments_m[k]
         ropes[k, plant.ANCHOR] = start.anchors_m[k]
@@ -311,17 +317,17 @@ def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Pa
         chord = start.anchors_m[k] - point
         length, tension = float(np.linalg.norm(chord)), float(start.rope_tension_n[k])
         if r.sag:
-            ropes[k, plant.WEIGHT] = numbers["mass_per_length_kg_m"] * GRAVITY_M_S2
-            ropes[k, plant.CLEARANCE] = numbers["clearance_m"]
+            ropes[k, plant.WEIGHT] = numbers.mass_per_length_kg_m * GRAVITY_M_S2
+            ropes[k, plant.CLEARANCE] = numbers.clearance_m
             across = ropes[k, plant.WEIGHT] * float(np.hypot(chord[0], chord[1])) / length
             ropes[k, plant.UNSTRAINED] = unstrained_sagging(
-                length, tension, r.stiffness_ea_n, across, numbers["clearance_m"]
+                length, tension, stiffness, across, numbers.clearance_m
             )
         else:
-            ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, r.stiffness_ea_n)
+            ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, stiffness)
         ropes[k, plant.TRACTION.start + tr.WAY] = -1.0
         ropes[k, plant.TRACTION.start + tr.PLACE] = tr.RESERVE_M
         ropes[k, plant.TENSION] = start.rope_tension_n[k]
-        ropes[k, plant.EA], ropes[k, plant.DAMPING] = r.stiffness_ea_n, r.damping_n_s_m
+        ropes[k, plant.EA], ropes[k, plant.DAMPING] = stiffness, r.damping_n_s_m
         ropes[k, plant.BREAKING], ropes[k, plant.WHOLE] = r.breaking_load_n, float(r.enabled)
     return ropes

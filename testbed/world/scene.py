@@ -11,7 +11,7 @@ from testbed.laws import drill as d
 from testbed.world import plant
 
 if TYPE_CHECKING:
-    from testbed.world.assembly import Machine
+    from testbed.world.assembly import Assembled
 
 Array = NDArray[np.float64]
 ROPE_COLOUR = (0.15, 0.15, 0.17, 1.0)
@@ -20,7 +20,7 @@ ROPE_RADIUS_M = 0.03
 ROD_COLOUR = (0.62, 0.64, 0.67, 1.0)
 
 
-def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
+def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
     """(height, width, 3): the robot from the lower left, looking up the slope."""
     m, b, engine = machine, machine.board, machine.engine
     plant.rotation_matrix(b.base[3:7], b.rotation)

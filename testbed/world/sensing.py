@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, SIDES
-from testbed.machine.provenance import Parameters
 from testbed.scenario.parts import Sensors
 
 Array = NDArray[np.float64]
@@ -61,32 +61,30 @@ NOISES, ADDED_NOISES = 24 + 2 + 3 + 3 + 1, 3
 DELAY_LENGTH = 256
 
 
-def sensor_arrays(p: Parameters, chosen: Sensors, rng: np.random.Generator) -> tuple[Array, Array]:
+def sensor_arrays(p: Machine, chosen: Sensors, rng: np.random.Generator) -> tuple[Array, Array]:
     """Transducer numbers (24, PRESSURE_COLUMNS) and common ones; each transducer draws its own thermal zero."""
-    s = p["sensor"]
+    s = p.sensor
     t = np.zeros((24, PRESSURE_COLUMNS))
-    t[:, GAIN], t[:, RANGE] = 1.0, s["pressure_range_pa"]
-    per_kelvin = s["thermal_zero_share"] * s["pressure_range_pa"] / s["thermal_range_k"]
+    t[:, GAIN], t[:, RANGE] = 1.0, s.pressure_range_pa
+    per_kelvin = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k
     draws = rng.uniform(-1.0, 1.0, 24)
     if "pressure" not in chosen.without:
-        t[:, NOISE] = s["pressure_noise_pa"] if chosen.noise else 0.0
-        t[:, RESOLUTION] = s["pressure_resolution_pa"] if chosen.quantisation else 0.0
+        t[:, NOISE] = s.pressure_noise_pa if chosen.noise else 0.0
+        t[:, RESOLUTION] = s.pressure_resolution_pa if chosen.quantisation else 0.0
         t[:, THERMAL] = per_kelvin * draws if chosen.thermal_drift else 0.0
     common = np.zeros(COMMON_COLUMNS)
     noise = float(chosen.noise)
     if chosen.quantisation and "encoder" not in chosen.without:
-        common[COUNT_M] = s["encoder_linear_m"]
-        common[COUNT_RAD] = 2 * math.pi / s["encoder_counts_per_turn"]
-    common[ROPE_NOISE] = noise * s["rope_tension_noise_n"] * ("rope_tension" not in chosen.without)
-    common[ATTITUDE_NOISE] = noise * s["attitude_noise_rad"] * ("inertial" not in chosen.without)
-    common[RATE_NOISE] = noise * s["rate_noise_rad_s"] * ("inertial" not in chosen.without)
-    common[FORCE_NOISE] = (
-        noise * s["specific_force_noise_m_s2"] * ("inertial" not in chosen.without)
-    )
-    common[SUPPLY_NOISE] = noise * s["supply_noise_pa"] * ("supply_pressure" not in chosen.without)
+        common[COUNT_M] = s.encoder_linear_m
+        common[COUNT_RAD] = 2 * math.pi / s.encoder_counts_per_turn
+    common[ROPE_NOISE] = noise * s.rope_tension_noise_n * ("rope_tension" not in chosen.without)
+    common[ATTITUDE_NOISE] = noise * s.attitude_noise_rad * ("inertial" not in chosen.without)
+    common[RATE_NOISE] = noise * s.rate_noise_rad_s * ("inertial" not in chosen.without)
+    common[FORCE_NOISE] = noise * s.specific_force_noise_m_s2 * ("inertial" not in chosen.without)
+    common[SUPPLY_NOISE] = noise * s.supply_noise_pa * ("supply_pressure" not in chosen.without)
     if chosen.quantisation and "oil_temperature" not in chosen.without:
-        common[TEMPERATURE_STEP] = s["temperature_resolution_k"]
-    common[CALIBRATED_AT] = s["calibration_temperature_degc"]
+        common[TEMPERATURE_STEP] = s.temperature_resolution_k
+    common[CALIBRATED_AT] = s.calibration_temperature_degc
     return t, common
 
 

@@ -23,10 +23,11 @@ from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
 from testbed.world import plant, precompile, sensing
-from testbed.world.assembly import Machine, assemble
+from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
     CONTROL,
     ESTIMATE,
@@ -55,6 +56,13 @@ EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
 REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
 CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
 DRILL = slice(CARRYING.stop, CARRYING.stop + d.KNOWN)
+LOADS = [
+    k
+    for k, name in enumerate(TRUTH_COLUMNS)
+    if name.startswith(("foot_force_in_world_", "rope_force_in_world_", "drill_wrench_in_world_f"))
+]
+MOST_WEIGHTS = 1000.0
+"""A load of so many times the weight of the machine is a fault of the simulation, no physics (E)."""
 WATCHED = np.array(
     [
         *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
@@ -74,7 +82,8 @@ class Simulation:
     ) -> None:
         self.scenario = scenario
         compiling = precompile.beside()
-        self.machine: Machine = assemble(scenario, model, gui)
+        self.machines = machines_of(scenario)
+        self.machine: Assembled = assemble(scenario, self.machines, model, gui)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False
@@ -169,7 +178,7 @@ class Simulation:
                 do(due, data, truth, count)
             if due & RECORD:
                 count += 1
-        self._check_finite(data[:count], truth[:count])
+        self._check_rows(data[:count], truth[:count])
         return data[:count], truth[:count]
 
     def _slow_step(self, k: int, due: int, data: Array, truth: Array, count: int) -> None:
@@ -318,7 +327,8 @@ class Simulation:
         elif isinstance(event, Payload):
             m.engine.add_store_mass(event.mass_kg)
 
-    def _check_finite(self, data: Array, truth: Array) -> None:
+    def _check_rows(self, data: Array, truth: Array) -> None:
+        """Raise SimulationFault for rows that no machine can give: not finite, or loads beyond all physics."""
         for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
             finite = np.isfinite(block)
             if not finite.all():
@@ -326,6 +336,13 @@ class Simulation:
                 raise SimulationFault(
                     f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s"
                 )
+        beyond = np.abs(truth[:, LOADS]) > MOST_WEIGHTS * self.machine.judge.weight_n
+        if beyond.any():
+            row, column = np.argwhere(beyond)[0]
+            raise SimulationFault(
+                f"{TRUTH_COLUMNS[LOADS[column]]} is {truth[row, LOADS[column]]:.3g} N at t = {truth[row, 0]:.3f} s, "
+                f"more than {MOST_WEIGHTS:g} times the machine's weight"
+            )
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""

@@ -17,8 +17,8 @@ from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.robot.belief import RobotSigns, calibration, distribution
 from testbed.diagnosis.robot.zeros import zeros
 from testbed.errors import InputError
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
-from testbed.machine.provenance import roboclimber
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 
@@ -68,7 +68,7 @@ def test_zeros_may_be_what_the_data_sheet_allows() -> None:
     """1.25 % of 100 bar over 40 K are 3125 Pa/K; 20 K off, through both areas of 70 and 40 mm, and 20 N."""
     signals = SimpleNamespace(oil_temperature_degc=np.full(10, 60.0))
     problem = SimpleNamespace(series=[SimpleNamespace(name=AXES[2], signals=signals)])
-    (active,), (coordinate,) = zeros(problem, roboclimber())  # type: ignore[arg-type]
+    (active,), (coordinate,) = zeros(problem, build_machine())  # type: ignore[arg-type]
     areas = math.pi / 4.0 * (2.0 * 0.07**2 - 0.04**2)
     assert (
         coordinate.high

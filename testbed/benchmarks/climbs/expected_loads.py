@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.report.tables import Table
 from testbed.robot.attitude import rotation_from_attitude
@@ -32,7 +33,7 @@ from testbed.robot.loads.foot_load_sets import (
     loads_of_measured_posture,
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads, drill_wrench
-from testbed.robot.model import attitude_gravity, roboclimber_model
+from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
 
 Array = NDArray[np.float64]
@@ -111,7 +112,9 @@ def stand(number: int) -> Case | None:
         if world.verdict != "stood" or np.count_nonzero(board.normal_force > GONE_N) < 3:
             return None
         now, true = _look(world, thrust, torque), board.normal_force.copy()
-        combinations = fixed_combinations(_model().foot_positions_m(now.position)[:, :2])
+        combinations = fixed_combinations(
+            world.machine.belief.model.foot_positions_m(now.position)[:, :2]
+        )
         first, reserve, near, near_n = _first_to_leave(world, torque)
         return Case(
             number,
@@ -136,12 +139,9 @@ def stand(number: int) -> Case | None:
         world.close()
 
 
-def _model() -> Any:
-    return roboclimber_model()
-
-
 def _nominal() -> ExpectedLoads:
-    return ExpectedLoads(_model())
+    machine = build_machine()
+    return ExpectedLoads(RobotModel(machine.urdf), machine)
 
 
 @dataclass(frozen=True)
@@ -188,7 +188,7 @@ def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dic
     tension = np.array([row["rope_tension_left"], row["rope_tension_right"]])
     acts = {
         "rope_forces_in_body": tension[:, None] * directions,
-        "drill_wrench_in_body": drill_wrench(_model(), thrust, -torque),
+        "drill_wrench_in_body": drill_wrench(world.machine.belief.model, thrust, -torque),
     }
     return (
         np.array([row[f"position_{axis}"] for axis in AXES]),
@@ -205,6 +205,7 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
     rotation = board.rotation
     informed = ExpectedLoads(
         machine.kinematics,
+        world.machines.truth,
         friction=terrain.friction,
         ground_compliance_m_n=1.0 / terrain.stiffness_n_m,
     )
@@ -216,7 +217,7 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
         heights_under_load(informed, board.q, normals),
         normals_in_body=normals,
         rope_forces_in_body=np.array([rope[plant.ROPE_FORCE] for rope in board.ropes]) @ rotation,
-        drill_wrench_in_body=drill_wrench(_model(), thrust, -torque),
+        drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust, -torque),
     )
 
 

@@ -18,8 +18,8 @@ from testbed.control.gait import Layered
 from testbed.errors import SimulationFault
 from testbed.estimation.detectors import signals as sg
 from testbed.estimation.detectors.table import DETECTORS
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 
 Array = NDArray[np.float64]
 BLOCK_ROWS = 1000
@@ -44,7 +44,7 @@ class Watch:
 
     def __init__(self, data_columns: list[str], legs: Array, dt_s: float) -> None:
         self._columns = np.array([data_columns.index(name) for name in STARTS])
-        self._legs, self._numbers = legs, sg.parameters(roboclimber(), dt_s)
+        self._legs, self._numbers = legs, sg.parameters(build_machine(), dt_s)
         self._state = np.zeros((len(LEGS), sg.STATE_SIZE))
         self._dt_s = dt_s
         self._states = [d.start() for d in DETECTORS]

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.scores import Trial
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 from testbed.scenario.scenario import Scenario, load_scenario
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def drawn(seed: int) -> tuple[Scenario, str, str]:
 
 def _friction(rng: np.random.Generator) -> list[str]:
     """True friction of all vertical cylinders, which the model believes to be the declared one."""
-    cylinder = roboclimber()["vertical_cylinder"]
+    cylinder = build_machine().vertical_cylinder
     names = [f"{kind}_{way}" for way in ("out", "in") for kind in ("coulomb", "static", "viscous")]
     units = {"coulomb": "n", "static": "n", "viscous": "n_s_m"}
     out = []
@@ -70,7 +70,8 @@ def _friction(rng: np.random.Generator) -> list[str]:
         kind, _, way = name.partition("_")
         key = f"{kind}_{way}_{units[kind]}"
         factor = 1.0 + FRICTION_SPREAD * rng.uniform(-1.0, 1.0)
-        out.append(f"hydraulics.parameters.vertical_cylinder.{key}={cylinder[key] * factor:.6g}")
+        value = getattr(cylinder, key) * factor
+        out.append(f"hydraulics.parameters.vertical_cylinder.{key}={value:.6g}")
     return out
 
 
@@ -96,7 +97,7 @@ def trial(seed: int) -> Trial:
     from testbed.diagnosis.robot.findings import as_json
 
     scenario, name, place = drawn(seed)
-    found = diagnose_robot(scenario.name, simulate(scenario), roboclimber(), Path(f"seed-{seed}"))
+    found = diagnose_robot(scenario.name, simulate(scenario), build_machine(), Path(f"seed-{seed}"))
     truth = f"{name}@{place}" if name else ""
     said = as_json(found)
     return {

@@ -10,9 +10,9 @@ from testbed.benchmarks.estimators.page import page, table, targets
 from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.report.tables import Table
-from testbed.robot.model import roboclimber_model
+from testbed.robot.model import RobotModel
 
 
 @dataclass(frozen=True)
@@ -31,11 +31,12 @@ class Estimators(Benchmark[Trial]):
 
     def work(self, case: Trial) -> dict[str, Any]:
         """The run's scores, which add up with those of other runs."""
+        machine = build_machine()
         return {
             "name": case.name,
             "kind": case.kind,
             "oil_degc": case.oil_degc,
-            "scores": scores(simulate(case.load()), roboclimber(), roboclimber_model()),
+            "scores": scores(simulate(case.load()), machine, RobotModel(machine.urdf)),
         }
 
     def summarise(self, answers: Answers) -> dict[str, Any]:

@@ -21,8 +21,8 @@ from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, packed, without
 from testbed.estimation.live.chain import replay
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ APART = ("dither", "still", "liar")
 WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
-def scores(series: Series, machine: Parameters, model: RobotModel) -> Scores:
+def scores(series: Series, machine: Machine, model: RobotModel) -> Scores:
     """Sums of one run: estimator -> category -> sums."""
     belief = Believed.from_machine(machine, 1e-3)
     late = series.data["t"] > LEFT_OUT_S

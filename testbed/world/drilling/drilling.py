@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from testbed.control.drilling.thrust_plan import ramp_share
 from testbed.laws import drill as d
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 
@@ -120,7 +120,7 @@ def drill_known(drill: Drilling, out: Array) -> Array:
     return out
 
 
-def drilling_of(task: object, loads: Array, seed: int, numbers: Parameters) -> Drilling:
+def drilling_of(task: object, loads: Array, seed: int, numbers: Machine) -> Drilling:
     """The drill's program of a scenario's task; `numbers`: the true machine's."""
     if isinstance(task, DrillHole):
         from testbed.world.drilling.cycle import DrillCycle

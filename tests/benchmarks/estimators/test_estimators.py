@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shipped import MACHINE, shipped_model
 
 from testbed.benchmarks.estimators.benchmark import Estimators
 from testbed.benchmarks.estimators.scores import (
@@ -19,8 +20,6 @@ from testbed.benchmarks.estimators.scores import (
 )
 from testbed.benchmarks.estimators.trials import CHOOSE, JUDGE, simulate
 from testbed.benchmarks.harness import write
-from testbed.machine.provenance import roboclimber
-from testbed.robot.model import roboclimber_model
 from testbed.scenario.scenario import load_scenario
 
 
@@ -51,12 +50,12 @@ def test_nothing_is_judged_on_what_was_chosen_on() -> None:
     assert not slopes[0] & slopes[1]
     assert {t.oil_degc for t in JUDGE} == {10.0, 25.0, 40.0, 50.0}
     friction = [t.load().hydraulics.parameters["vertical_cylinder.coulomb_out_n"] for t in JUDGE]
-    assert 0.02 < np.std(friction) / roboclimber()["vertical_cylinder"]["coulomb_out_n"] < 0.1
+    assert 0.02 < np.std(friction) / MACHINE.vertical_cylinder.coulomb_out_n < 0.1
 
 
 def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
     series = simulate(load_scenario("stand_slope_45", ["task={kind: sway}"], seed=5, duration=4.0))
-    found = scores(series, roboclimber(), roboclimber_model())
+    found = scores(series, MACHINE, shipped_model())
     errors = {name: marks(found[name]["all"])["rmse_n"] or 0.0 for name in found}
     assert (
         errors[FLOOR]
