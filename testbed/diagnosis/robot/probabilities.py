@@ -1,6 +1,7 @@
 """From signs to a distribution over sets of names, for the legs of the whole robot.
 
-As `diagnosis.leg.probabilities` does for single legs, with fewer signs: expected loads and the other legs stand in for a load cell.
+As for single legs (`diagnosis/leg/probabilities.py`), with fewer signs: expected loads and the other legs stand in for
+a load cell.
 
     P(no name covers it) = L(strange)
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
