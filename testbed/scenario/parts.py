@@ -24,7 +24,17 @@ from testbed.scenario.terrain import Terrain
 SensorPart = Literal[
     "encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"
 ]
-PLACES: tuple[str, ...] = (*AXES, *LEGS, "rope_left", "rope_right", "body", "supply")
+PLACES: tuple[str, ...] = (
+    *AXES,
+    *LEGS,
+    *(f"foot_{leg}" for leg in LEGS),
+    "rope",
+    "rope_left",
+    "rope_right",
+    "body",
+    "drill",
+    "supply",
+)
 """Where an undeclared effect may sit."""
 
 
@@ -267,7 +277,9 @@ class Undeclared(Checked):
 
     effect: str = Field(description="name of the effect, such as sensor.gain_b")
     at: str = Field(
-        default="body", description="<leg>_<joint>, <leg>, rope_left, rope_right, body or supply"
+        default="body",
+        description="<leg>_<joint>, <leg>, foot_<leg>, rope, rope_left, rope_right, body, "
+        "drill or supply",
     )
     parameters: dict[str, float] = Field(
         default_factory=dict, description="the effect's parameters (SI)"
