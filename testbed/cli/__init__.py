@@ -135,6 +135,18 @@ def recording_schema(json: Json = False) -> None:
         print_table("Fields of a recording", TABLE_HEADS, table())
 
 
+@app.command("effects")
+def list_effects(json: Json = False) -> None:
+    """List every effect that a model may lack: parameters, units, bounds, places, equation and what shows it."""
+    from testbed.report.console import print_json, print_table
+    from testbed.report.effects_list import TABLE_HEADS, table, tree
+
+    if json:
+        print_json(tree())
+    else:
+        print_table("Effects that a model may lack", TABLE_HEADS, table())
+
+
 @app.command()
 def parameters(json: Json = False) -> None:
     """List every number of the machine."""

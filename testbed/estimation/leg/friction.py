@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from testbed.compiled import njit
+from testbed.effects.friction_presliding import bristle_force_n
 from testbed.effects.terms import ForceTerms, Signals
 from testbed.estimation.cylinder import break_away_over, friction_parts
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
+LEAST_LEVEL_N = 1.0
+"""Friction that a bristle slips at, at least."""
 
 
 def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array:
@@ -19,17 +21,9 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
     level, viscous = friction_parts(v, friction, *conditions_over(signals, terms))
     if terms.presliding is None:
         return np.asarray(viscous + np.sign(v) * level)
-    stiffness, damping, shape = terms.presliding
-    bent = _bristle(
-        signals.position_m,
-        v,
-        np.maximum(level, 1.0),
-        stiffness,
-        damping,
-        shape,
-        1.0 / signals.rate_hz,
-    )
-    return np.asarray(viscous + bent, dtype=np.float64)
+    level = np.maximum(level, LEAST_LEVEL_N)
+    bristle = bristle_force_n(signals.position_m, v, level, *terms.presliding)
+    return np.asarray(viscous + bristle, dtype=np.float64)
 
 
 def conditions_over(signals: Signals, terms: ForceTerms) -> tuple[Array, Array, Array]:
@@ -39,43 +33,6 @@ def conditions_over(signals: Signals, terms: ForceTerms) -> tuple[Array, Array, 
         for change in (terms.coulomb_scale, terms.coulomb_add_n, terms.viscous_scale)
     )
     return factor, extra, thinning
-
-
-@njit
-def _bristle(
-    x: Array,
-    v: Array,
-    level: Array,
-    stiffness: float,
-    damping: float,
-    shape: float,
-    period_s: float,
-) -> Array:
-    """Force of the bristle, N: dz = dx - |dx| (stiffness z / level)^shape, exact for a constant level and shape 1."""
-    out = np.empty_like(v)
-    bend = 0.0  # stiffness z / level
-    # The state at the start is what the first metres of motion end in: run the first second of motion backwards first.
-    for i in range(len(v)):
-        if abs(v[i]) > 1e-3:
-            bend = 1.0 if v[i] > 0 else -1.0
-            break
-    last = x[0]
-    for i in range(len(v)):
-        dx = x[i] - last
-        last = x[i]
-        rate = stiffness / level[i]
-        if shape == 1.0:
-            aim = 1.0 if dx > 0.0 else -1.0
-            bend = aim + (bend - aim) * np.exp(-rate * abs(dx))
-        else:
-            count = int(min(200.0, np.ceil(rate * abs(dx) / 0.1))) + 1
-            for _ in range(count):
-                size = abs(bend) ** shape
-                bend += rate * (dx - abs(dx) * (size if bend >= 0.0 else -size)) / count
-                bend = min(1.0, max(-1.0, bend))
-        size = abs(bend) ** shape
-        out[i] = level[i] * bend + damping * (v[i] - abs(v[i]) * (size if bend >= 0.0 else -size))
-    return out
 
 
 def breakaway_n(friction: Friction, signals: Signals, terms: ForceTerms) -> tuple[Array, Array]:

@@ -99,8 +99,8 @@ def belief_of(believed: Believed) -> NDArray[Any]:
 def rows_of(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any]:
     """A whole-robot recording's columns (n rows each) as DataRow records (n,), without estimates.
 
-    Needs NEEDED, and the valve commands of all legs or of none; takes oil temperature, supply pressure, ropes, rates, stance and what the drill's
-    controls know where they are there. Raises InputError naming the column that is missing.
+    Needs NEEDED, and the valve commands of all legs or of none; takes oil temperature, supply pressure, ropes, rates,
+    stance and what the drill's controls know where they are there. Raises InputError naming the column that is missing.
     """
     valves = tuple(f"valve_{leg}_vertical" for leg in LEGS)
     for name in NEEDED + (valves if any(valve in columns for valve in valves) else ()):
