@@ -87,7 +87,7 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     file = folder / "recording.yaml"
     header = _read_header(file)
     check_present(header.channels, needed, file)
-    machine = _machine(header.known, file)
+    machine = _machine(header, file)
     table = folder / header.data
     channels = {q: c for q, c in header.channels.items() if is_evidence(q)}
     columns = read_columns(
@@ -125,10 +125,13 @@ def _read_header(path: Path) -> RobotHeader:
     return header
 
 
-def _machine(known: Mapping[str, Declared], file: Path) -> Machine:
-    """The shipped machine with the `known` numbers. Raises InputError for a number that no machine has."""
+def _machine(header: RobotHeader, file: Path) -> Machine:
+    """The shipped machine with the `known` numbers and the surveyed URDF, which is not read here.
+
+    Raises InputError for a number that no machine has.
+    """
     shipped, changes = build_machine(), {}
-    for path, item in known.items():
+    for path, item in header.known.items():
         field = f"known.{path}"
         declared = shipped.quantity(path, file, field)
         if item.unit != declared.unit:
@@ -141,4 +144,6 @@ def _machine(known: Mapping[str, Declared], file: Path) -> Machine:
             )
         if item.value != declared.value:
             changes[path] = item.value
-    return build_machine(changes, file=file, section="known")
+    machine = build_machine(changes, file=file, section="known")
+    urdf = header.surveyed.get("urdf") if isinstance(header.surveyed, Mapping) else None
+    return machine.with_urdf(Path(urdf)) if isinstance(urdf, str) else machine

@@ -92,7 +92,7 @@ def test_a_scenario_cannot_be_changed_after_it_was_checked(write) -> None:
 
 
 def test_a_urdf_counts_from_the_scenarios_folder(write, tmp_path: Path) -> None:
-    (tmp_path / "variant.urdf").write_text("<robot/>")
+    (tmp_path / "variant.urdf").write_text(build_machine().urdf.read_text())
     assert load_scenario(write("robot: {urdf: variant.urdf}")).robot.urdf == str(
         tmp_path / "variant.urdf"
     )
