@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from testbed.robot.urdf.check import MOST_BYTES, read_urdf
 
 from testbed import resources
 from testbed.errors import InputError
+from testbed.machine.urdf_check import MOST_BYTES, read_urdf
 
 LAUGHS = (
     '<!DOCTYPE robot [<!ENTITY a "lol">'
