@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
@@ -13,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed import __version__
+from testbed.errors import InputError
 from testbed.formats.files import write_text
 from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
@@ -38,9 +40,26 @@ def write_report(folder: str | Path) -> Path:
     """
     check_run(folder)
     with owned(folder, field=None) as path:
-        report = path / "report.html"
-        write_text(report, render("run_report.html.j2", _contents(read_run(path))))
+        report, run = path / "report.html", read_run(path)
+        with _shown(path):
+            text = render("run_report.html.j2", _contents(run))
+        write_text(report, text)
     return report
+
+
+@contextmanager
+def _shown(folder: Path) -> Iterator[None]:
+    """Turn what a run's edited or missing columns, fields and pictures raise into one line that names the run."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"holds a run that cannot be shown ({type(error).__name__}: {error})",
+            file=folder,
+            allowed="a run of this version, neither edited nor cut",
+        ) from error
 
 
 def _contents(run: Run) -> dict[str, Any]:
