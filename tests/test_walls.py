@@ -170,6 +170,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     assert _callers("machines_of") == {
         "scenario/scenario.py",
         "world/simulation.py",
+        "simulation/replay.py",
         "simulation/runs.py",
         "report/scene3d.py",
     }

@@ -85,9 +85,9 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     """
     folder = recording_folder(folder)
     file = folder / "recording.yaml"
-    header = _read_header(file)
+    header = read_robot_header(file)
     check_present(header.channels, needed, file)
-    machine = _machine(header.known, file)
+    machine = machine_of(header.known, file)
     table = folder / header.data
     channels = {q: c for q, c in header.channels.items() if is_evidence(q)}
     columns = read_columns(
@@ -108,7 +108,8 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     return RobotRecording(folder, header, machine, data)
 
 
-def _read_header(path: Path) -> RobotHeader:
+def read_robot_header(path: Path) -> RobotHeader:
+    """Read and check the header of a robot's recording. Every fault is an InputError, one line."""
     tree = read_mapping(path)
     check_format(tree, path)
     header = checked(RobotHeader, tree, path)
@@ -128,7 +129,7 @@ def _read_header(path: Path) -> RobotHeader:
     return header
 
 
-def _machine(known: Mapping[str, Declared], file: Path) -> Machine:
+def machine_of(known: Mapping[str, Declared], file: Path) -> Machine:
     """The shipped machine with the `known` numbers. Raises InputError for a number that no machine has."""
     shipped, changes = build_machine(), {}
     for path, item in known.items():

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from testbed.estimation.calibration import Calibrated
     from testbed.estimation.friction.identification import Identification
     from testbed.machine.provenance import Quantity
+    from testbed.recording.checker.finding import Checked
 
 
 def print_json(value: object) -> None:
@@ -175,6 +176,18 @@ def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: b
     if summary.get("interrupted"):
         print(f"Interrupted: what was recorded is readable in {folder}")
     print(f"Report: {report}")
+
+
+def print_checked(result: Checked, as_json: bool) -> None:
+    """What is wrong with a recording as a table (or JSON), or one line that nothing is."""
+    from testbed.recording.checker.finding import HEADS
+
+    if as_json:
+        print_json(result.tree())
+    elif result.findings:
+        print_table(f"{result.recording}: findings", HEADS, result.rows())
+    else:
+        print(f"{result.recording}: nothing is wrong with it")
 
 
 def print_calibration(result: Calibrated) -> None:

@@ -38,12 +38,13 @@ from testbed.world import plant, sensing
 from testbed.world.board import Board
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
-from testbed.world.ground.footing import Footing
+from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
 from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
 from testbed.world.undeclared import (
+    bodies_of,
     hidden_of,
     put_into_cylinders,
     put_into_sensors,
@@ -73,6 +74,8 @@ class Assembled:
     start_base: Array
     start_events: list[dict[str, Any]]
     thrust: ThrustBound
+    thrust_factor: float
+    """True thrust over the ordered one."""
     # electronics
     locked: bool
     chain: EstimatorChain
@@ -85,11 +88,12 @@ class Assembled:
         return drill_known(self.drill, self._drill_known)
 
     def limit_thrust(self) -> None:
-        """Hold the feed that the drill orders to what the stance allows."""
+        """Hold the feed that the drill orders to what the stance allows; what comes of it may be another thrust."""
         feed = self.drill.loads[d.FEED]
         if feed > self.thrust.most_n:
             self.drill.ordered[0] -= feed - self.thrust.most_n
             self.drill.loads[d.FEED] = self.thrust.most_n
+        self.drill.loads[d.FEED] *= self.thrust_factor
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
@@ -125,8 +129,7 @@ def assemble(
     """
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
     true = machines.truth
-    truth, belief = (Robot.of(m, carried, height) for m in (true, machines.belief))
-    linkage, kinematics = truth.linkage, truth.model
+    belief = Robot.of(machines.belief, carried, height)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     t, r = scenario.terrain, scenario.rates
     ground = make_ground(t)
@@ -139,21 +142,30 @@ def assemble(
     put_into_supply(hidden, unit)
     put_into_sensors(hidden, transducers, 1.0 / r.sensor_hz)
     drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
-    engine = Engine(
-        true.urdf,
-        ground,
-        step_s=1.0 / r.physics_hz,
-        robot_first=t.loading_order == "robot_first",
-        gui=gui,
-        sinking=t.loose,
-    )
+    with bodies_of(hidden, true.urdf) as urdf:
+        truth = Robot.of(true, carried, height, urdf)
+        engine = Engine(
+            urdf,
+            ground,
+            step_s=1.0 / r.physics_hz,
+            robot_first=t.loading_order == "robot_first",
+            gui=gui,
+            sinking=t.loose or sinking(tuple(hidden.feet.values())),
+        )
+    linkage, kinematics = truth.linkage, truth.model
     try:
         if carried > 0.0:
             engine.add_store_mass(carried)
         for number, axis in enumerate(AXES):
             engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
         start = find_start(
-            scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN))
+            scenario,
+            ground,
+            kinematics,
+            engine,
+            true,
+            drill_known(drill, np.zeros(d.KNOWN)),
+            hidden,
         )
         return _build(
             scenario,
@@ -216,7 +228,7 @@ def _build(
         legs["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
     b.legs[:] = LegNumbers.as_table(legs)
     b.ground_normals[:] = ground.normal_in_world
-    b.ropes[:] = _ropes(scenario, start, kinematics, true.rope)
+    b.ropes[:] = _ropes(scenario, start, kinematics, true.rope, hidden.rope_stiffness_factor)
     b.body[plant.COM] = engine.base_inertial_m
     b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
     b.body[plant.TRACTION_NUMBERS] = traction_numbers(true, strokes=scenario.ropes.strokes)
@@ -227,7 +239,7 @@ def _build(
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
     expected = ExpectedLoads(belief.model, belief.machine)
-    pulls = start.rope_tension_n[:, None] * (start.rope_directions @ start.rotation)
+    pulls = start.rope_tension_n[:, None] * (start.surveyed_directions @ start.rotation)
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return Assembled(
@@ -245,9 +257,10 @@ def _build(
         start_base=start.position_m.copy(),
         start_events=thrust_events(scenario.task, thrust),
         thrust=thrust,
+        thrust_factor=hidden.thrust_factor,
         locked=scenario.hydraulics.valves_locked,
-        chain=_chain(scenario, model, belief, start.rope_directions),
-        expectation=Expectation(expected, start.rope_directions),
+        chain=_chain(scenario, model, belief, start.surveyed_directions),
+        expectation=Expectation(expected, start.surveyed_directions),
         gait=gait_of(scenario, _believed_start(belief, start)),
     )
 
@@ -259,8 +272,8 @@ def _believed_start(belief: Robot, start: Start) -> BelievedStart:
         joints=start.joints,
         load_n=start.foot_forces_in_body[:, 2],
         rope_tension_n=start.rope_tension_n,
-        rope_directions_in_body=start.rope_directions @ start.rotation,
-        anchors_in_body_m=(start.anchors_m - start.position_m) @ start.rotation,
+        rope_directions_in_body=start.surveyed_directions @ start.rotation,
+        anchors_in_body_m=(start.surveyed_anchors_m - start.position_m) @ start.rotation,
     )
 
 
@@ -291,9 +304,12 @@ def _chain(
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
-def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Rope) -> Array:
+def _ropes(
+    scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Rope, stiffness_factor: float
+) -> Array:
     ropes = np.zeros((2, plant.ROPE_COLUMNS))
     r = scenario.ropes
+    stiffness = stiffness_factor * r.stiffness_ea_n
     for k in range(2):
         point = start.position_m + start.rotation @ kinematics.rope_attachments_m[k]
         ropes[k, plant.ANCHOR] = start.anchors_m[k]
@@ -305,13 +321,13 @@ def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Ro
             ropes[k, plant.CLEARANCE] = numbers.clearance_m
             across = ropes[k, plant.WEIGHT] * float(np.hypot(chord[0], chord[1])) / length
             ropes[k, plant.UNSTRAINED] = unstrained_sagging(
-                length, tension, r.stiffness_ea_n, across, numbers.clearance_m
+                length, tension, stiffness, across, numbers.clearance_m
             )
         else:
-            ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, r.stiffness_ea_n)
+            ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, stiffness)
         ropes[k, plant.TRACTION.start + tr.WAY] = -1.0
         ropes[k, plant.TRACTION.start + tr.PLACE] = tr.RESERVE_M
         ropes[k, plant.TENSION] = start.rope_tension_n[k]
-        ropes[k, plant.EA], ropes[k, plant.DAMPING] = r.stiffness_ea_n, r.damping_n_s_m
+        ropes[k, plant.EA], ropes[k, plant.DAMPING] = stiffness, r.damping_n_s_m
         ropes[k, plant.BREAKING], ropes[k, plant.WHOLE] = r.breaking_load_n, float(r.enabled)
     return ropes

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +16,10 @@ from testbed.effects.base import Effect
 from testbed.effects.hidden import Hidden, HiddenCylinder
 from testbed.errors import InputError
 from testbed.laws import columns as c
+from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
+from testbed.robot.urdf.check import read_urdf
+from testbed.robot.urdf.merge import ballasted
 from testbed.scenario.parts import Undeclared
 from testbed.world import sensing
 
@@ -108,6 +114,10 @@ def put_into_cylinders(world: Hidden, params: Array) -> None:
 
 def put_into_supply(world: Hidden, unit: Array) -> None:
     """Change the power unit (SUPPLY_PARAMETERS), in place."""
+    unit[c.PUMP_FLOW] *= world.pump_flow_factor
+    if world.pump_pressure_factor != 1.0:
+        gauge = unit[c.PUMP_SET] - ATMOSPHERE_PA
+        unit[c.PUMP_SET] = world.pump_pressure_factor * gauge + ATMOSPHERE_PA
     if world.droop_pa_s_m3 is not None:
         unit[c.DROOP], unit[c.DROOP_TIME] = world.droop_pa_s_m3, world.droop_s
 
@@ -123,6 +133,43 @@ def put_into_sensors(world: Hidden, transducers: Array, step_s: float) -> None:
             a[sensing.DRIFT] = cylinder.drift_a_pa_s
         if cylinder.pressure_delay_s:
             a[sensing.DELAY_STEPS] = b[sensing.DELAY_STEPS] = _delay_steps(cylinder, step_s)
+
+
+@contextmanager
+def bodies_of(world: Hidden, urdf: Path) -> Iterator[Path]:
+    """The URDF of what the world has, for as long as it is read: the machine's own where its body hides nothing."""
+    if not world.body_masses and not any(world.centre_of_mass_m):
+        yield urdf
+        return
+    masses = [(mass.mass_kg, mass.position_m) for mass in world.body_masses]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / urdf.name
+        path.write_text(ballasted(read_urdf(urdf), masses, world.centre_of_mass_m))
+        yield path
+
+
+def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) -> Array:
+    """Where the ropes' anchors (2, 3) are that were surveyed elsewhere, world frame, m.
+
+    `points_m` (2, 3): where the ropes pull; `slope` (3, 3): from the slope's frame (x up, y left, z off it) to the
+    world. An anchor is turned about the point at the same distance.
+    """
+    anchors = surveyed_m.copy()
+    for k, rope in enumerate(world.ropes.values()):
+        if rope.azimuth_rad == 0.0 and rope.elevation_rad == 0.0:
+            continue
+        x, y, z = slope.T @ (surveyed_m[k] - points_m[k])
+        distance = math.hypot(x, y, z)
+        azimuth = math.atan2(y, x) + rope.azimuth_rad
+        elevation = math.asin(z / distance) + rope.elevation_rad
+        level = distance * math.cos(elevation)
+        chord = [
+            level * math.cos(azimuth),
+            level * math.sin(azimuth),
+            distance * math.sin(elevation),
+        ]
+        anchors[k] = points_m[k] + slope @ np.array(chord)
+    return anchors
 
 
 def _delay_steps(cylinder: HiddenCylinder, step_s: float) -> int:
