@@ -310,3 +310,15 @@ def test_a_broken_urdf_is_refused_in_one_line(kind: str, tmp_path: Path) -> None
 def test_a_missing_urdf_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         RobotModel(tmp_path / "none.urdf")
+
+
+def test_the_ropes_attachment_tips_the_machine_neither_way_at_a_share_of_095() -> None:
+    """Weight pulls downhill at the centre of mass, ropes uphill at their height h, feet at their soles f:
+
+    s h + (1 - s) f = c, so h = c + (1 - s) / s (c - f).
+    """
+    share = 0.95
+    centre = float(MODEL.centre_of_mass_m(STANCE)[2])
+    soles = float(MODEL.foot_positions_m(STANCE)[:, 2].mean())
+    balanced = centre + (1.0 - share) / share * (centre - soles)
+    assert MODEL.rope_attachments_m[:, 2] == pytest.approx([balanced] * 2, abs=0.002)
