@@ -135,12 +135,10 @@ def killed_sweep(folder: Path, rng: np.random.Generator) -> tuple[str, str]:
 
 def random_actions(folder: Path, rng: np.random.Generator) -> tuple[str, str]:
     """An environment takes random actions until its episode ends: what it shows stays finite and in its bounds."""
-    import gymnasium
-
-    from testbed.envs import ENVIRONMENTS
+    from testbed.envs import ENVIRONMENTS, make
 
     name = sorted(ENVIRONMENTS)[int(rng.integers(len(ENVIRONMENTS)))]
-    env = gymnasium.make(name, disable_env_checker=True)
+    env = make(name, disable_env_checker=True)
     env.action_space.seed(int(rng.integers(2**31)))
     shown, _ = env.reset(seed=int(rng.integers(2**31)))
     wrong = ""
