@@ -1,8 +1,9 @@
 """One run: the world, the machine's electronics and the recorder's rows, and the order of one step.
 
-Per physics step: [tick: task, events, drill, verdict] -> valve loops -> plant (linkage, ropes, drill, hydraulics in
-substeps) -> engine -> sensors -> estimators -> rows. Sensors see the state after the step; the loops act on it in the
-next one. Tasks, valve loops and estimators are handed measurements only.
+Simulation.STEP lists the parts of a step in their order: the engine, then sensors and estimators, the recorder, then
+the slow tick (events, drill, gait, judge, ground), last what acts in the next step: valve loops and plant. Sensors
+see the state after the engine's step; the loops act on it in the next one. Gaits, valve loops and estimators are
+handed measurements only.
 """
 
 from __future__ import annotations
@@ -155,6 +156,26 @@ class Simulation:
         ]
 
     # ---- one step ------------------------------------------------------------------------------------------
+
+    STEP = (
+        "give",  # joint torques, force and torque on the body, to the engine
+        "advance",  # the engine by one step
+        "read",  # joints and body from the engine
+        "move",  # the body's motion, as the recorder and the plant know it
+        "feet",  # the forces of the ground on the feet
+        "sense",  # what sensors read; their delays and noise
+        "estimate",  # foot loads and contact states
+        "expect",  # foot loads that the model expects
+        "record",  # a row of data and truth
+        "happen",  # events of the scenario
+        "drill",  # what the drill orders, or that it waits
+        "gait",  # the command for the next tick
+        "judge",  # has it fallen, slid, come to a stop?
+        "ground",  # loose ground gives way
+        "control",  # valve loops: set points move on, valve commands
+        "plant",  # hydraulics, ropes and drill, to be given to the engine
+    )
+    """A step at which everything is due, part by part; a step leaves out what is not."""
 
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
