@@ -220,6 +220,8 @@ def print_identification(result: Identification, out: Path) -> None:
     print_table(
         "Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows
     )
+    for used in result.used:
+        print(used)
     plus, minus = result.residual_n
     print(
         f"residual {plus:.1f} N extending, {minus:.1f} N retracting, over {result.rows} rows of "
