@@ -14,7 +14,7 @@ import pytest
 from synthetic_run import write_synthetic_run
 
 from testbed.errors import InputError
-from testbed.report.run_report import write_report
+from testbed.workflows.report import write_report
 
 Edit = Callable[[Path], None]
 
