@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.leg.errors import STAGES, closed_share
 from testbed.diagnosis.leg.experiments import experiments
 from testbed.diagnosis.leg.findings import Diagnosis, as_json
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.diagnosis.leg.verdict import Verdict
+from testbed.diagnosis.leg.verification import STAGES, closed_share
 from testbed.effects import by_name
 from testbed.formats.files import write_text
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
