@@ -60,7 +60,7 @@ def _decoded(encoding: str, data: bytes, topic: str, path: Path) -> Any:
         raise InputError(f"topic {topic!r} is encoded as {encoding!r}", file=path, allowed="json")
     try:
         return json.loads(data)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"a message of topic {topic!r} is not JSON: {error}", file=path) from error
 
 

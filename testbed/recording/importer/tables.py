@@ -18,6 +18,7 @@ from testbed.recording.importer.mcap_file import read_mcap
 Array = npt.NDArray[np.float64]
 SEPARATORS = ("\t", ";", "|", ",", " ")
 COMMENTS = ("#", "%", "//", "!")
+MOST_BYTES = 10**9
 SNIFFED = 50
 """Lines from which the separator is told."""
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
@@ -90,6 +91,8 @@ def _read_text(path: Path) -> Any:
 
 def _decoded(path: Path) -> str:
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InputError("is too large", file=path, allowed=f"at most {MOST_BYTES / 1e9:g} GB")
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
