@@ -157,6 +157,13 @@ class Record:
             raise TypeError(f"{cls.__name__} holds more than floats")
         return records.view(np.float64).reshape(len(records), -1)
 
+    @classmethod
+    def from_table(cls, table: NDArray[np.float64]) -> NDArray[Any]:
+        """The rows of a table (n, columns) as records (n,) of floats; they share its memory where they can."""
+        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
+            raise TypeError(f"{cls.__name__} holds more than floats")
+        return np.ascontiguousarray(table).view(cls.dtype).reshape(len(table))
+
 
 def from_columns(
     record: type[Record], columns: Mapping[str, NDArray[np.float64]], rows: int, **defaults: Any
