@@ -22,7 +22,6 @@ from testbed.envs.observations import TABLE, Observer, Row
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
 from testbed.errors import InputError
-from testbed.laws.drill import REACTION
 from testbed.machine.names import LEGS, SIDES
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -234,7 +233,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     # ---- reading ------------------------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        orders = np.concatenate([self._ordered(), self._sim.machine.drill_known()[: REACTION + 1]])
+        known = self._sim.machine.drill_known()
+        drill = known["ordered_thrust"], known["ordered_torque"]
+        orders = np.concatenate([self._ordered(), drill])
         return self._observer.look(data.mean(axis=0), orders)
 
     def _truth(self, data: Array, truth: Array) -> Truth:

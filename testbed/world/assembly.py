@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,32 +15,32 @@ from testbed.control.believed_model import believed_model
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import gait_of
-from testbed.control.valve_loop import gains
+from testbed.control.valve_loop import position_loops
 from testbed.effects.hidden import Hidden
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import packed
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
-from testbed.laws import drill as d
-from testbed.laws import traction as tr
+from testbed.laws.drill import DrillLoads
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.rope import unstrained_length, unstrained_sagging
+from testbed.laws.traction import RESERVE_M
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS, LEGS
 from testbed.machine.provenance import Parameters, roboclimber
+from testbed.recording.rows import DrillKnown
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.linkage import RotationLinkage
-from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import Payload, RobotModel
 from testbed.scenario.scenario import Scenario
-from testbed.world import plant, sensing
 from testbed.world.board import Board
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.ground.footing import Footing
 from testbed.world.ground.terrain import Ground, make_ground
-from testbed.world.plumbing import axis_parameters, traction_numbers, unit_parameters
+from testbed.world.plumbing import axis_parameters, traction_parameters, unit_parameters
+from testbed.world.sensing import sensor_records
 from testbed.world.start import Start, find_start
 from testbed.world.switches import switch_off
 from testbed.world.undeclared import (
@@ -58,7 +58,8 @@ Array = NDArray[np.float64]
 class Machine:
     """Everything one run steps: truth on the left of the wall, electronics on the right."""
 
-    board: Board
+    boards: NDArray[Any]
+    """The world outside the engine, as an array of one Board."""
     # truth
     engine: Engine
     ground: Ground
@@ -73,33 +74,36 @@ class Machine:
     start_events: list[dict[str, Any]]
     thrust: ThrustBound
     # electronics
-    locked: bool
     chain: EstimatorChain
     expectation: Expectation
     gait: Gait
-    _drill_known: Array = field(default_factory=partial(np.zeros, d.KNOWN))
 
-    def drill_known(self) -> Array:
-        """What the drill's own controls know (KNOWN): ordered thrust and torque, no blows, and where its rods are."""
-        return drill_known(self.drill, self._drill_known)
+    @property
+    def board(self) -> Any:
+        """The world outside the engine: one Board, its parts by name."""
+        return self.boards[0]
+
+    def drill_known(self) -> Any:
+        """What the drill's own controls know: ordered thrust and torque, no blows, and where its rods are."""
+        return drill_known(self.drill, DrillKnown.zeros()[0])
 
     def limit_thrust(self) -> None:
         """Hold the feed that the drill orders to what the stance allows."""
-        feed = self.drill.loads[d.FEED]
+        feed = self.drill.loads.feed
         if feed > self.thrust.most_n:
-            self.drill.ordered[0] -= feed - self.thrust.most_n
-            self.drill.loads[d.FEED] = self.thrust.most_n
+            self.drill.ordered.thrust -= feed - self.thrust.most_n
+            self.drill.loads.feed = self.thrust.most_n
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
         b = self.board
-        return np.asarray(b.base[:3] - b.rotation @ b.body[plant.COM])
+        return np.asarray(b.body.position - b.rotation @ b.base_centre)
 
     def feet_in_world(self) -> Array:
         """Undersides of the feet, (4, 3), m."""
         b = self.board
         return np.asarray(
-            self.origin_in_world() + self.kinematics.foot_positions_m(b.q) @ b.rotation.T
+            self.origin_in_world() + self.kinematics.foot_positions_m(b.engine.joint) @ b.rotation.T
         )
 
     def settlement(self) -> dict[str, dict[str, float]]:
@@ -134,13 +138,13 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
     params = axis_parameters(true, linkage.stroke_m, locked=scenario.hydraulics.valves_locked)
     unit = unit_parameters(true, pump_on=scenario.hydraulics.pump)
     switch_off(scenario.hydraulics.without, params, unit)
-    transducers, sensors = sensing.sensor_arrays(true, scenario.sensors, seeds[0])
+    transducers, sensors = sensor_records(true, scenario.sensors, seeds[0])
     hidden = hidden_of(scenario.undeclared)
     put_into_cylinders(hidden, params)
     put_into_supply(hidden, unit)
     put_into_sensors(hidden, transducers, 1.0 / r.sensor_hz)
     rod_store = true["rod_store_body"]
-    drill = drilling_of(scenario.task, np.zeros(d.DRILL_COLUMNS), scenario.seed, true)
+    drill = drilling_of(scenario.task, DrillLoads.zeros()[0], scenario.seed, true)
     payload = (
         Payload(scenario.carried_kg, rod_store["position_m"]) if scenario.carried_kg > 0 else None
     )
@@ -159,9 +163,8 @@ def assemble(scenario: Scenario, model: str | Path | None, gui: bool) -> Machine
             engine.add_store_mass(payload.mass_kg)
         for number, axis in enumerate(AXES):
             engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
-        start = find_start(
-            scenario, ground, kinematics, engine, true, drill_known(drill, np.zeros(d.KNOWN))
-        )
+        known = drill_known(drill, DrillKnown.zeros()[0])
+        start = find_start(scenario, ground, kinematics, engine, true, known)
         return _build(
             scenario,
             model,
@@ -196,10 +199,10 @@ def _build(
     start: Start,
     drill: Drilling,
     linkage: RotationLinkage,
-    params: Array,
-    unit: Array,
-    transducers: Array,
-    sensors: Array,
+    params: NDArray[Any],
+    unit: Any,
+    transducers: NDArray[Any],
+    sensors: Any,
     seeds: list[np.random.Generator],
     hidden: Hidden,
 ) -> Machine:
@@ -208,29 +211,31 @@ def _build(
     for i in range(0, len(AXES), 3):
         extension[i] = linkage.extension_m(start.joints[i])
         arms[i] = linkage.moment_arm_m(start.joints[i])
-    b = Board()
-    b.params[:], b.unit[:], b.transducers[:], b.sensors[:] = params, unit, transducers, sensors
-    b.axes[:] = start_axes(params, extension, start.joint_forces / arms)
-    b.supply[:] = start_supply(
+    boards = Board.zeros()
+    b = boards[0]
+    _start_clock(b.clock, scenario)
+    b["parameters"], b["unit"] = params, unit
+    b["transducers"], b["sensors"] = transducers, sensors
+    b["axes"] = start_axes(params, extension, start.joint_forces / arms)
+    b["supply"] = start_supply(
         unit, scenario.hydraulics.oil_temperature_degc, true["power_unit"]["tank_oil_m3"]
     )
-    b.geometry[:] = linkage.geometry
-    b.base_turn[:] = engine.base_turn
-    legs = kinematics.leg_numbers()
-    legs["hip"] -= engine.base_inertial_m
+    b["linkage"] = linkage.geometry
+    b["base_turn"], b["base_centre"] = engine.base_turn, engine.base_inertial_m
+    b["legs"] = kinematics.leg_numbers()
+    b["legs"]["hip"] -= engine.base_inertial_m
     for number, axis in enumerate(AXES):
         leg, joint = divmod(number, len(JOINTS))
-        legs["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
-    b.legs[:] = LegNumbers.as_table(legs)
-    b.ground_normals[:] = ground.normal_in_world
-    b.ropes[:] = _ropes(scenario, start, kinematics, true["rope"])
-    b.body[plant.COM] = engine.base_inertial_m
-    b.body[plant.DRILL_POINT] = kinematics.drill_mount_m
-    b.body[plant.TRACTION_NUMBERS] = traction_numbers(true, strokes=scenario.ropes.strokes)
-    b.gains[:] = gains(believed, float(arms[0]))
-    b.reference[:] = start.joints
-    b.drill_loads[:] = drill.loads
-    drill.loads = b.drill_loads
+        b["legs"]["links"]["mass"][leg, joint] += hidden.cylinders[axis].mass_kg
+    b["ground_normals"] = ground.normal_in_world
+    _hang_ropes(b, scenario, start, kinematics, true["rope"])
+    b["traction"] = traction_parameters(true, strokes=scenario.ropes.strokes)
+    b["drill_point"] = kinematics.drill_mount_m
+    b["loops"] = position_loops(believed, float(arms[0]))
+    b["loops"]["reference"] = start.joints
+    b["valves_locked"] = scenario.hydraulics.valves_locked
+    b["drill"] = drill.loads
+    drill.loads = b.drill
     weight = kinematics.total_mass_kg * GRAVITY_M_S2
     raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
     expected = ExpectedLoads(kinematics)
@@ -238,7 +243,7 @@ def _build(
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return Machine(
-        board=b,
+        boards=boards,
         engine=engine,
         ground=ground,
         footing=start.footing,
@@ -251,7 +256,6 @@ def _build(
         start_base=start.position_m.copy(),
         start_events=thrust_events(scenario.task, thrust),
         thrust=thrust,
-        locked=scenario.hydraulics.valves_locked,
         chain=_chain(scenario, model, believed, kinematics, start.rope_directions),
         expectation=Expectation(expected, start.rope_directions),
         gait=gait_of(scenario, _believed_start(scenario, believed, start)),
@@ -301,27 +305,36 @@ def _chain(
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
 
 
-def _ropes(scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters) -> Array:
-    ropes = np.zeros((2, plant.ROPE_COLUMNS))
+def _start_clock(clock: Any, scenario: Scenario) -> None:
+    rates = scenario.rates
+    clock["step_s"] = 1.0 / rates.physics_hz
+    clock["control_step_s"] = clock["step_s"] * (rates.physics_hz // rates.control_hz)
+    clock["steps_a_sample"] = rates.physics_hz // rates.sensor_hz
+    clock["substeps"] = rates.hydraulic_substeps
+
+
+def _hang_ropes(
+    board: Any, scenario: Scenario, start: Start, kinematics: RobotModel, numbers: Parameters
+) -> None:
+    """Ropes and traction devices of the Board as they are at the start."""
     r = scenario.ropes
-    for k in range(2):
-        point = start.position_m + start.rotation @ kinematics.rope_attachments_m[k]
-        ropes[k, plant.ANCHOR] = start.anchors_m[k]
-        ropes[k, plant.ATTACH] = kinematics.rope_attachments_m[k]
-        chord = start.anchors_m[k] - point
-        length, tension = float(np.linalg.norm(chord)), float(start.rope_tension_n[k])
+    ropes, devices = board["ropes"], board["devices"]
+    devices["way"], devices["place"] = -1.0, RESERVE_M
+    ropes["anchor"], ropes["attachment"] = start.anchors_m, kinematics.rope_attachments_m
+    ropes["stiffness_ea"], ropes["damping"] = r.stiffness_ea_n, r.damping_n_s_m
+    ropes["breaking_load"], ropes["whole"] = r.breaking_load_n, float(r.enabled)
+    ropes["tension"] = start.rope_tension_n
+    if r.sag:
+        ropes["weight"] = numbers["mass_per_length_kg_m"] * GRAVITY_M_S2
+        ropes["clearance"] = numbers["clearance_m"]
+    for rope in ropes:
+        point = start.position_m + start.rotation @ rope.attachment
+        chord = rope.anchor - point
+        length, tension = float(np.linalg.norm(chord)), float(rope.tension)
         if r.sag:
-            ropes[k, plant.WEIGHT] = numbers["mass_per_length_kg_m"] * GRAVITY_M_S2
-            ropes[k, plant.CLEARANCE] = numbers["clearance_m"]
-            across = ropes[k, plant.WEIGHT] * float(np.hypot(chord[0], chord[1])) / length
-            ropes[k, plant.UNSTRAINED] = unstrained_sagging(
+            across = rope.weight * float(np.hypot(chord[0], chord[1])) / length
+            rope.unstrained = unstrained_sagging(
                 length, tension, r.stiffness_ea_n, across, numbers["clearance_m"]
             )
         else:
-            ropes[k, plant.UNSTRAINED] = unstrained_length(length, tension, r.stiffness_ea_n)
-        ropes[k, plant.TRACTION.start + tr.WAY] = -1.0
-        ropes[k, plant.TRACTION.start + tr.PLACE] = tr.RESERVE_M
-        ropes[k, plant.TENSION] = start.rope_tension_n[k]
-        ropes[k, plant.EA], ropes[k, plant.DAMPING] = r.stiffness_ea_n, r.damping_n_s_m
-        ropes[k, plant.BREAKING], ropes[k, plant.WHOLE] = r.breaking_load_n, float(r.enabled)
-    return ropes
+            rope.unstrained = unstrained_length(length, tension, r.stiffness_ea_n)

@@ -228,8 +228,8 @@ class Engine:
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
 
-    def read(self, state: Array) -> None:
-        """Fill `state` (31): joint positions (12), rates (12), position and quaternion of the base's principal axes."""
+    def read(self, state: NDArray[Any]) -> None:
+        """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the principal axes."""
         joints = p.getJointStates(self.robot, self.joints, self.client)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         self._centre = position
@@ -250,17 +250,21 @@ class Engine:
             physicsClientId=c,
         )
 
-    def apply(self, given: Array) -> None:
-        """What acts during the next step (18): joint torques (12), force (3) and torque (3) on the base, world frame.
+    def apply(self, given: NDArray[Any]) -> None:
+        """What acts during the next step: an array of one EngineInput of board.py.
 
         The force acts at the base's centre of mass as `read` (or `reset`) last saw it.
         """
-        c, values = self.client, given.tolist()
+        c, (joint_torque, force, torque) = self.client, given.tolist()[0]
         p.setJointMotorControlArray(
-            self.robot, self.joints, p.TORQUE_CONTROL, forces=values[:12], physicsClientId=c
+            self.robot,
+            self.joints,
+            p.TORQUE_CONTROL,
+            forces=joint_torque.tolist(),
+            physicsClientId=c,
         )
-        p.applyExternalForce(self.robot, -1, values[12:15], self._centre, p.WORLD_FRAME, c)
-        p.applyExternalTorque(self.robot, -1, values[15:], p.WORLD_FRAME, c)
+        p.applyExternalForce(self.robot, -1, force.tolist(), self._centre, p.WORLD_FRAME, c)
+        p.applyExternalTorque(self.robot, -1, torque.tolist(), p.WORLD_FRAME, c)
 
     def step(self) -> None:
         """One step of the bodies and contacts."""
