@@ -51,7 +51,7 @@ def test_a_rig_is_identified_as_then(sample: str) -> None:
 
 def test_a_robot_says_what_it_believes_about_itself() -> None:
     run = read_robot(SAMPLES / "robot")
-    assert run.machine["vertical_cylinder"]["bore_m"] > 0.0
+    assert run.machine.vertical_cylinder.bore_m > 0.0
     assert len(run.data["t"]) == 60
 
 

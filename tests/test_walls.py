@@ -137,3 +137,43 @@ def test_belief_wall_undeclared_effects_reach_the_world_only() -> None:
             readers.add(path.relative_to(PACKAGE).as_posix())
     assert {name.split("/")[0] for name in readers} <= {"world", "simulation", "benchmarks", "envs"}
     assert "simulation/description.py" not in readers
+
+
+def _callers(*functions: str) -> set[str]:
+    """Files that call one of `functions` by its bare name or as an attribute."""
+    found = set()
+    for path in FILES:
+        for node in ast.walk(_tree(path)):
+            if isinstance(node, ast.Call):
+                called = node.func
+                name = called.attr if isinstance(called, ast.Attribute) else None
+                name = called.id if isinstance(called, ast.Name) else name
+                if name in functions:
+                    found.add(path.relative_to(PACKAGE).as_posix())
+    return found
+
+
+def test_machine_wall_nobody_asks_for_the_machine() -> None:
+    """A scenario's two machines are built in scenario/machines.py; who works with one gets it handed in.
+
+    What stands above a run builds its own through the same function: the reader of recordings from what they declare,
+    the command line, benchmarks, and the writer of the shipped URDF.
+    """
+    builders = {name for name in _callers("build_machine") if not name.startswith("benchmarks/")}
+    assert builders == {
+        "scenario/machines.py",
+        "recording/robot.py",
+        "robot/urdf/generate.py",
+        "simulation/runs.py",
+        "cli/__init__.py",
+    }
+    assert _callers("machines_of") == {
+        "scenario/scenario.py",
+        "world/simulation.py",
+        "simulation/runs.py",
+        "report/scene3d.py",
+    }
+    readers = {
+        p.relative_to(PACKAGE).as_posix() for p in FILES if "read_quantities(" in p.read_text()
+    }
+    assert readers == {"machine/provenance.py", "machine/build.py", "machine/inferred.py"}

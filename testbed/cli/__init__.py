@@ -120,10 +120,10 @@ def recording_schema(json: Json = False) -> None:
 @app.command()
 def parameters(json: Json = False) -> None:
     """List every number of the machine."""
-    from testbed.machine.provenance import roboclimber
+    from testbed.machine.build import build_machine
     from testbed.report.console import print_json, print_parameters
 
-    leaves = list(roboclimber().leaves())
+    leaves = list(build_machine().leaves())
     if json:
         print_json({path: vars(quantity) for path, quantity in leaves})
     else:

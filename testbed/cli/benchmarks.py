@@ -1,15 +1,37 @@
-"""The commands that measure the testbed itself: benchmarks, checks, the paper's experiments."""
+"""The commands that measure the testbed itself: each makes a benchmark with its options; the harness does the rest."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from testbed.cli.options import Json
 
+if TYPE_CHECKING:
+    from testbed.benchmarks.harness import Benchmark
+
 benchmarks = typer.Typer()
+lab = typer.Typer(help="Further benchmarks, and the tools that set the testbed's own numbers.")
+Out = Annotated[Path, typer.Option(help="Folder for results and finished cases; resumed.")]
+Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
+
+
+def show(benchmark: Benchmark[Any], out: Path, jobs: int, json: bool) -> None:
+    """Run a benchmark and print its result: JSON, or tables and where the files are."""
+    from testbed.benchmarks.harness import run
+    from testbed.report.console import print_json, print_table
+    from testbed.simulation.workers import single_threaded
+
+    single_threaded()
+    result = run(benchmark, out, jobs)
+    if json:
+        print_json(benchmark.published(result))
+        return
+    for table in benchmark.tables(result):
+        print_table(*table)
+    print(out / f"{benchmark.name}.json")
 
 
 @benchmarks.command()
@@ -23,31 +45,17 @@ def bench(
 
     Whole loop and bare engine take turns in one process.
     """
-    if scenario:
-        return _bench_scenarios(scenario, json)
-    from testbed.benchmarks.speed.bench import bench as measured
+    from testbed.benchmarks.speed import bench as whole
+    from testbed.benchmarks.speed import scenarios
     from testbed.report.console import print_json, print_table, waiting
 
     with waiting("measuring"):
-        found = measured()
+        speeds = scenarios.scenario_speeds(scenario) if scenario else None
+        figures = whole.bench() if speeds is None else None
     if json:
-        print_json(found)
+        print_json(speeds or figures)
     else:
-        print_table(
-            "Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()]
-        )
-
-
-def _bench_scenarios(names: list[str], json: bool) -> None:
-    from testbed.benchmarks.speed.scenarios import scenario_speeds
-    from testbed.report.console import print_json, print_table, waiting
-
-    with waiting("measuring"):
-        found = scenario_speeds(names)
-    if json:
-        return print_json(found)
-    rows = [[f"{v:.3g}" if isinstance(v, float) else v for v in row.values()] for row in found]
-    print_table("Speed of whole scenarios", list(found[0]), rows)
+        print_table(*(scenarios.table(speeds) if speeds else whole.table(figures or {})))
 
 
 @benchmarks.command("identify-measured")
@@ -72,61 +80,41 @@ def identify_measured(
     if json:
         print_json([asdict(m) for m in found])
     else:
-        print_table("Relative force error on what was not identified on", *table(found))
+        print_table(*table(found))
 
 
 @benchmarks.command()
 def filters(
-    out: Annotated[Path, typer.Option(help="Folder for filters.json.")],
+    out: Out,
     steps: Annotated[
         int, typer.Option(min=10, help="True steps in the trial of lock-out and delay.")
     ] = 10_000,
+    jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one table."""
-    from testbed.benchmarks.filters.benchmark import run_benchmark, table
-    from testbed.report.console import print_json, print_table, waiting
+    from testbed.benchmarks.filters.benchmark import Filters
 
-    with waiting("six scenes, seven filters"):
-        answer = run_benchmark(out, steps=steps)
-    if json:
-        print_json(answer)
-    else:
-        print_table("Root mean square error of the filters", *table(answer))
+    show(Filters(steps=steps), out, jobs, json)
 
 
 @benchmarks.command()
 def estimators(
-    out: Annotated[
-        Path,
-        typer.Option(help="Folder for estimators.json, estimators.html and the runs; resumed."),
-    ],
+    out: Out,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
+    jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
-    from testbed.benchmarks.estimators.benchmark import run as run_all
-    from testbed.benchmarks.estimators.benchmark import trials
-    from testbed.benchmarks.estimators.page import table, write_estimators
-    from testbed.report.console import print_json, print_table
-    from testbed.report.progress import counting_progress
+    from testbed.benchmarks.estimators.benchmark import Estimators
 
-    with counting_progress(len(trials(few)), "runs") as progress:
-        found = run_all(out, progress, few)
-    answer, page = write_estimators(found, out)
-    if json:
-        print_json(answer)
-    else:
-        print_table("Root mean square errors, N", *table(answer))
-        print(page)
+    show(Estimators(few), out, jobs, json)
 
 
 @benchmarks.command()
 def distribution(
-    out: Annotated[
-        Path, typer.Option(help="Folder for distribution.json, .csv, .png and the single cases.")
-    ],
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    out: Out,
+    jobs: Jobs = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
     controller: Annotated[
@@ -137,144 +125,168 @@ def distribution(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth.
+    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth."""
+    from testbed.benchmarks.distribution.benchmark import ForceDistribution
+    from testbed.control.distribution.controllers import CONTROLLERS
 
-    Finished cases are kept: started again, it goes on.
-    """
-    from testbed.benchmarks.distribution.benchmark import benchmark, check, table, write
-    from testbed.benchmarks.distribution.compare import rows
-    from testbed.benchmarks.distribution.figure import write_figure
-    from testbed.report.console import print_json, print_table
-    from testbed.report.progress import counting_progress
-
-    names = check(out, controller)
-    with counting_progress(cases * seeds, "cases") as progress:
-        result = benchmark(cases, jobs, names, progress, out / "cases", seeds)
-    path = write(result, out)
-    write_figure(result, out)
-    if json:
-        print_json(result)
-    else:
-        print_table("Force distribution", *table(result))
-        if result["against_qp"]:
-            print_table("Against the quadratic program", *rows(result["against_qp"]))
-        print(path)
+    names = tuple(controller or CONTROLLERS)
+    show(ForceDistribution(cases, seeds, names), out, jobs, json)
 
 
 @benchmarks.command("evaluate-diagnosis")
 def evaluate_diagnosis(
-    out: Annotated[
-        Path,
-        typer.Option(help="Folder for evaluation.json and the single rigs; resumed if it exists."),
-    ],
+    out: Out,
     rigs: Annotated[int, typer.Option(min=1, help="How many random rigs.")] = 200,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    jobs: Jobs = 1,
     first_seed: Annotated[
-        int | None, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
-    ] = None,
+        int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
+    ] = 1000,
     json: Json = False,
 ) -> None:
     """Test the diagnosis blind on random rigs of an independent simulator."""
-    from testbed.benchmarks.diagnosis.page import table, write_evaluation
-    from testbed.benchmarks.diagnosis.trials import FIRST_SEED
-    from testbed.benchmarks.diagnosis.trials import run as run_trials
-    from testbed.report.console import print_json, print_table
-    from testbed.report.progress import counting_progress
+    from testbed.benchmarks.diagnosis.benchmark import BlindTest
 
-    with counting_progress(rigs, "rigs") as progress:
-        seed = FIRST_SEED if first_seed is None else first_seed
-        trials = run_trials(out, rigs, jobs, progress, seed)
-    result, page = write_evaluation(trials, out)
-    if json:
-        print_json(result)
-    else:
-        print_table("Blind test of the diagnosis", *table(result))
-        print(page)
+    show(BlindTest(rigs, first_seed), out, jobs, json)
 
 
 @benchmarks.command()
 def hydraulics(
-    out: Annotated[Path, typer.Option(help="Folder for hydraulics.json and hydraulics.csv.")],
+    out: Out,
     manoeuvres: Annotated[int, typer.Option(min=1, max=1000, help="Random manoeuvres.")] = 30,
     seconds: Annotated[
         float, typer.Option(min=1.0, help="Simulated seconds for the balances.")
     ] = 600.0,
+    jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Check the compiled hydraulics: against an independent solver, and its books of oil and energy."""
-    from testbed.benchmarks.hydraulics.check import Difference, run_check, table
-    from testbed.report.console import print_json, print_table
-    from testbed.report.progress import counting_progress
+    from testbed.benchmarks.hydraulics.benchmark import Hydraulics
 
-    with counting_progress(manoeuvres, "manoeuvres") as progress:
-        answer = run_check(out, manoeuvres, seconds, progress)
-    if json:
-        print_json(answer)
-        return
-    found = [
-        Difference(**{k: v for k, v in d.items() if k != "holds"}) for d in answer["manoeuvres"]
-    ]
-    print_table("Force of the kernel less the reference's", *table(found))
-    for name in ("balance", "balance_starved", "creep", "creep_tight"):
-        print_table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in answer[name].items()])
+    show(Hydraulics(manoeuvres, seconds), out, jobs, json)
 
 
 @benchmarks.command("contact-loss")
 def contact_loss(
-    out: Annotated[
-        Path,
-        typer.Option(help="Folder for contact_loss.json, .html and scenes; goes on where it was."),
-    ],
+    out: Out,
     hours: Annotated[
         float, typer.Option(help="Hours of drilling without losses; losses are scaled with them.")
     ] = 8.0,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    jobs: Jobs = 1,
     tune: Annotated[
         bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")
     ] = False,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
-    from testbed.benchmarks.contact_loss.benchmark import count_scenes, run
-    from testbed.benchmarks.contact_loss.page import write_contact_loss
-    from testbed.benchmarks.contact_loss.summary import table
-    from testbed.report.console import print_json, print_table
-    from testbed.report.progress import counting_progress
+    from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
-    split = "tuning" if tune else "scoring"
-    with counting_progress(count_scenes(split, hours), "scenes") as progress:
-        found = run(out, hours, jobs, split, progress)
-    result, page = write_contact_loss(found, hours, out, tune)
-    if json:
-        print_json(result)
-    else:
-        print_table("Contact loss", *table(result))
-        print(page)
+    show(ContactLoss(hours, tune), out, jobs, json)
 
 
 @benchmarks.command()
 def paper(
-    out: Annotated[Path, typer.Option(help="Folder for paper.html and paper.json.")],
+    out: Out,
     figures: Annotated[
         list[str] | None,
         typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none."),
     ] = None,
+    jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Run the paper's experiments and set its claims beside what is measured."""
-    from testbed.benchmarks.paper.page import rows, write_paper
-    from testbed.benchmarks.paper.run import chosen, run_figures
-    from testbed.formats.files import make_folder
-    from testbed.report.console import print_json, print_table
-    from testbed.report.progress import counting_progress
+    from testbed.benchmarks.paper.benchmark import Paper
 
-    wanted = chosen(figures or [])
-    make_folder(out)
-    with counting_progress(len(wanted), "figures") as progress:
-        experiments = run_figures(wanted, progress)
-    claims, page = write_paper(experiments, out)
-    if json:
-        print_json(claims)
-    else:
-        print_table("The paper's claims", *rows(experiments))
-        print(page)
+    show(Paper(tuple(figures or ())), out, jobs, json)
+
+
+@lab.command()
+def climbs(
+    out: Out,
+    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 20,
+    first_seed: Annotated[int, typer.Option(help="First seed of each case.")] = 1,
+    way: Annotated[float, typer.Option(min=0.01, help="How far up the slope, m.")] = 10.0,
+    case: Annotated[
+        list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
+    ] = None,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Climb ten metres up every slope, on planes and on rough rock, several seeds each."""
+    from testbed.benchmarks.climbs.climbs import CASES, Climbs
+
+    show(Climbs(seeds, first_seed, way, tuple(case or CASES)), out, jobs, json)
+
+
+@lab.command("expected-loads")
+def expected_loads(
+    out: Out,
+    cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Compare expected foot loads with the simulated truth in quiet stands."""
+    from testbed.benchmarks.climbs.expected_loads import ExpectedLoadStands
+
+    show(ExpectedLoadStands(cases), out, jobs, json)
+
+
+@lab.command("quiet-stand")
+def quiet_stand(
+    out: Out,
+    seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Say what a quiet stand's foot loads owe to the engine and what to the machine."""
+    from testbed.benchmarks.climbs.quiet_stand import QuietStand
+
+    show(QuietStand(seconds), out, jobs, json)
+
+
+@lab.command("robot-diagnosis")
+def robot_diagnosis(
+    out: Out,
+    runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 1,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Test the whole robot's diagnosis blind: one leg of four hides an effect, or none does."""
+    from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
+
+    show(RobotBlindTest(runs, first_seed), out, jobs, json)
+
+
+@lab.command("warning-numbers")
+def warning_numbers(
+    folder: Annotated[Path, typer.Argument(help="Folder that `testbed contact-loss` has written.")],
+    split: Annotated[str, typer.Option(help="tuning or scoring.")] = "tuning",
+) -> None:
+    """Say what each number of the early warning is worth: it and its neighbours on scenes that are kept."""
+    from testbed.benchmarks.contact_loss.warning_numbers import report
+
+    for line in report(folder, split):
+        print(line, flush=True)
+
+
+Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
+File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
+
+
+@lab.command("fit-belief")
+def fit_belief(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs from then on."""
+    from testbed.benchmarks.diagnosis.calibration import fit_file
+
+    print(fit_file(folders, out))
+
+
+@lab.command("fit-robot-belief")
+def fit_robot_belief(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""
+    from testbed.benchmarks.diagnosis.robot_calibration import fit_file
+
+    print(fit_file(folders, out))
+
+
+benchmarks.add_typer(lab, name="lab")

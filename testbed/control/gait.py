@@ -8,9 +8,7 @@ Both are asked once a tick (100 Hz) and see measurements alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -20,6 +18,7 @@ from testbed.control.command import Command
 from testbed.control.measured import Measured
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.model import RobotModel
+from testbed.robot.robot import Robot
 
 Array = NDArray[np.float64]
 
@@ -59,6 +58,8 @@ class Layered:
 class BelievedStart:
     """The machine on its slope when a run begins, as control knows it. Body frame: x up the slope, y left, z away."""
 
+    robot: Robot
+    """Its numbers, masses and leg kinematics as believed."""
     joints: Array
     """(12) AXES order, rad (rotation) and m."""
     load_n: Array
@@ -69,12 +70,13 @@ class BelievedStart:
     """(2, 3) unit vectors from the attachments towards the anchors."""
     anchors_in_body_m: Array
     """(2, 3) as surveyed."""
-    legs: LegKinematics
-    """Feet from joints and joints from feet."""
-    make_model: Callable[[], RobotModel]
-    """Builds `model`, which takes a while and which few gaits need."""
 
-    @cached_property
+    @property
+    def legs(self) -> LegKinematics:
+        """Feet from joints and joints from feet."""
+        return self.robot.legs
+
+    @property
     def model(self) -> RobotModel:
         """Masses and geometry, declared payload included."""
-        return self.make_model()
+        return self.robot.model

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
-from testbed.machine.names import AXES, JOINTS
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES
 
 
 class LoopGains(Record):
@@ -38,22 +38,20 @@ class PositionLoop(LoopGains):
     integral = quantity("1", "command by the error's integral so far")
 
 
-def position_loops(p: Parameters, arm_m: float) -> NDArray[Any]:
+def position_loops(machine: Machine, arm_m: float) -> NDArray[Any]:
     """PositionLoop (12,) at rest; joint 1's rad are turned into cylinder metres by its arm (m/rad)."""
-    valve, control = p["valve"], p["control"]
+    control = machine.control
     loops = PositionLoop.zeros(len(AXES))
-    for i, loop in enumerate(loops):
-        joint = JOINTS[i % 3]
-        bore = p[f"{joint}_cylinder"]["bore_m"]
-        speed = valve[f"rated_flow_{joint}_m3_s"] / (np.pi / 4 * bore**2)
+    for i, (loop, axis) in enumerate(zip(loops, machine.axes.values(), strict=True)):
+        speed = axis.rated_flow_m3_s / (np.pi / 4 * axis.cylinder.bore_m**2)
         scale = arm_m if i % 3 == 0 else 1.0
-        loop["proportional"] = control["loop_gain_1_s"] / speed * scale
-        loop["integral_gain"] = control["integral_gain_1_s2"] / speed * scale
+        loop["proportional"] = control.loop_gain_1_s / speed * scale
+        loop["integral_gain"] = control.integral_gain_1_s2 / speed * scale
         loop["feedforward"] = scale / speed
-        loop["deadband"] = control["deadband_compensation"]
-        loop["tolerance"] = control["tolerance_m"] / scale
+        loop["deadband"] = control.deadband_compensation
+        loop["tolerance"] = control.tolerance_m / scale
         loop["limit"] = 1.0
-        loop["integral_limit"] = control["integral_limit"]
+        loop["integral_limit"] = control.integral_limit
     return loops
 
 

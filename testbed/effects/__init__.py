@@ -13,7 +13,7 @@ from pkgutil import iter_modules
 from testbed.effects.base import MARK, Active, Effect
 from testbed.effects.unnamed import UNNAMED
 from testbed.errors import InputError
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.recording.leg_model import EffectEntry, LegModel, read_model
 
 
@@ -56,7 +56,7 @@ def of_declared(number: str) -> Effect:
     return next(effect for effect in ALL if effect.declared_as == number)
 
 
-def declared_by(machine: Parameters) -> tuple[Active, ...]:
+def declared_by(machine: Machine) -> tuple[Active, ...]:
     """Effects that the machine's own numbers declare for all cylinders alike: they are no findings."""
     given = [(effect, effect.declared_by(machine)) for effect in ALL]
     return tuple(Active(e, e.complete(values)) for e, values in given if values is not None)

@@ -19,6 +19,7 @@ from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
 from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 from testbed.recording.leg_model import Friction
 
@@ -178,7 +179,7 @@ class Effect:
         """What the encoder's rounding (standard deviation, m) does to its force, N."""
         return 0.0
 
-    def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
+    def declared_by(self, machine: Machine) -> Values | None:
         """Its values where the machine's own numbers declare it for all cylinders alike; None: they do not."""
         return None
 

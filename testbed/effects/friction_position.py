@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.machine.model import Machine
 
 
 def coulomb_factor(
@@ -65,9 +65,9 @@ class PositionFriction(Effect):
         )
         terms.coulomb_scale = terms.coulomb_scale * factor.clip(0.0)
 
-    def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
+    def declared_by(self, machine: Machine) -> Values | None:
         """The seal's number."""
-        return {"slope": machine["seal"]["position_slope"]}
+        return {"slope": machine.seal.position_slope}
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this cylinder's seal."""

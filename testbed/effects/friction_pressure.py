@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +9,7 @@ from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.machine.model import Machine
 
 REFERENCE_PRESSURE_PA = 1e7
 """At this pA + pB the exponent changes nothing."""
@@ -85,9 +85,9 @@ class PressureFriction(Effect):
         """See `not_less_than_none`."""
         return not_less_than_none(self, coordinate)
 
-    def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
+    def declared_by(self, machine: Machine) -> Values | None:
         """The seal's number."""
-        return {"coefficient": machine["seal"]["pressure_coefficient_m2"]}
+        return {"coefficient": machine.seal.pressure_coefficient_m2}
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the seal's own."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
 from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.machine.model import Machine
 
 ATMOSPHERE_PA = 1e5
 
@@ -64,9 +64,9 @@ class Air(Effect):
         """A little of it."""
         return [{"fraction": 1e-3}]
 
-    def declared_by(self, machine: Mapping[str, Any]) -> Values | None:
+    def declared_by(self, machine: Machine) -> Values | None:
         """The oil's number."""
-        return {"fraction": machine["oil"]["entrained_air"]}
+        return {"fraction": machine.oil.entrained_air}
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the oil's own."""

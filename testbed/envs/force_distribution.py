@@ -45,7 +45,7 @@ class ForceDistributionEnv(RoboclimberEnv):
         ropes = (
             machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
         )
-        self._layer = distribution(spec, ropes, self._sharing)
+        self._layer = distribution(machine.belief, ropes, self._sharing)
 
     def _settle(self) -> tuple[Array, Array]:
         sim, rows = self._sim, round(SETTLE_S / self._step_s) * self._rows

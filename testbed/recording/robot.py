@@ -21,13 +21,13 @@ from testbed.formats.checked import Sequence as Listed
 from testbed.formats.table import read_columns
 from testbed.formats.units import convertible, to_si
 from testbed.formats.yaml_files import read_mapping
+from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters, check_parameters, roboclimber
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
 from testbed.recording.checks import check_finite, check_span, check_time, in_pa
 from testbed.recording.former import UNITS
-from testbed.recording.known import Known
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
 Array = npt.NDArray[np.float64]
@@ -64,7 +64,7 @@ class RobotRecording:
 
     folder: Path
     header: RobotHeader
-    machine: Parameters
+    machine: Machine
     data: Mapping[str, Array]
 
     @property
@@ -100,7 +100,7 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     data = {q: in_pa(c, to_si(columns[c.column], c.unit)) for q, c in channels.items()}
     for leg in LEGS:
         quantity = f"position_{leg}_vertical"
-        field, stroke_m = f"channels.{quantity}.unit", machine["vertical_cylinder"]["stroke_m"]
+        field, stroke_m = f"channels.{quantity}.unit", machine.vertical_cylinder.stroke_m
         check_span(field, channels[quantity].unit, data[quantity], stroke_m, file)
     return RobotRecording(folder, header, machine, data)
 
@@ -125,35 +125,20 @@ def _read_header(path: Path) -> RobotHeader:
     return header
 
 
-def _machine(known: Mapping[str, Declared], file: Path) -> Parameters:
+def _machine(known: Mapping[str, Declared], file: Path) -> Machine:
     """The shipped machine with the `known` numbers. Raises InputError for a number that no machine has."""
-    values = dict(roboclimber().leaves())
-    check_parameters({path: item.value for path, item in known.items()}, file, "known")
+    shipped, changes = build_machine(), {}
     for path, item in known.items():
-        if item.unit != values[path].unit:
+        field = f"known.{path}"
+        declared = shipped.quantity(path, file, field)
+        if item.unit != declared.unit:
             raise InputError(
                 "wrong unit",
                 file=file,
-                field=f"known.{path}.unit",
+                field=f"{field}.unit",
                 value=item.unit,
-                allowed=values[path].unit,
+                allowed=declared.unit,
             )
-    machine = roboclimber().replaced(
-        {path: item.value for path, item in known.items() if item.value != values[path].value}
-    )
-    for group, numbers in machine.items():
-        if isinstance(numbers, Parameters):
-            _check_group(str(group), numbers, file)
-    return machine
-
-
-def _check_group(group: str, numbers: Parameters, file: Path) -> None:
-    """Hold a group's numbers to the bounds that they have for one axis."""
-    same = {name: value for name, value in numbers.items() if name in Known.model_fields}
-    try:
-        checked(Known, same, file)
-    except InputError as error:
-        field = f"known.{group}" if error.field is None else f"known.{group}.{error.field}"
-        raise InputError(
-            error.problem, file=file, field=field, value=error.value, allowed=error.allowed
-        ) from error
+        if item.value != declared.value:
+            changes[path] = item.value
+    return build_machine(changes, file=file, section="known")

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.machine.provenance import roboclimber
 from testbed.robot.kinematics import LegKinematics
-from testbed.robot.model import roboclimber_model
+from testbed.robot.robot import Robot
 from testbed.simulation.stability import rotation
 
 if TYPE_CHECKING:
@@ -27,8 +27,10 @@ FRAME_S, MOST_FRAMES = 0.1, 400
 MM, TEN_N = 1000.0, 0.1
 
 
-def animation(data: Columns, truth: Columns, slope_deg: float) -> Markup | None:
+def animation(data: Columns, truth: Columns, slope_deg: float, machine: Machine) -> Markup | None:
     """JSON for the page, with what means something in HTML escaped, or None where the recording lacks poses or positions.
+
+    `machine`: the one that moved.
 
     Frames: time in ms; body origin (3) and its x and z axes (6, thousandths); feet (4, 3); ground's forces on them
     (4, 3); ropes' pulls (2, 3); thrust; hole depth.
@@ -43,23 +45,23 @@ def animation(data: Columns, truth: Columns, slope_deg: float) -> Markup | None:
         return None
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(FRAME_S / float(np.median(np.diff(truth["t"])))), -(-rows // MOST_FRAMES), 1)
-    parameters = roboclimber()
-    legs, model = LegKinematics.from_parameters(parameters), roboclimber_model()
+    robot = Robot.of(machine)
+    legs, model = robot.legs, robot.model
     slope = np.radians(slope_deg)
     to_slope = np.array(
         [[np.cos(slope), 0, np.sin(slope)], [0, 1, 0], [-np.sin(slope), 0, np.cos(slope)]]
     )
     start = _vector(truth, "body_pose_in_world", 0)
     frames = [_frame(data, truth, k, legs, to_slope, start) for k in range(0, rows, step)]
-    body, drill = parameters["body"], parameters["drill_body"]
+    body, drill = machine.body, machine.drill_body
     return htmlsafe_json_dumps(
         {
             "slope": slope_deg,
             "ground": round(float(np.mean([_lowest(frame) for frame in frames[:1]]))),
-            "box": _whole([*np.array(body["inertia_box_m"]) / 2.0], MM),
+            "box": _whole([*np.array(body.inertia_box_m) / 2.0], MM),
             "hips": _whole(legs.hips_m, MM),
             "sheaves": _whole(model.rope_attachments_m, MM),
-            "mast": _whole([*model.drill_mount_m, drill["mast_length_m"]], MM),
+            "mast": _whole([*model.drill_mount_m, drill.mast_length_m], MM),
             "frames": frames,
         },
         separators=(",", ":"),

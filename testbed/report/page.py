@@ -14,12 +14,13 @@ from importlib.resources import files
 from typing import Any
 
 SCRIPT = "animation.js"
+Filters = Mapping[str, Callable[..., str]]
 
 
 def render(
     template: str,
     contents: Mapping[str, Any],
-    filters: Mapping[str, Callable[..., str]] | None = None,
+    filters: Filters | None = None,
 ) -> str:
     """The text of a page. `template`: a file of this folder, or a path below the package.
 

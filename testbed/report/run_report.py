@@ -23,7 +23,7 @@ from testbed.report.style import RC, method_name, svg
 from testbed.simulation.metrics import methods, stability_margin, tilt_deg
 from testbed.simulation.pictures import pictures
 from testbed.simulation.residuals import Suspect, best_method, load_residuals
-from testbed.simulation.runs import Run, check_run, read_run
+from testbed.simulation.runs import Run, check_run, read_run, run_machines
 
 Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
@@ -68,7 +68,9 @@ def _contents(run: Run) -> dict[str, Any]:
         "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method)
         if enough
         else [],
-        "animation": animation(run.data, run.truth, slope_deg) if enough else None,
+        "animation": animation(run.data, run.truth, slope_deg, run_machines(run.folder).truth)
+        if enough
+        else None,
         "legs": LEGS,
         "errors": _errors(summary),
         **_film(run.folder),

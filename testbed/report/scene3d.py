@@ -16,13 +16,14 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.files import whole
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.machine.provenance import roboclimber
 from testbed.report.style import LEG_COLOUR, LEG_NAME, method_name
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.urdf.drawing import visuals
 from testbed.robot.urdf.generate import Joint, drill_mount_m, rope_attachment_m, structure
 from testbed.robot.urdf.shapes import COLOURS, Shape
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.terrain import Patch
 from testbed.simulation.metrics import methods
@@ -76,14 +77,15 @@ def write_scene(folder: str | Path) -> Path:
             "has no poses to draw", file=run.folder, allowed="a run with data, truth and two rows"
         )
     scenario = load_scenario(run.folder / "scenario.yaml")
+    machine = machines_of(scenario, run.folder / "scenario.yaml").truth
     path = run.folder / "scene.rrd"
     recording = rr.RecordingStream(
         "roboclimber", recording_id=f"{scenario.name}, seed {scenario.seed}"
     )
     with whole(path) as hidden:
         recording.save(str(hidden), default_blueprint=_blueprint())
-        _still(rr, recording, scenario, run.truth)
-        _moving(rr, recording, scenario, run)
+        _still(rr, recording, scenario, machine, run.truth)
+        _moving(rr, recording, scenario, machine, run)
         _signals(rr, recording, run)
         recording.flush()
         recording.disconnect()
@@ -146,13 +148,12 @@ def _about_z(turned: Array) -> Array:
     return np.column_stack([0.0 * turned, 0.0 * turned, np.sin(turned / 2.0), np.cos(turned / 2.0)])
 
 
-def _still(rr: Any, recording: Any, scenario: Scenario, truth: Columns) -> None:
-    parameters = roboclimber()
+def _still(rr: Any, recording: Any, scenario: Scenario, machine: Machine, truth: Columns) -> None:
     recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    links, joints = structure(parameters)
+    links, joints = structure(machine)
     paths = link_paths(joints)
     for link in links:
-        _shapes(rr, recording, paths[link.name], visuals(parameters, link.name))
+        _shapes(rr, recording, paths[link.name], visuals(machine, link.name))
     for joint in joints:
         if joint.kind == "fixed":
             place, turned = joint_pose(joint, np.zeros(1))
@@ -236,7 +237,7 @@ def ground_mesh(
     )
 
 
-def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
+def _moving(rr: Any, recording: Any, scenario: Scenario, machine: Machine, run: Run) -> None:
     data, truth = run.data, run.truth
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(
@@ -244,8 +245,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
     )
     at = np.arange(0, rows, step)
     when = [rr.TimeColumn("time", duration=truth["t"][at])]
-    parameters = roboclimber()
-    joints = structure(parameters)[1]
+    joints = structure(machine)[1]
     paths = link_paths(joints)
     body, turned = (
         _vectors(truth, "body_pose_in_world", at),
@@ -260,7 +260,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
             columns = rr.Transform3D.columns(translation=place, quaternion=_about_z(angle))
             recording.send_columns(paths[joint.child], when, columns)
     turns = np.array([rotation(*q) for q in turned])
-    legs = LegKinematics.from_parameters(parameters)
+    legs = LegKinematics.from_machine(machine)
     positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
     feet = body[:, None] + np.array(
         [legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)]
@@ -269,7 +269,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
         force = _vectors(truth, f"foot_force_in_world_{leg}", at)
         beside = feet[:, k] + turns[:, :, 1] * (ASIDE_M if leg.endswith("l") else -ASIDE_M)
         _arrow(rr, recording, when, f"world/force/{leg}", beside, force, _rgb(LEG_COLOUR[leg]))
-    bit = body + turns @ np.array(drill_mount_m(parameters))
+    bit = body + turns @ np.array(drill_mount_m(machine))
     _arrow(
         rr,
         recording,
@@ -283,7 +283,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, run: Run) -> None:
         ground = make_ground(scenario.terrain)
         anchors = anchors_in_world(scenario.ropes, ground.rotation_slope_to_world)
         for k, side in enumerate(SIDES):
-            sheave = np.array(rope_attachment_m(parameters, side))
+            sheave = np.array(rope_attachment_m(machine, side))
             if scenario.ropes.attachment_height_m is not None:
                 sheave[2] = scenario.ropes.attachment_height_m
             lower = body + turns @ sheave

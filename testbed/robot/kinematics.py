@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters
 from testbed.robot.urdf.generate import hip_m, radial_direction_rad
 
 Array = NDArray[np.float64]
@@ -29,14 +29,14 @@ class LegKinematics:
     retracted_m: float
 
     @classmethod
-    def from_parameters(cls, p: Parameters) -> LegKinematics:
-        """The legs of a parameter file."""
-        legs = p["legs"]
+    def from_machine(cls, machine: Machine) -> LegKinematics:
+        """The legs of a machine."""
+        legs = machine.legs
         return cls(
-            np.array([hip_m(p, leg) for leg in LEGS]),
-            np.array([radial_direction_rad(p, leg) for leg in LEGS]),
-            legs["radial_offset_m"],
-            legs["foot_height_retracted_m"],
+            np.array([hip_m(machine, leg) for leg in LEGS]),
+            np.array([radial_direction_rad(machine, leg) for leg in LEGS]),
+            legs.radial_offset_m,
+            legs.foot_height_retracted_m,
         )
 
     def feet(self, joints: Array) -> Array:

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
+from testbed.machine.groups import Cylinder, StraightCylinder
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters
 
 Array = NDArray[np.float64]
 ROTATION: tuple[int, ...] = tuple(range(0, 3 * len(LEGS), 3))
@@ -71,15 +72,15 @@ class RotationLinkage:
     upper_rad: float
 
     @classmethod
-    def from_parameters(cls, parameters: Parameters) -> RotationLinkage:
-        """The linkage of a parameter file. Raises InputError if the pins pass a dead centre within the range."""
-        numbers, limits = parameters["rotation_linkage"], parameters["joints"]["rotation"]
+    def from_machine(cls, machine: Machine) -> RotationLinkage:
+        """The linkage of a machine. Raises InputError if the pins pass a dead centre within the range."""
+        numbers, limits = machine.rotation_linkage, machine.joints.rotation
         linkage = cls(
-            numbers["body_anchor_m"],
-            numbers["lever_m"],
-            numbers["angle_neutral_rad"],
-            limits["lower_rad"],
-            limits["upper_rad"],
+            numbers.body_anchor_m,
+            numbers.lever_m,
+            numbers.angle_neutral_rad,
+            limits.lower_rad,
+            limits.upper_rad,
         )
         first, last = (
             linkage.angle_neutral_rad + linkage.lower_rad,
@@ -136,3 +137,8 @@ class RotationLinkage:
         return np.where(
             inside, np.arccos(np.clip(cosine, -1.0, 1.0)) - self.angle_neutral_rad, np.nan
         )
+
+
+def stroke_m(cylinder: Cylinder, linkage: RotationLinkage) -> float:
+    """Stroke of a cylinder, m: its own, or what the rotation linkage asks of it."""
+    return cylinder.stroke_m if isinstance(cylinder, StraightCylinder) else linkage.stroke_m

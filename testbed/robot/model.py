@@ -9,7 +9,6 @@ joints (12). Generalised forces are those that hold or drive the machine (joint 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -18,7 +17,6 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from testbed import resources
 from testbed.errors import InputError
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
 from testbed.robot.loads.foot_forces import LegNumbers
@@ -219,9 +217,3 @@ def _foot_radius(text: str) -> float:
         f"link[@name='{LEGS[0]}_foot']/collision/geometry/sphere"
     )
     return 0.0 if sphere is None else float(sphere.get("radius", "0"))
-
-
-@lru_cache(maxsize=1)
-def roboclimber_model() -> RobotModel:
-    """The shipped machine without payload, read once."""
-    return RobotModel(resources.urdf())

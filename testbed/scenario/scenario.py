@@ -12,10 +12,10 @@ from pydantic import Field, model_validator
 from testbed.errors import InputError
 from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
 from testbed.formats.yaml_files import parse_yaml, read_yaml
-from testbed.machine.limits import check_cylinders, check_power_unit, only_in_urdf
-from testbed.machine.provenance import check_parameters, roboclimber
+from testbed.machine.limits import only_in_urdf
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
+from testbed.scenario.machines import Machines, machines_of
 from testbed.scenario.parts import (
     Control,
     Estimator,
@@ -94,8 +94,16 @@ class Scenario(Checked):
                     )
         return self
 
-    @model_validator(mode="after")
-    def _store_holds_the_rods(self) -> Scenario:
+    @property
+    def carried_kg(self) -> float:
+        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
+        return self.robot.payload_kg + (
+            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
+        )
+
+    @property
+    def taken_kg(self) -> float:
+        """What tasks and events take off the rod store, kg."""
         taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
         if isinstance(self.task, Drill):
             laps = 1
@@ -103,20 +111,7 @@ class Scenario(Checked):
                 lap_s = sum(p.duration_s for p in self.task.phases)
                 laps = math.ceil(max(self.duration_s - self.task.start_s, 0.0) / lap_s)
             taken += laps * sum(p.rod_kg for p in self.task.phases if isinstance(p, RodChange))
-        held = self.carried_kg + float(roboclimber()["rod_store_body"]["mass_kg"])
-        if taken >= held:
-            raise impossible(
-                f"{taken:g} kg are taken off a rod store of {held:g} kg",
-                "less of it, or a larger robot.payload_kg",
-            )
-        return self
-
-    @property
-    def carried_kg(self) -> float:
-        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
-        return self.robot.payload_kg + (
-            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
-        )
+        return taken
 
 
 def load_scenario(
@@ -147,8 +142,9 @@ def load_scenario(
     _find_file(data, path, "robot", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
     scenario = _on_its_slope(checked(Scenario, data, path))
-    _check_numbers(scenario.hydraulics.parameters, path, "hydraulics.parameters")
-    _check_numbers(scenario.model.parameters, path, "model.parameters")
+    _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
+    _check_effect(scenario.model.parameters, path, "model.parameters")
+    _check_store(scenario, machines_of(scenario, path), path)
     return scenario
 
 
@@ -179,9 +175,8 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"terrain": changed})
 
 
-def _check_numbers(changes: Numbers, file: Path, section: str) -> None:
-    """Refuse a change of a number that the machine does not have, that does nothing, of another shape or impossible."""
-    check_parameters(changes, file, section)
+def _check_effect(changes: Numbers, file: Path, section: str) -> None:
+    """Refuse a change of a number that does nothing."""
     for name, value in changes.items():
         if only_in_urdf(name, believed=section.startswith("model.")):
             raise InputError(
@@ -191,10 +186,17 @@ def _check_numbers(changes: Numbers, file: Path, section: str) -> None:
                 value=value,
                 allowed="another URDF in robot.urdf, or a load in robot.payload_kg",
             )
-    if changes:
-        changed = roboclimber().replaced(changes)
-        check_cylinders(changed, file, section)
-        check_power_unit(changed, file, section)
+
+
+def _check_store(scenario: Scenario, machines: Machines, file: Path) -> None:
+    """Refuse to take more off the rod store than it weighs."""
+    taken, held = scenario.taken_kg, scenario.carried_kg + machines.truth.rod_store_body.mass_kg
+    if taken >= held:
+        raise InputError(
+            f"{taken:g} kg are taken off a rod store of {held:g} kg",
+            file=file,
+            allowed="less of it, or a larger robot.payload_kg",
+        )
 
 
 def _override(data: dict[str, Any], text: str) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from testbed.machine.provenance import roboclimber
+from testbed.machine.model import Machine
 from testbed.recording.robot_columns import described
 from testbed.scenario.scenario import Scenario
 
 
 def recording_meta(
-    scenario: Scenario, data_columns: list[str], surveyed: Mapping[str, Any]
+    scenario: Scenario, belief: Machine, data_columns: list[str], surveyed: Mapping[str, Any]
 ) -> dict[str, Any]:
     """The contents of `recording.yaml`; `surveyed`: what was measured before the run, such as where the ropes lead.
 
@@ -28,13 +28,12 @@ def recording_meta(
         "task": scenario.task.kind,
         "channels": {c: _channel(c) for c in data_columns},
         "surveyed": dict(surveyed),
-        "known": believed(scenario.model.parameters),
+        "known": known(belief),
     }
 
 
-def believed(changes: Mapping[str, Any]) -> dict[str, Any]:
+def known(machine: Machine) -> dict[str, Any]:
     """Every number of the machine as the robot believes it: dotted path -> value and unit."""
-    machine = roboclimber().replaced(changes)
     return {
         path: {"value": list(q.value) if isinstance(q.value, tuple) else q.value, "unit": q.unit}
         for path, q in machine.leaves()

@@ -75,7 +75,9 @@ def _record(
         yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False),
     )
     recorder = RunRecorder(
-        folder, *columns, recording_meta(scenario, columns[0], simulation.surveyed())
+        folder,
+        *columns,
+        recording_meta(scenario, simulation.machines.belief, columns[0], simulation.surveyed()),
     )
     result = RunResult(folder, {}, False)
     fault: BaseException | None = None
@@ -196,7 +198,7 @@ def _summary(
     }
     if len(truth["t"]) > 1:
         summary |= run_metrics(data, truth, scenario.terrain.slope_deg)
-        summary |= stability_summary(scenario, data, truth)
+        summary |= stability_summary(scenario, simulation.machines.truth, data, truth)
     summary |= {k: v for k, v in simulation.summary().items() if k not in summary}
     summary["events"] = list(simulation.events)
     if not interrupted and fault is None:

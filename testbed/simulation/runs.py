@@ -14,7 +14,10 @@ import numpy.typing as npt
 from testbed.errors import InputError
 from testbed.formats.table import open_series
 from testbed.formats.yaml_files import read_yaml
+from testbed.machine.build import build_machine
 from testbed.recording.former import current, with_former
+from testbed.scenario.machines import Machines, machines_of
+from testbed.scenario.scenario import load_scenario
 
 Columns = dict[str, npt.NDArray[np.float64]]
 
@@ -94,3 +97,11 @@ def _summary(folder: Path) -> dict[str, Any] | None:
     except ValueError as error:
         raise InputError(f"is not valid JSON: {error}", file=path) from error
     return found if isinstance(found, dict) else None
+
+
+def run_machines(folder: str | Path) -> Machines:
+    """The machines of a run by its `scenario.yaml`; the shipped one where a folder holds none."""
+    path = Path(folder) / "scenario.yaml"
+    if not path.is_file():
+        return Machines(build_machine(), build_machine())
+    return machines_of(load_scenario(path), path)

@@ -7,17 +7,16 @@ ropes keep their tension, the feet may share their load out as friction allows.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed import resources
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
-from testbed.machine.provenance import roboclimber
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
-from testbed.robot.model import Payload, RobotModel
+from testbed.robot.model import RobotModel
+from testbed.robot.robot import Robot
 from testbed.robot.stability import tipping_work_j, wrench_margin_n
 from testbed.scenario.scenario import Scenario
 
@@ -30,11 +29,13 @@ TOUCHING_N = 20.0
 """A foot with more normal force than this stands: it can carry more."""
 
 
-def stability_summary(scenario: Scenario, data: Columns, truth: Columns) -> dict[str, Any]:
+def stability_summary(
+    scenario: Scenario, machine: Machine, data: Columns, truth: Columns
+) -> dict[str, Any]:
     """Lowest wrench margin [N] and energy margin [J] of a run and their times; empty where columns are missing."""
     if f"position_{AXES[0]}" not in data or len(truth["t"]) < 2:
         return {}
-    model = _model(scenario)
+    model = Robot.of(machine, scenario.carried_kg, scenario.ropes.attachment_height_m).model
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
     looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
@@ -46,13 +47,6 @@ def stability_summary(scenario: Scenario, data: Columns, truth: Columns) -> dict
         "lowest_energy_margin_j": float(found[energy, 1]),
         "lowest_energy_margin_at_s": float(truth["t"][looks[energy]]),
     }
-
-
-def _model(scenario: Scenario) -> RobotModel:
-    mass = scenario.carried_kg
-    payload = Payload(mass, roboclimber()["rod_store_body"]["position_m"]) if mass > 0 else None
-    urdf = Path(scenario.robot.urdf) if scenario.robot.urdf else resources.urdf()
-    return RobotModel(urdf, payload, scenario.ropes.attachment_height_m)
 
 
 def _margins(

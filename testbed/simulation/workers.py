@@ -26,9 +26,11 @@ def work_through(
     work: Callable[[Item], Answer],
     items: Iterable[Item],
     jobs: int,
-    interrupted: Callable[[Answer], bool],
+    interrupted: Callable[[Answer], bool] = lambda _: False,
 ) -> Iterator[Answer]:
     """Answers in the order in which they come; KeyboardInterrupt after the items at work, if one was interrupted.
+
+    This is the one place that hands out work: another backend takes the place of `_in_processes`.
 
     A Ctrl-C while they are waited for ends them at once: what they had not finished is not done.
 
@@ -53,6 +55,7 @@ def _in_processes(
     jobs: int,
     interrupted: Callable[[Answer], bool],
 ) -> Iterator[Answer]:
+    single_threaded()
     others = active_children()
     pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin)
     hit = False
@@ -79,6 +82,15 @@ def _in_processes(
             raise
     if hit:
         raise KeyboardInterrupt
+
+
+def single_threaded() -> None:
+    """One thread for linear algebra in each process that has not loaded NumPy yet: processes share the cores.
+
+    What the environment says already stays.
+    """
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
 
 
 def _begin() -> None:

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from testbed.errors import InputError, naming
 from testbed.formats.files import check_file
 from testbed.formats.yaml_files import read_yaml
+from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
-from testbed.machine.provenance import Parameters
 
 if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
@@ -123,14 +123,12 @@ def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
         belief = Believed.from_machine(run.machine, dt_s)
     else:
         with naming(model):
-            belief = Believed.from_model(
-                read_believed(model), dt_s, run.machine["sensor"]["encoder_linear_m"]
-            )
+            belief = Believed.from_model(read_believed(model), dt_s, run.machine)
     with naming(run.file):
         return forces(run.data, with_body(belief, run.machine, run.header.surveyed, run.file))
 
 
-def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Path) -> Believed:
+def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) -> Believed:
     """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays by itself.
 
     Raises InputError where the survey cannot be understood.
@@ -154,7 +152,7 @@ def with_body(belief: Believed, machine: Parameters, surveyed: object, file: Pat
             field="surveyed",
             allowed="rope_directions_in_world {left, right}, payload_kg, urdf",
         ) from error
-    payload = Payload(mass_kg, machine["rod_store_body"]["position_m"]) if mass_kg > 0.0 else None
+    payload = Payload(mass_kg, machine.rod_store_body.position_m) if mass_kg > 0.0 else None
     return replace(
         belief, body=packed(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes)
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from testbed.world import plant
 
 if TYPE_CHECKING:
-    from testbed.world.assembly import Machine
+    from testbed.world.assembly import Assembled
 
 Array = NDArray[np.float64]
 ROPE_COLOUR = (0.15, 0.15, 0.17, 1.0)
@@ -19,7 +19,7 @@ ROPE_RADIUS_M = 0.03
 ROD_COLOUR = (0.62, 0.64, 0.67, 1.0)
 
 
-def picture(machine: Machine, width: int, height: int) -> NDArray[np.uint8]:
+def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
     """(height, width, 3): the robot from the lower left, looking up the slope."""
     m, b, engine = machine, machine.board, machine.engine
     plant.rotation_matrix(b.body.quaternion, b.rotation)

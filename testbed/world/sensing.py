@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
-from testbed.machine.provenance import Parameters
 from testbed.recording.rows import XYZ
 from testbed.scenario.parts import Sensors
 
@@ -87,32 +87,32 @@ def draw_noise(
 
 
 def sensor_records(
-    p: Parameters, chosen: Sensors, rng: np.random.Generator
+    machine: Machine, chosen: Sensors, rng: np.random.Generator
 ) -> tuple[NDArray[Any], Any]:
     """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero."""
-    s = p["sensor"]
+    s = machine.sensor
     t = Transducer.zeros(len(CHAMBERS), len(AXES))
-    t["gain"], t["range"] = 1.0, s["pressure_range_pa"]
-    per_kelvin = s["thermal_zero_share"] * s["pressure_range_pa"] / s["thermal_range_k"]
+    t["gain"], t["range"] = 1.0, s.pressure_range_pa
+    per_kelvin = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k
     draws = rng.uniform(-1.0, 1.0, t.size).reshape(t.shape)
     if "pressure" not in chosen.without:
-        t["noise"] = s["pressure_noise_pa"] if chosen.noise else 0.0
-        t["resolution"] = s["pressure_resolution_pa"] if chosen.quantisation else 0.0
+        t["noise"] = s.pressure_noise_pa if chosen.noise else 0.0
+        t["resolution"] = s.pressure_resolution_pa if chosen.quantisation else 0.0
         t["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
     other = OtherSensors.zeros()[0]
     noise = float(chosen.noise)
     if chosen.quantisation and "encoder" not in chosen.without:
-        other["count_m"] = s["encoder_linear_m"]
-        other["count_rad"] = 2 * math.pi / s["encoder_counts_per_turn"]
+        other["count_m"] = s.encoder_linear_m
+        other["count_rad"] = 2 * math.pi / s.encoder_counts_per_turn
     inertial = noise * ("inertial" not in chosen.without)
-    other["attitude_noise"] = inertial * s["attitude_noise_rad"]
-    other["rate_noise"] = inertial * s["rate_noise_rad_s"]
-    other["force_noise"] = inertial * s["specific_force_noise_m_s2"]
-    other["rope_noise"] = noise * s["rope_tension_noise_n"] * ("rope_tension" not in chosen.without)
-    other["supply_noise"] = noise * s["supply_noise_pa"] * ("supply_pressure" not in chosen.without)
+    other["attitude_noise"] = inertial * s.attitude_noise_rad
+    other["rate_noise"] = inertial * s.rate_noise_rad_s
+    other["force_noise"] = inertial * s.specific_force_noise_m_s2
+    other["rope_noise"] = noise * s.rope_tension_noise_n * ("rope_tension" not in chosen.without)
+    other["supply_noise"] = noise * s.supply_noise_pa * ("supply_pressure" not in chosen.without)
     if chosen.quantisation and "oil_temperature" not in chosen.without:
-        other["temperature_step"] = s["temperature_resolution_k"]
-    other["calibrated_at"] = s["calibration_temperature_degc"]
+        other["temperature_step"] = s.temperature_resolution_k
+    other["calibrated_at"] = s.calibration_temperature_degc
     return t, other
 
 

@@ -21,10 +21,11 @@ from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
 from testbed.world import precompile, sensing
-from testbed.world.assembly import Machine, assemble
+from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
     CONTROL,
     ESTIMATE,
@@ -58,7 +59,8 @@ class Simulation:
     ) -> None:
         self.scenario = scenario
         compiling = precompile.beside()
-        self.machine: Machine = assemble(scenario, model, gui)
+        self.machines = machines_of(scenario)
+        self.machine: Assembled = assemble(scenario, self.machines, model, gui)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False

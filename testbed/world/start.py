@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
-from testbed.machine.provenance import Parameters
 from testbed.robot.loads.drill_loads import rods_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel
@@ -55,7 +55,7 @@ def find_start(
     ground: Ground,
     model: RobotModel,
     engine: Engine,
-    parameters: Parameters,
+    parameters: Machine,
     drill_known: Any,
 ) -> Start:
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.

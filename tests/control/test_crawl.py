@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from shipped import MACHINE, shipped_model
 from walking_machine import (
     ANCHORS,
     LEGS,
@@ -32,9 +33,7 @@ from testbed.control.gaits.crawl.pace import (
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
-from testbed.machine.provenance import roboclimber
 from testbed.robot.loads.foot_load_sets import twist_of
-from testbed.robot.model import roboclimber_model
 
 
 def walk(made: CrawlGait, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -51,7 +50,7 @@ def test_a_walk_stays_within_ranges_and_speeds_and_swings_one_leg_at_a_time(gait
     made = crawl(f"task.gait={gait}", "task.step_length_m=0.3", "task.steps=4")
     rows = walk(made, 45.0)
     joints = np.array([row[0] for row in rows])
-    low, high = roboclimber_model().limits.T
+    low, high = shipped_model().limits.T
     assert made.done and made.steps_done == 4
     assert np.all(joints > low) and np.all(joints < high)
     assert max(int((~row[1]).sum()) for row in rows) == 1
@@ -77,7 +76,7 @@ def test_sideways_is_a_heading_like_any_other() -> None:
 
 def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
     """One radial joint over 0.1 m: 0.1 m of 63 mm bore at 70 % of 16 L/min, with ramps."""
-    pace = Pace(roboclimber(), 0.19)
+    pace = Pace(MACHINE, 0.19)
     joints = np.tile(START, (11, 1))
     joints[:, 1] += np.linspace(0.0, 0.1, 11)
     volume = 0.1 * math.pi / 4 * 0.063**2
@@ -98,7 +97,7 @@ def test_progress_is_a_trapezoid_of_speed() -> None:
 
 
 def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
-    ropes = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, TENSION)
+    ropes = RopeHold(ANCHORS, shipped_model().rope_attachments_m, TENSION)
     pull = (TENSION @ ropes.directions(np.zeros(3)))[:2]
     for body in (np.array([10.0, 0.0, 0.0]), np.array([3.0, 1.5, 0.0])):
         np.testing.assert_allclose(
@@ -110,7 +109,7 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
         ropes.readiness(np.zeros(3), 0.5 * TENSION) == 0.0
         and ropes.readiness(np.zeros(3), TENSION) == 1.0
     )
-    slack = RopeHold(ANCHORS, roboclimber_model().rope_attachments_m, np.zeros(2))
+    slack = RopeHold(ANCHORS, shipped_model().rope_attachments_m, np.zeros(2))
     assert not slack.rates_m_s(np.zeros(3), before, 1.0, np.zeros(2)).any()
 
 
@@ -122,7 +121,7 @@ def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
 
 
 def test_the_body_shifts_away_from_the_swinging_legs_until_the_margin_is_enough() -> None:
-    model = roboclimber_model()
+    model = shipped_model()
     footholds = Footholds(model, LEGS, START, 0.65)
     footholds.stand_under(
         9.81 * np.array([-math.sin(math.radians(45)), 0.0, -math.cos(math.radians(45))])

@@ -7,21 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shipped import MACHINE, shipped_model
 
 from testbed.control.command import Command
-from testbed.control.distribution.controllers import CONTROLLERS, believed_statics, controller
+from testbed.control.distribution.controllers import CONTROLLERS, controller
 from testbed.control.distribution.corrected import Corrected
 from testbed.control.distribution.distribution import self_balanced
 from testbed.control.distribution.drill_sharing import DrillSharing, taken_by_thrust
 from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
-from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance
+from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
 from testbed.control.distribution.use_program import About, UseProgram
 from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul
 from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.machine.names import VERTICAL
-from testbed.scenario.scenario import load_scenario
 
 WEIGHT_N = 4000 * 9.81
 
@@ -39,9 +39,7 @@ def _balance(
     legs: tuple[int, ...] = (0, 1, 2, 3),
 ) -> Balance:
     slope = np.radians(slope_deg)
-    statics = believed_statics(
-        load_scenario("stand_slope_45"), np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    )
+    statics = Statics(shipped_model(), MACHINE, np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
     measured = Measured.of(
         position=_posture(),
         load=WEIGHT_N * np.cos(slope) / 4,

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from shipped import believed_robot, shipped_robot
 
 from testbed.benchmarks.contact_loss.scenes import Moves
-from testbed.control.believed_model import believed_model
 from testbed.control.command import Command, SetPoints
 from testbed.control.distribution.controllers import controller, distribution
 from testbed.control.gait import Layer
@@ -19,15 +19,13 @@ from testbed.control.layers.supervisor import Supervisor
 from testbed.control.layers.trim import Trim
 from testbed.control.measured import Measured
 from testbed.errors import InputError
-from testbed.machine.provenance import roboclimber
 from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.kinematics import LegKinematics
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import LiftFoot
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
 START = np.tile([0.0, 0.05, 0.25], 4)
-FEET = LegKinematics.from_parameters(roboclimber()).feet(START)
+FEET = shipped_robot().legs.feet(START)
 
 
 def seen(attitude_rad: np.ndarray) -> Measured:
@@ -38,7 +36,7 @@ def seen(attitude_rad: np.ndarray) -> Measured:
 
 def shared() -> Layer:
     ropes = np.array([[0.98, 0.2, 0.0], [0.98, -0.2, 0.0]])
-    return distribution(STEEP, ropes, controller("pseudo_inverse"))
+    return distribution(shipped_robot(), ropes, controller("pseudo_inverse"))
 
 
 def moves() -> Layer:
@@ -125,5 +123,5 @@ def test_a_store_cannot_give_more_rods_than_it_holds() -> None:
 def test_control_believes_the_rods_in_the_store_that_the_scenario_declares() -> None:
     hole = load_scenario("drill_deep")
     assert hole.carried_kg > 100.0
-    empty = believed_model(load_scenario("stand_slope_45")).total_mass_kg
-    assert believed_model(hole).total_mass_kg - empty == pytest.approx(hole.carried_kg)
+    empty = believed_robot(load_scenario("stand_slope_45")).model.total_mass_kg
+    assert believed_robot(hole).model.total_mass_kg - empty == pytest.approx(hole.carried_kg)

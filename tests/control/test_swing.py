@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from shipped import MACHINE
 from walking_machine import LEGS, LOADS, START, TICK, at_the_start, crawl, step
 
 from testbed.control.gaits.crawl.pace import FREE_SHARE, SWING_RAMP, Pace
 from testbed.control.gaits.crawl.phases import Doing
 from testbed.control.gaits.crawl.swing import Swing
-from testbed.machine.provenance import roboclimber
 
-PACE = Pace(roboclimber(), 0.19)
+PACE = Pace(MACHINE, 0.19)
 
 
 def swing(forward: float, up: float, above: float = 0.0) -> Swing:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from shipped import MACHINE, shipped_model
 
 from testbed.control.drilling.thrust import (
     ThrustBound,
@@ -14,7 +15,7 @@ from testbed.control.drilling.thrust import (
     thrust_events,
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads
-from testbed.robot.model import roboclimber_model, slope_gravity
+from testbed.robot.model import slope_gravity
 from testbed.scenario.scenario import Scenario, load_scenario
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
@@ -24,8 +25,8 @@ def bound(scenario: Scenario, slope_deg: float) -> ThrustBound:
     slope = math.radians(slope_deg)
     # Ropes along the slope at the centre of mass: they carry all of the pull and turn nothing.
     pull = np.tile([0.5 * 4000.0 * 9.81 * math.sin(slope), 0.0, 0.0], (2, 1))
-    model = roboclimber_model()
-    return thrust_bound(scenario, ExpectedLoads(model), STANCE, slope_gravity(slope), pull)
+    model = shipped_model()
+    return thrust_bound(scenario, ExpectedLoads(model, MACHINE), STANCE, slope_gravity(slope), pull)
 
 
 def test_the_reserve_is_less_than_the_load_on_the_slope_and_falls_with_it() -> None:

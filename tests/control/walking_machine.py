@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
+from shipped import believed_robot, shipped_robot
 
-from testbed.control.believed_model import believed_model
 from testbed.control.gait import BelievedStart
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.table import gait_of
 from testbed.control.measured import Measured
-from testbed.machine.provenance import roboclimber
-from testbed.robot.kinematics import LegKinematics
 from testbed.scenario.scenario import Scenario, load_scenario
 
 TICK = 0.01
-LEGS = LegKinematics.from_parameters(roboclimber())
+LEGS = shipped_robot().legs
 START = np.tile([0.0, 0.17, 0.25], 4) + np.radians([5.0, 0, 0, -5.0, 0, 0, -5.0, 0, 0, 5.0, 0, 0])
 ANCHORS = np.array([[30.0, 5.0, 0.1], [30.0, -5.0, 0.1]])
 LOADS = np.full(4, 7000.0)
@@ -35,8 +32,7 @@ def believed_start(scenario: Scenario, joints: np.ndarray = START) -> BelievedSt
         rope_tension_n=TENSION,
         rope_directions_in_body=ANCHORS / 30.0,
         anchors_in_body_m=ANCHORS,
-        legs=LEGS,
-        make_model=partial(believed_model, scenario),
+        robot=believed_robot(scenario),
     )
 
 

@@ -10,13 +10,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest, scores
 from testbed.benchmarks.diagnosis.robot_calibration import fit, read_trials, restated
-from testbed.benchmarks.diagnosis.robot_trials import drawn, hidden_sizes, scores, table
+from testbed.benchmarks.diagnosis.robot_trials import drawn, hidden_sizes
+from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.robot.belief import RobotSigns, calibration, distribution
 from testbed.diagnosis.robot.zeros import zeros
 from testbed.errors import InputError
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES
-from testbed.machine.provenance import roboclimber
 
 LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
 
@@ -66,7 +68,7 @@ def test_zeros_may_be_what_the_data_sheet_allows() -> None:
     """1.25 % of 100 bar over 40 K are 3125 Pa/K; 20 K off, through both areas of 70 and 40 mm, and 20 N."""
     signals = SimpleNamespace(oil_temperature_degc=np.full(10, 60.0))
     problem = SimpleNamespace(series=[SimpleNamespace(name=AXES[2], signals=signals)])
-    (active,), (coordinate,) = zeros(problem, roboclimber())  # type: ignore[arg-type]
+    (active,), (coordinate,) = zeros(problem, build_machine())  # type: ignore[arg-type]
     areas = math.pi / 4.0 * (2.0 * 0.07**2 - 0.04**2)
     assert (
         coordinate.high
@@ -121,17 +123,18 @@ def test_scores_count_legs_and_effects_and_sound_machines() -> None:
         found_of["leg_and_effect_named"]["share"] == 0.5 and found_of["clean_none"]["share"] == 0.5
     )
     assert found_of["intervals"] == {**found_of["intervals"], "share": 1.0, "of": 1}
-    assert "| sensor.gain_a | 50% | 2 |" in table(found_of)
+    by_effect = RobotBlindTest().tables(found_of)[1]
+    assert ["sensor.gain_a", "50%", "2"] in by_effect.rows
 
 
 def test_the_fit_learns_that_a_gain_of_forty_is_nothing_here(tmp_path: Path) -> None:
-    folder = tmp_path / "runs"
-    folder.mkdir()
-    for k in range(30):
-        row = trial(k, LEFT if k % 3 == 0 else "", "", 200.0 if k % 3 == 0 else 40.0)
-        (folder / f"{k:05d}.json").write_text(json.dumps(row))
+    rows = [
+        trial(k, LEFT if k % 3 == 0 else "", "", 200.0 if k % 3 == 0 else 40.0) for k in range(30)
+    ]
+    lines = [{"case": str(k), "mark": "", "answer": row} for k, row in enumerate(rows)]
+    (tmp_path / LINES).write_text("\n".join(map(json.dumps, lines)))
     trials = read_trials([tmp_path])
     stated = restated(trials, fit(trials))
     assert all((t["verdict"] == "effect") == bool(t["truth"]) for t in stated)
-    with pytest.raises(InputError, match="holds no runs"):
+    with pytest.raises(InputError, match="holds no finished cases"):
         read_trials([tmp_path / "runs"])

@@ -26,12 +26,12 @@ from testbed.effects import by_name, kind_of, place_of
 from testbed.effects.base import Active
 from testbed.errors import InputError
 from testbed.estimation.live.believed import Believed
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 from testbed.recording.leg_model import read_model
 
 Array = npt.NDArray[np.float64]
-MACHINE = roboclimber()
+MACHINE = build_machine()
 
 
 def standing(
@@ -94,7 +94,7 @@ def test_the_declared_play_holds_a_command_back_by_its_half_width() -> None:
     time = np.arange(2000) / 1000.0
     triangle = 0.1 * np.abs(((time / 0.5) % 2.0) - 1.0)
     out = through_amplifier(triangle, time, MACHINE)
-    half, lag = MACHINE["valve"]["hysteresis"], 0.2 * MACHINE["valve"]["amplifier_lag_s"]
+    half, lag = MACHINE.valve.hysteresis, 0.2 * MACHINE.valve.amplifier_lag_s
     rising = (time > 0.7) & (time < 0.95)
     np.testing.assert_allclose(triangle[rising] - out[rising], half + lag, atol=2.1e-4)
 
@@ -109,7 +109,7 @@ def test_a_wrong_gain_is_named_with_its_leg_and_the_model_believes_it(tmp_path: 
     write_findings(found, tmp_path)
     assert json.loads((tmp_path / "findings.json").read_text())["effects"] == said["effects"]
     model = read_model(tmp_path / "model.yaml")
-    legs = dict(zip(LEGS, Believed.from_model(model, 1e-3).legs, strict=True))
+    legs = dict(zip(LEGS, Believed.from_model(model, 1e-3, MACHINE).legs, strict=True))
     assert legs["rl"].gain_a == pytest.approx(
         said["effects"][0]["parameters"]["gain_error"]["value"]
     )

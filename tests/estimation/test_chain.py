@@ -5,8 +5,10 @@ import time
 
 import numpy as np
 import pytest
+from shipped import MACHINE
 
 from testbed.errors import InputError
+from testbed.estimation.detectors import signals
 from testbed.estimation.detectors.table import BEST, STEP_S, by_name
 from testbed.estimation.live import contact, encoder
 from testbed.estimation.live.believed import Believed, Leg, Tuning
@@ -30,11 +32,12 @@ FRICTION = Friction(
 )
 EIGHT = Leg(AREA_A, AREA_B, FRICTION).packed()[:8]
 STILL = gravity_in_body(0.0, 0.0)
+VALVE = signals.parameters(MACHINE, 1e-3)
 
 
 def believed(**changes):
     leg = Leg(AREA_A, AREA_B, FRICTION, **changes)
-    return Believed((leg, leg, leg, leg))
+    return Believed((leg, leg, leg, leg), VALVE)
 
 
 def axes(value):
@@ -208,7 +211,7 @@ def test_believed_gain_error_is_taken_out():
     effect = EffectEntry(name="sensor.gain_a", parameters={"gain_error": 0.05}, place="fr")
     b = believed()
     legs = tuple(leg.with_effect(effect) if i == 1 else leg for i, leg in enumerate(b.legs))
-    chain = EstimatorChain(Believed(legs))
+    chain = EstimatorChain(Believed(legs, VALVE))
     pa = axes(4.0e6)
     pa[5] *= 1.05
     chain.step(pa, axes(2.0e6), axes(0.1), STILL, axes(0.0))
@@ -232,11 +235,11 @@ def test_missing_column_is_named():
 def test_chain_refuses_a_step_that_is_not_positive():
     leg = Leg(AREA_A, AREA_B, FRICTION)
     with pytest.raises(InputError, match="dt_s"):
-        Believed((leg, leg, leg, leg), dt_s=0.0)
+        Believed((leg, leg, leg, leg), VALVE, dt_s=0.0)
 
 
 def test_step_of_four_legs_with_their_contact_words_takes_less_than_thirty_microseconds():
-    chain = EstimatorChain(Believed(believed().legs, tuning=Tuning()))
+    chain = EstimatorChain(Believed(believed().legs, VALVE, tuning=Tuning()))
     pa, pb, q, u = axes(4e6), axes(2e6), axes(0.1), axes(0.0)
     chain.step(pa, pb, q, STILL, u)
     best = math.inf

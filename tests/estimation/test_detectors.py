@@ -9,9 +9,9 @@ from testbed.errors import InputError
 from testbed.estimation.detectors import combined, cusum, glr, momentum, signals
 from testbed.estimation.detectors.table import BEST, DETECTORS, by_name
 from testbed.estimation.live.believed import Believed
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 
-MACHINE = roboclimber()
+MACHINE = build_machine()
 LEG = Believed.from_machine(MACHINE, 1e-3).legs[0].packed()
 NUMBERS = signals.parameters(MACHINE, 1e-3)
 

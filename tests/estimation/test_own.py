@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shipped import shipped_model
 
 from testbed.estimation.live import axis_kernel as ax
 from testbed.estimation.live import fusion_kernel as fu
@@ -13,15 +14,15 @@ from testbed.estimation.live import own_kernel as own
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, packed, without
 from testbed.estimation.live.chain import EstimatorChain
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
-from testbed.robot.model import attitude_gravity, roboclimber_model
+from testbed.robot.model import attitude_gravity
 
-MODEL, MACHINE = roboclimber_model(), roboclimber()
-LINKAGE = RotationLinkage.from_parameters(MACHINE)
+MODEL, MACHINE = shipped_model(), build_machine()
+LINKAGE = RotationLinkage.from_machine(MACHINE)
 BELIEF = Believed.from_machine(MACHINE, 1e-3)
 LEVEL = attitude_gravity(0.0, 0.0)
 STANCE = np.tile([0.1, 0.2, 0.25], 4)
@@ -42,7 +43,7 @@ def standing(
     lies: dict[int, float] | None = None, vertical_b_pa: float = 2e6
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pressures (12,) with which the machine stands still without friction; `lies`: axis -> N that its sensors add."""
-    loads = ExpectedLoads(MODEL).solve(STANCE, LEVEL, joint_compliance=np.zeros(12))
+    loads = ExpectedLoads(MODEL, MACHINE).solve(STANCE, LEVEL, joint_compliance=np.zeros(12))
     _, jacobians = MODEL.feet(STANCE)
     torque = MODEL.gravity_forces(STANCE, LEVEL)[6:] - np.einsum(
         "ki,kij->j", loads.force_in_body_n, jacobians
@@ -109,7 +110,11 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
 
 def test_a_still_machine_is_read_as_the_statics_have_it() -> None:
     chain = settled(OwnTuning())
-    true = ExpectedLoads(MODEL).solve(STANCE, LEVEL, joint_compliance=np.zeros(12)).force_in_body_n
+    true = (
+        ExpectedLoads(MODEL, MACHINE)
+        .solve(STANCE, LEVEL, joint_compliance=np.zeros(12))
+        .force_in_body_n
+    )
     for r, name in enumerate(("own_x", "own_y", "own_z")):
         # the middle of friction's set is not 0: what is left is inside its standard deviation
         off = np.abs(chain.method(name) - true[:, r])

@@ -8,7 +8,7 @@ import pytest
 from testbed.laws import columns as c
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.scenario.scenario import load_scenario
 from testbed.world import plant
 from testbed.world.plumbing import traction_numbers
@@ -21,7 +21,7 @@ FULL_PA = 9.0e6
 def device() -> tuple[np.ndarray, np.ndarray]:
     state = np.zeros(tr.TRACTION_STATES)
     state[tr.WAY], state[tr.PLACE] = -1.0, tr.RESERVE_M
-    return state, traction_numbers(roboclimber(), strokes=True)
+    return state, traction_numbers(build_machine(), strokes=True)
 
 
 def hauled(wanted: np.ndarray, tension: float = 1e4, supply: float = FULL_PA) -> np.ndarray:
@@ -49,7 +49,7 @@ def test_half_a_metre_is_hauled_in_two_strokes_with_the_clamps_taking_turns() ->
         tr.RETURNING,
     ]
     assert not (rates[modes != tr.GRIPPED] < 0.0).any()
-    numbers = traction_numbers(roboclimber(), strokes=True)
+    numbers = traction_numbers(build_machine(), strokes=True)
     seats = rates > 0.0
     assert rates[seats] == pytest.approx(np.full(seats.sum(), numbers[tr.SEAT] / DT))
     first = np.flatnonzero(modes == tr.CLOSING)[0]
@@ -94,7 +94,7 @@ def test_paying_out_goes_the_other_way_round() -> None:
 
 def test_traction_stalls_at_what_pressure_and_rating_can_pull() -> None:
     """5e-3 m2 at 5 MPa pulls 25 kN; at 9 MPa it would be 45 kN, but the rating is 31.4 kN."""
-    numbers = traction_numbers(roboclimber(), strokes=True)
+    numbers = traction_numbers(build_machine(), strokes=True)
     assert tr.pull_share(25.0e3, 5.0e6, numbers) == 0.0
     assert tr.pull_share(10.0e3, 5.0e6, numbers) == 1.0
     assert tr.pull_share(31.0e3, FULL_PA, numbers) == pytest.approx(400.0 / 3141.0)
@@ -105,7 +105,7 @@ def test_traction_stalls_at_what_pressure_and_rating_can_pull() -> None:
 
 def test_a_rope_gives_the_body_no_more_than_its_device_got_from_the_oil() -> None:
     """Energy audit of one rope with its device and a body that swings: spring + work on the body <= oil's work."""
-    numbers = roboclimber()
+    numbers = build_machine()
     rope, body, supply = (
         np.zeros(plant.ROPE_COLUMNS),
         np.zeros(plant.BODY_COLUMNS),

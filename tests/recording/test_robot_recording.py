@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from shipped import MACHINE
 from synthetic_run import synthetic_columns
 
 from testbed.cli import main
@@ -33,7 +34,7 @@ Fault = Callable[[dict[str, Any], Columns], object]
 
 
 def header(columns: Columns) -> dict[str, Any]:
-    meta = recording_meta(load_scenario("stand_flat"), list(columns), {})
+    meta = recording_meta(load_scenario("stand_flat"), MACHINE, list(columns), {})
     return {key: value for key, value in meta.items() if key != "surveyed"}
 
 
@@ -142,7 +143,7 @@ FAULTS: dict[str, tuple[Fault, str]] = {
     "two bores": (put(f"{BORE}/value", [0.07, 0.07]), "known.vertical_cylinder.bore_m"),
     "rod wider than the bore": (
         put("known/vertical_cylinder.rod_m/value", 0.3),
-        "must be smaller than bore_m",
+        "vertical_cylinder.rod_m = 0.3: is impossible (allowed: 0 < rod < bore = 0.07 m)",
     ),
     "unknown number": (
         put("known/tail.length_m", {"value": 1.0, "unit": "m"}),

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from shipped import MACHINE
 
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.animation import MOST_FRAMES, animation
@@ -42,7 +43,7 @@ def climbing(rows: int) -> tuple[Columns, Columns]:
 
 
 def test_the_body_climbs_along_x_its_feet_follow_and_their_forces_point_off_the_slope() -> None:
-    text = animation(*climbing(1000), 30.0)
+    text = animation(*climbing(1000), 30.0, MACHINE)
     assert text is not None
     frames = json.loads(text)["frames"]
     first, last = frames[0], frames[-1]
@@ -55,11 +56,11 @@ def test_the_body_climbs_along_x_its_feet_follow_and_their_forces_point_off_the_
 
 
 def test_a_long_run_keeps_to_the_frames_that_a_page_can_carry() -> None:
-    text = animation(*climbing(60_000), 30.0)
+    text = animation(*climbing(60_000), 30.0, MACHINE)
     assert text is not None and len(json.loads(text)["frames"]) <= MOST_FRAMES
 
 
 def test_a_recording_without_poses_has_no_animation() -> None:
     data, truth = climbing(50)
     del truth["body_pose_in_world_x"]
-    assert animation(data, truth, 30.0) is None
+    assert animation(data, truth, 30.0, MACHINE) is None

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from shipped import shipped_model
 
 from testbed.errors import InputError
 from testbed.robot.equilibrium import (
@@ -14,9 +15,9 @@ from testbed.robot.equilibrium import (
     static_equilibrium,
 )
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
-from testbed.robot.model import Payload, roboclimber_model, slope_gravity
+from testbed.robot.model import Payload, slope_gravity
 
-MODEL = roboclimber_model()
+MODEL = shipped_model()
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 WEIGHT = 4000.0 * 9.81
 ALONG = np.tile([1.0, 0.0, 0.0], (2, 1))

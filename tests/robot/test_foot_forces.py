@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from shipped import shipped_model
 
 from testbed.machine.names import LEGS
 from testbed.robot.loads import foot_forces as ff
-from testbed.robot.model import attitude_gravity, roboclimber_model
+from testbed.robot.model import attitude_gravity
 
-MODEL = roboclimber_model()
+MODEL = shipped_model()
 
 
 def test_leg_masses_and_the_base_add_up_to_the_machine() -> None:

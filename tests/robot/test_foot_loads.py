@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from shipped import MACHINE, shipped_model
 
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.foot_loads import (
     ExpectedLoads,
@@ -23,11 +24,11 @@ from testbed.robot.loads.foot_loads import (
     external_wrench,
     point_wrench,
 )
-from testbed.robot.model import Payload, RobotModel, roboclimber_model, slope_gravity
+from testbed.robot.model import Payload, RobotModel, slope_gravity
 from testbed.robot.urdf.generate import urdf_text
 
-MODEL = roboclimber_model()
-LOADS = ExpectedLoads(MODEL)
+MODEL = shipped_model()
+LOADS = ExpectedLoads(MODEL, MACHINE)
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 WEIGHT = 4000.0 * 9.81
 LEVEL = slope_gravity(0.0)
@@ -64,11 +65,11 @@ def test_on_level_ground_each_foot_carries_a_quarter_and_the_shift_of_the_centre
 
 
 def test_a_machine_symmetric_left_and_right_loads_left_and_right_alike(tmp_path: Path) -> None:
-    store = roboclimber()["rod_store_body"]["mass_kg"]
-    even = roboclimber().replaced({"rod_store_body.mass_kg": 1e-6, "body.mass_kg": 1463.2 + store})
+    store = build_machine().rod_store_body.mass_kg
+    even = build_machine({"rod_store_body.mass_kg": 1e-6, "body.mass_kg": 1463.2 + store})
     file = tmp_path / "even.urdf"
     file.write_text(urdf_text(even))
-    found = ExpectedLoads(RobotModel(file)).solve(
+    found = ExpectedLoads(RobotModel(file), MACHINE).solve(
         STANCE, slope_gravity(0.6), rope_forces_in_body=rope_pull(0.8, 0.6)
     )
     np.testing.assert_allclose(found.normal_n[0::2], found.normal_n[1::2], rtol=1e-6)
@@ -289,7 +290,7 @@ def test_a_push_beyond_the_weight_lifts_the_machine_off() -> None:
 def test_payload_argument_equals_a_model_that_carries_it() -> None:
     payload = Payload(800.0, (0.3, 0.34, 0.95))
     given_here = LOADS.solve(STANCE, slope_gravity(0.4), payload=payload)
-    in_model = ExpectedLoads(MODEL.with_payload(payload)).solve(STANCE, slope_gravity(0.4))
+    in_model = ExpectedLoads(MODEL.with_payload(payload), MACHINE).solve(STANCE, slope_gravity(0.4))
     np.testing.assert_allclose(
         given_here.force_in_body_n, in_model.force_in_body_n, rtol=1e-9, atol=1e-6
     )
@@ -305,7 +306,7 @@ def test_height_errors_give_the_standard_deviation_of_the_loads() -> None:
 
 
 def test_oil_column_of_the_vertical_cylinder_is_between_10_and_40_meganewtons_per_metre() -> None:
-    columns = OilColumns(roboclimber())
+    columns = OilColumns(build_machine())
     stiffness = columns.stiffness_n_m(np.tile([0.1, 0.2, 0.25], 4))[2]
     area, ring = math.pi / 4 * 0.07**2, math.pi / 4 * (0.07**2 - 0.04**2)
     # By hand with 1 / beta = 1 / 1.4 GPa + 0.005 / (1.4 p) (1 bar / p)^(1 / 1.4) at p = 41 bar absolute.
@@ -316,7 +317,7 @@ def test_oil_column_of_the_vertical_cylinder_is_between_10_and_40_meganewtons_pe
 
 
 def test_rotation_joint_gives_as_its_oil_column_on_the_moment_arm() -> None:
-    columns = OilColumns(roboclimber())
+    columns = OilColumns(build_machine())
     give = columns.joint_compliance(STANCE)
     half = columns.stiffness_n_m(np.tile([0.12047, 0.2, 0.25], 4))[
         0

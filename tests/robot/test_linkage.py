@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
 
-LINKAGE = RotationLinkage.from_parameters(roboclimber())
+LINKAGE = RotationLinkage.from_machine(build_machine())
 
 
 def test_a_right_triangle_of_3_4_5_gives_length_5_and_arm_12_fifths() -> None:
@@ -64,6 +64,6 @@ def test_compiled_kernel_equals_the_arrays_on_joint_1_and_is_identity_on_joints_
 
 
 def test_a_dead_centre_within_the_range_is_refused() -> None:
-    broken = roboclimber().replaced({"rotation_linkage.angle_neutral_rad": 0.3})
+    broken = build_machine({"rotation_linkage.angle_neutral_rad": 0.3})
     with pytest.raises(InputError, match="dead centre"):
-        RotationLinkage.from_parameters(broken)
+        RotationLinkage.from_machine(broken)

@@ -9,21 +9,21 @@ import mujoco
 import numpy as np
 import pybullet
 import pytest
+from shipped import shipped_model
 
 from testbed import resources
 from testbed.errors import InputError
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, VERTICAL
-from testbed.machine.provenance import roboclimber
 from testbed.robot.model import (
     Payload,
     RobotModel,
     attitude_gravity,
-    roboclimber_model,
     slope_gravity,
 )
 from testbed.robot.urdf.generate import urdf_text
 
-MODEL = roboclimber_model()
+MODEL = shipped_model()
 RNG = np.random.default_rng(20)
 POSTURES = [RNG.uniform(MODEL.limits[:, 0], MODEL.limits[:, 1]) for _ in range(20)]
 DIRECTIONS = [v / np.linalg.norm(v) for v in RNG.normal(size=(20, 3))]
@@ -134,7 +134,7 @@ def other() -> Mujoco:
 
 
 def test_the_machine_weighs_four_tonnes_in_all_three_readers(bullet: Bullet, other: Mujoco) -> None:
-    assert MODEL.total_mass_kg == pytest.approx(roboclimber()["total_mass_kg"], rel=1e-12)
+    assert MODEL.total_mass_kg == pytest.approx(build_machine().total_mass_kg, rel=1e-12)
     assert bullet.masses().sum() == pytest.approx(4000.0, rel=1e-6)
     assert other.model.body_mass.sum() == pytest.approx(4000.0, rel=1e-6)
 
@@ -209,7 +209,7 @@ def test_footprint_is_about_2_by_2_5_metres() -> None:
 
 def test_retracted_feet_leave_the_belly_on_the_ground() -> None:
     retracted = MODEL.foot_positions_m(np.zeros(12))[:, 2]
-    assert np.all(retracted > roboclimber()["body"]["belly_height_m"])
+    assert np.all(retracted > build_machine().body.belly_height_m)
     assert retracted[0] == pytest.approx(-0.16)
 
 
@@ -238,13 +238,11 @@ def test_a_payload_adds_its_weight_at_its_point() -> None:
 
 
 def test_the_shipped_urdf_is_what_the_parameters_generate() -> None:
-    assert resources.urdf().read_text() == urdf_text(roboclimber())
+    assert resources.urdf().read_text() == urdf_text(build_machine())
 
 
 def test_the_urdf_follows_a_changed_number(tmp_path: Path) -> None:
-    heavier = roboclimber().replaced(
-        {"legs.foot_mass_kg": 20.0, "traction_body.attachment_height_m": 0.5}
-    )
+    heavier = build_machine({"legs.foot_mass_kg": 20.0, "traction_body.attachment_height_m": 0.5})
     file = tmp_path / "heavier.urdf"
     file.write_text(urdf_text(heavier))
     model = RobotModel(file)

@@ -11,8 +11,8 @@ from testbed import resources
 from testbed.errors import InputError
 from testbed.formats.schema import rows
 from testbed.formats.yaml_files import parse_yaml
+from testbed.machine.build import build_machine
 from testbed.machine.limits import only_in_urdf
-from testbed.machine.provenance import roboclimber
 from testbed.scenario.scenario import Scenario, load_scenario
 
 HEAD = "format: roboclimber-scenario/1\n"
@@ -72,7 +72,7 @@ def test_what_estimators_reckon_with_may_differ_from_the_urdf_in_the_model(write
 def test_no_number_that_the_world_reads_counts_as_the_urdfs() -> None:
     groups = {
         path.split(".")[0]
-        for path, _ in roboclimber().leaves()
+        for path, _ in build_machine().leaves()
         if only_in_urdf(path, believed=False)
     }
     bodies = {"body", "power_unit_body", "drill_body", "rod_store_body", "traction_body"}

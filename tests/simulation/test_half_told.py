@@ -9,7 +9,7 @@ import pytest
 from testbed.errors import InputError
 from testbed.estimation.detectors import signals
 from testbed.estimation.live.believed import Believed
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.recording.leg_model import EffectEntry, LegModel
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
@@ -24,7 +24,7 @@ def drift(**values: float) -> EffectEntry:
 
 
 def test_a_shape_that_the_live_chain_does_not_know_is_not_believed_by_halves() -> None:
-    leg = Believed.from_machine(roboclimber(), 1e-3).legs[0]
+    leg = Believed.from_machine(build_machine(), 1e-3).legs[0]
     assert leg.with_effect(drift(rate=2000.0)).drift_a_pa_s == 2000.0
     assert leg.with_effect(drift(rate=2000.0, decay=0.0)).drift_a_pa_s == 2000.0
     assert leg.with_effect(drift(rate=2000.0, decay=0.15)) == leg
@@ -41,14 +41,14 @@ def test_a_models_detector_runs_at_the_estimators_rate() -> None:
     model = LegModel.model_validate(
         {"format": "roboclimber-model/1", "rig": "vertical-leg", "known": KNOWN}
     )
-    slow, quick = (Believed.from_model(model, dt).valve for dt in (4e-3, 1e-3))
+    slow, quick = (Believed.from_model(model, dt, build_machine()).valve for dt in (4e-3, 1e-3))
     assert (slow[signals.DT], quick[signals.DT]) == (4e-3, 1e-3)
 
 
 def test_rates_at_which_the_observers_diverge_are_refused() -> None:
     with pytest.raises(InputError, match="estimator_hz"):
         load_scenario("stand_slope_45", ["rates.estimator_hz=50"])
-    good = Believed.from_machine(roboclimber(), 5e-3)
+    good = Believed.from_machine(build_machine(), 5e-3)
     with pytest.raises(InputError, match="at least 200 Hz"):
         replace(good, dt_s=0.02)
 

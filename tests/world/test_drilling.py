@@ -14,8 +14,8 @@ from testbed.control.layers.mast import DEAD_RAD, GAIN_1_S, KeepMast
 from testbed.control.measured import Measured
 from testbed.laws import drill as d
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 from testbed.scenario.drilling import DrillHole, Rock
 from testbed.world import plant
 from testbed.world.drilling.cycle import DrillCycle
@@ -43,7 +43,7 @@ def drilled(
 ) -> tuple[DrillCycle, list[dict], np.ndarray, float]:
     """Run a cycle to its end: the cycle, its events, its loads over time and the mass that went to the store, kg."""
     cycle, events, rows, moved = (
-        DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber()),
+        DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine()),
         [],
         [],
         0.0,
@@ -94,7 +94,7 @@ def test_control_counts_every_rod_wherever_it_is() -> None:
     With one left in the string when it is done, the store has gained one: 10.2 kg.
     """
     task = hole()
-    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine())
     known, counted, most_in_mast = np.zeros(d.KNOWN), set(), 0.0
     for k in range(6000):
         cycle.update(k * DT, DT)
@@ -124,7 +124,7 @@ def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
 
 def test_the_string_weighs_what_its_rods_weigh_at_any_time() -> None:
     task = hole(rod_kg=95.0)
-    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, roboclimber())
+    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine())
     store = cycle.store_kg
     for k in range(4000):
         cycle.update(k * DT, DT)

@@ -6,15 +6,16 @@ import math
 
 import numpy as np
 import pytest
+from shipped import shipped_model
 
 from testbed import resources
 from testbed.control.valve_loop import GAIN_COLUMNS, KP, LIMIT, TOLERANCE, control_step
 from testbed.errors import InputError
 from testbed.laws import drill as d
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.robot.kinematics import LegKinematics, length
-from testbed.robot.model import roboclimber_model
 from testbed.robot.urdf.merge import merged
+from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.scenario.terrain import Terrain
@@ -94,7 +95,7 @@ def test_rough_rock_has_the_asked_deviation_and_repeats_by_seed() -> None:
 
 
 def test_legs_forwards_and_backwards_agree_with_pinocchio() -> None:
-    legs, model = LegKinematics.from_parameters(roboclimber()), roboclimber_model()
+    legs, model = LegKinematics.from_machine(build_machine()), shipped_model()
     rng = np.random.default_rng(1)
     for _ in range(20):
         joints = rng.uniform(model.limits[:, 0], model.limits[:, 1])
@@ -207,8 +208,9 @@ def test_judge_tells_fall_and_slide() -> None:
 def test_an_impossible_start_posture_is_refused_by_name() -> None:
     from testbed.world.assembly import assemble
 
+    scenario = load_scenario("stand_flat", ["robot.radial_m=0.45"])
     with pytest.raises(InputError, match="fl_radial"):
-        assemble(load_scenario("stand_flat", ["robot.radial_m=0.45"]), None, False)
+        assemble(scenario, machines_of(scenario), None, False)
 
 
 def test_quaternions_and_roll_pitch_yaw_give_back_their_rotation() -> None:

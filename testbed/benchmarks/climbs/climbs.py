@@ -1,31 +1,23 @@
 """Long climbs: ten metres up each slope, on planes and on rough rock, several seeds each.
 
-    python -m testbed.benchmarks.climbs.climbs --seeds 20 --out DIR --jobs 2
-
-A run ends when the body has gone its way, the machine is lost, or its time is over. One JSON line a run goes to
-DIR/climbs.jsonl, so that a second call carries on; DIR/climbs.md is the table of what is there at any time. A seed
-draws the sensors' errors, the true friction and, on rock, the surface; control believes one friction and knows nothing
-of the rock but its roughness.
+A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws the sensors' errors,
+the true friction and, on rock, the surface; control believes one friction and knows nothing of the rock but its
+roughness.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.errors import InputError, SimulationFault
-from testbed.formats.files import make_folder, write_text
+from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.simulation.workers import work_through
 
 SCENARIO = "crawl_slope_45"
 LONG = "task.steps=120", "duration_s=1500", "rates.record_hz=10"
@@ -104,7 +96,58 @@ def climbs(cases: Sequence[str], seeds: int, first: int = 1) -> list[Climb]:
     return out
 
 
-def run(climb: Climb, way_m: float = WAY_M) -> Outcome:
+@dataclass(frozen=True)
+class Climbs(Benchmark[Climb]):
+    """Seeds `first_seed` to `seeds` of each of `chosen`, as far as `way_m`. Raises InputError for none of these."""
+
+    name = "climbs"
+    noun = "climbs"
+    seeds: int = 20
+    first_seed: int = 1
+    way_m: float = WAY_M
+    chosen: tuple[str, ...] = tuple(CASES)
+
+    def __post_init__(self) -> None:
+        for name in self.chosen:
+            if name not in CASES:
+                allowed = ", ".join(CASES)
+                raise InputError("no such case", field="--case", value=name, allowed=allowed)
+        if not 1 <= self.first_seed <= self.seeds:
+            raise InputError(
+                "no such seed", field="--first-seed", value=self.first_seed, allowed="1 to --seeds"
+            )
+
+    def cases(self) -> Mapping[str, Climb]:
+        """Every climb by slope and seed."""
+        made = climbs(self.chosen, self.seeds, self.first_seed)
+        return {f"{climb.case}, seed {climb.seed}, {self.way_m:g} m": climb for climb in made}
+
+    def work(self, case: Climb) -> Outcome:
+        """See climb_up."""
+        return climb_up(case, self.way_m)
+
+    def made_from(self, case: Climb) -> str:
+        """The climb and its length."""
+        return f"{case!r} {self.way_m!r}"
+
+    def without(self) -> tuple[str, ...]:
+        """The other benchmarks of this folder."""
+        return ("benchmarks/climbs/expected_loads.py", "benchmarks/climbs/quiet_stand.py")
+
+    def summarise(self, answers: Answers) -> list[Outcome]:
+        """Every climb's outcome."""
+        return [Outcome(**answer) for answer in answers.values()]
+
+    def published(self, result: Sequence[Outcome]) -> list[dict[str, Any]]:
+        """Every climb's outcome, and whether it was good."""
+        return [asdict(outcome) | {"good": outcome.good} for outcome in result]
+
+    def tables(self, result: Sequence[Outcome]) -> Sequence[Table]:
+        """One table."""
+        return [table(result)]
+
+
+def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     """Simulate one climb."""
     from testbed.world.simulation import Simulation
 
@@ -152,109 +195,25 @@ def _travelled(world: Any) -> float:
     return float((machine.origin_in_world() - machine.start_base) @ up)
 
 
-def evaluate(
-    out: Path,
-    cases: Sequence[str],
-    seeds: int,
-    jobs: int,
-    way_m: float = WAY_M,
-    progress: Callable[[int], None] | None = None,
-    first_seed: int = 1,
-) -> list[Outcome]:
-    """Run what is not in `out` yet; returns everything that is there of these cases, in order."""
-    make_folder(out)
-    lines = out / "climbs.jsonl"
-    done = {(o.case, o.seed): o for o in read(lines) if o.goal_m == way_m}
-    wanted = climbs(cases, seeds, first_seed)
-    todo = [c for c in wanted if (c.case, c.seed) not in done]
-    with lines.open("a") as file:
-        if todo and file.tell() and not lines.read_text().endswith("\n"):
-            file.write("\n")  # a line that was cut off stays alone
-        for outcome in work_through(partial(run, way_m=way_m), todo, jobs, lambda _: False):
-            done[outcome.case, outcome.seed] = outcome
-            file.write(json.dumps(asdict(outcome)) + "\n")
-            file.flush()
-            write_text(
-                out / "climbs.md",
-                table([done[c.case, c.seed] for c in wanted if (c.case, c.seed) in done]),
-            )
-            if progress is not None:
-                progress(len(wanted) - len(todo) + sum((c.case, c.seed) in done for c in todo))
-    found = [done[c.case, c.seed] for c in wanted]
-    write_text(out / "climbs.md", table(found))
-    return found
-
-
-def read(lines: Path) -> list[Outcome]:
-    """Outcomes of a file of lines; a last line that was cut off is left out."""
-    found = []
-    for line in lines.read_text().splitlines() if lines.is_file() else []:
-        try:
-            found.append(Outcome(**json.loads(line)))
-        except (json.JSONDecodeError, TypeError):
-            continue
-    return found
-
-
-def table(outcomes: Sequence[Outcome]) -> str:
+def table(outcomes: Sequence[Outcome]) -> Table:
     """One row a case: how many got there within the limits, and the worst of each number."""
-    rows = [
-        "| case | good | falls | way [m] | slip a step [mm] | tilt [deg] | planned margin [N] | speed [mm/s] | steps |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
+    heads = ["case", "good", "falls", "way [m]", "slip a step [mm]", "tilt [deg]"]
+    heads += ["planned margin [N]", "speed, median [mm/s]", "steps"]
+    rows = []
     for case in dict.fromkeys(o.case for o in outcomes):
         of = [o for o in outcomes if o.case == case]
-        good, falls = sum(o.good for o in of), sum(o.verdict != "stood" for o in of)
         speed = np.median([1000 * o.way_m / o.time_s for o in of])
         rows.append(
-            f"| {case} | {good} of {len(of)} | {falls} | {min(o.way_m for o in of):.2f} | "
-            f"{1000 * max(o.slip_m for o in of):.1f} | {max(o.tilt_deg for o in of):.2f} | "
-            f"{min(o.least_planned_margin_n for o in of):.0f} | {speed:.1f} | {max(o.steps for o in of)} |"
+            [
+                case,
+                f"{sum(o.good for o in of)} of {len(of)}",
+                str(sum(o.verdict != "stood" for o in of)),
+                f"{min(o.way_m for o in of):.2f}",
+                f"{1000 * max(o.slip_m for o in of):.1f}",
+                f"{max(o.tilt_deg for o in of):.2f}",
+                f"{min(o.least_planned_margin_n for o in of):.0f}",
+                f"{speed:.1f}",
+                str(max(o.steps for o in of)),
+            ]
         )
-    return "\n".join(rows) + "\n\nWorst of all seeds; speed: median.\n"
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; exit status 2 on bad input."""
-    parser = argparse.ArgumentParser(
-        prog="python -m testbed.benchmarks.climbs.climbs", description=__doc__.split("\n")[0]
-    )
-    parser.add_argument("--seeds", type=int, default=20, help="last seed of each case")
-    parser.add_argument("--first-seed", type=int, default=1, help="first seed of each case")
-    parser.add_argument(
-        "--out", type=Path, required=True, help="folder of climbs.jsonl and climbs.md"
-    )
-    parser.add_argument("--jobs", type=int, default=1, help="processes at work")
-    parser.add_argument("--way", type=float, default=WAY_M, help="how far up the slope, m")
-    parser.add_argument("--cases", nargs="+", default=list(CASES), help=f"of {', '.join(CASES)}")
-    given = parser.parse_args(arguments)
-    try:
-        for name in given.cases:
-            if name not in CASES:
-                raise InputError(
-                    "no such case", field="--cases", value=name, allowed=", ".join(CASES)
-                )
-        total = (given.seeds - given.first_seed + 1) * len(given.cases)
-        if not 1 <= given.first_seed <= given.seeds:
-            raise InputError(
-                "no such seed", field="--first-seed", value=given.first_seed, allowed="1 to --seeds"
-            )
-        outcomes = evaluate(
-            given.out,
-            given.cases,
-            given.seeds,
-            given.jobs,
-            given.way,
-            progress=lambda done: print(
-                f"\r{done} of {total} climbs", end="", file=sys.stderr, flush=True
-            ),
-            first_seed=given.first_seed,
-        )
-    except InputError as error:
-        parser.exit(2, f"{error}\n")
-    print(table(outcomes), end="")
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    return Table("Long climbs, the worst of all seeds", heads, rows)

@@ -1,7 +1,5 @@
 """Expected foot loads against the simulated truth, in quiet stands over random postures, slopes, ropes and drills.
 
-    python -m testbed.benchmarks.climbs.expected_loads --cases 400 --out DIR --jobs 2
-
 A case: the robot stands on a plane, valves shut, each foot wrong in height by a normal error of FOOTING_SD_M; rope
 pulls and the drill's thrust and torque are drawn. When it has come to rest, the truth is read and compared with
 
@@ -14,22 +12,19 @@ Then the thrust rises until the first foot leaves: its name and the thrust are c
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
-import sys
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.errors import InputError
-from testbed.formats.files import make_folder, write_text
+from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.report.tables import Table
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.loads.foot_load_sets import (
     fixed_combinations,
@@ -38,9 +33,8 @@ from testbed.robot.loads.foot_load_sets import (
     loads_of_measured_posture,
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads, drill_wrench
-from testbed.robot.model import attitude_gravity, roboclimber_model
+from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
-from testbed.simulation.workers import work_through
 
 Array = NDArray[np.float64]
 SEED = 52_000
@@ -118,7 +112,9 @@ def stand(number: int) -> Case | None:
         if world.verdict != "stood" or np.count_nonzero(board.normal_force > GONE_N) < 3:
             return None
         now, true = _look(world, thrust, torque), board.normal_force.copy()
-        combinations = fixed_combinations(_model().foot_positions_m(now.position)[:, :2])
+        combinations = fixed_combinations(
+            world.machine.belief.model.foot_positions_m(now.position)[:, :2]
+        )
         first, reserve, near, near_n = _first_to_leave(world, torque)
         return Case(
             number,
@@ -143,12 +139,9 @@ def stand(number: int) -> Case | None:
         world.close()
 
 
-def _model() -> Any:
-    return roboclimber_model()
-
-
 def _nominal() -> ExpectedLoads:
-    return ExpectedLoads(_model())
+    machine = build_machine()
+    return ExpectedLoads(RobotModel(machine.urdf), machine)
 
 
 @dataclass(frozen=True)
@@ -195,7 +188,7 @@ def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dic
     tension = np.array([row["rope_tension_left"], row["rope_tension_right"]])
     acts = {
         "rope_forces_in_body": tension[:, None] * directions,
-        "drill_wrench_in_body": drill_wrench(_model(), thrust, -torque),
+        "drill_wrench_in_body": drill_wrench(world.machine.belief.model, thrust, -torque),
     }
     return (
         np.array([row[f"position_{axis}"] for axis in AXES]),
@@ -212,6 +205,7 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
     rotation = board.rotation
     informed = ExpectedLoads(
         machine.kinematics,
+        world.machines.truth,
         friction=terrain.friction,
         ground_compliance_m_n=1.0 / terrain.stiffness_n_m,
     )
@@ -223,7 +217,7 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
         heights_under_load(informed, board.q, normals),
         normals_in_body=normals,
         rope_forces_in_body=np.array([rope[plant.ROPE_FORCE] for rope in board.ropes]) @ rotation,
-        drill_wrench_in_body=drill_wrench(_model(), thrust, -torque),
+        drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust, -torque),
     )
 
 
@@ -253,41 +247,33 @@ def _first_to_leave(world: Any, torque: float) -> tuple[str | None, float, Look 
     return None, float("inf"), None, float("inf")
 
 
-def evaluate(cases: int, jobs: int, out: Path | None = None) -> list[Case]:
-    """The first `cases` cases; with `out`, those already there are not run again."""
-    lines = None if out is None else out / "expected_loads.jsonl"
-    done = _read(lines)
-    todo = [k for k in range(cases) if k not in done]
-    if out is not None:
-        make_folder(out)
-    for count, (case,) in enumerate(
-        work_through(_stand, todo, jobs, lambda _: False), len(done) + 1
-    ):
-        if case is not None:
-            done[case.number] = case
-            if lines is not None:
-                with lines.open("a") as file:
-                    file.write(json.dumps(asdict(case)) + "\n")
-        print(f"\r{count} of {cases} stands", end="", file=sys.stderr, flush=True)
-    found = [done[k] for k in sorted(done) if k < cases]
-    if out is not None:
-        write_text(out / "expected_loads.md", table(found))
-    return found
+@dataclass(frozen=True)
+class ExpectedLoadStands(Benchmark[int]):
+    """The first `count` stands."""
 
+    name = "expected_loads"
+    noun = "stands"
+    count: int = 400
 
-def _stand(number: int) -> tuple[Case | None]:
-    return (stand(number),)
+    def cases(self) -> Mapping[str, int]:
+        """The stands' numbers."""
+        return {str(number): number for number in range(self.count)}
 
+    def work(self, case: int) -> Case | None:
+        """See stand."""
+        return stand(case)
 
-def _read(lines: Path | None) -> dict[int, Case]:
-    found: dict[int, Case] = {}
-    for line in lines.read_text().splitlines() if lines is not None and lines.is_file() else []:
-        try:
-            case = Case(**json.loads(line))
-        except (json.JSONDecodeError, TypeError):
-            continue
-        found[case.number] = case
-    return found
+    def without(self) -> tuple[str, ...]:
+        """The other benchmarks of this folder."""
+        return ("benchmarks/climbs/climbs.py", "benchmarks/climbs/quiet_stand.py")
+
+    def summarise(self, answers: Answers) -> dict[str, float]:
+        """See scores."""
+        return scores([Case(**answer) for answer in answers.values() if answer is not None])
+
+    def tables(self, result: dict[str, float]) -> Sequence[Table]:
+        """One table."""
+        return [table(result)]
 
 
 def scores(cases: Sequence[Case]) -> dict[str, float]:
@@ -322,45 +308,28 @@ def scores(cases: Sequence[Case]) -> dict[str, float]:
     }
 
 
-def table(cases: Sequence[Case]) -> str:
+def table(s: Mapping[str, float]) -> Table:
     """What is known, what came of it."""
-    s = scores(cases)
-    return (
-        "\n".join(
-            [
-                "| what is known | quantity | of these stands |",
-                "|---|---|---|",
-                f"| true heights under load and stiffness | RMS error of a load, share of weight / 4, "
-                f"{s['cases']:.0f} stands | {100 * s['known_rms']:.2f} % |",
-                f"| encoders, load pins, inertial unit | RMS error of the fixed combinations, share of weight / 4 "
-                f"| {100 * s['combination_rms']:.2f} % |",
-                f"| the same, footing known to {1000 * FOOTING_SD_M:g} mm | loads inside their 90 % interval "
-                f"| {100 * s['interval_cover']:.1f} % (median width {s['interval_width_n']:.0f} N) |",
-                f"| true heights | first foot to leave named, where one is near to it ({s['near']:.0f} stands) "
-                f"| {100 * s['named_near']:.1f} % |",
-                f"| true heights | first foot to leave named, all stands | {100 * s['named_all']:.1f} % |",
-                f"| encoders alone | first foot to leave named, where one is near to it "
-                f"| {100 * s['named_near_nominal']:.1f} % |",
-                f"| | time of a call, median | {s['call_us']:.0f} us |",
-            ]
-        )
-        + "\n"
-    )
+    of_weight = f"share of weight / 4, {s['cases']:.0f} stands"
+    near = f"first foot to leave named, where one is near to it ({s['near']:.0f} stands)"
+    footing = f"the same, footing known to {1000 * FOOTING_SD_M:g} mm"
+    cover = f"{100 * s['interval_cover']:.1f} % (median width {s['interval_width_n']:.0f} N)"
+    sensors = "encoders, load pins, inertial unit"
 
+    def share(name: str, digits: int = 1) -> str:
+        return f"{100 * s[name]:.{digits}f} %"
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """The command."""
-    parser = argparse.ArgumentParser(prog="python -m testbed.benchmarks.climbs.expected_loads")
-    parser.add_argument("--cases", type=int, default=400)
-    parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--jobs", type=int, default=1)
-    given = parser.parse_args(arguments)
-    try:
-        print(table(evaluate(given.cases, given.jobs, given.out)), end="")
-    except InputError as error:
-        parser.exit(2, f"{error}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+    rows = [
+        ["true heights under load and stiffness", f"RMS error of a load, {of_weight}"],
+        [sensors, "RMS error of the fixed combinations, share of weight / 4"],
+        [footing, "loads inside their 90 % interval"],
+        ["true heights", near],
+        ["true heights", "first foot to leave named, all stands"],
+        ["encoders alone", "first foot to leave named, where one is near to it"],
+        ["", "time of a call, median"],
+    ]
+    values = [share("known_rms", 2), share("combination_rms", 2), cover, share("named_near")]
+    values += [share("named_all"), share("named_near_nominal"), f"{s['call_us']:.0f} us"]
+    heads = ["what is known", "quantity", "of these stands"]
+    shown = [[*row, value] for row, value in zip(rows, values, strict=True)]
+    return Table("Expected foot loads", heads, shown)

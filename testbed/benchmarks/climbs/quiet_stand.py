@@ -7,12 +7,16 @@ hunting; loads that drift with locked valves and stop drifting without leakage a
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.machine.names import LEGS
+from testbed.report.tables import Table
 from testbed.scenario.scenario import load_scenario
 
 Array = NDArray[np.float64]
@@ -48,27 +52,43 @@ def foot_loads(overrides: tuple[str, ...], physics_hz: int, duration_s: float) -
     return np.asarray(truth[:, columns])
 
 
-def quiet_stand(
-    duration_s: float = 60.0, cases: tuple[str, ...] = tuple(CASES)
-) -> dict[str, dict[str, Any]]:
-    """Per case: how far loads wander (standard deviation, worst foot), drift (last second less first) and, between
-    1 kHz and 4 kHz, differ at any time (worst foot, N)."""
-    out: dict[str, dict[str, Any]] = {}
-    for name in cases:
-        slow, fast = (foot_loads(CASES[name], hz, duration_s) for hz in (1000, 4000))
-        out[name] = {
+@dataclass(frozen=True)
+class QuietStand(Benchmark[str]):
+    """Every case for `duration_s`."""
+
+    name = "quiet_stand"
+    noun = "stands"
+    duration_s: float = 60.0
+    chosen: tuple[str, ...] = tuple(CASES)
+
+    def cases(self) -> Mapping[str, str]:
+        """The cases by what is on and off in them."""
+        return {f"{name}, {self.duration_s:g} s": name for name in self.chosen}
+
+    def work(self, case: str) -> dict[str, Any]:
+        """How far loads wander (standard deviation, worst foot), drift (last second less first) and, between 1 kHz and
+        4 kHz, differ at any time (worst foot, N)."""
+        slow, fast = (foot_loads(CASES[case], hz, self.duration_s) for hz in (1000, 4000))
+        between_means = np.abs(slow.mean(axis=0) - fast.mean(axis=0))
+        return {
             "wander_n": float(slow.std(axis=0).max()),
             "drift_n": float(np.abs(slow[-100:].mean(axis=0) - slow[:100].mean(axis=0)).max()),
             "rate_difference_n": float(np.abs(slow - fast).max()),
-            "rate_difference_of_means_n": float(
-                np.abs(slow.mean(axis=0) - fast.mean(axis=0)).max()
-            ),
+            "rate_difference_of_means_n": float(between_means.max()),
             "mean_n": slow.mean(axis=0).tolist(),
         }
-    return out
 
+    def made_from(self, case: str) -> str:
+        """The case and its length."""
+        return f"{case} {self.duration_s!r}"
 
-if __name__ == "__main__":
-    import json
+    def summarise(self, answers: Answers) -> dict[str, dict[str, Any]]:
+        """Marks by case."""
+        return dict(zip(self.chosen, answers.values(), strict=True))
 
-    print(json.dumps(quiet_stand(), indent=1))
+    def tables(self, result: dict[str, dict[str, Any]]) -> Sequence[Table]:
+        """One table."""
+        marks = ("wander_n", "drift_n", "rate_difference_n", "rate_difference_of_means_n")
+        rows = [[case, *(f"{found[mark]:.1f}" for mark in marks)] for case, found in result.items()]
+        heads = ["case", "wander [N]", "drift [N]", "1 kHz less 4 kHz [N]", "of the means [N]"]
+        return [Table("Quiet stand, the worst foot", heads, rows)]

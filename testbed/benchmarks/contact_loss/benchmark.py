@@ -1,235 +1,86 @@
-"""The contact-loss benchmark: scenes run once, all detectors on the same rows; resumable, two small files a scene.
-
-A scene's .json holds what the thresholds of all detectors are set and scored with, its .npz the loads (means of 5 ms)
-that the early warning is judged on: neither other thresholds nor another warning need the scenes simulated again.
-"""
+"""The contact-loss benchmark: scenes run once, all detectors on the same rows."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from testbed.benchmarks.contact_loss.loads import unpacked
+from testbed.benchmarks.contact_loss.page import curves, page
+from testbed.benchmarks.contact_loss.scenes import Scene, Split, scenes
+from testbed.benchmarks.contact_loss.summary import summarise, table, tuned
+from testbed.benchmarks.contact_loss.thresholds import SHIPPED, read_thresholds, thresholds_text
+from testbed.benchmarks.contact_loss.warning import outcomes
+from testbed.benchmarks.contact_loss.watch import run_scene
+from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.marks import code
+from testbed.errors import InputError
+from testbed.formats.files import whole, write_text
+from testbed.report.tables import Table
 
-from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Moves, Scene, draw, scenes
-from testbed.benchmarks.contact_loss.score import LOSS_N, score_scene
-from testbed.benchmarks.contact_loss.warning import (
-    KEPT,
-    ROWS,
-    means,
-    off_ground,
-    outcomes,
-    read_loads,
-)
-from testbed.control.gait import Layered
-from testbed.errors import InputError, SimulationFault
-from testbed.estimation.detectors import signals as sg
-from testbed.estimation.detectors.table import DETECTORS
-from testbed.formats.files import make_folder, write_text
-from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
-from testbed.simulation.workers import work_through
-
-Array = NDArray[np.float64]
-Progress = Callable[[int], None]
-BLOCK_ROWS = 1000
-ORACLE = "oracle"
-ORACLE_LAG_S, ORACLE_NOISE_N = 1.0 / (2.0 * np.pi * 250.0), 37.0
-"""The oracle knows the true load, through the transducers' bandwidth, with their noise through the areas, sampled."""
-FORMAT = 4
-STARTS = (
-    "position_fl_rotation",
-    "pressure_a_fl_rotation",
-    "pressure_b_fl_rotation",
-    "valve_fl_rotation",
-    "supply_pressure",
-    "estimate_one_chamber_fl",
-    "expected_fl",
-    "attitude_roll",
-    "angular_rate_x",
-)
-
-
-class Watch:
-    """All detectors over a run, block by block; keeps their scores, and the loads that the warning looks at."""
-
-    def __init__(self, data_columns: list[str], legs: Array, dt_s: float) -> None:
-        self._columns = np.array([data_columns.index(name) for name in STARTS])
-        self._legs, self._numbers = legs, sg.parameters(roboclimber(), dt_s)
-        self._state = np.zeros((len(LEGS), sg.STATE_SIZE))
-        self._dt_s = dt_s
-        self._states = [d.start() for d in DETECTORS]
-        self._loads: list[NDArray[np.int16]] = []
-        self._parts: list[NDArray[np.float32]] = []
-
-    def take(self, data: Array) -> None:
-        """The next rows (n, columns)."""
-        n = len(data)
-        out, score = np.zeros((n, len(sg.SIGNALS), len(LEGS))), np.zeros((n, len(LEGS)))
-        sg.run(data, self._columns, self._legs, self._numbers, self._state, out)
-        kept = np.empty((n, len(DETECTORS), len(LEGS)), dtype=np.float32)
-        for k, (detector, state) in enumerate(zip(DETECTORS, self._states, strict=True)):
-            detector.run(out, state, np.array(detector.numbers), score)
-            kept[:, k] = score
-        self._parts.append(kept)
-        self._loads.append(means(out[:, ROWS], self._dt_s))
-
-    def loads(self, true_n: Array) -> dict[str, NDArray[np.int16]]:
-        """Loads by kind (m, 4) for the scene's second file, with the true normal force (n, 4) of the run."""
-        kinds = [*np.concatenate(self._loads).swapaxes(0, 1), means(true_n, self._dt_s)]
-        return dict(zip(KEPT, kinds, strict=True))
-
-    def scores(self) -> dict[str, NDArray[np.float32]]:
-        """Every detector's scores (n, 4)."""
-        whole = np.concatenate(self._parts)
-        return {detector.name: whole[:, k] for k, detector in enumerate(DETECTORS)}
-
-
-def run_scene(scene: Scene) -> tuple[dict[str, Any], dict[str, NDArray[np.int16]]]:
-    """Simulate a scene and score all detectors on it: the content of its two files."""
-    from testbed.world.simulation import Simulation
-
-    drawn = draw(scene)
-    simulation = Simulation(drawn.scenario)
-    try:
-        simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
-        watch = Watch(simulation.data_columns, simulation.machine.chain.arrays[0], simulation.dt)
-        truth, carrying, fault = _rows(simulation, watch)
-    finally:
-        simulation.close()
-    found = {
-        "format": FORMAT,
-        "scene": vars(scene),
-        "slope_deg": drawn.scenario.terrain.slope_deg,
-        "undeclared": [u.effect for u in drawn.scenario.undeclared],
-        "verdict": simulation.verdict,
-        "fault": fault,
-        "simulated_s": round(len(truth) * simulation.dt, 3),
-        "off_s": _off_s(truth[:, :4], carrying, simulation.dt),
-        "off": off_ground(truth[:, :4], carrying, simulation.dt),
-    }
-    scored = _scored(truth, carrying, watch, simulation, drawn, scene.seed)
-    return found | scored, watch.loads(truth[:, :4])
-
-
-def _off_s(normal_n: Array, carrying: NDArray[np.bool_], dt_s: float) -> float:
-    """Seconds that feet meant to carry bore less than 300 N, all four added up."""
-    off = (normal_n < LOSS_N) & carrying
-    return round(float(off[round(SETTLE_S / dt_s) :].sum()) * dt_s, 3)
-
-
-def _rows(simulation: Any, watch: Watch) -> tuple[Array, NDArray[np.bool_], str]:
-    """Normal force (n, 4) and foot load (n, 4) side by side, which feet are meant to carry, and what broke down."""
-    names, given = simulation.truth_columns, simulation.data_columns
-    wanted = [
-        names.index(f"{kind}_{leg}") for kind in ("contact_normal", "foot_load") for leg in LEGS
-    ]
-    carry = [given.index(f"carrying_{leg}") for leg in LEGS]
-    truth, carrying, fault = (
-        [np.empty((0, len(wanted)))],
-        [np.empty((0, len(carry)), dtype=bool)],
-        "",
-    )
-    while not simulation.finished:
-        try:
-            data, true = simulation.run_block(BLOCK_ROWS)
-        except SimulationFault as error:
-            fault = str(error)
-            break
-        watch.take(data)
-        truth.append(true[:, wanted])
-        carrying.append(data[:, carry] > 0.5)
-    return np.concatenate(truth), np.concatenate(carrying), fault
-
-
-def _scored(
-    truth: Array, carrying: NDArray[np.bool_], watch: Watch, simulation: Any, drawn: Any, seed: int
-) -> dict[str, Any]:
-    dt, scores = simulation.dt, watch.scores()
-    scores[ORACLE] = _oracle(truth[:, 4:], dt, seed)
-    tree = score_scene(truth[:, :4], carrying, scores, dt, SETTLE_S).as_dict()
-    kinds = [(e["t"], str(e["kind"])) for e in simulation.events]
-    events = [(t, kind.removeprefix("drill_")) for t, kind in kinds if kind.startswith("drill_")]
-    for loss in tree["losses"]:
-        at = loss["start_s"]
-        loss["phase"] = next((kind for t, kind in reversed(events) if t <= at), "idle")
-        loss["cause"] = next((u.kind for u in reversed(drawn.upsets) if u.start_s <= at), "none")
-    return tree
-
-
-def _oracle(load_n: Array, dt_s: float, seed: int) -> NDArray[np.float32]:
-    from scipy.signal import lfilter
-
-    keep = float(np.exp(-dt_s / ORACLE_LAG_S))
-    late = lfilter([1.0 - keep], [1.0, -keep], load_n, axis=0)
-    noise = np.random.default_rng([seed, 7]).normal(0.0, ORACLE_NOISE_N, load_n.shape)
-    return np.asarray(-(late + noise), dtype=np.float32)
+Tree = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Job:
-    """One scene and its file."""
+class ContactLoss(Benchmark[Scene]):
+    """`hours` of quiet drilling and their losses; `tune`: the tuning scenes, whose thresholds are written too.
 
-    scene: Scene
-    path: Path
-
-
-def do_scene(job: Job) -> bool:
-    """Run one scene into its files, whole or not at all. False: nothing can interrupt it half-way."""
-    found, loads = run_scene(job.scene)
-    np.savez_compressed(job.path.with_suffix(".npz"), **loads)  # type: ignore[arg-type]
-    write_text(job.path, json.dumps(found))
-    return False
-
-
-def count_scenes(split: str, hours: float) -> int:
-    """How many scenes a benchmark has. Raises InputError for hours that make no sense."""
-    if not 0.0 < hours <= 1000.0:
-        raise InputError(
-            "is out of range", field="--hours", value=hours, allowed="more than 0, at most 1000"
-        )
-    return len(scenes(split, hours))  # type: ignore[arg-type]
-
-
-def run(
-    out: Path, hours: float, jobs: int = 1, split: str = "scoring", progress: Progress | None = None
-) -> list[dict[str, Any]]:
-    """All scenes of `hours` of quiet drilling and their losses; those whose files are there are not run again.
-
-    Raises InputError where `out` cannot be written or the numbers make no sense.
+    Raises InputError for hours that make no sense.
     """
-    count_scenes(split, hours)
-    folder = make_folder(out / "scenes")
-    wanted = [Job(scene, folder / f"{scene.name}.json") for scene in scenes(split, hours)]  # type: ignore[arg-type]
-    todo = [job for job in wanted if not _there(job.path)]
-    done = len(wanted) - len(todo)
-    if progress is not None:
-        progress(done)
-    for _ in work_through(do_scene, todo, jobs, bool):
-        done += 1
-        if progress is not None:
-            progress(done)
-    found = [_read(job.path) for job in wanted]
-    return [tree for tree in found if tree is not None]
 
+    name = "contact_loss"
+    noun = "scenes"
+    hours: float = 8.0
+    tune: bool = False
 
-def _there(path: Path) -> bool:
-    """Whether a scene's files are whole: the .json is written last."""
-    return _tree(path) is not None and read_loads(path.with_suffix(".npz")) is not None
+    def __post_init__(self) -> None:
+        if not 0.0 < self.hours <= 1000.0:
+            allowed = "more than 0, at most 1000"
+            raise InputError("is out of range", field="--hours", value=self.hours, allowed=allowed)
 
+    def cases(self) -> Mapping[str, Scene]:
+        """The scenes of one split."""
+        split: Split = "tuning" if self.tune else "scoring"
+        return {scene.name: scene for scene in scenes(split, self.hours)}
 
-def _tree(path: Path) -> dict[str, Any] | None:
-    try:
-        tree = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return tree if isinstance(tree, dict) and tree.get("format") == FORMAT else None
+    def work(self, case: Scene) -> Tree:
+        """See watch.run_scene."""
+        return run_scene(case)
 
+    def without(self) -> tuple[str, ...]:
+        """Thresholds and warning are applied to what is kept of a scene."""
+        own = ("summary.py", "thresholds.py", "warning*.py")
+        detectors = "estimation/detectors"
+        return (
+            *(f"benchmarks/contact_loss/{name}" for name in own),
+            f"{detectors}/warning.py",
+            f"{detectors}/{SHIPPED.name}",
+        )
 
-def _read(path: Path) -> dict[str, Any] | None:
-    tree, loads = _tree(path), read_loads(path.with_suffix(".npz"))
-    return None if tree is None or loads is None else tree | {"warning": outcomes(tree, loads)}
+    def made_from(self, case: Scene) -> str:
+        """The scene; the supervisor's acts depend on the thresholds too."""
+        return repr(case) + (code(SHIPPED) if case.kind == "supervised" else "")
+
+    def summarise(self, answers: Answers) -> Tree:
+        """See summary.summarise; the result carries the thresholds that it was scored with."""
+        scored = [a | {"warning": outcomes(a, unpacked(a["loads"]))} for a in answers.values()]
+        thresholds = tuned(scored) if self.tune else read_thresholds()
+        return summarise(scored, self.hours, thresholds)
+
+    def tables(self, result: Tree) -> Sequence[Table]:
+        """One table."""
+        return [table(result)]
+
+    def page(self, result: Tree) -> str:
+        """See page.page."""
+        return page(result)
+
+    def write_more(self, result: Tree, out: Path) -> None:
+        """contact_loss_curves.png; after tuning thresholds.yaml."""
+        with whole(out / "contact_loss_curves.png") as hidden:
+            curves(result).savefig(hidden, dpi=110, format="png")
+        if self.tune:
+            found = {d["name"]: d["threshold"] for d in result["detectors"]}
+            write_text(out / "thresholds.yaml", thresholds_text(found, self.hours))

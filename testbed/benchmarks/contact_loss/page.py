@@ -1,16 +1,11 @@
-"""The contact-loss benchmark as `contact_loss.json`, a self-contained page and a picture of the curves."""
+"""The contact-loss benchmark as a self-contained page, and the picture of its curves."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from testbed import __version__
-from testbed.benchmarks.contact_loss.summary import summarise, tuned
-from testbed.benchmarks.contact_loss.thresholds import read_thresholds, thresholds_text
-from testbed.formats.files import whole, write_json, write_text
-from testbed.report.page import render
+from testbed.report.page import Filters, render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
 
 Tree = dict[str, Any]
@@ -31,37 +26,18 @@ LOOKS: dict[str, tuple[str, str]] = {
 }
 
 
-def write_contact_loss(
-    scenes: Sequence[Tree], hours: float, out: Path, tune: bool = False
-) -> tuple[Tree, Path]:
-    """Write contact_loss.json, .html and contact_loss_curves.png, with `tune` thresholds.yaml too.
-
-    Raises InputError where `out` cannot be written.
-    """
-    thresholds = tuned(scenes) if tune else read_thresholds()
-    result = summarise(scenes, hours, thresholds)
-    page = out / "contact_loss.html"
-    write_json(out / "contact_loss.json", result)
-    write_text(page, _page(result))
-    with whole(out / "contact_loss_curves.png") as hidden:
-        _curves(result).savefig(hidden, dpi=110)
-    if tune:
-        write_text(out / "thresholds.yaml", thresholds_text(thresholds, hours))
-    return result, page
-
-
-def _page(result: Tree) -> str:
+def page(result: Tree) -> str:
+    """The page's text."""
     best = next(d for d in result["detectors"] if d["best"])
     contents = {
         "r": result,
         "best": best,
-        "curves": svg(_curves(result), "curves"),
+        "curves": svg(curves(result), "curves"),
         "targets": targets(result, best),
         "version": __version__,
     }
-    return render(
-        "contact_loss.html.j2", contents, {"ms": _ms, "share": _share, "span": _span, "rate": _rate}
-    )
+    filters: Filters = {"ms": _ms, "share": _share, "span": _span, "rate": _rate}
+    return render("benchmarks/contact_loss/page.html.j2", contents, filters)
 
 
 def _ms(value: float | None) -> str:
@@ -143,7 +119,8 @@ def targets(result: Tree, best: Tree) -> list[tuple[str, str, str, bool | None]]
     ]
 
 
-def _curves(result: Tree) -> Any:
+def curves(result: Tree) -> Any:
+    """Delay and recall of every detector against its false alarms, as a figure."""
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -164,9 +164,9 @@ def _rock(rng: np.random.Generator) -> list[str]:
 
 
 def _plant(rng: np.random.Generator) -> list[str]:
-    from testbed.machine.provenance import roboclimber
+    from testbed.machine.build import build_machine
 
-    cylinder = roboclimber()["vertical_cylinder"]
+    cylinder = build_machine().vertical_cylinder
     names = (
         "coulomb_out_n",
         "static_out_n",
@@ -177,7 +177,7 @@ def _plant(rng: np.random.Generator) -> list[str]:
     )
     factors = 1.0 + PLANT_SPREAD * rng.uniform(-1.0, 1.0, len(names))
     return [
-        f"hydraulics.parameters.vertical_cylinder.{name}={cylinder[name] * factor:.6g}"
+        f"hydraulics.parameters.vertical_cylinder.{name}={getattr(cylinder, name) * factor:.6g}"
         for name, factor in zip(names, factors, strict=True)
     ]
 

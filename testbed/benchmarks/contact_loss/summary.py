@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss.benchmark import ORACLE, ORACLE_NOISE_N
 from testbed.benchmarks.contact_loss.score import GRADUAL_S, LOADED_N, LOSS_N, NEAR_N, delays_s
 from testbed.benchmarks.contact_loss.warning import CURVE_N, LEAD_S, WITHIN_S, gradual, marks
+from testbed.benchmarks.contact_loss.watch import ORACLE, ORACLE_NOISE_N
 from testbed.estimation.detectors.table import BEST, DETECTORS, WARNING
 from testbed.estimation.detectors.warning import WARN_AT_N
+from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
@@ -324,8 +325,8 @@ def _supervisor(scenes: Sequence[Tree]) -> Tree:
     }
 
 
-def table(result: Tree) -> tuple[list[str], list[list[str]]]:
-    """Head and rows for the console."""
+def table(result: Tree) -> Table:
+    """All detectors side by side."""
     heads = [
         "detector",
         "recall",
@@ -365,4 +366,4 @@ def table(result: Tree) -> tuple[list[str], list[list[str]]]:
                 ms(d["delay_floor_s"]),
             ]
         )
-    return heads, rows
+    return Table("Contact loss", heads, rows)

@@ -19,9 +19,7 @@ The thrust that the drill's program orders is drawn again with its scene.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,52 +30,19 @@ from testbed.benchmarks.contact_loss.score import (
     GRADUAL_S,
     LOADED_BEFORE_S,
     LOADED_N,
-    LOSS_N,
     LOSS_S,
     NEAR_N,
-    Flags,
     stretches,
 )
 from testbed.control.drilling.thrust_plan import planned_thrust
-from testbed.estimation.detectors import signals as sg
 from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
 from testbed.estimation.detectors.warning import LOAD, RISING, SIGNALS, THRUST, WARN_AT_N
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
-KEPT = ("own", "carried", "balance", "true")
-ROWS = (sg.OWN, sg.CARRIED, sg.BALANCE)
-UNIT_N = 5.0
-"""Resolution of what is kept."""
 WITHIN_S, LEAD_S = 2.0, 0.1
 CURVE_N = (250, 300, 350, 400, 450, 500, 560, 600, 700, 800)
 """Predicted loads to warn at, for the trade-off of precision against time, N."""
-
-
-def means(values: Array, dt_s: float) -> NDArray[np.int16]:
-    """Means of 5 ms of (n, feet) or (n, kinds, feet), in UNIT_N; what is left over at the end is dropped."""
-    each = max(round(WARNING_STEP_S / dt_s), 1)
-    whole = len(values) // each
-    mean = values[: whole * each].reshape(whole, each, *values.shape[1:]).mean(axis=1)
-    return np.asarray(np.clip(np.round(mean / UNIT_N), -32767, 32767), dtype=np.int16)
-
-
-def off_ground(normal_n: Array, carrying: Flags, dt_s: float) -> list[list[float]]:
-    """All stretches below 300 N: foot, start s, end s, 1 where the foot was meant to carry all the time."""
-    return [
-        [foot, round(a * dt_s, 4), round(b * dt_s, 4), int(carrying[max(a - 1, 0) : b, foot].all())]
-        for foot in range(normal_n.shape[1])
-        for a, b in stretches(normal_n[:, foot] < LOSS_N)
-    ]
-
-
-def read_loads(path: Path) -> dict[str, Array] | None:
-    """Loads (m, 4) in N by kind, of 5 ms each; None where the file is not there or not whole."""
-    try:
-        with np.load(path) as kept:
-            return {kind: kept[kind].astype(float) * UNIT_N for kind in KEPT}
-    except (OSError, KeyError, ValueError, EOFError, BadZipFile):
-        return None
 
 
 def looked_at(loads_n: Array, plan: Array | None = None) -> Array:

@@ -1,6 +1,6 @@
 """What each number of the early warning is worth: it and its neighbours judged on scenes that are kept.
 
-    python -m testbed.benchmarks.contact_loss.warning_numbers OUT --split tuning
+    testbed lab warning-numbers OUT --split tuning
 
 reads the scenes that `testbed contact-loss --out OUT` left and prints precision and share warned of in time for the
 rule as it is, without the thrust's plan, on the true load, and with one number at a time lower and higher. The numbers
@@ -9,8 +9,6 @@ were set by hand along such tables on the tuning split alone.
 
 from __future__ import annotations
 
-import argparse
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,9 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.contact_loss.loads import unpacked
 from testbed.benchmarks.contact_loss.scenes import Scene, draw
 from testbed.benchmarks.contact_loss.summary import wilson
-from testbed.benchmarks.contact_loss.warning import looked_at, marks, outcome, read_loads
+from testbed.benchmarks.contact_loss.warning import looked_at, marks, outcome
+from testbed.benchmarks.harness import stored
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.errors import InputError
 from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
@@ -41,29 +41,20 @@ class Kept:
         self.plan = planned_thrust(task, len(loads["true"]), WARNING_STEP_S)
 
     def outcome(self, kind: str, numbers: Sequence[float], planned: bool = True) -> dict[str, Any]:
-        """See contact_loss_warning.outcome."""
+        """See warning.outcome."""
         seen = looked_at(self.loads[kind], self.plan if planned else None)
         return outcome(self.tree, seen, self.loads["true"], numbers)
 
 
 def kept_scenes(out: Path, split: str) -> list[Kept]:
     """Scenes of a split without a supervisor. Raises InputError where there is none."""
-    found = []
-    for path in sorted((out / "scenes").glob(f"{split}-*.json")):
-        tree, loads = (
-            json.loads(path.read_text(encoding="utf-8")),
-            read_loads(path.with_suffix(".npz")),
-        )
-        if loads is not None and tree["scene"]["kind"] != "supervised":
-            found.append(Kept(tree, loads))
+    found = [
+        Kept(tree, unpacked(tree["loads"]))
+        for tree in stored(out)
+        if tree["scene"]["split"] == split and tree["scene"]["kind"] != "supervised"
+    ]
     if not found:
-        raise InputError(
-            "holds no scenes",
-            file=out,
-            field="scenes",
-            value=split,
-            allowed="tuning-*.json and .npz",
-        )
+        raise InputError("holds no scenes", file=out, field="--split", value=split)
     return found
 
 
@@ -89,8 +80,12 @@ def neighbours() -> list[tuple[str, list[float]]]:
     return found
 
 
-def report(scenes: Sequence[Kept]) -> Iterator[str]:
-    """The table's rows, one by one."""
+def report(out: Path, split: str) -> Iterator[str]:
+    """The table's rows for the scenes that `testbed contact-loss --out OUT` left, one by one.
+
+    Raises InputError where there are none.
+    """
+    scenes = kept_scenes(out, split)
     yield line("as it is", [s.outcome("own", WARNING.numbers) for s in scenes])
     yield line(
         "without the thrust's plan",
@@ -99,23 +94,3 @@ def report(scenes: Sequence[Kept]) -> Iterator[str]:
     yield line("on the true load", [s.outcome("true", WARNING_ON_TRUTH) for s in scenes])
     for name, numbers in neighbours():
         yield line(name, [s.outcome("own", numbers) for s in scenes])
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; exit status 2 on bad input."""
-    parser = argparse.ArgumentParser(
-        prog="python -m testbed.benchmarks.contact_loss.warning_numbers"
-    )
-    parser.add_argument("out", type=Path, help="folder that `testbed contact-loss` has written")
-    parser.add_argument("--split", choices=("tuning", "scoring"), default="tuning")
-    given = parser.parse_args(arguments)
-    try:
-        for row in report(kept_scenes(given.out, given.split)):
-            print(row, flush=True)
-    except InputError as error:
-        parser.exit(2, f"{error}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,4 +1,4 @@
-"""Fit the numbers of `testbed.diagnosis.leg.belief`: `python -m testbed.benchmarks.diagnosis.calibration DIR`.
+"""Fit the numbers of `testbed.diagnosis.leg.belief`: `testbed lab fit-belief DIR`.
 
 DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
 What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
@@ -7,9 +7,6 @@ by a small ridge. It is fitted on one half of the rigs and judged on the other, 
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +16,7 @@ import numpy.typing as npt
 import yaml
 
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
+from testbed.benchmarks.harness import stored
 from testbed.diagnosis.leg.belief import (
     FILE,
     LAPSING,
@@ -31,7 +29,6 @@ from testbed.diagnosis.leg.belief import (
     second_signs,
 )
 from testbed.diagnosis.leg.signs import Signs
-from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
 
 Array = npt.NDArray[np.float64]
@@ -63,20 +60,12 @@ LAPSES = tuple(f"{question}_{kind}" for question in LAPSING for kind in ("missed
 LAPSE_START = -3.5
 """Logarithm of the odds of a lapse from which the fit starts: one in 33."""
 QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
-COMMAND = "python -m testbed.benchmarks.diagnosis.calibration"
+COMMAND = "testbed lab fit-belief"
 
 
 def read_trials(folders: Sequence[Path]) -> list[Trial]:
-    """The single rigs below folders of `testbed evaluate-diagnosis`, by seed. Raises InputError without any."""
-    paths = sorted(path for folder in folders for path in (folder / "rigs").glob("*.json"))
-    trials = [t for path in paths if "signs" in (t := json.loads(path.read_text()))]
-    if not trials:
-        raise InputError(
-            "holds no rigs with signs",
-            file=folders[0],
-            allowed="what testbed evaluate-diagnosis wrote",
-        )
-    return trials
+    """The single rigs in folders of `testbed evaluate-diagnosis`. Raises InputError without any."""
+    return [trial for folder in folders for trial in stored(folder)]
 
 
 def names_of(example: Signs) -> dict[str, list[str]]:
@@ -182,26 +171,14 @@ def rounded(weights: Any) -> dict[str, float]:
     return {k: float(f"{v:.4g}") for k, v in weights.items()}
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Fit, judge across halves, write. Returns the exit status."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    parser.add_argument(
-        "folders", nargs="+", type=Path, help="folders of testbed evaluate-diagnosis"
-    )
-    parser.add_argument("--out", type=Path, default=FILE, help="file to write")
-    asked = parser.parse_args(arguments)
-    try:
-        check_file(asked.out)
-        trials = read_trials(asked.folders)
-        held_out = calibration(halves(trials))
-        found = fit(trials)
-        write_text(asked.out, as_yaml(found, trials, held_out))
-    except (InputError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    print(asked.out.read_text())
-    return 0
+def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
+    """Fit on all rigs of these folders, judge across halves, write (the shipped file if None); returns the text.
 
-
-if __name__ == "__main__":
-    sys.exit(main())
+    Raises InputError where a folder has none.
+    """
+    out = check_file(out or FILE)
+    trials = read_trials(folders)
+    held_out = calibration(halves(trials))
+    text = as_yaml(fit(trials), trials, held_out)
+    write_text(out, text)
+    return text

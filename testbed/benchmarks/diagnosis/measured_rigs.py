@@ -21,6 +21,7 @@ from testbed.estimation.leg.force import MOVING_M_S, estimate
 from testbed.estimation.leg.signals import signals_of
 from testbed.recording.axis import Recording, Rig, read_rig
 from testbed.recording.leg_model import Friction, LegModel
+from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
 CUT_HZ, ORDER, DECIMATED = 100.0, 4, 25
@@ -131,8 +132,8 @@ def friction(f: Friction, v_m_s: Array) -> Array:
     return np.where(v_m_s > 0.0, plus, np.where(v_m_s < 0.0, -minus, 0.0))
 
 
-def table(found: list[Marked]) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows, relative errors in per cent."""
+def table(found: list[Marked]) -> Table:
+    """Relative errors in per cent."""
     heads = ["rig", "recording", "model's force, %", "estimate's, %"]
     rows = [
         [m.rig, m.recording, f"{100 * m.relative_error:.2f}", f"{100 * m.by_estimate:.2f}"]
@@ -162,7 +163,7 @@ def table(found: list[Marked]) -> tuple[list[str], list[list[str]]]:
             if diagnosed:
                 error = f"{100 * median_error(found, kind, diagnosed=True):.2f}"
                 rows[-1] += [error, f"wanted: at most {100 * after:.1f}"]
-    return heads, rows
+    return Table("Relative force error on what was not identified on", heads, rows)
 
 
 def _rms(values: Array) -> float:

@@ -1,15 +1,12 @@
-"""The blind test of the diagnosis as numbers (`evaluation.json`) and as a page."""
+"""The blind test of the diagnosis as a table and as a page."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from testbed.benchmarks.diagnosis.scores import scores
-from testbed.formats.files import write_json, write_text
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, svg
+from testbed.report.tables import Table
 
 TARGETS = {
     "single_named": ("single effects named right", "at least 0.85"),
@@ -31,17 +28,8 @@ RIVALS = {
 }
 
 
-def write_evaluation(trials: Sequence[dict[str, Any]], out: Path) -> tuple[dict[str, Any], Path]:
-    """Write evaluation.json and evaluation.html. Raises InputError where `out` cannot be written."""
-    result = scores(trials)
-    page = out / "evaluation.html"
-    write_json(out / "evaluation.json", result)
-    write_text(page, _page(result))
-    return result, page
-
-
-def table(result: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """(header, rows) of the main marks, the baselines' beside them."""
+def table(result: dict[str, Any]) -> Table:
+    """The main marks, the baselines' beside them."""
     rows = []
     for key, (text, target) in TARGETS.items():
         r = result[key]
@@ -74,7 +62,8 @@ def table(result: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
     rows.append(
         ["seconds a rig, median (loaded machine)", "60", f"{seconds['p50']:.0f}", "", rigs, *blank]
     )
-    return ["", "target", "measured", "95 % interval", "rigs", *RIVALS.values()], rows
+    heads = ["", "target", "measured", "95 % interval", "rigs", *RIVALS.values()]
+    return Table("Blind test of the diagnosis", heads, rows)
 
 
 def _rivals(result: dict[str, Any], key: str) -> list[str]:
@@ -118,20 +107,19 @@ def _closed(result: dict[str, Any]) -> list[list[str]]:
     return rows
 
 
-def _page(result: dict[str, Any]) -> str:
-    heads, rows = table(result)
+def page(result: dict[str, Any]) -> str:
+    """The page's text."""
     confusion = [
         (h, sorted(said.items(), key=lambda i: -i[1]))
         for h, said in sorted(result["confusion"].items())
     ]
     contents = {
         "rigs": result["rigs"],
-        "heads": heads,
-        "rows": rows,
+        "marks": table(result),
         "confusion": confusion,
         "figure": _figure(result),
     }
-    return render("diagnosis_evaluation.html.j2", contents)
+    return render("benchmarks/diagnosis/page.html.j2", contents)
 
 
 def _figure(result: dict[str, Any]) -> str:

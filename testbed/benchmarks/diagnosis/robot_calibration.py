@@ -1,15 +1,12 @@
-"""Fit the numbers of `testbed.diagnosis.robot.belief`: `python -m testbed.benchmarks.diagnosis.robot_calibration DIR...`.
+"""Fit the numbers of `testbed.diagnosis.robot.belief`: `testbed lab fit-robot-belief DIR...`.
 
-DIR is a folder of `testbed.benchmarks.diagnosis.robot_trials`; its runs are development runs from then on. What is fitted is the
+DIR is a folder of `testbed lab robot-diagnosis`; its runs are development runs from then on. What is fitted is the
 mean logarithm of the probability that the distribution gives to what was hidden, held back by a ridge; it is fitted on
 one half of the runs and judged on the other, both ways, before all of them are used.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,6 +17,7 @@ import yaml
 
 from testbed.benchmarks.diagnosis.calibration import LEAST, RIDGE, SLIGHT, given, ranges, rounded
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
+from testbed.benchmarks.harness import stored
 from testbed.diagnosis.robot.belief import FILE, RobotSigns, distribution
 from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
@@ -33,19 +31,12 @@ START: Weights = {
     "rivals": {"slack": 5.0, "share": 0.05, "power": 3.0},
 }
 """Where the fit starts and what the ridge holds it to (E)."""
-COMMAND = "python -m testbed.benchmarks.diagnosis.robot_calibration"
+COMMAND = "testbed lab fit-robot-belief"
 
 
 def read_trials(folders: Sequence[Path]) -> list[Trial]:
-    """The runs below folders of robot_trials, by seed. Raises InputError without any."""
-    paths = sorted(path for folder in folders for path in (folder / "runs").glob("*.json"))
-    if not paths:
-        raise InputError(
-            "holds no runs",
-            file=folders[0],
-            allowed="what testbed.benchmarks.diagnosis.robot_trials wrote",
-        )
-    return [json.loads(path.read_text(encoding="utf-8")) for path in paths]
+    """The single runs in folders of `testbed lab robot-diagnosis`. Raises InputError without any."""
+    return [trial for folder in folders for trial in stored(folder)]
 
 
 def unpacked(moved: Array) -> Weights:
@@ -108,7 +99,7 @@ def halves(trials: Sequence[Trial]) -> list[Trial]:
 def as_yaml(weights: Weights, trials: Sequence[Trial], held_out: Mapping[str, Any]) -> str:
     """The numbers with where they come from."""
     row = {
-        "fitted_by": f"{COMMAND} DIR, DIR of testbed.benchmarks.diagnosis.robot_trials",
+        "fitted_by": f"{COMMAND} DIR, DIR of testbed lab robot-diagnosis",
         "runs": len(trials),
         "seeds": ranges([int(t["seed"]) for t in trials]),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
@@ -118,25 +109,14 @@ def as_yaml(weights: Weights, trials: Sequence[Trial], held_out: Mapping[str, An
     return yaml.safe_dump(row, sort_keys=False)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Fit, judge across halves, write. Returns the exit status."""
-    parser = argparse.ArgumentParser(prog=COMMAND, description=__doc__)
-    parser.add_argument(
-        "folders", nargs="+", type=Path, help="folders of testbed.benchmarks.diagnosis.robot_trials"
-    )
-    parser.add_argument("--out", type=Path, default=FILE, help="file to write")
-    asked = parser.parse_args(arguments)
-    try:
-        check_file(asked.out)
-        trials = read_trials(asked.folders)
-        held_out = calibration(halves(trials))
-        write_text(asked.out, as_yaml(fit(trials), trials, held_out))
-    except (InputError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    print(asked.out.read_text(encoding="utf-8"))
-    return 0
+def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
+    """Fit on all runs of these folders, judge across halves, write (the shipped file if None); returns the text.
 
-
-if __name__ == "__main__":
-    sys.exit(main())
+    Raises InputError where a folder has none.
+    """
+    out = check_file(out or FILE)
+    trials = read_trials(folders)
+    held_out = calibration(halves(trials))
+    text = as_yaml(fit(trials), trials, held_out)
+    write_text(out, text)
+    return text

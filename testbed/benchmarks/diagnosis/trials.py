@@ -1,12 +1,9 @@
-"""The diagnosis on random rigs of the reference leg: one rig, what was hidden, what was said; resumable, parallel."""
+"""The diagnosis on random rigs of the reference leg: one rig, what was hidden, what was said."""
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable
 from itertools import permutations
-from pathlib import Path
 from typing import Any
 
 from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
@@ -23,18 +20,11 @@ from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import fit_generic
 from testbed.effects import OF_A_CYLINDER, by_name
-from testbed.formats.files import make_folder
 from testbed.recording.leg_model import LegModel
-from testbed.simulation.workers import work_through
 
 KINDS = ("single", "single", "clean", "double", "outside", "single", "double", "outside")
 """In turn, so that every prefix of the run holds every kind."""
-FIRST_SEED = 1000
-"""Seeds below were looked at while thresholds were set; the blind test begins here."""
 VISIBLE = 0.05
-STALE_S = 900.0
-"""A rig that was begun longer ago and is not there was given up."""
-Progress = Callable[[int], None]
 
 
 def trial(seed: int) -> dict[str, Any]:
@@ -159,37 +149,3 @@ def _raw_bic(d: Diagnosis) -> list[str]:
 
     best = max(d.state.tried.values(), key=lambda c: score(c.fit))
     return list(best.names)
-
-
-def run(
-    out: Path,
-    rigs: int,
-    jobs: int = 1,
-    progress: Progress | None = None,
-    first_seed: int = FIRST_SEED,
-) -> list[dict[str, Any]]:
-    """Trials `first_seed` and on, one JSON file each in `out/rigs`; existing ones are kept, and what another process
-    is at is left to it. Returns what is there. Raises InputError for a bad folder."""
-    folder = make_folder(out / "rigs")
-    seeds = range(first_seed, first_seed + rigs)
-    todo = [(str(folder), seed) for seed in seeds if not (folder / f"{seed:05d}.json").is_file()]
-    done = rigs - len(todo)
-    for _ in work_through(_one, todo, max(jobs, 1), lambda _: False):
-        done += 1
-        if progress:
-            progress(done)
-    paths = [folder / f"{seed:05d}.json" for seed in seeds]
-    return [json.loads(path.read_text()) for path in paths if path.is_file()]
-
-
-def _one(item: tuple[str, int]) -> bool:
-    """One rig, unless another process has done it or is at it (False): several may share a folder."""
-    folder, seed = item
-    path = Path(folder) / f"{seed:05d}.json"
-    partial = path.with_suffix(".part")
-    if path.is_file() or (partial.is_file() and time.time() - partial.stat().st_mtime < STALE_S):
-        return False
-    partial.touch()
-    partial.write_text(json.dumps(trial(seed)))
-    partial.replace(path)
-    return True

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
+from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
 BASE = "qp"
@@ -50,8 +51,8 @@ def _saving(saving: Array, seeds: NDArray[np.int_]) -> dict[str, Any]:
     }
 
 
-def rows(compared: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the table that a person wants to see."""
+def against_table(compared: dict[str, Any]) -> Table:
+    """The table that a person wants to see."""
     head = [
         "controller",
         "undeclared effect",
@@ -72,4 +73,4 @@ def rows(compared: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
         for name, kinds in compared.items()
         for kind, found in kinds.items()
     ]
-    return head, body
+    return Table(f"Against {BASE}", head, body)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.distribution.cases import Case, Outcome
-from testbed.control.distribution.controllers import believed_statics, controller
+from testbed.control.distribution.controllers import controller
 from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.quadratic import Constraints, Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, UNKNOWNS, Balance, Statics
@@ -98,7 +98,7 @@ def _run(sim: Any, spec: Scenario, case: Case, name: str, sharing: Controller | 
     if sharing is None:
         sharing = Quadratic(spec.terrain.friction) if name == ORACLE else controller(name)
     ropes = machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
-    statics = believed_statics(spec, ropes)
+    statics = Statics(machine.belief.model, machine.belief.machine, ropes)
     oracle = Informed(statics) if name == ORACLE else None
     layer = Distribution(oracle or statics, sharing)
     machine.gait = Layered(machine.gait, (layer,))

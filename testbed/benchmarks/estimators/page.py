@@ -1,21 +1,31 @@
-"""The comparison of estimators as numbers (`estimators.json`), as a table and as a page."""
+"""The estimators' benchmark as tables and as a page."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from testbed.benchmarks.estimators.benchmark import (
+from testbed.benchmarks.estimators.scores import (
     BIN_N,
     BINS,
     FLOOR,
     FULL_SCALE_N,
     NAMES,
     WHOLE,
-    result,
 )
-from testbed.formats.files import write_json, write_text
 from testbed.report.page import render
+from testbed.report.tables import Table
+
+TITLES = {
+    "all temperatures": "All runs, 10 to 50 degC",
+    "stand": "Standing, with small steps",
+    "walk": "Walking",
+    "move": "Swaying and raising the body",
+    "drill": "Drilling",
+    "still": "Standing after a raise, without dither",
+    "liar": "Swaying, and one pressure sensor reads 15 % low",
+    "dither": "The same, valves dithering by 0.3 mm twice a second",
+    "at the calibration's temperature": "At the temperature of the sensors' calibration, 40 degC",
+}
 
 TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
     (
@@ -31,16 +41,6 @@ TARGETS: tuple[tuple[str, str, str, str, float], ...] = (
     ("across the joint, all times: RMSE", "all temperatures", "tangential_all", "rmse_n", 0.03),
 )
 """What is wanted: label, group, category, mark, share of 15 kN."""
-
-
-def write_estimators(found: list[dict[str, Any]], out: Path) -> tuple[dict[str, Any], Path]:
-    """Write estimators.json and estimators.html. Raises InputError where `out` cannot be written."""
-    answer = result(found)
-    answer["targets"] = targets(answer)
-    page = out / "estimators.html"
-    write_json(out / "estimators.json", answer)
-    write_text(page, _page(answer))
-    return answer, page
 
 
 def targets(answer: dict[str, Any]) -> list[dict[str, Any]]:
@@ -72,10 +72,8 @@ def targets(answer: dict[str, Any]) -> list[dict[str, Any]]:
     return out
 
 
-def table(
-    answer: dict[str, Any], group: str = "all temperatures"
-) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows of one group of runs: every estimator, N."""
+def table(answer: dict[str, Any], group: str) -> Table:
+    """One group of runs: every estimator, N."""
     heads = [
         "load along the vertical joint, N",
         "moving",
@@ -101,7 +99,7 @@ def table(
                 _n(across.get("rmse_n")),
             ]
         )
-    return heads, rows
+    return Table(TITLES.get(group, group), heads, rows)
 
 
 def _n(value: float | None) -> str:
@@ -117,36 +115,13 @@ def _share(value: float | None) -> str:
     return "" if value is None else f"{100.0 * value:.0f} %"
 
 
-def _page(answer: dict[str, Any]) -> str:
-    wanted = [
-        [
-            t["wanted"],
-            f"{t['limit_n']:.0f}",
-            f"{t['measured_n']:.0f}",
-            "yes" if t["holds"] else "no",
-        ]
-        for t in answer["targets"]
-    ]
+def page(answer: dict[str, Any]) -> str:
+    """The page's text."""
     contents = {
         "runs": len(answer["runs"]),
-        "wanted": (["", "at most, N", "measured, N", "holds"], wanted),
-        "groups": [(_title(group), table(answer, group)) for group in answer["groups"]],
-        "own": WHOLE,
+        "targets": answer["targets"],
+        "groups": [table(answer, group) for group in answer["groups"]],
+        "own": NAMES.get(WHOLE, WHOLE),
         "floor": NAMES[FLOOR],
     }
     return render("benchmarks/estimators/page.html.j2", contents)
-
-
-def _title(group: str) -> str:
-    titles = {
-        "all temperatures": "All runs, 10 to 50 degC",
-        "stand": "Standing, with small steps",
-        "walk": "Walking",
-        "move": "Swaying and raising the body",
-        "drill": "Drilling",
-        "still": "Standing after a raise, without dither",
-        "liar": "Swaying, and one pressure sensor reads 15 % low",
-        "dither": "The same, valves dithering by 0.3 mm twice a second",
-        "at the calibration's temperature": "At the temperature of the sensors' calibration, 40 degC",
-    }
-    return titles.get(group, group)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.machine.provenance import roboclimber
 from testbed.recording.rows import DrillKnown
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -45,7 +45,7 @@ class Trial:
     def load(self) -> Scenario:
         """The scenario with the drawn errors of its friction."""
         draws = np.random.default_rng([self.seed, 77])
-        machine = roboclimber()
+        machine = build_machine()
         changes = [f"hydraulics.oil_temperature_degc={self.oil_degc}"]
         for part in ("vertical_cylinder", "radial_cylinder", "rotation_cylinder"):
             for name in (
@@ -56,7 +56,9 @@ class Trial:
                 "static_in_n",
                 "viscous_in_n_s_m",
             ):
-                value = machine[part][name] * (1.0 + FRICTION_ERROR * draws.standard_normal())
+                value = machine.quantity(f"{part}.{name}").value * (
+                    1.0 + FRICTION_ERROR * draws.standard_normal()
+                )
                 changes.append(f"hydraulics.parameters.{part}.{name}={value:.9g}")
         for name in (
             "position_slope",
@@ -65,7 +67,7 @@ class Trial:
             "viscosity_rate_1_k",
             "dwell_gain",
         ):
-            value = machine["seal"][name] * (1.0 + DEPENDENCE_ERROR * draws.standard_normal())
+            value = getattr(machine.seal, name) * (1.0 + DEPENDENCE_ERROR * draws.standard_normal())
             changes.append(f"hydraulics.parameters.seal.{name}={value:.9g}")
         mass = MASS_ERROR_KG * draws.standard_normal()
         changes.append(f"events=[{{kind: payload, at_s: 0.0, mass_kg: {mass:.4g}}}]")

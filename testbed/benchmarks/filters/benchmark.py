@@ -6,16 +6,20 @@ a rival counts with the constant that suits it best there; the testbed's own fil
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.filters.scenes import NOISE_N, RATE_HZ, SCENES, scene
+from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.estimation.filters.table import OWN, RIVALS, Filter
-from testbed.formats.files import make_folder, write_json
+from testbed.report.tables import Table
 
+Tree = dict[str, Any]
+FILTERS = {filter_.name: filter_ for filter_ in (*RIVALS, OWN)}
 Q_N2, R_N2 = 9.0, NOISE_N**2
 """R is the noise; Q gives the plain filter a time constant of 20 ms at 1 kHz."""
 SETTLE = 200
@@ -88,57 +92,64 @@ def half_height_delays(
     return delays
 
 
-def step_trial(steps: int = 10_000) -> list[StepResult]:
-    """True steps of 0.3 to 10 kN, both ways, log-uniform, through every filter with its usual constant."""
+def step_trial(filter_: Filter, steps: int = 10_000) -> StepResult:
+    """True steps of 0.3 to 10 kN, both ways, log-uniform, through a filter with its usual constant."""
     rng = np.random.default_rng(11)
-    heights = np.exp(rng.uniform(np.log(300.0), np.log(10_000.0), steps)) * rng.choice(
-        [-1.0, 1.0], steps
-    )
-    results = []
-    for filter_ in (*RIVALS, OWN):
-        delay = half_height_delays(filter_, heights)
-        median, p95 = np.percentile(delay, [50.0, 95.0], method="lower") * 1e3 / RATE_HZ
-        worst = float(delay.max()) * 1e3 / RATE_HZ
-        results.append(
-            StepResult(
-                filter_.name, steps, int(np.isinf(delay).sum()), float(median), float(p95), worst
-            )
-        )
-    return results
+    sizes_n = np.exp(rng.uniform(np.log(300.0), np.log(10_000.0), steps))
+    delay = half_height_delays(filter_, sizes_n * rng.choice([-1.0, 1.0], steps))
+    median, p95 = np.percentile(delay, [50.0, 95.0], method="lower") * 1e3 / RATE_HZ
+    worst = float(delay.max()) * 1e3 / RATE_HZ
+    lost = int(np.isinf(delay).sum())
+    return StepResult(filter_.name, steps, lost, float(median), float(p95), worst)
 
 
-def run_benchmark(out: Path, seeds: int = 5, steps: int = 10_000) -> dict[str, object]:
-    """Run everything; writes `filters.json` into `out` and returns its contents. InputError: cannot be written."""
-    make_folder(out)
-    answer: dict[str, object] = {
-        "q_n2": Q_N2,
-        "r_n2": R_N2,
-        "scenes": [asdict(compare_scene(name, seeds)) for name in SCENES],
-        "steps": [asdict(r) for r in step_trial(steps)],
-    }
-    write_json(out / "filters.json", answer)
-    return answer
+@dataclass(frozen=True)
+class Filters(Benchmark[str]):
+    """Six scenes with `seeds` runs each; `steps` true steps through every filter."""
 
+    name = "filters"
+    noun = "trials"
+    seeds: int = 5
+    steps: int = 10_000
 
-def table(answer: dict[str, object]) -> tuple[list[str], list[list[str]]]:
-    """Heads and rows of the one table: RMSE in N per scene, then what becomes of true steps."""
-    names = [f.name for f in (*RIVALS, OWN)]
-    scenes: list[dict[str, object]] = answer["scenes"]  # type: ignore[assignment]
-    steps: list[dict[str, float]] = answer["steps"]  # type: ignore[assignment]
-    rows = []
-    for s in scenes:
-        errors: dict[str, float] = s["rmse_n"]  # type: ignore[assignment]
-        rows.append([f"{s['scene']}, N", *(f"{errors[n]:.1f}" for n in names), f"{s['ratio']:.2f}"])
-    plain, own = steps[0], steps[-1]
-    for key, label in (
-        ("locked_out", f"locked out of {plain['steps']} true steps"),
-        ("delay_median_ms", "step delay, median, ms"),
-        ("delay_p95_ms", "step delay, 95 %, ms"),
-        ("delay_worst_ms", "step delay, worst, ms"),
-    ):
-        ratio = "" if key == "locked_out" else f"{own[key] / plain[key]:.2f} of kf"
-        rows.append([label, *(_number(s[key]) for s in steps), ratio])
-    return ["scene", *names, "own / best"], rows
+    def cases(self) -> Mapping[str, str]:
+        """The scenes, then the filters that see the steps."""
+        scenes = {f"{name}, {self.seeds} seeds": name for name in SCENES}
+        return scenes | {f"{self.steps} steps, {name}": name for name in FILTERS}
+
+    def made_from(self, case: str) -> str:
+        """The case and how much of it."""
+        return f"{case} {self.seeds if case in SCENES else self.steps}"
+
+    def work(self, case: str) -> SceneResult | StepResult:
+        """All filters on a scene, or all steps through a filter."""
+        if case in SCENES:
+            return compare_scene(case, self.seeds)
+        return step_trial(FILTERS[case], self.steps)
+
+    def summarise(self, answers: Answers) -> Tree:
+        """Scenes and steps, in order."""
+        found = list(answers.values())
+        scenes, steps = found[: len(SCENES)], found[len(SCENES) :]
+        return {"q_n2": Q_N2, "r_n2": R_N2, "scenes": scenes, "steps": steps}
+
+    def tables(self, result: Tree) -> Sequence[Table]:
+        """RMSE in N per scene, then what becomes of true steps."""
+        names, steps = list(FILTERS), result["steps"]
+        rows = [
+            [f"{s['scene']}, N", *(f"{s['rmse_n'][n]:.1f}" for n in names), f"{s['ratio']:.2f}"]
+            for s in result["scenes"]
+        ]
+        plain, own = steps[0], steps[-1]
+        for key, label in (
+            ("locked_out", f"locked out of {plain['steps']} true steps"),
+            ("delay_median_ms", "step delay, median, ms"),
+            ("delay_p95_ms", "step delay, 95 %, ms"),
+            ("delay_worst_ms", "step delay, worst, ms"),
+        ):
+            ratio = "" if key == "locked_out" else f"{own[key] / plain[key]:.2f} of kf"
+            rows.append([label, *(_number(s[key]) for s in steps), ratio])
+        return [Table("Force filters, RMSE", ["scene", *names, "own / best"], rows)]
 
 
 def _number(value: float) -> str:

@@ -19,8 +19,7 @@ from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, enthalpy, specific_volume
-from testbed.machine.provenance import roboclimber
-from testbed.robot.linkage import RotationLinkage
+from testbed.machine.build import build_machine
 from testbed.scenario.parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 
@@ -134,8 +133,8 @@ def _energy(p: float, bulk: float, air: float) -> float:
 
 def machine() -> tuple[Array, Array]:
     """Parameters of the twelve axes and of the power unit, as declared."""
-    p = roboclimber()
-    return axis_parameters(p, RotationLinkage.from_parameters(p).stroke_m), unit_parameters(p)
+    p = build_machine()
+    return axis_parameters(p), unit_parameters(p)
 
 
 def balance(

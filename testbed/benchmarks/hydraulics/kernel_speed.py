@@ -18,8 +18,7 @@ from testbed.compiled import njit
 from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.machine.provenance import roboclimber
-from testbed.robot.linkage import RotationLinkage
+from testbed.machine.build import build_machine
 from testbed.scenario.parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -45,9 +44,9 @@ class Walk:
 
 def walk(steps: int = 150) -> Walk:
     """Every axis on its own sine, driven by a valve command that fits it."""
-    machine = roboclimber()
+    machine = build_machine()
     params, unit = (
-        axis_parameters(machine, RotationLinkage.from_parameters(machine).stroke_m),
+        axis_parameters(machine),
         unit_parameters(machine),
     )
     switch_off(["oil_warming"], params, unit)

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from testbed.laws import columns as c
 from testbed.laws.initial import start_axes, start_supply
-from testbed.machine.provenance import roboclimber
-from testbed.robot.linkage import RotationLinkage
+from testbed.machine.build import build_machine
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
@@ -54,10 +53,9 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     """Manoeuvre `number` (0, 1, ...): kinds take turns, everything else is drawn from its number."""
     rng = np.random.default_rng([20090714, number])
     kind = KINDS[number % len(KINDS)]
-    machine = roboclimber()
-    stroke = RotationLinkage.from_parameters(machine).stroke_m
+    machine = build_machine()
     n = 1 + OTHERS if kind == "starved supply" else 1
-    params = axis_parameters(machine, stroke)[[2, 5, 8][:n]].copy()
+    params = axis_parameters(machine)[[2, 5, 8][:n]].copy()
     unit = unit_parameters(machine)
     switch_off(["oil_warming"], params, unit)  # the reference holds the oil's temperature
     if kind == "starved supply":

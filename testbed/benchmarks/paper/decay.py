@@ -22,9 +22,8 @@ from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.machine.provenance import roboclimber
-from testbed.robot.linkage import RotationLinkage
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
@@ -109,8 +108,8 @@ def raising_step(
     changes: Mapping[str, float], without: Sequence[str] = (), seconds: float = 40.0
 ) -> Decay:
     """One step of 20 mm, then `seconds` of holding; `changes` of the parameter file, parts left out by name."""
-    machine = roboclimber().replaced(changes)
-    params = axis_parameters(machine, RotationLinkage.from_parameters(machine).stroke_m)[2:3].copy()
+    machine = build_machine(changes)
+    params = axis_parameters(machine)[2:3].copy()
     unit = unit_parameters(machine)
     switch_off(without, params, unit)
     weight = CARRIED_KG * GRAVITY_M_S2
@@ -120,7 +119,7 @@ def raising_step(
     reference = START_M + STEP_S * np.cumsum(rate)
     axes = start_axes(params, reference[:1], np.array([weight]), 6.0e6)
     out = np.empty((len(t), 3))
-    tolerance = machine["control"]["tolerance_m"]
+    tolerance = machine.control.tolerance_m
     supply = start_supply(unit, COLD_DEGC, 0.06)
     hold_loop(axes, params, supply, unit, reference, rate, CARRIED_KG, tolerance, out)
     force = out[:, PA] * params[0, c.AREA_A]

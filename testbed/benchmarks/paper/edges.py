@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from testbed.benchmarks.paper.decay import raising_step
-from testbed.benchmarks.paper.experiment import Table
 from testbed.benchmarks.paper.figure_06 import CALIBRATIONS, calibrated_n, in_the_air, peak_n
 from testbed.benchmarks.paper.machine import changed
+from testbed.report.tables import Table
 
 TANK_M3_S_PA = (3.0e-14, 1.0e-13, 3.0e-13)
 RATIOS = (0.0, 0.05, 0.2, 0.4, 1.0)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
 
@@ -97,15 +99,6 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Table:
-    """A table of texts."""
-
-    title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-
-@dataclass(frozen=True)
 class Experiment:
     """One figure: what the paper says, how it was run here, what came out."""
 
@@ -117,3 +110,14 @@ class Experiment:
     panels: Sequence[Panel]
     tables: Sequence[Table] = ()
     notes: Sequence[str] = ()
+
+    @classmethod
+    def read(cls, tree: Mapping[str, Any]) -> Experiment:
+        """An experiment from what JSON makes of it."""
+        panels = [
+            Panel(**{**panel, "lines": [Line(**line) for line in panel["lines"]]})
+            for panel in tree["panels"]
+        ]
+        claims = [Claim(**claim) for claim in tree["claims"]]
+        tables = [Table(*table) for table in tree["tables"]]
+        return cls(**{**tree, "claims": claims, "panels": panels, "tables": tables})

@@ -14,13 +14,13 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_least,
     at_most,
 )
 from testbed.benchmarks.paper.leg import RATE_HZ, Trace, run
 from testbed.estimation.calibration import A_SD, B_SD_V, Calibrated, calibrate
 from testbed.machine.names import LEGS
+from testbed.report.tables import Table
 
 K_PA_PER_V = 2.0e6
 CELL_AT_M = 0.2

@@ -14,7 +14,6 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_least,
     at_most,
     between,
@@ -25,6 +24,7 @@ from testbed.benchmarks.paper.machine import changed
 from testbed.formats.checked import checked
 from testbed.machine.inferred import inferred
 from testbed.machine.names import LEGS
+from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario
 from testbed.world.simulation import Simulation
 

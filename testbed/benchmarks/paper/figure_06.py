@@ -9,7 +9,6 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_least,
     between,
 )
@@ -24,6 +23,7 @@ from testbed.benchmarks.paper.figure_04 import (
 from testbed.benchmarks.paper.leg import MASS_KG, Trace, run, sinusoid
 from testbed.benchmarks.paper.machine import once_per_machine
 from testbed.machine.names import GRAVITY_M_S2
+from testbed.report.tables import Table
 
 WEIGHT_N = MASS_KG * GRAVITY_M_S2
 PAPER_PEAK_N = 2100.0

@@ -9,13 +9,13 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_least,
     at_most,
 )
 from testbed.benchmarks.paper.figure_06 import WEIGHT_N, calibrated_n, in_the_air
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ
 from testbed.estimation.leg.motion import smooth
+from testbed.report.tables import Table
 
 
 def rms(x: Array) -> float:

@@ -17,7 +17,6 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_least,
     at_most,
 )
@@ -28,8 +27,9 @@ from testbed.estimation.friction.identification import Identification, identify
 from testbed.estimation.friction.posterior import curve
 from testbed.estimation.leg.motion import smooth
 from testbed.laws.friction import steady_friction
+from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.machine.provenance import roboclimber
+from testbed.report.tables import Table
 
 SPEEDS_M_S = (0.002, 0.004, 0.007, 0.012, 0.02, 0.04, 0.08, 0.12)
 PLACES_M = (0.12, 0.25, 0.38)
@@ -115,9 +115,9 @@ def experiment() -> Experiment:
     error = np.sqrt(np.mean((said - sine.friction_n)[fast] ** 2)) / np.sqrt(
         np.mean(sine.friction_n[fast] ** 2)
     )
-    cylinder = roboclimber()["vertical_cylinder"]
+    cylinder = build_machine().vertical_cylinder
     true = [
-        cylinder[f"{n}_{w}_{u}"]
+        getattr(cylinder, f"{n}_{w}_{u}")
         for w in ("out", "in")
         for n, u in (("viscous", "n_s_m"), ("coulomb", "n"), ("static", "n"), ("stribeck", "m_s"))
     ]

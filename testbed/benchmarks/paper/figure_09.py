@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, Table, at_least, at_most
+from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least, at_most
 from testbed.benchmarks.paper.leg import RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import changed
 from testbed.benchmarks.paper.stick_slip import (
@@ -17,6 +17,7 @@ from testbed.benchmarks.paper.stick_slip import (
 )
 from testbed.estimation.leg.motion import smooth
 from testbed.machine.inferred import inferred
+from testbed.report.tables import Table
 
 SLOW_M_S, TRAVEL_M = 1.0e-3, 0.010
 COUNT_M = 1.0e-4

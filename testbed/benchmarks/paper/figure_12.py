@@ -9,7 +9,6 @@ from testbed.benchmarks.paper.experiment import (
     Experiment,
     Line,
     Panel,
-    Table,
     at_most,
     between,
 )
@@ -19,6 +18,7 @@ from testbed.benchmarks.paper.figure_11 import SLOW_M_S, external_force
 from testbed.benchmarks.paper.leg import RATE_HZ
 from testbed.estimation.filters import kbf, modified_kbf, persistent
 from testbed.estimation.live.believed import Tuning
+from testbed.report.tables import Table
 
 TRIALS, E_MAX_N = 12, 300.0
 TRIED_N = (75.0, 100.0, 150.0, 200.0, 300.0, 450.0, 600.0)

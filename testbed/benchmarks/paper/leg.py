@@ -16,9 +16,9 @@ from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.build import build_machine
+from testbed.machine.groups import Sensor
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.machine.provenance import roboclimber
-from testbed.robot.linkage import RotationLinkage
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.sensing import counted
 from testbed.world.switches import switch_off
@@ -88,32 +88,31 @@ def run(
 
     `changes`: parameters of roboclimber.yaml by dotted path; `without`: parts of the hydraulics left out.
     """
-    machine = roboclimber().replaced(machine_changes() | dict(changes or {}))
-    linkage = RotationLinkage.from_parameters(machine)
-    params = axis_parameters(machine, linkage.stroke_m)[[VERTICAL_AXIS]].copy()
+    machine = build_machine(machine_changes() | dict(changes or {}))
+    params = axis_parameters(machine)[[VERTICAL_AXIS]].copy()
     unit = unit_parameters(machine)
     unit[c.AMBIENT] = COLD_DEGC
     switch_off([*without, "oil_warming"], params, unit)
     start = np.array([reference_m[0]])
     axes = start_axes(params, start, np.array([-MASS_KG * GRAVITY_M_S2]))
-    supply = start_supply(unit, COLD_DEGC, machine["power_unit"]["tank_oil_m3"])
+    supply = start_supply(unit, COLD_DEGC, machine.power_unit.tank_oil_m3)
     gain = gains(machine, 1.0)[[VERTICAL_AXIS]].copy()
     rate = np.gradient(reference_m) * RATE_HZ
     rate[np.abs(rate) < 1e-9] = 0.0
     out = np.zeros((len(reference_m), COLUMNS))
-    count_m = machine["sensor"]["encoder_linear_m"]
+    count_m = machine.sensor.encoder_linear_m
     _simulate(axes, params, supply, unit, gain, reference_m, rate, cell_at_m, count_m, out)
-    return _trace(out, reference_m, params[0], machine["sensor"], np.random.default_rng([4, seed]))
+    return _trace(out, reference_m, params[0], machine.sensor, np.random.default_rng([4, seed]))
 
 
 def _trace(
-    out: Array, reference_m: Array, p: Array, sensor: Mapping[str, Any], rng: np.random.Generator
+    out: Array, reference_m: Array, p: Array, sensor: Sensor, rng: np.random.Generator
 ) -> Trace:
     reads = []
     for column in (SENSED_A, SENSED_B):
-        noisy = out[:, column] + sensor["pressure_noise_pa"] * rng.standard_normal(len(out))
-        step = sensor["pressure_resolution_pa"]
-        reads.append(np.clip(np.round(noisy / step) * step, 0.0, sensor["pressure_range_pa"]))
+        noisy = out[:, column] + sensor.pressure_noise_pa * rng.standard_normal(len(out))
+        step = sensor.pressure_resolution_pa
+        reads.append(np.clip(np.round(noisy / step) * step, 0.0, sensor.pressure_range_pa))
     time = (np.arange(len(out)) + 1) / RATE_HZ
     return Trace(
         time,

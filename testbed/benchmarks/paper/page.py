@@ -1,15 +1,13 @@
-"""The paper's claims beside what was measured: `paper.json` and the self-contained page `paper.html`."""
+"""The paper's claims beside what was measured, as a table and as a self-contained page."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from testbed import __version__
 from testbed.benchmarks.paper.experiment import Claim, Experiment, Panel
-from testbed.formats.files import make_folder, write_json, write_text
 from testbed.report.page import render
 from testbed.report.style import (
     BLACK,
@@ -23,47 +21,39 @@ from testbed.report.style import (
     WIDTH_IN,
     svg,
 )
+from testbed.report.tables import Table
 
 PALETTE = (BLUE, VERMILION, GREEN, GREY, ORANGE, PURPLE, BLACK)
 PANEL_IN = 2.0
 
 
-def write_paper(experiments: Sequence[Experiment], out: Path) -> tuple[list[dict[str, Any]], Path]:
-    """Write paper.json and paper.html. Raises InputError where `out` cannot be written."""
-    make_folder(out)
-    claims = [claim.tree() for e in experiments for claim in e.claims]
-    page = out / "paper.html"
-    write_json(out / "paper.json", claims)
-    write_text(page, _page(experiments))
-    return claims, page
-
-
-def rows(experiments: Sequence[Experiment]) -> tuple[list[str], list[list[str]]]:
-    """(heads, rows) of all claims for the console."""
-    heads = ["figure", "claim", "expected", "measured", "unit", "holds"]
-    return heads, [
-        [c.figure, c.claim, c.criterion, shown(c), c.unit, "yes" if c.holds else "NO"]
-        for e in experiments
-        for c in e.claims
-    ]
-
-
-def shown(claim: Claim) -> str:
-    """The measured number with four digits, or that there is none."""
-    return f"{claim.measured:.4g}" if math.isfinite(claim.measured) else "could not be measured"
-
-
-def _page(experiments: Sequence[Experiment]) -> str:
+def page(experiments: Sequence[Experiment]) -> str:
+    """The page's text."""
     claims = [c for e in experiments for c in e.claims]
     contents = {
         "experiments": [(e, drawn(e)) for e in experiments],
-        "shown": shown,
-        "held": sum(c.holds for c in claims),
+        "measured": measured,
         "total": len(claims),
         "failed": [c for c in claims if not c.holds],
         "version": __version__,
     }
-    return render("paper_page.html.j2", contents)
+    return render("benchmarks/paper/page.html.j2", contents)
+
+
+def table(experiments: Sequence[Experiment]) -> Table:
+    """All claims."""
+    heads = ["figure", "claim", "expected", "measured", "unit", "holds"]
+    rows = [
+        [c.figure, c.claim, c.criterion, measured(c), c.unit, "yes" if c.holds else "NO"]
+        for e in experiments
+        for c in e.claims
+    ]
+    return Table("The paper's claims", heads, rows)
+
+
+def measured(claim: Claim) -> str:
+    """The measured number with four digits, or that there is none."""
+    return f"{claim.measured:.4g}" if math.isfinite(claim.measured) else "could not be measured"
 
 
 def drawn(experiment: Experiment) -> str:

@@ -24,13 +24,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from testbed.benchmarks.paper.experiment import Table
 from testbed.benchmarks.paper.leg import MASS_KG, Array, run
 from testbed.benchmarks.paper.leg import RATE_HZ as RATE
 from testbed.benchmarks.paper.machine import changes as machine_changes
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
+from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.machine.provenance import roboclimber
+from testbed.report.tables import Table
 
 SPEEDS_M_S = (1.0e-3, 2.0e-3, 3.0e-3, 4.0e-3, 5.0e-3, 7.0e-3, 10.0e-3)
 PRE_SLIDING_M = (2.7e-5, 1.0e-5, 5.0e-6, 3.0e-6)
@@ -70,13 +70,13 @@ def slips_at(
 
 def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = None) -> float:
     """N(v) of the vertical cylinder going out, N s/m; negative: steady sliding gives way to stick-slip."""
-    p = roboclimber().replaced(machine_changes() | dict(changes or {}))
-    cyl, seal, oil, valve = p["vertical_cylinder"], p["seal"], p["oil"], p["valve"]
-    area_a = math.pi / 4 * cyl["bore_m"] ** 2
-    areas = area_a, area_a - math.pi / 4 * cyl["rod_m"] ** 2
+    p = build_machine(machine_changes() | dict(changes or {}))
+    cyl, seal, oil, valve = p.vertical_cylinder, p.seal, p.oil, p.valve
+    area_a = math.pi / 4 * cyl.bore_m**2
+    areas = area_a, area_a - math.pi / 4 * cyl.rod_m**2
     volumes = (
-        cyl["dead_volume_a_m3"] + areas[0] * MIDDLE_M,
-        cyl["dead_volume_b_m3"] + areas[1] * (cyl["stroke_m"] - MIDDLE_M),
+        cyl.dead_volume_a_m3 + areas[0] * MIDDLE_M,
+        cyl.dead_volume_b_m3 + areas[1] * (cyl.stroke_m - MIDDLE_M),
     )
     pressure_b = BACK_PRESSURE_PA + ATMOSPHERE_PA
     pressure_a = (BACK_PRESSURE_PA * areas[1] - MASS_KG * GRAVITY_M_S2) / areas[0] + ATMOSPHERE_PA
@@ -84,26 +84,22 @@ def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = No
     for area, volume, pressure in zip(areas, volumes, (pressure_a, pressure_b), strict=True):
         k = (
             area**2
-            * effective_bulk_modulus(pressure, oil["bulk_modulus_pa"], oil["entrained_air"])
+            * effective_bulk_modulus(pressure, oil.bulk_modulus_pa, oil.entrained_air)
             / volume
         )
         # an edge that passes q at the drop d has the slope q / (2 d)
-        c = (
-            oil["internal_leakage_m3_s_pa"]
-            + oil["outer_leakage_m3_s_pa"]
-            + valve["edge_leakage_m3_s_pa"]
-        )
-        c += valve["edge_leakage_supply_m3_s_pa"] + area * speed_m_s / (2.0 * BACK_PRESSURE_PA)
+        c = oil.internal_leakage_m3_s_pa + oil.outer_leakage_m3_s_pa + valve.edge_leakage_m3_s_pa
+        c += valve.edge_leakage_supply_m3_s_pa + area * speed_m_s / (2.0 * BACK_PRESSURE_PA)
         springs, oil_damping = springs + k, oil_damping + k**2 * c / area**2
     w2 = springs / MASS_KG
-    coulomb, static, c_s = cyl["coulomb_out_n"], cyl["static_out_n"], cyl["stribeck_out_m_s"]
-    coulomb += seal["pressure_coefficient_m2"] * (pressure_a + pressure_b - 2.0 * ATMOSPHERE_PA)
+    coulomb, static, c_s = cyl.coulomb_out_n, cyl.static_out_n, cyl.stribeck_out_m_s
+    coulomb += seal.pressure_coefficient_m2 * (pressure_a + pressure_b - 2.0 * ATMOSPHERE_PA)
     falling = static * math.exp(-speed_m_s / c_s)
-    rate = seal["bristle_stiffness_n_m"] * speed_m_s / (coulomb + falling)
-    lag = (rate**2 + rate * w2 * seal["bristle_damping_n_s_m"] / seal["bristle_stiffness_n_m"]) / (
+    rate = seal.bristle_stiffness_n_m * speed_m_s / (coulomb + falling)
+    lag = (rate**2 + rate * w2 * seal.bristle_damping_n_s_m / seal.bristle_stiffness_n_m) / (
         rate**2 + w2
     )
-    return float(cyl["viscous_out_n_s_m"] + oil_damping / w2 - falling / c_s * lag)
+    return float(cyl.viscous_out_n_s_m + oil_damping / w2 - falling / c_s * lag)
 
 
 def seal_of(pre_sliding_m: float, static_n: float) -> dict[str, float]:

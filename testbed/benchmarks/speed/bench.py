@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 
 ROUNDS = 15
@@ -54,6 +55,11 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
     env = against_bare(rounds=3, steps=30)
     out["env_steps_per_s"], out["env_ratio"] = env["env_steps_per_s"], env["ratio"]
     return out | fresh_process()
+
+
+def table(found: dict[str, Any]) -> Table:
+    """The figures for a person."""
+    return Table("Speed", ["figure", "value"], [[k, f"{v:.4g}"] for k, v in found.items()])
 
 
 def alternate(

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from testbed.benchmarks.speed.bench import bare_engine
+from testbed.report.tables import Table
 from testbed.scenario.scenario import load_scenario
 
 BLOCK = 250
@@ -28,6 +29,12 @@ def scenario_speeds(names: Iterable[str]) -> list[dict[str, Any]]:
         return [_speed(name, bare) for name in names]
     finally:
         bare.close()
+
+
+def table(found: Sequence[dict[str, Any]]) -> Table:
+    """A scenario a row."""
+    rows = [[f"{v:.3g}" if isinstance(v, float) else v for v in row.values()] for row in found]
+    return Table("Speed of whole scenarios", list(found[0]), rows)
 
 
 def _speed(name: str, bare: Any) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.believed_model import believed_model
 from testbed.control.distribution.distribution import Controller, Distribution
 from testbed.control.distribution.drill_sharing import DrillSharing
 from testbed.control.distribution.learned import Learned
@@ -18,8 +17,7 @@ from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import Statics
 from testbed.errors import InputError
 from testbed.formats.sockets import FORM, is_user_class, load_object
-from testbed.machine.provenance import roboclimber
-from testbed.scenario.scenario import Scenario
+from testbed.robot.robot import Robot
 
 Array = NDArray[np.float64]
 CONTROLLERS: dict[str, Callable[[], Controller]] = {
@@ -47,14 +45,6 @@ def controller(name: str) -> Controller:
     raise InputError("no such controller", field="controller", value=name, allowed=allowed)
 
 
-def believed_statics(scenario: Scenario, rope_directions_in_body: Array) -> Statics:
-    """The balance of the machine as control believes it: the scenario's posture, declared payload and model."""
-    parameters = roboclimber().replaced(scenario.model.parameters)
-    return Statics(believed_model(scenario), parameters, rope_directions_in_body)
-
-
-def distribution(
-    scenario: Scenario, rope_directions_in_body: Array, chosen: Controller
-) -> Distribution:
+def distribution(belief: Robot, rope_directions_in_body: Array, chosen: Controller) -> Distribution:
     """The layer that shares the load out the way `chosen` plans it. Rope directions (2, 3) at the start, body frame."""
-    return Distribution(believed_statics(scenario, rope_directions_in_body), chosen)
+    return Distribution(Statics(belief.model, belief.machine, rope_directions_in_body), chosen)

@@ -25,7 +25,6 @@ from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
 from testbed.control.distribution.use_program import About, UseProgram, highest_use
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import roboclimber
 
 Array = NDArray[np.float64]
 CONE_SIDES = 8
@@ -71,15 +70,13 @@ class _Last:
 
 
 class Quadratic:
-    """See the module's docstring. `friction`: what `constraints` takes it to be; None is the parameter file's."""
+    """See the module's docstring. `friction`: what `constraints` takes it to be; None is the believed machine's."""
 
     def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
-        numbers = roboclimber()
-        self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
+        self.friction = friction
         self.lowest_n = lowest_n
-        self._rating_n = float(numbers["traction"]["rating_n"])
         self._last: _Last | None = None
-        self._cones, self._use_rows = _cones(self.friction), _cones(0.0)
+        self._use_rows = _cones(0.0)
         self._program = UseProgram(self._use_rows)
 
     def plan(self, now: Balance) -> Plan:
@@ -108,11 +105,12 @@ class Quadratic:
         below[NORMALS] = np.where(now.stance, lowest_n / scale, 0.0)
         for leg in np.flatnonzero(~now.stance):
             below[3 * leg : 3 * leg + 3], above[3 * leg : 3 * leg + 3] = 0.0, 0.0
-        below[ROPES], above[ROPES] = 0.0, self._rating_n / scale
+        below[ROPES], above[ROPES] = 0.0, now.rope_rating_n / scale
         low, high = (now.lowest - now.held) / scale, (now.highest - now.held) / scale
-        cones, free = np.zeros(len(self._cones)), np.full(len(self._cones), -np.inf)
+        rows = _cones(now.friction if self.friction is None else self.friction)
+        cones, free = np.zeros(len(rows)), np.full(len(rows), -np.inf)
         return Constraints(
-            np.vstack([self._cones, now.joint_map]),
+            np.vstack([rows, now.joint_map]),
             np.concatenate([free, low]),
             np.concatenate([cones, high]),
             now.balance,
@@ -129,7 +127,9 @@ class Quadratic:
     def _solve(self, now: Balance, last: _Last) -> Array | None:
         scale = _size(now.load)
         taken = self.taken(now) / scale * last.doubt
-        z = self._program.solve(now, last.normals, last.pull, taken, self._about(last, scale))
+        z = self._program.solve(
+            now, last.normals, last.pull, taken, self._about(last, scale, now.rope_rating_n)
+        )
         if z is None:
             last.lowest = 0.0 if last.lowest < 0.1 else 0.7 * last.lowest
             return None
@@ -147,13 +147,13 @@ class Quadratic:
         )
         return np.asarray(z[:UNKNOWNS] * scale)
 
-    def _about(self, last: _Last, scale: float) -> About:
+    def _about(self, last: _Last, scale: float, rating_n: float) -> About:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and n_0."""
         tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
         return About(
             scale=scale,
             lowest=self.lowest_n * last.lowest / scale,
-            highest_pull=self._rating_n / scale,
+            highest_pull=rating_n / scale,
             doubt=DOUBT_N * last.doubt / scale,
             use=last.use,
             least_use=max(last.use - CLOSER, 0.0),

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.measured import Measured
-from testbed.machine.names import AXES, JOINTS, LEGS
-from testbed.machine.provenance import Parameters
+from testbed.machine.groups import Cylinder
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES, LEGS
 from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.drill_loads import known_wrench
@@ -64,6 +65,10 @@ class Balance:
     """(12, 6) orthonormal foot displacements, or forces, that leave the body alone: the complement of `rigid`."""
     compliance: Array
     """(12,) of the locked joints: rad/(N m), m/N."""
+    friction: float
+    """Believed coefficient between foot and ground."""
+    rope_rating_n: float
+    """What a traction device may pull."""
 
     @property
     def measured_loads_n(self) -> Array:
@@ -94,9 +99,7 @@ class _Posture:
 class Statics:
     """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards the anchors."""
 
-    def __init__(
-        self, model: RobotModel, parameters: Parameters, rope_directions_in_body: Array
-    ) -> None:
+    def __init__(self, model: RobotModel, machine: Machine, rope_directions_in_body: Array) -> None:
         self.model = model
         self._ropes = np.array(
             [
@@ -104,11 +107,12 @@ class Statics:
                 for d, at in zip(rope_directions_in_body, model.rope_attachments_m, strict=True)
             ]
         ).T
-        areas = [_areas(parameters[f"{joint}_cylinder"]) for joint in JOINTS]
-        self._area_a, self._area_b = (np.tile([a[k] for a in areas], len(LEGS)) for k in (0, 1))
-        self._linkage = RotationLinkage.from_parameters(parameters).geometry
-        self._tank_pa = float(parameters["power_unit"]["tank_pressure_pa"])
-        self._oil = OilColumns(parameters)
+        areas = np.array([_areas(axis.cylinder) for axis in machine.axes.values()])
+        self._area_a, self._area_b = areas.T.copy()
+        self._linkage = RotationLinkage.from_machine(machine).geometry
+        self._friction, self._rating_n = machine.ground.friction, machine.traction.rating_n
+        self._tank_pa = float(machine.power_unit.tank_pressure_pa)
+        self._oil = OilColumns(machine)
         self._thrust = drill_wrench(model, 1.0)
         self._posture: _Posture | None = None
 
@@ -122,6 +126,8 @@ class Statics:
         reach = max(measured.supply_pressure - self._tank_pa, 0.0) * np.abs(p.arms)
         held = self.model.gravity_forces(position, gravity)
         return Balance(
+            friction=self._friction,
+            rope_rating_n=self._rating_n,
             balance=p.balance,
             load=known_wrench(self.model, drill, gravity) - held[:6],
             joint_map=p.joint_map,
@@ -173,6 +179,6 @@ def _maps(points: Array) -> Array:
     return out
 
 
-def _areas(cylinder: dict[str, float]) -> tuple[float, float]:
-    bore, rod = cylinder["bore_m"], cylinder["rod_m"]
+def _areas(cylinder: Cylinder) -> tuple[float, float]:
+    bore, rod = cylinder.bore_m, cylinder.rod_m
     return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)

@@ -11,8 +11,6 @@ from testbed.control.gaits.hold import Hold
 from testbed.control.gaits.sway import SwayGait
 from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
-from testbed.machine.provenance import roboclimber
-from testbed.robot.linkage import RotationLinkage
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import Crawl, Sway
@@ -23,7 +21,7 @@ def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
     task = scenario.task
     gait: Gait
     if isinstance(task, Crawl):
-        gait = _crawl(scenario, task, start)
+        gait = _crawl(task, start)
     elif isinstance(task, Sway):
         gait = SwayGait(task, start)
     else:
@@ -35,20 +33,20 @@ def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
     if chosen != "position_hold":
         from testbed.control.distribution.controllers import controller, distribution
 
-        layers.append(distribution(scenario, start.rope_directions_in_body, controller(chosen)))
+        layers.append(distribution(start.robot, start.rope_directions_in_body, controller(chosen)))
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait
 
 
-def _crawl(scenario: Scenario, task: Crawl, start: BelievedStart) -> CrawlGait:
-    numbers = roboclimber().replaced(scenario.model.parameters)
-    arm_m = float(RotationLinkage.from_parameters(numbers).moment_arm_m(start.joints[0]))
+def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
+    machine = start.robot.machine
+    arm_m = float(start.robot.linkage.moment_arm_m(start.joints[0]))
     attachments = start.model.rope_attachments_m
     return CrawlGait(
         task,
         start,
-        Footholds(start.model, start.legs, start.joints, numbers["ground"]["friction"]),
-        Pace(numbers, arm_m),
+        Footholds(start.model, start.legs, start.joints, machine.ground.friction),
+        Pace(machine, arm_m),
         RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n),
     )

@@ -6,7 +6,7 @@ As `belief` does for single legs, with fewer signs: expected loads and the other
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
 
 and rivalry among sets of one size falls as a power of how far a set is behind. The numbers are in
-`robot_calibration.yaml`; `python -m testbed.benchmarks.diagnosis.robot_trials` fits them.
+`robot_calibration.yaml`; `testbed lab fit-robot-belief` fits them.
 """
 
 from __future__ import annotations

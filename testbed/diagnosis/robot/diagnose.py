@@ -31,7 +31,7 @@ from testbed.effects import declared_by, of_declared, place_of
 from testbed.effects.base import Active, Effect
 from testbed.effects.fitting import Coordinate
 from testbed.errors import InputError
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.recording.leg_model import EffectEntry, LegModel
 
 Array = npt.NDArray[np.float64]
@@ -88,7 +88,7 @@ def check_duration(time_s: Array, file: Path) -> None:
 def diagnose_robot(
     name: str,
     data: Mapping[str, Array],
-    machine: Parameters,
+    machine: Machine,
     folder: Path,
     progress: Progress | None = None,
     start: LegModel | None = None,

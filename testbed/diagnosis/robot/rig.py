@@ -19,8 +19,8 @@ from testbed.errors import InputError
 from testbed.estimation.leg.flow import Edge
 from testbed.estimation.live.believed import friction_of
 from testbed.laws.valve import play
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters
 from testbed.recording.axis import Recording
 from testbed.recording.axis_header import Header
 from testbed.recording.known import Known
@@ -37,44 +37,44 @@ CLIPPED = 0.998
 
 
 def recordings_of(
-    data: Mapping[str, Array], machine: Parameters, folder: Path
+    data: Mapping[str, Array], machine: Machine, folder: Path
 ) -> tuple[Recording, ...]:
     """One recording a leg (LEGS order), named by its axis. Raises InputError naming a column that is missing."""
     known = known_of(data, machine)
     return tuple(_recording(leg, data, known, machine, folder) for leg in LEGS)
 
 
-def known_of(data: Mapping[str, Array], machine: Parameters) -> Known:
+def known_of(data: Mapping[str, Array], machine: Machine) -> Known:
     """What the machine declares about its vertical cylinders; supply and inclination as this run measured them."""
-    c, valve, oil = machine["vertical_cylinder"], machine["valve"], machine["oil"]
+    c, valve, oil = machine.vertical_cylinder, machine.valve, machine.oil
     upright = np.cos(_column(data, "attitude_pitch", None)) * np.cos(
         _column(data, "attitude_roll", None)
     )
     return Known(
-        bore_m=c["bore_m"],
-        rod_m=c["rod_m"],
-        stroke_m=c["stroke_m"],
-        moving_mass_kg=machine["legs"]["vertical_mass_kg"] + machine["legs"]["foot_mass_kg"],
+        bore_m=c.bore_m,
+        rod_m=c.rod_m,
+        stroke_m=c.stroke_m,
+        moving_mass_kg=machine.legs.vertical_mass_kg + machine.legs.foot_mass_kg,
         inclination_deg=float(np.degrees(np.arccos(np.clip(np.median(upright), -1.0, 1.0)))),
         supply_pressure_nominal_pa=float(np.median(_column(data, "supply_pressure", None))),
-        tank_pressure_pa=machine["power_unit"]["tank_pressure_pa"],
-        dead_volume_a_m3=c["dead_volume_a_m3"],
-        dead_volume_b_m3=c["dead_volume_b_m3"],
-        bulk_modulus_pa=oil["bulk_modulus_pa"],
-        internal_leakage_m3_s_pa=oil["internal_leakage_m3_s_pa"],
-        valve_rated_flow_m3_s=valve["rated_flow_vertical_m3_s"] * valve["edge_pa"],
-        valve_rated_drop_per_edge_pa=valve["rated_drop_per_edge_pa"],
-        valve_natural_frequency_hz=valve["natural_frequency_hz"],
-        valve_damping=valve["damping"],
-        valve_deadband=valve["deadband"],
+        tank_pressure_pa=machine.power_unit.tank_pressure_pa,
+        dead_volume_a_m3=c.dead_volume_a_m3,
+        dead_volume_b_m3=c.dead_volume_b_m3,
+        bulk_modulus_pa=oil.bulk_modulus_pa,
+        internal_leakage_m3_s_pa=oil.internal_leakage_m3_s_pa,
+        valve_rated_flow_m3_s=valve.rated_flow_vertical_m3_s * valve.edge_pa,
+        valve_rated_drop_per_edge_pa=valve.rated_drop_per_edge_pa,
+        valve_natural_frequency_hz=valve.natural_frequency_hz,
+        valve_damping=valve.damping,
+        valve_deadband=valve.deadband,
     )
 
 
-def believed_model(known: Known, machine: Parameters, start: LegModel | None = None) -> LegModel:
+def believed_model(known: Known, machine: Machine, start: LegModel | None = None) -> LegModel:
     """The model before: declared numbers and declared friction (5), or the friction of a model to start from."""
     if start is not None:
         return LegModel(rig="vertical-leg", known=known, friction=start.friction)
-    friction = friction_of(machine["vertical_cylinder"])
+    friction = friction_of(machine.vertical_cylinder)
     return LegModel(rig="vertical-leg", known=known, friction=friction)
 
 
@@ -89,17 +89,17 @@ def granted_effects(model: LegModel) -> tuple[Active, ...]:
     return tuple(out)
 
 
-def declared_edge(machine: Parameters) -> Edge:
+def declared_edge(machine: Machine) -> Edge:
     """The valve's edges, ground for a differential cylinder."""
-    return Edge(share_b=machine["valve"]["edge_pb"] / machine["valve"]["edge_pa"])
+    return Edge(share_b=machine.valve.edge_pb / machine.valve.edge_pa)
 
 
-def through_amplifier(command: Array, time_s: Array, machine: Parameters) -> Array:
+def through_amplifier(command: Array, time_s: Array, machine: Machine) -> Array:
     """What reaches the spool's loop of a command, shape (n,): the declared amplifier lag, then the declared play."""
-    valve = machine["valve"]
+    valve = machine.valve
     period = float(np.median(np.diff(time_s)))
-    keep = float(np.exp(-period / valve["amplifier_lag_s"]))
-    return np.asarray(_lag_and_play(command, keep, valve["hysteresis"]), dtype=np.float64)
+    keep = float(np.exp(-period / valve.amplifier_lag_s))
+    return np.asarray(_lag_and_play(command, keep, valve.hysteresis), dtype=np.float64)
 
 
 @njit
@@ -114,11 +114,11 @@ def _lag_and_play(command: Array, keep: float, half_width: float) -> Array:
 
 
 def _recording(
-    leg: str, data: Mapping[str, Array], known: Known, machine: Parameters, folder: Path
+    leg: str, data: Mapping[str, Array], known: Known, machine: Machine, folder: Path
 ) -> Recording:
     axis = f"{leg}_vertical"
     time = _column(data, "t", folder)
-    top = CLIPPED * machine["sensor"]["pressure_range_pa"]
+    top = CLIPPED * machine.sensor.pressure_range_pa
     header = Header.model_validate(
         {
             "format": "roboclimber-recording/1",
@@ -130,7 +130,7 @@ def _recording(
                 "position": {
                     "column": f"position_{axis}",
                     "unit": "m",
-                    "resolution": machine["sensor"]["encoder_linear_m"],
+                    "resolution": machine.sensor.encoder_linear_m,
                 },
             },
             "known": known.model_dump(),

@@ -21,7 +21,7 @@ from testbed.compiled import njit
 from testbed.estimation.live import encoder
 from testbed.estimation.live import leg_columns as k
 from testbed.estimation.live.friction_set import published
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 
 Array = NDArray[np.float64]
 
@@ -100,14 +100,14 @@ RATE_FAST_S, RATE_SLOW_S, REFERENCE_S, MOVED_S = 0.005, 0.02, 3.0, 0.02
 """Time constants: pressures; the two means whose difference is RATE; REFERENCE; SPEED from the oil (E)."""
 
 
-def parameters(machine: Parameters, dt_s: float) -> Array:
+def parameters(machine: Machine, dt_s: float) -> Array:
     """PARAMETERS numbers of the believed machine for a step of `dt_s`."""
-    v, oil, unit = machine["valve"], machine["oil"], machine["power_unit"]
+    v, oil, unit = machine.valve, machine.oil, machine.power_unit
     out = np.zeros(PARAMETERS)
     out[DT], out[RATED], out[DROP] = (
         dt_s,
-        v["rated_flow_vertical_m3_s"],
-        v["rated_drop_per_edge_pa"],
+        v.rated_flow_vertical_m3_s,
+        v.rated_drop_per_edge_pa,
     )
     for column, edge in (
         (EDGE_PA, "edge_pa"),
@@ -115,19 +115,19 @@ def parameters(machine: Parameters, dt_s: float) -> Array:
         (EDGE_PB, "edge_pb"),
         (EDGE_BT, "edge_bt"),
     ):
-        out[column] = v[edge]
+        out[column] = getattr(v, edge)
     out[WN], out[ZETA], out[BAND] = (
-        2.0 * math.pi * v["natural_frequency_hz"],
-        v["damping"],
-        v["deadband"],
+        2.0 * math.pi * v.natural_frequency_hz,
+        v.damping,
+        v.deadband,
     )
-    out[LEAK], out[EDGE_LEAK] = oil["internal_leakage_m3_s_pa"], v["edge_leakage_m3_s_pa"]
+    out[LEAK], out[EDGE_LEAK] = oil.internal_leakage_m3_s_pa, v.edge_leakage_m3_s_pa
     out[EDGE_LEAK_P], out[TANK], out[AIR] = (
-        v["edge_leakage_supply_m3_s_pa"],
-        unit["tank_pressure_pa"],
-        oil["entrained_air"],
+        v.edge_leakage_supply_m3_s_pa,
+        unit.tank_pressure_pa,
+        oil.entrained_air,
     )
-    out[RESOLUTION] = machine["sensor"]["encoder_linear_m"]
+    out[RESOLUTION] = machine.sensor.encoder_linear_m
     return out
 
 

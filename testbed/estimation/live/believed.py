@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.detectors import signals
+from testbed.machine.groups import Cylinder, StraightCylinder
+from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.machine.provenance import Parameters, roboclimber
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 SCALARS = (
@@ -136,15 +137,13 @@ SLOWEST_S = 0.0051
 """Step up to which the explicit observers of encoder and spool are stable: 200 Hz."""
 
 
-def _shipped_valve() -> NDArray[np.float64]:
-    return signals.parameters(roboclimber(), 1.0e-3)
-
-
 @dataclass(frozen=True)
 class Believed:
     """Everything the chain is built from: four legs (fl, fr, rl, rr), the step, the encoder, the tuning."""
 
     legs: tuple[Leg, Leg, Leg, Leg]
+    valve: NDArray[np.float64]
+    """Valve and oil as the contact detector believes them (detectors/signals.py)."""
     dt_s: float = 1.0e-3
     encoder_resolution_m: float = 1.0e-4
     gravity_m_s2: float = GRAVITY_M_S2
@@ -153,8 +152,6 @@ class Believed:
     """The whole machine as body_belief.packed gives it; empty: each vertical cylinder is estimated by itself."""
     supply_pa: float = 9.0e6
     """Supply pressure where none is measured, gauge."""
-    valve: NDArray[np.float64] = field(default_factory=_shipped_valve)
-    """Valve and oil as the contact detector believes them (detectors/signals.py)."""
 
     def __post_init__(self) -> None:
         """Refuse numbers that no chain can run on."""
@@ -176,37 +173,23 @@ class Believed:
 
     @classmethod
     def from_machine(
-        cls, machine: Parameters, dt_s: float, effects: Sequence[EffectEntry] = ()
+        cls, machine: Machine, dt_s: float, effects: Sequence[EffectEntry] = ()
     ) -> Believed:
         """The belief that a parameter file gives: the same vertical cylinder on all legs, plus believed effects.
 
         An effect with a `place` (`fl` or `fl_vertical`) concerns that leg alone, one without concerns all.
         Raises InputError where the file lacks a number.
         """
-        c, seal = machine["vertical_cylinder"], machine["seal"]
-        area_a = 0.25 * math.pi * c["bore_m"] ** 2
-        base = Leg(
-            area_a_m2=area_a,
-            area_b_m2=area_a - 0.25 * math.pi * c["rod_m"] ** 2,
-            friction=friction_of(c),
-            mass_kg=machine["legs"]["vertical_mass_kg"] + machine["legs"]["foot_mass_kg"],
-            stroke_m=c["stroke_m"],
-            viscosity_reference_degc=seal["viscosity_reference_degc"],
-            dead_volume_a_m3=c["dead_volume_a_m3"],
-            dead_volume_b_m3=c["dead_volume_b_m3"],
-            bulk_modulus_pa=machine["oil"]["bulk_modulus_pa"],
-            seal_stiffness_n_m=seal["bristle_stiffness_n_m"],
-            valve_deadband=machine["valve"]["deadband"],
-        )
-        found = cls._of(base, effects, dt_s, machine["sensor"]["encoder_linear_m"])
-        supply = machine["power_unit"]["supply_pressure_pa"]
-        return replace(found, supply_pa=supply, valve=signals.parameters(machine, dt_s))
+        four = [_declared_leg(machine, leg) for leg in LEGS]
+        found = cls._of(four, effects, dt_s, machine)
+        return replace(found, supply_pa=machine.power_unit.supply_pressure_pa)
 
     @classmethod
-    def from_model(
-        cls, model: LegModel, dt_s: float, encoder_resolution_m: float = 1.0e-4
-    ) -> Believed:
-        """The belief that a model file gives, the same on all four legs save for effects with a place."""
+    def from_model(cls, model: LegModel, dt_s: float, machine: Machine) -> Believed:
+        """The belief that a model file gives, the same on all four legs save for effects with a place.
+
+        `machine`: for what a leg's model does not hold, encoder and valve.
+        """
         k = model.known
         for name in ("bore_m", "rod_m", "moving_mass_kg"):
             if getattr(k, name) is None:
@@ -222,32 +205,53 @@ class Believed:
             force_offset_n=model.force_offset_n,
             **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
         )
-        found = cls._of(base, model.effects, dt_s, encoder_resolution_m)
-        return replace(found, valve=signals.parameters(roboclimber(), dt_s))
+        return cls._of([base] * len(LEGS), model.effects, dt_s, machine)
 
     @classmethod
     def _of(
-        cls, base: Leg, effects: Sequence[EffectEntry], dt_s: float, resolution_m: float
+        cls, declared: Sequence[Leg], effects: Sequence[EffectEntry], dt_s: float, machine: Machine
     ) -> Believed:
         legs = []
-        for name in LEGS:
-            leg = base
+        for name, leg in zip(LEGS, declared, strict=True):
             for effect in effects:
                 if effect.place in (None, name, f"{name}_vertical"):
                     leg = leg.with_effect(effect)
             legs.append(leg)
-        return cls((legs[0], legs[1], legs[2], legs[3]), dt_s, resolution_m)
+        four = (legs[0], legs[1], legs[2], legs[3])
+        valve = signals.parameters(machine, dt_s)
+        return cls(four, valve, dt_s, machine.sensor.encoder_linear_m)
 
 
-def friction_of(c: Parameters) -> Friction:
+def _declared_leg(machine: Machine, leg: str) -> Leg:
+    """The vertical cylinder of a leg as the machine declares it."""
+    axis = machine.axes[f"{leg}_vertical"]
+    c = axis.cylinder
+    assert isinstance(c, StraightCylinder)
+    area_a = 0.25 * math.pi * c.bore_m**2
+    return Leg(
+        area_a_m2=area_a,
+        area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
+        friction=friction_of(c),
+        mass_kg=machine.each_leg[leg].sliding_mass_kg,
+        stroke_m=c.stroke_m,
+        viscosity_reference_degc=axis.seal.viscosity_reference_degc,
+        dead_volume_a_m3=c.dead_volume_a_m3,
+        dead_volume_b_m3=c.dead_volume_b_m3,
+        bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
+        valve_deadband=axis.valve.deadband,
+    )
+
+
+def friction_of(c: Cylinder) -> Friction:
     """(5) as a cylinder's group of the parameter file gives it."""
     return Friction(
-        viscous_plus_n_s_m=c["viscous_out_n_s_m"],
-        coulomb_plus_n=c["coulomb_out_n"],
-        stribeck_plus_n=c["static_out_n"],
-        stribeck_speed_plus_m_s=c["stribeck_out_m_s"],
-        viscous_minus_n_s_m=c["viscous_in_n_s_m"],
-        coulomb_minus_n=c["coulomb_in_n"],
-        stribeck_minus_n=c["static_in_n"],
-        stribeck_speed_minus_m_s=c["stribeck_in_m_s"],
+        viscous_plus_n_s_m=c.viscous_out_n_s_m,
+        coulomb_plus_n=c.coulomb_out_n,
+        stribeck_plus_n=c.static_out_n,
+        stribeck_speed_plus_m_s=c.stribeck_out_m_s,
+        viscous_minus_n_s_m=c.viscous_in_n_s_m,
+        coulomb_minus_n=c.coulomb_in_n,
+        stribeck_minus_n=c.static_in_n,
+        stribeck_speed_minus_m_s=c.stribeck_in_m_s,
     )

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from testbed.estimation.live import axis_kernel as ax
 from testbed.estimation.live import own_kernel as own
 from testbed.estimation.live.believed import Leg, friction_of
+from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2
-from testbed.machine.provenance import Parameters
-from testbed.robot.linkage import RotationLinkage
+from testbed.robot.linkage import RotationLinkage, stroke_m
 from testbed.robot.loads import foot_forces as ff
 from testbed.robot.model import RobotModel
 
@@ -77,7 +77,7 @@ class OwnTuning:
 
 
 def packed(
-    machine: Parameters,
+    machine: Machine,
     model: RobotModel,
     legs: Sequence[Leg],
     dt_s: float,
@@ -90,7 +90,7 @@ def packed(
     zeros where there are no ropes.
     """
     t = OwnTuning() if tuning is None else tuning
-    linkage = RotationLinkage.from_parameters(machine)
+    linkage = RotationLinkage.from_machine(machine)
     base_mass, base_centre = model.base_mass()
     weight = model.total_mass_kg * GRAVITY_M_S2
     body = np.zeros(own.BODY_SIZE)
@@ -113,7 +113,7 @@ def packed(
         t.noise_sd_n,
         GRAVITY_M_S2,
         base_mass,
-        machine["sensor"]["calibration_temperature_degc"],
+        machine.sensor.calibration_temperature_degc,
         t.drill_share,
         t.news_share,
         t.news_noise_n,
@@ -148,52 +148,44 @@ def packed(
     body[own.LEGS_AT : own.AXES_AT] = ff.LegNumbers.as_table(numbers).ravel()
     axes = body[own.AXES_AT :].reshape(len(AXES), ax.AXIS_BELIEFS)
     arm = float(linkage.moment_arm_m(0.0))
-    for i in range(len(AXES)):
-        joint = ("rotation", "radial", "vertical")[i % 3]
-        axes[i] = _cylinder(machine, joint, linkage.stroke_m, arm)
-        if joint == "vertical":
+    for i, axis in enumerate(machine.axes.values()):
+        axes[i] = _cylinder(axis, stroke_m(axis.cylinder, linkage), arm)
+        if axis.joint == "vertical":
             _vertical(axes[i], legs[i // 3])
     return body
 
 
-def _cylinder(machine: Parameters, joint: str, rotation_stroke_m: float, arm_m: float) -> Array:
-    """One cylinder as the machine's file declares it (AXIS_BELIEFS,)."""
-    c, seal, sensor, stop = (
-        machine[f"{joint}_cylinder"],
-        machine["seal"],
-        machine["sensor"],
-        machine["end_stop"],
-    )
-    area_a = 0.25 * math.pi * c["bore_m"] ** 2
-    area_b = area_a - 0.25 * math.pi * c["rod_m"] ** 2
-    count = sensor["encoder_linear_m"]
-    if joint == "rotation":
-        count = 2.0 * math.pi / sensor["encoder_counts_per_turn"] * arm_m
+def _cylinder(axis: Axis, stroke: float, arm_m: float) -> Array:
+    """One cylinder as the machine declares it (AXIS_BELIEFS,); `arm_m`: of the rotation linkage."""
+    c, seal, sensor, stop = axis.cylinder, axis.seal, axis.sensor, axis.end_stop
+    area_a = 0.25 * math.pi * c.bore_m**2
+    area_b = area_a - 0.25 * math.pi * c.rod_m**2
+    count = sensor.encoder_linear_m
+    if axis.joint == "rotation":
+        count = 2.0 * math.pi / sensor.encoder_counts_per_turn * arm_m
     b = np.zeros(ax.AXIS_BELIEFS)
     b[:8] = friction_of(c).packed()
     b[ax.AREA_A], b[ax.AREA_B] = area_a, area_b
-    b[ax.STROKE] = rotation_stroke_m if joint == "rotation" else c["stroke_m"]
+    b[ax.STROKE] = stroke
     b[ax.RESOLUTION] = count
-    b[ax.SLOPE], b[ax.PRESSURE] = seal["position_slope"], seal["pressure_coefficient_m2"]
-    b[ax.SIDE], b[ax.LOAD] = seal["side_load_coefficient"], seal["load_coefficient"]
+    b[ax.SLOPE], b[ax.PRESSURE] = seal.position_slope, seal.pressure_coefficient_m2
+    b[ax.SIDE], b[ax.LOAD] = seal.side_load_coefficient, seal.load_coefficient
     b[ax.WARMTH_RATE], b[ax.WARMTH_REFERENCE] = (
-        seal["viscosity_rate_1_k"],
-        seal["viscosity_reference_degc"],
+        seal.viscosity_rate_1_k,
+        seal.viscosity_reference_degc,
     )
-    b[ax.DWELL_GAIN], b[ax.DWELL_TIME] = seal["dwell_gain"], seal["dwell_time_s"]
+    b[ax.DWELL_GAIN], b[ax.DWELL_TIME] = seal.dwell_gain, seal.dwell_time_s
     b[ax.SEAL], b[ax.DEAD_A], b[ax.DEAD_B] = (
-        seal["bristle_stiffness_n_m"],
-        c["dead_volume_a_m3"],
-        c["dead_volume_b_m3"],
+        seal.bristle_stiffness_n_m,
+        c.dead_volume_a_m3,
+        c.dead_volume_b_m3,
     )
-    b[ax.BULK], b[ax.DEADBAND] = machine["oil"]["bulk_modulus_pa"], machine["valve"]["deadband"]
+    b[ax.BULK], b[ax.DEADBAND] = axis.oil.bulk_modulus_pa, axis.valve.deadband
     b[ax.CUSHION_LENGTH], b[ax.CUSHION_DAMPING] = (
-        stop["cushion_length_m"],
-        stop["cushion_damping_n_s_m"],
+        stop.cushion_length_m,
+        stop.cushion_damping_n_s_m,
     )
-    per_kelvin = (
-        sensor["thermal_zero_share"] * sensor["pressure_range_pa"] / sensor["thermal_range_k"]
-    )
+    per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
     both = math.hypot(area_a, area_b)
     b[ax.THERMAL_N_K] = per_kelvin / math.sqrt(3.0) * both  # any slope up to that is as likely
     b[ax.ZERO_SD] = OwnTuning.zero_sd_n

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
-from testbed.machine.names import JOINTS, LEGS
-from testbed.machine.provenance import Parameters
-from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+from testbed.machine.model import Machine
+from testbed.robot.linkage import RotationLinkage, joint_to_cylinder, stroke_m
 
 Array = NDArray[np.float64]
 WORKING_PRESSURE_PA = 4.0e6
@@ -26,19 +25,18 @@ WORKING_PRESSURE_PA = 4.0e6
 class OilColumns:
     """The twelve locked cylinders as springs."""
 
-    def __init__(self, parameters: Parameters) -> None:
-        """Areas and volumes of the twelve cylinders from the parameter file."""
-        linkage = RotationLinkage.from_parameters(parameters)
-        cylinders = [parameters[f"{joint}_cylinder"] for joint in JOINTS]
-        strokes = [linkage.stroke_m, *(cylinder["stroke_m"] for cylinder in cylinders[1:])]
+    def __init__(self, machine: Machine) -> None:
+        """Areas and volumes of the twelve cylinders of the machine."""
+        linkage = RotationLinkage.from_machine(machine)
+        cylinders = [axis.cylinder for axis in machine.axes.values()]
         self._geometry = linkage.geometry
-        self._area_a = _per_axis([math.pi / 4 * c["bore_m"] ** 2 for c in cylinders])
-        self._area_b = self._area_a - _per_axis([math.pi / 4 * c["rod_m"] ** 2 for c in cylinders])
-        self._dead_a = _per_axis([c["dead_volume_a_m3"] for c in cylinders])
-        self._dead_b = _per_axis([c["dead_volume_b_m3"] for c in cylinders])
-        self._stroke = _per_axis(strokes)
-        oil = parameters["oil"]
-        self._bulk, self._air = oil["bulk_modulus_pa"], oil["entrained_air"]
+        self._area_a = np.array([math.pi / 4 * c.bore_m**2 for c in cylinders])
+        self._area_b = self._area_a - np.array([math.pi / 4 * c.rod_m**2 for c in cylinders])
+        self._dead_a = np.array([c.dead_volume_a_m3 for c in cylinders])
+        self._dead_b = np.array([c.dead_volume_b_m3 for c in cylinders])
+        self._stroke = np.array([stroke_m(c, linkage) for c in cylinders])
+        oil = machine.oil
+        self._bulk, self._air = oil.bulk_modulus_pa, oil.entrained_air
         self._modulus = self._modulus_pa(WORKING_PRESSURE_PA)
 
     def _modulus_pa(self, gauge_pa: float) -> float:
@@ -72,7 +70,3 @@ class OilColumns:
         extensions, arms = np.empty(self._stroke.size), np.empty(self._stroke.size)
         joint_to_cylinder(np.asarray(positions, dtype=float), self._geometry, extensions, arms)
         return np.asarray(1.0 / (self.stiffness_n_m(extensions, pressures_pa) * arms**2))
-
-
-def _per_axis(values: list[float]) -> Array:
-    return np.tile(np.array(values, dtype=float), len(LEGS))

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
-from testbed.machine.provenance import Parameters, roboclimber
 from testbed.robot.contact.geometry import feet_under_load
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.model import Payload, RobotModel
@@ -114,20 +114,19 @@ class ExpectedLoads:
     def __init__(
         self,
         model: RobotModel,
-        parameters: Parameters | None = None,
+        machine: Machine,
         *,
         friction: float | None = None,
         ground_compliance_m_n: float | None = None,
     ) -> None:
-        """Believed friction and ground compliance (m/N, per foot) come from the parameters unless given."""
-        numbers = roboclimber() if parameters is None else parameters
+        """Believed friction and ground compliance (m/N, per foot) come from the machine unless given."""
         self.model = model
-        self.friction = float(numbers["ground"]["friction"] if friction is None else friction)
-        nominal = 1.0 / numbers["ground"]["stiffness_n_m"]
+        self.friction = float(machine.ground.friction if friction is None else friction)
+        nominal = 1.0 / machine.ground.stiffness_n_m
         self.ground_compliance_m_n = float(
             nominal if ground_compliance_m_n is None else ground_compliance_m_n
         )
-        self.oil = OilColumns(numbers)
+        self.oil = OilColumns(machine)
         self._ground = np.tile(self.ground_compliance_m_n * np.eye(3), (len(LEGS), 1, 1))
         self._push = drill_wrench(model, 1.0)
 

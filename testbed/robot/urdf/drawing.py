@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.provenance import Parameters
 from testbed.robot.urdf.shapes import Shape, bar, box, post
 
 UPRIGHT_M = 0.94
 """Length of the inner column above the foot's underside, m."""
 
 
-def visuals(parameters: Parameters, link: str) -> list[Shape]:
+def visuals(parameters: Machine, link: str) -> list[Shape]:
     """The primitives of a link, in its frame (the URDF's)."""
     if link.startswith("traction"):
         return _traction(parameters)
@@ -21,9 +21,9 @@ def visuals(parameters: Parameters, link: str) -> list[Shape]:
     return _PARTS[part](parameters)
 
 
-def _body(p: Parameters) -> list[Shape]:
-    hip_x, hip_y = p["legs"]["hip_x_m"], p["legs"]["hip_y_m"]
-    low = p["body"]["belly_height_m"]
+def _body(p: Machine) -> list[Shape]:
+    hip_x, hip_y = p.legs.hip_x_m, p.legs.hip_y_m
+    low = p.body.belly_height_m
     drawn: list[Shape] = []
     for side in (1.0, -1.0):
         drawn.append(box((1.32, 0.09, 0.20), (0.0, side * 0.43, 0.0), "yellow"))
@@ -40,11 +40,11 @@ def _body(p: Parameters) -> list[Shape]:
     return drawn
 
 
-def _corner(p: Parameters, x: float, y: float) -> list[Shape]:
+def _corner(p: Machine, x: float, y: float) -> list[Shape]:
     """Bearing plates of one hip, and the rotation cylinder's barrel along the platform."""
     inward = -math.copysign(1.0, x)
-    lever = p["rotation_linkage"]["lever_m"] * math.copysign(1.0, -x)
-    anchor = (x + inward * p["rotation_linkage"]["body_anchor_m"], y, 0.17)
+    lever = p.rotation_linkage.lever_m * math.copysign(1.0, -x)
+    anchor = (x + inward * p.rotation_linkage.body_anchor_m, y, 0.17)
     pin = (x, y + lever, 0.17)
     middle = tuple(a + 0.62 * (b - a) for a, b in zip(anchor, pin, strict=True))
     drawn = [
@@ -58,8 +58,8 @@ def _corner(p: Parameters, x: float, y: float) -> list[Shape]:
     return drawn
 
 
-def _power_unit(p: Parameters) -> list[Shape]:
-    long, wide, tall = p["power_unit_body"]["inertia_box_m"]
+def _power_unit(p: Machine) -> list[Shape]:
+    long, wide, tall = p.power_unit_body.inertia_box_m
     base = -tall / 2
     drawn = [
         box((long, wide, tall * 0.40), (0.0, 0.0, base + tall * 0.20), "dark"),
@@ -77,9 +77,9 @@ def _power_unit(p: Parameters) -> list[Shape]:
     return drawn
 
 
-def _drill_mast(p: Parameters) -> list[Shape]:
-    drill = p["drill_body"]
-    length, rails = drill["mast_length_m"], drill["mast_offset_m"]
+def _drill_mast(p: Machine) -> list[Shape]:
+    drill = p.drill_body
+    length, rails = drill.mast_length_m, drill.mast_offset_m
     half, rear = 0.13, rails - 0.05
     drawn: list[Shape] = []
     for side in (half, -half):
@@ -109,13 +109,13 @@ def _drill_mast(p: Parameters) -> list[Shape]:
     return drawn
 
 
-def _drill_string(p: Parameters) -> list[Shape]:
+def _drill_string(p: Machine) -> list[Shape]:
     """Sledge, rotary head, rod and hammer on the drill axis (x = y = 0 of the mast)."""
-    drill = p["drill_body"]
-    rod_top = 0.22 + drill["rod_length_m"]
-    bit = drill["hole_diameter_m"] / 2
+    drill = p.drill_body
+    rod_top = 0.22 + drill.rod_length_m
+    bit = drill.hole_diameter_m / 2
     return [
-        box((drill["mast_offset_m"] - 0.10, 0.18, 0.10), (0.15, 0.0, rod_top + 0.12), "steel"),
+        box((drill.mast_offset_m - 0.10, 0.18, 0.10), (0.15, 0.0, rod_top + 0.12), "steel"),
         box((0.22, 0.24, 0.30), (0.0, 0.0, rod_top + 0.18), "yellow"),
         post(0.07, rod_top + 0.33, rod_top + 0.50, 0.0, 0.0, "dark"),
         post(0.055, rod_top - 0.06, rod_top + 0.04, 0.0, 0.0, "dark"),
@@ -125,9 +125,9 @@ def _drill_string(p: Parameters) -> list[Shape]:
     ]
 
 
-def _rod_store(p: Parameters) -> list[Shape]:
-    tall = p["rod_store_body"]["inertia_box_m"][2]
-    length = p["drill_body"]["rod_length_m"]
+def _rod_store(p: Machine) -> list[Shape]:
+    tall = p.rod_store_body.inertia_box_m[2]
+    length = p.drill_body.rod_length_m
     drawn = [post(0.03, -tall / 2, tall / 2, 0.0, 0.0, "steel")]
     for height in (-0.66, 0.62):
         drawn.append(post(0.17, height, height + 0.03, 0.0, 0.0, "yellow"))
@@ -137,7 +137,7 @@ def _rod_store(p: Parameters) -> list[Shape]:
     return drawn
 
 
-def _traction(p: Parameters) -> list[Shape]:
+def _traction(p: Machine) -> list[Shape]:
     """Two gripping jaws on rails behind a sheave; the rope leaves towards +x at the link's origin."""
     drawn = [
         box((0.56, 0.18, 0.05), (-0.32, 0.0, -0.13), "orange"),
@@ -154,7 +154,7 @@ def _traction(p: Parameters) -> list[Shape]:
     return drawn
 
 
-def _rotation(p: Parameters) -> list[Shape]:
+def _rotation(p: Machine) -> list[Shape]:
     return [
         post(0.11, -0.10, 0.10, 0.0, 0.0, "orange"),
         box((0.60, 0.19, 0.18), (0.06, 0.0, 0.0), "grey"),
@@ -163,7 +163,7 @@ def _rotation(p: Parameters) -> list[Shape]:
     ]
 
 
-def _radial(p: Parameters) -> list[Shape]:
+def _radial(p: Machine) -> list[Shape]:
     drawn = [
         box((0.62, 0.13, 0.12), (-0.36, 0.0, 0.0), "light"),
         bar((-0.30, 0.0, 0.125), (-0.08, 0.0, 0.125), 0.016, "chrome"),
@@ -180,8 +180,8 @@ def _radial(p: Parameters) -> list[Shape]:
     return drawn
 
 
-def _vertical(p: Parameters) -> list[Shape]:
-    sole = p["legs"]["foot_height_retracted_m"] - p["legs"]["hip_z_m"]
+def _vertical(p: Machine) -> list[Shape]:
+    sole = p.legs.foot_height_retracted_m - p.legs.hip_z_m
     return [
         box((0.14, 0.14, UPRIGHT_M), (0.0, 0.0, sole + 0.08 + UPRIGHT_M / 2), "light"),
         post(0.020, sole + 0.10, 0.50, 0.155, 0.0, "chrome"),
@@ -189,8 +189,8 @@ def _vertical(p: Parameters) -> list[Shape]:
     ]
 
 
-def _foot(p: Parameters) -> list[Shape]:
-    radius = p["legs"]["foot_plate_radius_m"]
+def _foot(p: Machine) -> list[Shape]:
+    radius = p.legs.foot_plate_radius_m
     ribs = [
         box((0.24, 0.02, 0.05), (0.0, 0.0, 0.06), "dark", yaw=k * math.pi / 3) for k in range(3)
     ]
@@ -202,7 +202,7 @@ def _foot(p: Parameters) -> list[Shape]:
     ]
 
 
-_PARTS: dict[str, Callable[[Parameters], list[Shape]]] = {
+_PARTS: dict[str, Callable[[Machine], list[Shape]]] = {
     "body": _body,
     "power_unit": _power_unit,
     "drill_mast": _drill_mast,

@@ -16,8 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from testbed.formats.files import write_text
+from testbed.machine.build import build_machine
+from testbed.machine.groups import Group
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
-from testbed.machine.provenance import Parameters, roboclimber
 from testbed.robot.urdf.drawing import visuals
 from testbed.robot.urdf.shapes import COLOURS, Shape, Vector, box_inertia
 
@@ -56,35 +58,35 @@ class Joint:
         return self.child if self.kind != "fixed" else f"{self.child}_mount"
 
 
-def hip_m(parameters: Parameters, leg: str) -> Vector:
+def hip_m(parameters: Machine, leg: str) -> Vector:
     """Rotation axis of a leg in the body frame, at hip height, m."""
-    legs = parameters["legs"]
-    along = legs["hip_x_m"] if leg[0] == "f" else -legs["hip_x_m"]
-    across = legs["hip_y_m"] if leg[1] == "l" else -legs["hip_y_m"]
-    return (along, across, legs["hip_z_m"])
+    legs = parameters.each_leg[leg]
+    along = legs.hip_x_m if leg[0] == "f" else -legs.hip_x_m
+    across = legs.hip_y_m if leg[1] == "l" else -legs.hip_y_m
+    return (along, across, legs.hip_z_m)
 
 
-def radial_direction_rad(parameters: Parameters, leg: str) -> float:
+def radial_direction_rad(parameters: Machine, leg: str) -> float:
     """Yaw of a leg's outward direction in the body frame at joint angle 0, rad."""
-    front = float(parameters["legs"]["radial_direction_rad"])
+    front = parameters.each_leg[leg].radial_direction_rad
     angle = front if leg[0] == "f" else math.pi - front
     return angle if leg[1] == "l" else -angle
 
 
-def rope_attachment_m(parameters: Parameters, side: str) -> Vector:
+def rope_attachment_m(parameters: Machine, side: str) -> Vector:
     """Where a rope pulls on the machine, body frame, m."""
-    traction = parameters["traction_body"]
-    across = traction["attachment_y_m"] if side == "left" else -traction["attachment_y_m"]
-    return (traction["attachment_x_m"], across, traction["attachment_height_m"])
+    traction = parameters.traction_body
+    across = traction.attachment_y_m if side == "left" else -traction.attachment_y_m
+    return (traction.attachment_x_m, across, traction.attachment_height_m)
 
 
-def drill_mount_m(parameters: Parameters) -> Vector:
+def drill_mount_m(parameters: Machine) -> Vector:
     """Lower end of the mast on the drill axis, body frame, m."""
-    drill = parameters["drill_body"]
-    return (drill["axis_x_m"], drill["axis_y_m"], drill["mast_foot_height_m"])
+    drill = parameters.drill_body
+    return (drill.axis_x_m, drill.axis_y_m, drill.mast_foot_height_m)
 
 
-def structure(parameters: Parameters) -> tuple[list[Link], list[Joint]]:
+def structure(parameters: Machine) -> tuple[list[Link], list[Joint]]:
     """Links and joints of the machine, parents first."""
     links, joints = _platform(parameters)
     for leg in LEGS:
@@ -94,41 +96,39 @@ def structure(parameters: Parameters) -> tuple[list[Link], list[Joint]]:
     return links, joints
 
 
-def _platform(p: Parameters) -> tuple[list[Link], list[Joint]]:
-    belly, low = p["body"]["belly_box_m"], p["body"]["belly_height_m"]
+def _platform(p: Machine) -> tuple[list[Link], list[Joint]]:
+    belly, low = p.body.belly_box_m, p.body.belly_height_m
     skid = Shape("box", belly, (0.0, 0.0, low + belly[2] / 2))
-    links = [_link("body", p["body"], (skid,)), _link("power_unit", p["power_unit_body"])]
-    links += [_link("drill_mast", p["drill_body"]), _link("rod_store", p["rod_store_body"])]
+    links = [_link("body", p.body, (skid,)), _link("power_unit", p.power_unit_body)]
+    links += [_link("drill_mast", p.drill_body), _link("rod_store", p.rod_store_body)]
     joints = [
-        Joint("fixed", "body", "power_unit", p["power_unit_body"]["position_m"]),
+        Joint("fixed", "body", "power_unit", p.power_unit_body.position_m),
         Joint("fixed", "body", "drill_mast", drill_mount_m(p)),
-        Joint("fixed", "body", "rod_store", p["rod_store_body"]["position_m"]),
+        Joint("fixed", "body", "rod_store", p.rod_store_body.position_m),
     ]
     for side in SIDES:
-        links.append(_link(f"traction_{side}", p["traction_body"]))
+        links.append(_link(f"traction_{side}", p.traction_body))
         joints.append(Joint("fixed", "body", f"traction_{side}", rope_attachment_m(p, side)))
     return links, joints
 
 
-def _link(
-    name: str, group: Parameters, collision: tuple[Shape, ...] = (), prefix: str = ""
-) -> Link:
+def _link(name: str, group: Group, collision: tuple[Shape, ...] = (), prefix: str = "") -> Link:
     mass, edges, centre = (
-        group[prefix + key] for key in ("mass_kg", "inertia_box_m", "inertia_centre_m")
+        getattr(group, prefix + key) for key in ("mass_kg", "inertia_box_m", "inertia_centre_m")
     )
     return Link(name, mass, edges, centre, collision)
 
 
-def _leg(p: Parameters, leg: str) -> tuple[list[Link], list[Joint]]:
-    legs = p["legs"]
-    radius = legs["foot_radius_m"]
+def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
+    legs = p.each_leg[leg]
+    radius = legs.foot_radius_m
     sole = Shape("sphere", (radius,), (0.0, 0.0, radius))
     parts = ("rotation", "radial", "vertical", "foot")
     links = [
         _link(f"{leg}_{part}", legs, (sole,) if part == "foot" else (), f"{part}_")
         for part in parts
     ]
-    turn, slide, lift = (p["joints"][part] for part in parts[:3])
+    turn, slide, lift = p.joints.rotation, p.joints.radial, p.joints.vertical
     rotation, radial, vertical, foot = (f"{leg}_{part}" for part in parts)
     joints = [
         Joint(
@@ -138,22 +138,22 @@ def _leg(p: Parameters, leg: str) -> tuple[list[Link], list[Joint]]:
             hip_m(p, leg),
             radial_direction_rad(p, leg),
             (0.0, 0.0, 1.0),
-            turn["lower_rad"],
-            turn["upper_rad"],
-            turn["effort_n_m"],
-            turn["velocity_rad_s"],
+            turn.lower_rad,
+            turn.upper_rad,
+            turn.effort_n_m,
+            turn.velocity_rad_s,
         ),
         Joint(
             "prismatic",
             rotation,
             radial,
-            (legs["radial_offset_m"], 0.0, 0.0),
+            (legs.radial_offset_m, 0.0, 0.0),
             0.0,
             (1.0, 0.0, 0.0),
-            slide["lower_m"],
-            slide["upper_m"],
-            slide["effort_n"],
-            slide["velocity_m_s"],
+            slide.lower_m,
+            slide.upper_m,
+            slide.effort_n,
+            slide.velocity_m_s,
         ),
         Joint(
             "prismatic",
@@ -162,19 +162,17 @@ def _leg(p: Parameters, leg: str) -> tuple[list[Link], list[Joint]]:
             _ORIGIN,
             0.0,
             (0.0, 0.0, -1.0),
-            lift["lower_m"],
-            lift["upper_m"],
-            lift["effort_n"],
-            lift["velocity_m_s"],
+            lift.lower_m,
+            lift.upper_m,
+            lift.effort_n,
+            lift.velocity_m_s,
         ),
-        Joint(
-            "fixed", vertical, foot, (0.0, 0.0, legs["foot_height_retracted_m"] - legs["hip_z_m"])
-        ),
+        Joint("fixed", vertical, foot, (0.0, 0.0, legs.foot_height_retracted_m - legs.hip_z_m)),
     ]
     return links, joints
 
 
-def urdf_text(parameters: Parameters) -> str:
+def urdf_text(parameters: Machine) -> str:
     """The URDF of the machine that the parameters describe."""
     robot = ET.Element("robot", name="roboclimber")
     robot.append(
@@ -240,7 +238,7 @@ def _numbers(values: tuple[float, ...]) -> str:
 def main() -> None:
     """Rewrite the URDF of the checkout from the parameter file."""
     target = Path(__file__).resolve().parents[3] / "urdf" / "roboclimber.urdf"
-    write_text(target, urdf_text(roboclimber()))
+    write_text(target, urdf_text(build_machine()))
     print(f"wrote {target}")
 
 

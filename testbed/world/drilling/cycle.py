@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from testbed.laws.drill import scale_order
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.world.drilling.drilling import Ordered
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
@@ -40,7 +40,7 @@ TOUCH_SHARE = 0.1
 class DrillCycle:
     """One hole. `rods` are in the string, `bit_m` is where the bit is, both from the surface down."""
 
-    def __init__(self, task: DrillHole, loads: Any, seed: int, numbers: Parameters) -> None:
+    def __init__(self, task: DrillHole, loads: Any, seed: int, numbers: Machine) -> None:
         self.task, self.loads = task, loads
         self.phase = "idle"
         self.store_change_kg = 0.0
@@ -180,33 +180,33 @@ class DrillCycle:
 
     def _eat(self, kind: str, gentle: float, dt: float) -> None:
         """On rock: feed, blows and torque, and the way that the rock allows."""
-        task, numbers, rock = self.task, self._numbers["drill"], self._numbers["rock"][kind]
+        task, numbers, rock = self.task, self._numbers.drill, getattr(self._numbers.rock, kind)
         if self._in_void:
             self._in_void = False
             self._news.append({"kind": "drill_landed", "depth_m": round(self.depth_m, 3)})
         feed = min(self._towards(gentle * task.feed_n, task.feed_n, dt), self.most_n)
         built = feed / task.feed_n
-        self._push(feed, rock["torque_share"] * built * task.torque_nm)
+        self._push(feed, rock.torque_share * built * task.torque_nm)
         for k, load in enumerate(("feed", "torque")):
             self._wander[k] = wandering(
                 self._wander[k],
-                numbers["unsteadiness"],
-                numbers["unsteadiness_time_s"],
+                numbers.unsteadiness,
+                numbers.unsteadiness_time_s,
                 dt,
                 self._rng.normal(),
             )
             self.loads[load] *= max(0.0, 1.0 + self._wander[k])
         self.loads.blow, self.loads.blow_rate = (
-            rock["blow_share"] * built * task.blow_n,
+            rock.blow_share * built * task.blow_n,
             task.blow_hz,
         )
         rate = penetration_rate(
-            gentle * numbers["blow_energy_j"],
+            gentle * numbers.blow_energy_j,
             task.blow_hz,
-            numbers["energy_share"],
-            self._numbers["drill_body"]["hole_diameter_m"],
-            rock["specific_energy_j_m3"],
-            thrust_factor(feed, numbers["best_feed_n"]),
+            numbers.energy_share,
+            self._numbers.drill_body.hole_diameter_m,
+            rock.specific_energy_j_m3,
+            thrust_factor(feed, numbers.best_feed_n),
         )
         self.depth_m = min(self.depth_m + min(rate, task.feed_speed_m_s) * dt, task.depth_m)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from testbed.control.drilling.thrust_plan import ramp_share
 from testbed.formats.records import Record, quantity
 from testbed.laws.drill import scale_order
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 
@@ -128,7 +128,7 @@ def drill_known(drill: Drilling, known: Any) -> Any:
     return known
 
 
-def drilling_of(task: object, loads: Any, seed: int, numbers: Parameters) -> Drilling:
+def drilling_of(task: object, loads: Any, seed: int, numbers: Machine) -> Drilling:
     """The drill's program of a scenario's task; `numbers`: the true machine's."""
     if isinstance(task, DrillHole):
         from testbed.world.drilling.cycle import DrillCycle

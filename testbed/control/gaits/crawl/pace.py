@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.machine.names import JOINTS
-from testbed.machine.provenance import Parameters
+from testbed.machine.model import Machine
+from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 RAMP = 0.12
@@ -31,16 +31,15 @@ TRACTION_SHARE = 0.9
 class Pace:
     """Limits of one machine: cylinder flows (12), traction speed and the pump's flow."""
 
-    def __init__(self, p: Parameters, arm_m: float) -> None:
+    def __init__(self, machine: Machine, arm_m: float) -> None:
         """`arm_m`: moment arm of the rotation cylinders at the start, m."""
-        valve = p["valve"]
-        areas = np.array([np.pi / 4 * p[f"{joint}_cylinder"]["bore_m"] ** 2 for joint in JOINTS])
-        rated = np.array([valve[f"rated_flow_{joint}_m3_s"] for joint in JOINTS])
-        self._volume = np.tile(areas * np.array([arm_m, 1.0, 1.0]), 4)
-        self._rated = np.tile(rated, 4)
-        self._pump = PUMP_SHARE * p["power_unit"]["full_flow_m3_s"]
-        self._traction_area = p["traction"]["piston_area_m2"]
-        self._traction_m_s = TRACTION_SHARE * p["traction"]["speed_max_m_s"]
+        axes = list(machine.axes.values())
+        areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in axes])
+        self._volume = areas * np.tile([arm_m, 1.0, 1.0], len(LEGS))
+        self._rated = np.array([axis.rated_flow_m3_s for axis in axes])
+        self._pump = PUMP_SHARE * machine.power_unit.full_flow_m3_s
+        self._traction_area = machine.traction.piston_area_m2
+        self._traction_m_s = TRACTION_SHARE * machine.traction.speed_max_m_s
 
     def shift_s(self, joints: Array, ropes_m: Array) -> float:
         """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n, 2) to be kept, m."""

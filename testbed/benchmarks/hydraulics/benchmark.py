@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,16 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.hydraulics.balance import balance
 from testbed.benchmarks.hydraulics.creep import creep
-from testbed.benchmarks.hydraulics.manoeuvres import HOLD_S, KINDS, Manoeuvre, manoeuvre
+from testbed.benchmarks.hydraulics.manoeuvres import HOLD_S, Manoeuvre, manoeuvre
 from testbed.benchmarks.hydraulics.reference import solve
-from testbed.formats.files import make_folder, write_json, write_text
+from testbed.formats.files import write_text
 from testbed.laws import columns as c
 from testbed.laws.hydraulics import hydraulic_step
+from testbed.report.tables import Table
 from testbed.scenario.parts import Rates
 
 Array = NDArray[np.float64]
+Piece = tuple[str, float]
+"""What is checked, and its number, seconds or switch."""
 FULL_FORCE_N = 15e3
 STEP_S = 1e-3
 
@@ -113,16 +117,66 @@ def compare(
     )
 
 
-def check(count: int = 30, progress: Callable[[int], None] | None = None) -> list[Difference]:
-    """All manoeuvres, in order."""
-    out = []
-    for number in range(count):
-        out.append(compare(number))
-        if progress is not None:
-            progress(number + 1)
-    return out
+@dataclass(frozen=True)
+class Hydraulics(Benchmark[Piece]):
+    """`manoeuvres` random manoeuvres, and the books of oil and energy over `seconds`."""
+
+    name = "hydraulics"
+    noun = "checks"
+    manoeuvres: int = 30
+    seconds: float = 600.0
+
+    def cases(self) -> Mapping[str, Piece]:
+        """The manoeuvres, two balances and two creeping pistons."""
+        pieces: dict[str, Piece] = {
+            f"manoeuvre {number}": ("manoeuvre", number) for number in range(self.manoeuvres)
+        }
+        return pieces | {
+            "balance": ("balance", self.seconds),
+            "balance_starved": ("balance_starved", self.seconds / 10.0),
+            "creep": ("creep", 1),
+            "creep_tight": ("creep", 0),
+        }
+
+    def work(self, case: Piece) -> Any:
+        """One of the checks."""
+        kind, value = case
+        if kind == "manoeuvre":
+            found = compare(int(value))
+            return asdict(found) | {"holds": found.holds}
+        if kind == "creep":
+            return creep(leakage=bool(value))
+        return balance(value, drive=1.5) if kind == "balance_starved" else balance(value)
+
+    def summarise(self, answers: Answers) -> dict[str, Any]:
+        """All manoeuvres in one list, the rest by name."""
+        found = [answers.pop(f"manoeuvre {number}") for number in range(self.manoeuvres)]
+        return {
+            "format": "roboclimber-hydraulics/1",
+            "manoeuvres": found,
+            "holds": all(row["holds"] for row in found),
+            **answers,
+        }
+
+    def tables(self, result: dict[str, Any]) -> Sequence[Table]:
+        """The manoeuvres, then the books."""
+        books = {k: v for k, v in result.items() if isinstance(v, dict)}
+        return [
+            table(result["manoeuvres"]),
+            *(
+                Table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in book.items()])
+                for name, book in books.items()
+            ),
+        ]
+
+    def write_more(self, result: dict[str, Any], out: Path) -> None:
+        """hydraulics.csv: the table of the manoeuvres."""
+        _, heads, rows = table(result["manoeuvres"])
+        lines = "\n".join(",".join(row) for row in [heads, *rows])
+        write_text(out / "hydraulics.csv", lines + "\n")
 
 
+ERRORS = ("rms_n", "worst_n", "half_rms_n", "half_worst_n", "inner_rms_n", "inner_worst_n")
 HEADS = (
     "manoeuvre",
     "kind",
@@ -138,70 +192,21 @@ HEADS = (
 )
 
 
-def table(found: Sequence[Difference]) -> tuple[tuple[str, ...], list[list[str]]]:
-    """Heads and rows of the comparison, and a last row with the worst of each."""
-    rows = []
-    for d in found:
-        numbers = (d.rms_n, d.worst_n, d.half_rms_n, d.half_worst_n, d.inner_rms_n, d.inner_worst_n)
-        pressures = (d.lowest_pressure_pa / 1e5, d.lowest_supply_pa / 1e5)
-        rows.append(
-            [
-                str(d.number),
-                d.kind,
-                *(f"{n:.2f}" for n in numbers),
-                *(f"{p:.3g}" for p in pressures),
-                "yes" if d.holds else "NO",
-            ]
-        )
-    worst = [
-        max(getattr(d, name) for d in found)
-        for name in (
-            "rms_n",
-            "worst_n",
-            "half_rms_n",
-            "half_worst_n",
-            "inner_rms_n",
-            "inner_worst_n",
-        )
-    ]
-    rows.append(
+def table(found: Sequence[Mapping[str, Any]]) -> Table:
+    """The comparison, and a last row with the worst of each."""
+    rows = [
         [
-            "all",
-            f"allowed {0.003 * FULL_FORCE_N:.0f} and {0.02 * FULL_FORCE_N:.0f} N",
-            *(f"{n:.2f}" for n in worst),
-            "",
-            "",
-            "yes" if all(d.holds for d in found) else "NO",
+            str(row["number"]),
+            row["kind"],
+            *(f"{row[name]:.2f}" for name in ERRORS),
+            f"{row['lowest_pressure_pa'] / 1e5:.3g}",
+            f"{row['lowest_supply_pa'] / 1e5:.3g}",
+            "yes" if row["holds"] else "NO",
         ]
-    )
-    return HEADS, rows
-
-
-def run_check(
-    out: Path,
-    manoeuvres: int = 30,
-    seconds: float = 600.0,
-    progress: Callable[[int], None] | None = None,
-) -> dict[str, Any]:
-    """Comparison, balances and creep, also as `out`/hydraulics.json and `out`/hydraulics.csv.
-
-    Raises InputError where `out` cannot be written.
-    """
-    make_folder(out)
-    found = check(manoeuvres, progress)
-    answer = {
-        "format": "roboclimber-hydraulics/1",
-        "manoeuvres": [asdict(d) | {"holds": d.holds} for d in found],
-        "holds": all(d.holds for d in found),
-        "balance": asdict(balance(seconds)),
-        "balance_starved": asdict(balance(seconds / 10.0, drive=1.5)),
-        "creep": asdict(creep()),
-        "creep_tight": asdict(creep(leakage=False)),
-    }
-    heads, rows = table(found)
-    write_json(out / "hydraulics.json", answer)
-    write_text(out / "hydraulics.csv", "\n".join(",".join(row) for row in [heads, *rows]) + "\n")
-    return answer
-
-
-__all__ = ["KINDS", "Difference", "check", "compare", "kernel_forces", "run_check", "table"]
+        for row in found
+    ]
+    worst = [f"{max(row[name] for row in found):.2f}" for name in ERRORS]
+    allowed = f"allowed {0.003 * FULL_FORCE_N:.0f} and {0.02 * FULL_FORCE_N:.0f} N"
+    holds = "yes" if all(row["holds"] for row in found) else "NO"
+    rows.append(["all", allowed, *worst, "", "", holds])
+    return Table("Force of the kernel less the reference's", HEADS, rows)

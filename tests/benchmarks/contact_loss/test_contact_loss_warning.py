@@ -8,22 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from testbed.benchmarks.contact_loss.loads import KEPT, means, off_ground, packed, unpacked
 from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import find_losses
 from testbed.benchmarks.contact_loss.summary import wilson
 from testbed.benchmarks.contact_loss.warning import (
-    KEPT,
     judged,
     looked_at,
     marks,
-    means,
-    off_ground,
     outcome,
     outcomes,
     raised,
-    read_loads,
 )
-from testbed.benchmarks.contact_loss.warning_numbers import main
+from testbed.benchmarks.contact_loss.warning_numbers import report
+from testbed.benchmarks.harness import LINES
+from testbed.errors import InputError
 from testbed.estimation.detectors.table import WARNING, WARNING_STEP_S
 from testbed.estimation.detectors.warning import NUMBERS, WARN_AT_N
 
@@ -143,9 +142,7 @@ def test_a_scene_knows_its_plan_again() -> None:
     )
 
 
-def test_every_number_is_judged_on_kept_scenes_with_its_neighbours(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_number_is_judged_on_kept_scenes_with_its_neighbours(tmp_path: Path) -> None:
     """One foot falls at 3 kN/s in a scene of 10 s and is warned of in time; then nothing can be judged."""
     normal = _loads((5, 5000, 5000), (1.6, 5000, 200), (3.4, 0, 0))
     carrying = np.ones(normal.shape, dtype=bool)
@@ -155,11 +152,9 @@ def test_every_number_is_judged_on_kept_scenes_with_its_neighbours(
         "off": off_ground(normal, carrying, DT),
         "losses": losses,
     }
-    (tmp_path / "scenes").mkdir()
-    (tmp_path / "scenes" / "tuning-quiet.json").write_text(json.dumps(tree))
-    np.savez(tmp_path / "scenes" / "tuning-quiet.npz", **dict.fromkeys(KEPT, means(normal, DT)))  # type: ignore[arg-type]
-    assert main([str(tmp_path)]) == 0
-    rows = capsys.readouterr().out.splitlines()
+    tree["loads"] = packed(dict.fromkeys(KEPT, means(normal, DT)))
+    (tmp_path / LINES).write_text(json.dumps({"case": "a", "mark": "", "answer": tree}) + "\n")
+    rows = list(report(tmp_path, "tuning"))
     assert len(rows) == 3 + 2 * (len(NUMBERS) - 1)
     assert rows[0].split() == [
         "as",
@@ -175,9 +170,8 @@ def test_every_number_is_judged_on_kept_scenes_with_its_neighbours(
         "in",
         "time",
     ]
-    with pytest.raises(SystemExit, match="2"):
-        main([str(tmp_path), "--split", "scoring"])
-    assert "holds no scenes" in capsys.readouterr().err
+    with pytest.raises(InputError, match="holds no scenes"):
+        list(report(tmp_path, "scoring"))
 
 
 def test_marks_add_up_what_the_scenes_say() -> None:
@@ -209,11 +203,10 @@ def test_marks_add_up_what_the_scenes_say() -> None:
     assert found["early"] == 1 and found["precision_of_early"] == pytest.approx(1 / 3)
 
 
-def test_kept_loads_are_means_of_five_milliseconds_and_half_a_file_is_none(tmp_path: Path) -> None:
+def test_kept_loads_are_means_of_five_milliseconds_and_come_back_in_newtons() -> None:
     values = np.repeat(np.arange(12.0)[:, None] * 100.0, 4, axis=1)
-    assert WARNING_STEP_S == 5e-3
     assert means(values, DT)[:, 0].tolist() == [200 / 5, 700 / 5]
-    path = tmp_path / "scene.npz"
-    assert read_loads(path) is None
-    path.write_bytes(b"PK\x03\x04 torn")
-    assert read_loads(path) is None
+    kinds = {kind: means(values + 1000.0 * k, DT) for k, kind in enumerate(KEPT)}
+    back = unpacked(packed(kinds))
+    assert list(back) == list(KEPT)
+    assert back[KEPT[2]][:, 3].tolist() == [2200.0, 2700.0]

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from testbed.benchmarks.harness import run
 from testbed.benchmarks.hydraulics.balance import balance, machine, oil
-from testbed.benchmarks.hydraulics.check import compare, kernel_forces, run_check
+from testbed.benchmarks.hydraulics.benchmark import Hydraulics, compare, kernel_forces
 from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
@@ -28,9 +29,9 @@ from testbed.laws.supply import (
     supply_pressure,
     wanted_stroke,
 )
-from testbed.machine.provenance import roboclimber
+from testbed.machine.build import build_machine
 from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
-from testbed.world.plumbing import axis_parameters, unit_parameters
+from testbed.world.plumbing import unit_parameters
 from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 
 X = np.tile([0.12, 0.2, 0.25], 4)
@@ -271,7 +272,7 @@ def test_accumulator_by_hand() -> None:
 
 
 def test_line_pressure_inverts_its_oil() -> None:
-    unit = unit_parameters(roboclimber())
+    unit = unit_parameters(build_machine())
     for p in (2e3, 3e5, 5.9e6, 6.1e6, 6.2e6, 9e6):
         for guess in (1e4, 5e6, 2e7):
             found, slope = supply_pressure(supply_oil(p, unit), guess, unit)
@@ -280,7 +281,7 @@ def test_line_pressure_inverts_its_oil() -> None:
 
 
 def test_pump_by_hand_flow_power_and_compensator() -> None:
-    unit = unit_parameters(roboclimber())
+    unit = unit_parameters(build_machine())
     assert pump(1.0, 5e6, unit) == 1.6e-3  # 8 kW
     assert pump(1.0, 2e7, unit) == pytest.approx(8e-4)  # 16 kW at 200 bar: 48 L/min
     assert wanted_stroke(unit[c.PUMP_SET], unit) == 0.0
@@ -393,14 +394,12 @@ def test_an_unknown_part_is_refused() -> None:
     ],
 )
 def test_numbers_that_cannot_be_are_refused_by_name(path: str, value: float) -> None:
-    p = roboclimber().replaced({path: value})
     with pytest.raises(InputError, match=path.replace(".", r"\.")):
-        axis_parameters(p, 0.25)
-        unit_parameters(p)
+        build_machine({path: value})
 
 
 def test_the_check_writes_its_table(tmp_path: Path) -> None:
-    answer = run_check(tmp_path / "out", manoeuvres=1, seconds=2.0)
+    answer = run(Hydraulics(manoeuvres=1, seconds=2.0), tmp_path / "out")
     assert json.loads((tmp_path / "out" / "hydraulics.json").read_text()) == answer
     lines = (tmp_path / "out" / "hydraulics.csv").read_text().splitlines()
     assert len(lines) == 3

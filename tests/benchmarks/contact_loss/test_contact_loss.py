@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from testbed.benchmarks.contact_loss.benchmark import count_scenes
+from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 from testbed.benchmarks.contact_loss.scenes import Scene, draw, scenes
 from testbed.benchmarks.contact_loss.score import delays_s, find_losses, score_scene
 from testbed.benchmarks.contact_loss.summary import oracle_threshold, poisson, wilson
@@ -103,7 +103,7 @@ def test_every_detector_has_a_shipped_threshold() -> None:
 @pytest.mark.parametrize("hours", [0.0, -1.0, float("nan"), 2000.0])
 def test_hours_that_make_no_sense_are_refused(hours: float) -> None:
     with pytest.raises(InputError, match="--hours"):
-        count_scenes("scoring", hours)
+        ContactLoss(hours)
 
 
 @pytest.mark.slow

@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from shipped import MACHINE, shipped_model
 
-from testbed.benchmarks.estimators.benchmark import (
+from testbed.benchmarks.estimators.benchmark import Estimators
+from testbed.benchmarks.estimators.scores import (
     ALONE,
     FLOOR,
     WHOLE,
     _sums,
     marks,
     merged,
-    one_trial,
-    result,
     scores,
 )
-from testbed.benchmarks.estimators.page import write_estimators
 from testbed.benchmarks.estimators.trials import CHOOSE, JUDGE, simulate
-from testbed.machine.provenance import roboclimber
-from testbed.robot.model import roboclimber_model
+from testbed.benchmarks.harness import write
 from testbed.scenario.scenario import load_scenario
 
 
@@ -53,12 +50,12 @@ def test_nothing_is_judged_on_what_was_chosen_on() -> None:
     assert not slopes[0] & slopes[1]
     assert {t.oil_degc for t in JUDGE} == {10.0, 25.0, 40.0, 50.0}
     friction = [t.load().hydraulics.parameters["vertical_cylinder.coulomb_out_n"] for t in JUDGE]
-    assert 0.02 < np.std(friction) / roboclimber()["vertical_cylinder"]["coulomb_out_n"] < 0.1
+    assert 0.02 < np.std(friction) / MACHINE.vertical_cylinder.coulomb_out_n < 0.1
 
 
-def test_a_short_run_is_scored_kept_and_written(tmp_path: Path) -> None:
+def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
     series = simulate(load_scenario("stand_slope_45", ["task={kind: sway}"], seed=5, duration=4.0))
-    found = scores(series, roboclimber(), roboclimber_model())
+    found = scores(series, MACHINE, shipped_model())
     errors = {name: marks(found[name]["all"])["rmse_n"] or 0.0 for name in found}
     assert (
         errors[FLOOR]
@@ -68,19 +65,20 @@ def test_a_short_run_is_scored_kept_and_written(tmp_path: Path) -> None:
         < errors["one_chamber"]
     )
     assert (marks(found[WHOLE]["tangential_all"])["rmse_n"] or 0.0) < 300.0
-    kept = {"format": 3, "name": "a", "kind": "move", "oil_degc": 40.0, "scores": found}
-    answer, page = write_estimators([kept], tmp_path)
-    assert set(result([kept])["groups"]) == {
+    kept = {"name": "a", "kind": "move", "oil_degc": 40.0, "scores": found}
+    benchmark = Estimators()
+    answer = benchmark.summarise({"a": kept})
+    write(benchmark, answer, tmp_path)
+    assert set(answer["groups"]) == {
         "all temperatures",
         "at the calibration's temperature",
         "move",
     }
-    assert page.is_file() and answer["targets"][0]["wanted"].startswith("load while moving")
+    assert answer["targets"][0]["wanted"].startswith("load while moving")
+    page = (tmp_path / "estimators.html").read_text()
+    assert "All runs, 10 to 50 degC" in page and f'<tr class="best"><td>{WHOLE}</td>' in page
 
 
-def test_a_run_that_is_there_is_not_made_again(tmp_path: Path) -> None:
-    (tmp_path / "kept.json").write_text('{"format": 3, "name": "kept"}')
-    assert one_trial(tmp_path, replace(JUDGE[0], name="kept", scenario="absent")) == {
-        "format": 3,
-        "name": "kept",
-    }
+def test_the_few_are_one_run_of_each_kind() -> None:
+    kinds = [trial.kind for trial in Estimators(few=True).cases().values()]
+    assert len(kinds) == len(set(kinds)) == len({t.kind for t in Estimators().cases().values()})

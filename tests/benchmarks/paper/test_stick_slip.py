@@ -7,13 +7,13 @@ import pytest
 from testbed.benchmarks.paper.machine import changed, changes, once_per_machine
 from testbed.benchmarks.paper.stick_slip import net_damping_n_s_m, seal_of, slips_at
 from testbed.errors import InputError
+from testbed.machine.build import build_machine
 from testbed.machine.inferred import inferred
-from testbed.machine.provenance import roboclimber
 
 
 def test_without_a_falling_curve_the_net_damping_is_the_viscous_one_and_the_oils() -> None:
     flat = {"vertical_cylinder.static_out_n": 0.0}
-    viscous = roboclimber()["vertical_cylinder"]["viscous_out_n_s_m"]
+    viscous = build_machine().vertical_cylinder.viscous_out_n_s_m
     assert viscous < net_damping_n_s_m(3e-3, flat) < 1.1 * viscous
 
 

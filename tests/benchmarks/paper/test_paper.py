@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from testbed.benchmarks.harness import as_json, write
+from testbed.benchmarks.paper.benchmark import FIGURES, Paper, chosen, experiment
 from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least, at_most, between
-from testbed.benchmarks.paper.page import write_paper
-from testbed.benchmarks.paper.run import FIGURES, chosen, run_figures
 from testbed.errors import InputError
+from testbed.report.tables import Table
 
 
 def test_a_claim_holds_inside_its_stated_range_bounds_included_and_nowhere_else() -> None:
@@ -48,34 +49,37 @@ def test_figures_are_chosen_by_number_or_table_in_the_papers_order() -> None:
 def test_paper_json_is_the_list_of_claims_and_the_page_needs_no_network(tmp_path: Path) -> None:
     x = np.arange(3.0)
     panel = Panel("a & b", "t [s]", "F [N]", [Line(x, x, "line")])
-    experiment = Experiment(
-        "6", "T", "says <so>", "set", [at_least("6", "c", 2.0, 1.0, "N")], [panel]
-    )
-    claims, page = write_paper([experiment], tmp_path / "new")
-    read = json.loads((tmp_path / "new" / "paper.json").read_text())
-    assert (
-        read
-        == claims
-        == [
-            {
-                "figure": "6",
-                "claim": "c",
-                "expected": 2.0,
-                "measured": 1.0,
-                "unit": "N",
-                "holds": False,
-            }
-        ]
-    )
-    text = page.read_text()
+    table = Table("t", ["<head>"], [["cell"]])
+    claims = [at_least("6", "c", 2.0, 1.0, "N")]
+    made = Experiment("6", "T", "says <so>", "set", claims, [panel], [table])
+    write(Paper(), [made], tmp_path)
+    assert json.loads((tmp_path / "paper.json").read_text()) == [
+        {
+            "figure": "6",
+            "claim": "c",
+            "expected": 2.0,
+            "measured": 1.0,
+            "unit": "N",
+            "holds": False,
+        }
+    ]
+    text = (tmp_path / "paper.html").read_text()
     assert "0 of 1 claims hold" in text and "says &lt;so&gt;" in text and "<svg" in text
+    assert "<th>&lt;head&gt;</th>" in text
     assert "<script" not in text and 'src="http' not in text and "<link" not in text
 
 
-def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="file"):
-        write_paper([], tmp_path / "file")
+def test_an_experiment_comes_back_from_json_as_it_was() -> None:
+    line = Line(np.arange(3.0), np.arange(3.0), "line", 2, "--")
+    claims = [at_most("9", "x", 1.0, math.inf, "N"), between("9", "y", 1.0, 2.0, 1.5, "N")]
+    tables = [Table("t", ["head"], [["cell"]])]
+    made = Experiment(
+        "9", "T", "says", "set", claims, [Panel("a", "b", "c", [line])], tables, ["n"]
+    )
+    back = Experiment.read(as_json(made))
+    assert back.claims == made.claims and back.notes == made.notes
+    assert back.tables == made.tables and back.panels[0].lines[0].y == [0.0, 1.0, 2.0]
+    assert as_json(back) == as_json(made)
 
 
 def test_the_straight_line_gives_back_a_and_b() -> None:
@@ -111,7 +115,7 @@ def test_the_published_modified_filter_locks_out_after_a_step_of_4_kn() -> None:
 
 @pytest.mark.slow
 def test_friction_is_found_in_the_air_and_taken_out_on_the_sinusoid() -> None:
-    eight, eleven = run_figures(["8", "11"])
+    eight, eleven = experiment("8"), experiment("11")
     measured = {c.claim: c for e in (eight, eleven) for c in e.claims}
     assert all(c.holds for c in eight.claims)
     mean = next(c for name, c in measured.items() if name.startswith("around zero"))

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from testbed.benchmarks.distribution.benchmark import benchmark, kept, mark, summarise, write
+from testbed.benchmarks.distribution.benchmark import ForceDistribution
 from testbed.benchmarks.distribution.cases import Case, Outcome, draw_cases
 from testbed.benchmarks.distribution.compare import against_base
 from testbed.benchmarks.distribution.run import breaks, count_losses, possible, run_case
+from testbed.benchmarks.distribution.summary import summarise
+from testbed.benchmarks.harness import LINES, run
+from testbed.benchmarks.marks import code
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.errors import InputError
 
@@ -96,57 +99,42 @@ def test_a_robot_that_slides_before_anything_is_planned_has_lost() -> None:
     assert found.plans_checked == 0 and found.solve_p99_s == 0.0
 
 
-def test_wrong_counts_and_folders_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="at least 1"):
-        benchmark(0)
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be written"):
-        write({}, tmp_path / "file")
+@pytest.mark.parametrize("options", [{"count": 0}, {"seeds": 0}, {"controllers": ("absent",)}])
+def test_wrong_counts_and_controllers_are_refused(options: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=r"at least 1|absent"):
+        ForceDistribution(**options)
 
 
 @pytest.mark.slow
 def test_sharing_by_force_uses_less_friction_than_holding_positions(tmp_path: Path) -> None:
-    cases = tmp_path / "out" / "cases"
-    result = benchmark(1, names=("position_hold", "qp"), folder=cases)
-    assert (
-        benchmark(1, names=("qp",), folder=cases)["runs"][0][0] == result["runs"][0][1]
-    )  # kept, not run again
-    path = write(result, tmp_path / "out")
-    read = json.loads(path.read_text())
-    lines = (tmp_path / "out" / "distribution.csv").read_text().splitlines()
-    assert lines[0].startswith("set,case,slope_deg,") and [
-        line.split(",")[6] for line in lines[1:]
-    ] == [
-        "position_hold",
-        "qp",
-        "oracle",
-    ]
-    table = {entry["name"]: entry for entry in read["controllers"]}
-    assert read["cases"] == 1 and set(table) == {"position_hold", "qp", "oracle"}
+    result = run(ForceDistribution(1, controllers=("position_hold", "qp")), tmp_path)
+    made = (tmp_path / LINES).read_text()
+    again = run(ForceDistribution(1, controllers=("qp",)), tmp_path)
+    assert again["runs"][0][0] == result["runs"][0][1]
+    assert (tmp_path / LINES).read_text() == made, "kept, not run again"
+    table = {entry["name"]: entry for entry in result["controllers"]}
+    assert result["cases"] == 1 and set(table) == {"position_hold", "qp", "oracle"}
     assert table["qp"]["friction_use_median"] < table["position_hold"]["friction_use_median"]
     assert table["qp"]["lowest_normal_force_n"] > table["position_hold"]["lowest_normal_force_n"]
     assert table["qp"]["infeasible"] == 0 and table["qp"]["plans_checked"] > 10
+    written = json.loads((tmp_path / "distribution.json").read_text())
+    assert [entry["name"] for entry in written["controllers"]] == ["qp", "oracle"]
+    lines = (tmp_path / "distribution.csv").read_text().splitlines()
+    assert lines[0].startswith("set,case,slope_deg,")
+    assert [line.split(",")[6] for line in lines[1:]] == ["qp", "oracle"]
 
 
-def test_a_finished_case_is_taken_over_and_one_of_other_sources_is_not(tmp_path: Path) -> None:
-    outcome = Outcome("qp", 0.3, 1000.0, 0, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")
-    file = tmp_path / f"{draw_cases(1)[0].key}.json"
-    entry = {"mark": mark("qp"), "outcome": asdict(outcome)}
-    file.write_text(json.dumps({"qp": entry, "oracle": entry}))
-    assert kept(file, "qp") == outcome
-    assert kept(file, "drill") is None and kept(tmp_path / "0001.json", "qp") is None
-    file.write_text(json.dumps({"qp": entry | {"mark": "another"}}))
-    assert kept(file, "qp") is None
-
-
-def test_a_controllers_own_file_marks_its_runs(tmp_path: Path) -> None:
-    marks, name = [], f"{tmp_path / 'mine.py'}:Mine"
+def test_a_controllers_own_file_marks_its_runs_and_no_other_ones(tmp_path: Path) -> None:
+    name = f"{tmp_path / 'mine.py'}:Mine"
+    marks = []
     for weight in (1.0, 2.0):
-        text = f"from testbed.control.distribution.quadratic import Quadratic\nclass Mine(Quadratic):\n    weight = {weight}\n"
-        (tmp_path / "mine.py").write_text(text)
-        mark.cache_clear()
-        marks.append(mark(name))
-    assert marks[0] != marks[1] and marks[0] != mark("qp")
+        base = "from testbed.control.distribution.quadratic import Quadratic\n"
+        (tmp_path / "mine.py").write_text(f"{base}class Mine(Quadratic):\n    weight = {weight}\n")
+        code.cache_clear()
+        benchmark = ForceDistribution(1, controllers=(name, "qp"))
+        marks.append([benchmark.mark(case) for case in benchmark.cases().values()])
+    (mine, qp, oracle), (mine_later, qp_later, oracle_later) = marks
+    assert mine != mine_later and (qp, oracle) == (qp_later, oracle_later) and mine != qp
 
 
 @pytest.mark.slow

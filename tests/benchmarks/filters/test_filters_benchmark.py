@@ -6,13 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from testbed.benchmarks.filters.benchmark import (
-    compare_scene,
-    half_height_delays,
-    run_benchmark,
-    table,
-)
+from testbed.benchmarks.filters.benchmark import Filters, compare_scene, half_height_delays
 from testbed.benchmarks.filters.scenes import SCENES, scene, spikes
+from testbed.benchmarks.harness import run
 from testbed.estimation.filters import chi_square, huber, kbf, persistent, saturated, student_t
 from testbed.estimation.filters.table import OWN, RIVALS
 
@@ -109,9 +105,10 @@ def test_spikes_are_at_most_eight_samples_long():
 
 
 def test_benchmark_writes_one_table(tmp_path):
-    answer = run_benchmark(tmp_path, seeds=1, steps=30)
-    heads, rows = table(answer)
-    assert len(rows) == 10 and all(len(r) == len(heads) == 9 for r in rows)
+    small = Filters(seeds=1, steps=30)
+    answer = run(small, tmp_path)
+    (table,) = small.tables(answer)
+    assert len(table.rows) == 10 and all(len(r) == len(table.heads) == 9 for r in table.rows)
     written = json.loads((tmp_path / "filters.json").read_text())
     assert [s["scene"] for s in written["scenes"]] == list(SCENES)
     assert all(math.isfinite(s["ratio"]) for s in written["scenes"])

@@ -1,0 +1,216 @@
+"""Every estimator on the same runs: the paper's ladder, ours built up and with each idea taken away, sensors' floor.
+
+A run's scores are sums, so that runs add up: `scores` makes them, `merged` adds them, `marks` turns them into numbers.
+Moving: the vertical cylinder faster than 3 mm/s by the encoder, smoothed over 5 ms to both sides; the first second of a
+run, in which everything starts from nothing, is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.estimators.trials import BASE_C, Series
+from testbed.estimation.filters import persistent
+from testbed.estimation.leg.motion import motion, through_steps
+from testbed.estimation.live.believed import Believed
+from testbed.estimation.live.body_belief import OwnTuning, packed, without
+from testbed.estimation.live.chain import replay
+from testbed.machine.model import Machine
+from testbed.machine.names import LEGS
+from testbed.robot.model import RobotModel
+
+Array = NDArray[np.float64]
+Scores = dict[str, dict[str, dict[str, Any]]]
+MOVING_M_S, SLOW_M_S = 3e-3, 5e-3
+LEFT_OUT_S = 1.0
+FULL_SCALE_N = 15_000.0
+BIN_N, BINS = 5.0, 1200
+Z90 = 1.645
+
+PAPER = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
+NOTHING = without(OwnTuning(), "rich", "history", "swing", "balance", "robust")
+OWN: dict[str, OwnTuning] = {
+    "three cylinders": NOTHING,
+    "+ what friction depends on": replace(NOTHING, rich=True),
+    "+ history at rest": replace(NOTHING, rich=True, history=True),
+    "+ zero learnt in swing": replace(NOTHING, rich=True, history=True, swing=True),
+    "+ balance of the body": replace(NOTHING, rich=True, history=True, swing=True, balance=True),
+    "own: all, robust": OwnTuning(),
+    "own without what friction depends on": without(OwnTuning(), "rich"),
+    "own without history at rest": without(OwnTuning(), "history"),
+    "own without zero learnt in swing": without(OwnTuning(), "swing"),
+    "own without the care for bad sensors": without(OwnTuning(), "robust"),
+    "own without balance of the body": without(OwnTuning(), "balance"),
+}
+"""Built up idea by idea, then each idea taken away from the whole."""
+NAMES = {
+    "one_chamber": "paper: one chamber (1)",
+    "two_chamber": "paper: two chambers (3)",
+    "friction": "paper: less friction (7)",
+    "kbf": "paper: filtered, KBF",
+    "modified_kbf": "paper: modified KBF",
+    "alone": "vertical cylinder alone, friction a set",
+    "floor": "floor: sensors' noise and filter",
+}
+APART = ("dither", "still", "liar")
+"""Kinds of runs that stand for themselves, outside the groups of all runs."""
+WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
+
+
+def scores(series: Series, machine: Machine, model: RobotModel) -> Scores:
+    """Sums of one run: estimator -> category -> sums."""
+    belief = Believed.from_machine(machine, 1e-3)
+    late = series.data["t"] > LEFT_OUT_S
+    speed = np.array([_speed(series, leg) for leg in LEGS])[:, late]
+    true = np.array([series.truth[f"foot_load_{leg}"] for leg in LEGS])[:, late]
+    across = foot_forces_in_body(series)[:, :2, late]
+    out: Scores = {}
+
+    def keep(
+        name: str, load: Array, sd: Array | None = None, tangential: Array | None = None
+    ) -> None:
+        out[name] = _sums(load[:, late] - true, speed, None if sd is None else sd[:, late])
+        if tangential is not None:
+            off = np.hypot(*np.moveaxis(tangential[:, :, late] - across, 1, 0))
+            out[name] |= {f"tangential_{k}": v for k, v in _sums(off, speed, None).items()}
+
+    alone = replay(series.data, belief)
+    for method in PAPER:
+        keep(method, _legs(alone, f"estimate_{method}"))
+    keep(ALONE, _legs(alone, "estimate_own"), _legs(alone, "own_sd"))
+    for name, tuning in OWN.items():
+        body = packed(machine, model, belief.legs, 1e-3, series.rope_directions, tuning)
+        found = replay(series.data, replace(belief, body=body))
+        sideways = np.array([[found[f"own_{k}_{leg}"] for k in "xy"] for leg in LEGS])
+        keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
+    keep(FLOOR, floor(series, belief))
+    return out
+
+
+def floor(series: Series, belief: Believed) -> Array:
+    """The true load with the sensors' noise on it, through the own estimate's filter, N (4, n).
+
+    What the readings differ from the chambers by, less its mean (the thermal zero), through the areas.
+    """
+    tuning, out = OwnTuning(), []
+    p = np.array([tuning.filter_q_n2, tuning.filter_r_n2, tuning.e_max_n, tuning.hold_samples])
+    for leg, numbers in zip(LEGS, belief.legs, strict=True):
+        noise = np.zeros(len(series.data["t"]))
+        for side, area in (("a", numbers.area_a_m2), ("b", -numbers.area_b_m2)):
+            joint = f"{side}_{leg}_vertical"
+            noise += area * (series.data[f"pressure_{joint}"] - series.truth[f"chamber_{joint}"])
+        out.append(persistent.run(series.truth[f"foot_load_{leg}"] + noise - noise.mean(), p))
+    return np.array(out)
+
+
+def foot_forces_in_body(series: Series) -> Array:
+    """True force of the ground on each foot in the body frame, N (4, 3, n)."""
+    x, y, z, w = (series.truth[f"body_pose_in_world_q{k}"] for k in "xyzw")
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    world = np.array(
+        [[series.truth[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"] for leg in LEGS]
+    )
+    turned: Array = np.einsum("ijn,lin->ljn", rotation, world)
+    return turned
+
+
+def _legs(columns: dict[str, Array], stem: str) -> Array:
+    return np.array([columns[f"{stem}_{leg}"] for leg in LEGS])
+
+
+def _speed(series: Series, leg: str) -> Array:
+    """Size of the vertical cylinder's speed, m/s, from both sides of each sample."""
+    drawn = through_steps(series.data["t"], series.data[f"position_{leg}_vertical"], 1e-4)
+    return np.abs(motion(drawn, 1000.0, 0.005)[1])
+
+
+def _sums(error: Array, speed: Array, sd: Array | None) -> dict[str, dict[str, Any]]:
+    """Sums over the samples of each category: count, error, its square, histogram of its size, coverage, width."""
+    moving = speed > MOVING_M_S
+    parts = {
+        "moving": moving,
+        "slow": moving & (speed < SLOW_M_S),
+        "fast": speed >= SLOW_M_S,
+        "rest": ~moving,
+        "all": np.ones_like(moving),
+    }
+    out: dict[str, dict[str, Any]] = {}
+    for name, mask in parts.items():
+        e = error[mask]
+        places = np.minimum(np.abs(e) / BIN_N, BINS - 1).astype(np.int64)
+        out[name] = {
+            "n": int(e.size),
+            "sum": float(e.sum()),
+            "square": float(e @ e),
+            "sizes": np.bincount(places, minlength=BINS).tolist(),
+        }
+        if sd is not None:
+            out[name] |= {
+                "held": int((np.abs(e) <= Z90 * sd[mask]).sum()),
+                "width": float(2.0 * Z90 * sd[mask].sum()),
+            }
+    return out
+
+
+def merged(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Sums of several runs added up, category by category."""
+    out: dict[str, Any] = {}
+    for part in parts:
+        for name, sums in part.items():
+            mine = out.setdefault(name, {k: (np.zeros(BINS) if k == "sizes" else 0) for k in sums})
+            for key, value in sums.items():
+                mine[key] = mine[key] + np.asarray(value) if key == "sizes" else mine[key] + value
+    return out
+
+
+def marks(sums: dict[str, Any]) -> dict[str, float | None]:
+    """Root mean square, bias, 99th percentile of the size (N), coverage of the 90 % interval and its mean width (N)."""
+    n = sums["n"]
+    if n == 0:
+        return {"rmse_n": None, "bias_n": None, "p99_n": None, "n": 0}
+    share = np.cumsum(sums["sizes"]) / n
+    out: dict[str, float | None] = {
+        "rmse_n": math.sqrt(sums["square"] / n),
+        "bias_n": sums["sum"] / n,
+        "p99_n": float((np.searchsorted(share, 0.99) + 1) * BIN_N),
+        "n": n,
+    }
+    if "held" in sums:
+        out |= {"covered": sums["held"] / n, "width_n": sums["width"] / n}
+    return out
+
+
+def result(found: list[dict[str, Any]]) -> dict[str, Any]:
+    """Everything that `estimators.json` holds: marks by estimator, over groups of runs."""
+    groups: dict[str, Callable[[dict[str, Any]], bool]] = {
+        "all temperatures": lambda r: r["kind"] not in APART,
+        "at the calibration's temperature": lambda r: (
+            r["oil_degc"] == BASE_C and r["kind"] not in APART
+        ),
+        **{k: (lambda r, k=k: r["kind"] == k) for k in dict.fromkeys(r["kind"] for r in found)},  # type: ignore[misc]
+    }
+    out: dict[str, Any] = {
+        "full_scale_n": FULL_SCALE_N,
+        "runs": [r["name"] for r in found],
+        "groups": {},
+    }
+    for group, belongs in groups.items():
+        members = [r["scores"] for r in found if belongs(r)]
+        if members:
+            out["groups"][group] = {
+                name: {c: marks(s) for c, s in merged(m[name] for m in members).items()}
+                for name in members[0]
+            }
+    return out

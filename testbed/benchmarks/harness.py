@@ -1,0 +1,176 @@
+"""One harness for all benchmarks: what a benchmark says of itself, and what is done with it.
+
+A benchmark names its cases, says what one case does, how the answers are summed up, and how the sum is shown. The
+harness works through the cases in processes, keeps every answer as a line of `cases.jsonl`, resumes where a killed
+process stopped, and writes NAME.json, NAME.md and, where the benchmark has a page, NAME.html.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from functools import partial
+from io import FileIO
+from pathlib import Path
+from typing import Any, ClassVar, Generic, TypeVar
+
+from testbed.benchmarks.marks import code, digest, sources
+from testbed.errors import InputError
+from testbed.formats.files import write_json, write_text
+from testbed.formats.ownership import owned
+from testbed.report.progress import counting_progress
+from testbed.report.tables import Table, markdown
+from testbed.simulation.workers import work_through
+
+CaseT = TypeVar("CaseT")
+Answers = dict[str, Any]
+LINES = "cases.jsonl"
+
+
+class Benchmark(ABC, Generic[CaseT]):
+    """One benchmark with its options; a frozen dataclass of few and small fields, for every process gets a copy.
+
+    An answer is made of what JSON knows, of NumPy's numbers and of dataclasses; it reaches `summarise` as JSON has it.
+    """
+
+    name: ClassVar[str]
+    """The files it writes are called after it."""
+    noun: ClassVar[str]
+    """What its cases are called, in the plural."""
+    beside: ClassVar[tuple[str, ...]] = ()
+    """Other benchmarks' folders whose sources its cases use."""
+
+    @abstractmethod
+    def cases(self) -> Mapping[str, CaseT]:
+        """Every case by a name of its own, in order; what a case is, is small and can be pickled."""
+
+    @abstractmethod
+    def work(self, case: CaseT) -> Any:
+        """The answer of one case. Runs in a process of its own."""
+
+    @abstractmethod
+    def summarise(self, answers: Answers) -> Any:
+        """The result: what all answers, by case and in order, say together."""
+
+    @abstractmethod
+    def tables(self, result: Any) -> Sequence[Table]:
+        """The result as tables for a person."""
+
+    def page(self, result: Any) -> str | None:
+        """The result as a self-contained HTML page; None: there is none."""
+        return None
+
+    def published(self, result: Any) -> Any:
+        """What NAME.json holds of the result."""
+        return result
+
+    def write_more(self, result: Any, out: Path) -> None:
+        """Further files of the result."""
+        return
+
+    def made_from(self, case: CaseT) -> str:
+        """What an answer depends on beside the sources: all that is particular to the case."""
+        return repr(case)
+
+    def without(self) -> tuple[str, ...]:
+        """Sources that have no say in what any case gives: patterns of paths below the package."""
+        return ()
+
+    def mark(self, case: CaseT) -> str:
+        """Digest of everything that decides what a case gives; another mark, and it is worked out again."""
+        own = Path(inspect.getfile(type(self)))
+        common = sources((own.parent.name, *self.beside), self.without())
+        return digest(common, code(own), self.made_from(case))
+
+
+def run(benchmark: Benchmark[Any], out: Path, jobs: int = 1) -> Any:
+    """Work through all cases that `out` does not have yet, write the result's files; returns the result.
+
+    Raises InputError where `out` cannot be written or another process is at work in it, before any work is done.
+    """
+    with owned(out):
+        result = benchmark.summarise(answers(benchmark, jobs, out))
+        write(benchmark, result, out)
+    return result
+
+
+def write(benchmark: Benchmark[Any], result: Any, out: Path) -> None:
+    """NAME.json, NAME.md, NAME.html and what the benchmark adds."""
+    write_json(out / f"{benchmark.name}.json", benchmark.published(result))
+    write_text(out / f"{benchmark.name}.md", "\n".join(map(markdown, benchmark.tables(result))))
+    page = benchmark.page(result)
+    if page is not None:
+        write_text(out / f"{benchmark.name}.html", page)
+    benchmark.write_more(result, out)
+
+
+def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None) -> Answers:
+    """Every case's answer, in order. `out`: folder where finished ones are kept, and taken from."""
+    cases = benchmark.cases()
+    marks = {key: benchmark.mark(case) for key, case in cases.items()} if out is not None else {}
+    found = _read(out / LINES, marks) if out is not None else {}
+    todo = [(key, case) for key, case in cases.items() if key not in found]
+    with counting_progress(len(cases), benchmark.noun) as tell, _lines(out) as keep:
+        for key, answer in work_through(partial(_work, benchmark), todo, jobs):
+            keep({"case": key, "mark": marks.get(key, ""), "answer": answer})
+            found[key] = as_json(answer)
+            if tell is not None:
+                tell(len(found))
+    return {key: found[key] for key in cases}
+
+
+def stored(out: Path) -> list[Any]:
+    """All answers that a folder holds, whatever they were made with. Raises InputError where there is none."""
+    found = list(_read(out / LINES, None).values())
+    if not found:
+        raise InputError("holds no finished cases", file=out, allowed=f"a benchmark's {LINES}")
+    return found
+
+
+def as_json(answer: Any) -> Any:
+    """An answer as it comes back from its line, whether it was just made or kept."""
+    return json.loads(_text(answer))
+
+
+def _work(benchmark: Benchmark[CaseT], item: tuple[str, CaseT]) -> tuple[str, Any]:
+    return item[0], benchmark.work(item[1])
+
+
+def _text(tree: Any) -> str:
+    return json.dumps(tree, default=lambda v: v.tolist() if hasattr(v, "tolist") else vars(v))
+
+
+def _read(lines: Path, marks: Mapping[str, str] | None) -> Answers:
+    """Answers of the cases with these marks (None: of all); a line that was cut off counts for nothing."""
+    found: Answers = {}
+    if not lines.is_file():
+        return found
+    with lines.open(encoding="utf-8") as file:
+        for line in file:
+            with suppress(ValueError, KeyError, TypeError):
+                kept = json.loads(line)
+                if marks is None or marks.get(kept["case"]) == kept["mark"]:
+                    found[kept["case"]] = kept["answer"]
+    return found
+
+
+@contextmanager
+def _lines(out: Path | None) -> Iterator[Callable[[Any], None]]:
+    """What writes a tree as one more line, in one piece; nothing without a folder."""
+    if out is None:
+        yield lambda _: None
+        return
+    with (out / LINES).open("a+b", buffering=0) as file:
+        if file.tell():
+            file.seek(-1, os.SEEK_END)
+            if file.read(1) != b"\n":
+                file.write(b"\n")  # a line that was cut off stays alone
+        yield lambda tree: _append(file, tree)
+
+
+def _append(file: FileIO, tree: Any) -> None:
+    file.write(_text(tree).encode() + b"\n")

@@ -1,0 +1,76 @@
+"""The paper's experiments by the number of their figure, each one case."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.paper.experiment import Experiment
+from testbed.benchmarks.paper.page import page, table
+from testbed.errors import InputError
+from testbed.report.tables import Table
+
+FIGURES = ("4", "5", "6", "7", "8", "9", "11", "12")
+TABLES = {"II": "4", "III": "8", "IV": "12"}
+"""The figure that each table belongs to."""
+
+
+def chosen(names: Sequence[str]) -> list[str]:
+    """Figures asked for by number or by table ('6', 'III'), in the paper's order, each once; all for none.
+
+    Raises InputError for one that the paper's experiments do not have.
+    """
+    wanted = {TABLES.get(n.strip().upper(), n.strip().lstrip("0")) for n in names}
+    for name in names:
+        if TABLES.get(name.strip().upper(), name.strip().lstrip("0")) not in FIGURES:
+            raise InputError(
+                "no such figure", field="FIGURE", value=name, allowed=", ".join((*FIGURES, *TABLES))
+            )
+    return [f for f in FIGURES if f in wanted or not names]
+
+
+def experiment(figure: str) -> Experiment:
+    """Run the experiment of a figure."""
+    module = import_module(f"testbed.benchmarks.paper.figure_{int(figure):02d}")
+    found: Experiment = module.experiment()
+    return found
+
+
+@dataclass(frozen=True)
+class Paper(Benchmark[str]):
+    """`figures` by number or table ('6', 'III'); all for none. Raises InputError for one that is none."""
+
+    name = "paper"
+    noun = "figures"
+    beside = ("estimators",)
+    figures: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        chosen(self.figures)
+
+    def cases(self) -> Mapping[str, str]:
+        """The figures in the paper's order."""
+        return {figure: figure for figure in chosen(self.figures)}
+
+    def work(self, case: str) -> Experiment:
+        """Run a figure's experiment."""
+        return experiment(case)
+
+    def summarise(self, answers: Answers) -> list[Experiment]:
+        """The experiments."""
+        return [Experiment.read(answer) for answer in answers.values()]
+
+    def published(self, result: Sequence[Experiment]) -> list[dict[str, Any]]:
+        """The claims alone."""
+        return [claim.tree() for experiment in result for claim in experiment.claims]
+
+    def tables(self, result: Sequence[Experiment]) -> Sequence[Table]:
+        """One table."""
+        return [table(result)]
+
+    def page(self, result: Sequence[Experiment]) -> str:
+        """See page.page."""
+        return page(result)

@@ -1,0 +1,363 @@
+"""The groups of numbers that make up a machine: names end in their unit, types say what a number may be.
+
+Units, sources and marks of the values stand beside them in `roboclimber.yaml`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, TypeVar
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from testbed.formats.checked import Checked, impossible
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Share = Annotated[float, Field(ge=0.0, lt=1.0)]
+Length = Annotated[float, Field(gt=0.0, le=10.0)]
+Gauge = Annotated[float, Field(ge=-0.9e5)]
+"""Gauge pressure: the least is a tenth of the atmosphere's."""
+Leakage = Annotated[float, Field(ge=0.0, le=1.0e-6)]
+Vector = tuple[float, float, float]
+Box = tuple[Positive, Positive, Positive]
+
+
+class Group(Checked):
+    """A group of numbers."""
+
+
+GroupT = TypeVar("GroupT", bound=Group)
+
+
+class RigidPart(Group):
+    """Mass and inertia of a link: a homogeneous box with edges along the link's axes about a centre."""
+
+    mass_kg: Positive
+    inertia_box_m: Box
+    inertia_centre_m: Vector
+
+
+class Body(RigidPart):
+    """The platform. Its link's origin is the origin of the body frame."""
+
+    belly_height_m: float
+    belly_box_m: Box
+
+
+class PowerUnitBody(RigidPart):
+    """Engine, pumps and tank on the platform."""
+
+    position_m: Vector
+
+
+class DrillBody(RigidPart):
+    """Mast with feed sledge, rotary head and hammer; lengths as they are drawn."""
+
+    axis_x_m: float
+    axis_y_m: float
+    mast_length_m: Positive
+    mast_foot_height_m: float
+    mast_offset_m: float
+    rod_length_m: Positive
+    hole_diameter_m: Positive
+
+
+class RodStoreBody(RigidPart):
+    """The carousel of rods, at `position_m` of the body frame; rods in it are payload."""
+
+    position_m: Vector
+
+
+class TractionBody(RigidPart):
+    """One traction device and where its rope pulls, body frame; y of the left one, mirrored for the right."""
+
+    attachment_x_m: float
+    attachment_y_m: float
+    attachment_height_m: float
+
+
+class Leg(Group):
+    """One leg. Hips, directions and masses are those of the front left leg, mirrored for the others."""
+
+    hip_x_m: float
+    hip_y_m: float
+    hip_z_m: float
+    radial_direction_rad: float
+    radial_offset_m: float
+    foot_height_retracted_m: float
+    foot_radius_m: Positive
+    foot_plate_radius_m: Positive
+    rotation_mass_kg: Positive
+    rotation_inertia_box_m: Box
+    rotation_inertia_centre_m: Vector
+    radial_mass_kg: Positive
+    radial_inertia_box_m: Box
+    radial_inertia_centre_m: Vector
+    vertical_mass_kg: Positive
+    vertical_inertia_box_m: Box
+    vertical_inertia_centre_m: Vector
+    foot_mass_kg: Positive
+    foot_inertia_box_m: Box
+    foot_inertia_centre_m: Vector
+
+    @property
+    def sliding_mass_kg(self) -> float:
+        """What the vertical cylinder moves: the inner frame and the foot."""
+        return self.vertical_mass_kg + self.foot_mass_kg
+
+
+class RotationJoint(Group):
+    """Range and limits of the rotation joints."""
+
+    lower_rad: float
+    upper_rad: float
+    effort_n_m: Positive
+    velocity_rad_s: Positive
+
+
+class SlidingJoint(Group):
+    """Range and limits of the radial or vertical joints; their position is their cylinder's extension."""
+
+    lower_m: float
+    upper_m: float
+    effort_n: Positive
+    velocity_m_s: Positive
+
+
+class Joints(Group):
+    """The three joints of a leg."""
+
+    rotation: RotationJoint
+    radial: SlidingJoint
+    vertical: SlidingJoint
+
+
+class Linkage(Group):
+    """Lever of the rotation cylinder (robot/linkage.py)."""
+
+    body_anchor_m: Positive
+    lever_m: Positive
+    angle_neutral_rad: float
+
+
+class Cylinder(Group):
+    """One cylinder with its friction (5) out and in."""
+
+    bore_m: Annotated[float, Field(gt=0.0, le=1.0)]
+    rod_m: Positive
+    dead_volume_a_m3: Positive
+    dead_volume_b_m3: Positive
+    coulomb_out_n: NotNegative
+    static_out_n: NotNegative
+    stribeck_out_m_s: Positive
+    viscous_out_n_s_m: NotNegative
+    coulomb_in_n: NotNegative
+    static_in_n: NotNegative
+    stribeck_in_m_s: Positive
+    viscous_in_n_s_m: NotNegative
+
+    @field_validator("rod_m")
+    @classmethod
+    def _rod_fits(cls, rod_m: float, others: ValidationInfo) -> float:
+        bore_m = others.data.get("bore_m", math.inf)
+        if rod_m >= bore_m:
+            raise impossible("is impossible", f"0 < rod < bore = {bore_m} m")
+        return rod_m
+
+
+class StraightCylinder(Cylinder):
+    """A cylinder whose extension is its joint's position."""
+
+    stroke_m: Length
+
+
+class Seal(Group):
+    """Pre-sliding, extra friction and rest of the seals; oil's viscosity."""
+
+    bristle_stiffness_n_m: Positive
+    bristle_damping_n_s_m: NotNegative
+    position_slope: Annotated[float, Field(ge=-2.0, lt=2.0)]
+    pressure_coefficient_m2: NotNegative
+    load_coefficient: NotNegative
+    side_load_coefficient: NotNegative
+    dwell_gain: NotNegative
+    dwell_time_s: Positive
+    viscosity_rate_1_k: float
+    viscosity_reference_degc: float
+
+
+class EndStop(Group):
+    """End cushions and stops."""
+
+    cushion_length_m: Positive
+    cushion_damping_n_s_m: NotNegative
+    stiffness_n_m: NotNegative
+    damping_n_s_m: NotNegative
+
+
+class Oil(Group):
+    """Oil, leakage, hoses and the tank's warmth."""
+
+    bulk_modulus_pa: Annotated[float, Field(ge=1.0e7, lt=1.0e11)]
+    entrained_air: Annotated[float, Field(ge=0.0, lt=0.5)]
+    internal_leakage_m3_s_pa: Leakage
+    outer_leakage_m3_s_pa: Leakage
+    hose_capacity_m3_pa: Leakage
+    hose_capacity_b_m3_pa: Leakage
+    hose_time_s: Positive
+    start_temperature_degc: float
+    ambient_degc: float
+    heat_capacity_j_k: Positive
+    cooling_w_k: NotNegative
+
+
+class Valve(Group):
+    """The proportional valves; one rated flow for each joint."""
+
+    rated_flow_vertical_m3_s: Annotated[float, Field(gt=0.0, lt=1.0)]
+    rated_flow_radial_m3_s: Annotated[float, Field(gt=0.0, lt=1.0)]
+    rated_flow_rotation_m3_s: Annotated[float, Field(gt=0.0, lt=1.0)]
+    rated_drop_per_edge_pa: Positive
+    edge_pa: NotNegative
+    edge_at: NotNegative
+    edge_pb: NotNegative
+    edge_bt: NotNegative
+    natural_frequency_hz: Positive
+    damping: NotNegative
+    deadband: Share
+    hysteresis: Share
+    amplifier_lag_s: Positive
+    edge_leakage_m3_s_pa: Leakage
+    edge_leakage_supply_m3_s_pa: Leakage
+
+    def rated_flow_m3_s(self, joint: str) -> float:
+        """Rated flow of a joint's valves."""
+        flow: float = getattr(self, f"rated_flow_{joint}_m3_s")
+        return flow
+
+
+class PowerUnit(Group):
+    """Pump, relief valve, accumulator and tank; pressures are gauge."""
+
+    tank_pressure_pa: Gauge
+    power_w: Positive
+    full_flow_m3_s: NotNegative
+    supply_pressure_pa: float
+    compensator_band_pa: Positive
+    compensator_lag_s: Positive
+    case_leakage_m3_s_pa: NotNegative
+    relief_pressure_pa: float
+    relief_slope_m3_s_pa: NotNegative
+    accumulator_volume_m3: NotNegative
+    accumulator_precharge_pa: Gauge
+    line_volume_m3: Positive
+    tank_oil_m3: Positive
+
+    @field_validator("supply_pressure_pa")
+    @classmethod
+    def _supply_above_tank(cls, supply_pa: float, others: ValidationInfo) -> float:
+        tank_pa = others.data.get("tank_pressure_pa", -math.inf)
+        if supply_pa <= tank_pa:
+            raise impossible("is impossible", f"above the tank's pressure, {tank_pa:g} Pa")
+        return supply_pa
+
+
+class Sensor(Group):
+    """Transducers, encoders, load pins and the inertial unit."""
+
+    pressure_range_pa: Positive
+    pressure_noise_pa: NotNegative
+    pressure_resolution_pa: NotNegative
+    thermal_zero_share: NotNegative
+    thermal_range_k: Positive
+    calibration_temperature_degc: float
+    volts_factor_pa_per_v: Positive
+    transducer_bandwidth_hz: Positive
+    line_b_length_m: Positive
+    line_b_frequency_hz: Positive
+    line_b_damping: NotNegative
+    encoder_linear_m: Positive
+    encoder_counts_per_turn: Positive
+    rope_tension_noise_n: NotNegative
+    attitude_noise_rad: NotNegative
+    rate_noise_rad_s: NotNegative
+    specific_force_noise_m_s2: NotNegative
+    supply_noise_pa: NotNegative
+    temperature_resolution_k: NotNegative
+
+
+class Rope(Group):
+    """The two ropes."""
+
+    stiffness_ea_n: Positive
+    mass_per_length_kg_m: NotNegative
+    breaking_load_n: Positive
+    damping_n_s: NotNegative
+    clearance_m: NotNegative
+
+
+class Traction(Group):
+    """The traction devices that haul the ropes."""
+
+    piston_area_m2: Positive
+    stroke_m: Positive
+    annulus_area_m2: Positive
+    return_speed_m_s: Positive
+    clamp_s: Positive
+    seat_m: NotNegative
+    speed_max_m_s: Positive
+    rating_n: Positive
+
+
+class Ground(Group):
+    """Contact of a foot with rock."""
+
+    friction: NotNegative
+    stiffness_n_m: Positive
+    damping_n_s_m: NotNegative
+
+
+class Drill(Group):
+    """Hammer, rods and feed."""
+
+    hammer_mass_kg: Positive
+    feed_n: NotNegative
+    blow_hz: Positive
+    blow_n: NotNegative
+    torque_nm: NotNegative
+    rod_length_m: Positive
+    rod_mass_kg: Positive
+    pull_out_n: NotNegative
+    blow_energy_j: Positive
+    energy_share: Positive
+    best_feed_n: Positive
+    unsteadiness: NotNegative
+    unsteadiness_time_s: Positive
+
+
+class Rock(Group):
+    """What one kind of rock takes of the drill and gives back to it."""
+
+    specific_energy_j_m3: Positive
+    torque_share: NotNegative
+    blow_share: NotNegative
+
+
+class Rocks(Group):
+    """The kinds of rock."""
+
+    hard: Rock
+    medium: Rock
+    soft: Rock
+    fractured: Rock
+
+
+class Control(Group):
+    """Gains of the position loops."""
+
+    loop_gain_1_s: Positive
+    integral_gain_1_s2: NotNegative
+    integral_limit: NotNegative
+    deadband_compensation: Share
+    tolerance_m: NotNegative

@@ -1,0 +1,34 @@
+"""The two machines of a scenario: the one of the world, and the one that estimators and control believe in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
+
+if TYPE_CHECKING:
+    from testbed.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Machines:
+    """Truth and belief; whoever stands below the world sees the belief alone."""
+
+    truth: Machine
+    belief: Machine
+
+
+def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
+    """Build both. Raises InputError, naming the field of `file`, for a number that cannot be."""
+    hydraulics, urdf = scenario.hydraulics, scenario.robot.urdf
+    world: dict[str, Any] = dict(hydraulics.parameters)
+    if hydraulics.supply_pressure_pa is not None:
+        world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
+    truth = build_machine(world, urdf=urdf, file=file, section="hydraulics.parameters")
+    belief = build_machine(
+        scenario.model.parameters, urdf=urdf, file=file, section="model.parameters"
+    )
+    return Machines(truth, belief)

@@ -1,0 +1,62 @@
+"""The climbs' bookkeeping: what counts as good, what is run again, and a climb of a hand's breadth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from testbed.benchmarks.climbs.climbs import CASES, Climbs, Outcome, climbs, table
+from testbed.benchmarks.harness import LINES, run
+from testbed.errors import InputError
+
+GOOD = Outcome("plane 45", 1, "stood", 10.01, 510.0, 102, 0.003, 0.13, 3200.0, 1.8e4, 0.7)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"verdict": "slid"}, {"way_m": 9.99}, {"slip_m": 0.05}, {"tilt_deg": 3.0}, {"goal_m": 11.0}],
+)
+def test_a_climb_is_good_that_stood_got_there_and_kept_every_limit(
+    change: dict[str, object],
+) -> None:
+    assert GOOD.good and not replace(GOOD, **change).good  # type: ignore[arg-type]
+
+
+def test_a_case_is_told_by_its_worst_run() -> None:
+    (row,) = table([GOOD, replace(GOOD, seed=2, verdict="fell", way_m=4.0, slip_m=0.2)]).rows
+    assert row[:7] == ["plane 45", "1 of 2", "1", "4.00", "200.0", "0.13", "3200"]
+
+
+def test_seeds_differ_in_rock_and_friction_and_every_case_is_a_scenario() -> None:
+    made = climbs(list(CASES), 2)
+    assert len(made) == 2 * len(CASES) and [c.seed for c in made[: len(CASES)]] == [1] * len(CASES)
+    frictions = {c.scenario().terrain.friction for c in made}
+    assert len(frictions) == 2 and all(0.6 <= f <= 0.8 for f in frictions)
+    rocks = {c.scenario().terrain.roughness_seed for c in made if c.case == "rough 60"}
+    assert rocks == {1, 2}
+
+
+def test_a_climb_of_a_hands_breadth_is_good_and_is_not_run_again(tmp_path: Path) -> None:
+    short = Climbs(seeds=1, way_m=0.02, chosen=("plane 45",))
+    (found,) = run(short, tmp_path)
+    assert found.verdict == "stood" and found.way_m >= 0.02 and found.good
+    lines = (tmp_path / LINES).read_text()
+    assert run(short, tmp_path) == [found]
+    assert (tmp_path / LINES).read_text() == lines, "nothing was run"
+    assert "| plane 45 | 1 of 1 | 0 |" in (tmp_path / "climbs.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"chosen": ("plane 90",)}, "plane 85"),
+        ({"first_seed": 0}, "--first-seed"),
+        ({"seeds": 1, "first_seed": 2}, "--first-seed"),
+    ],
+)
+def test_cases_and_seeds_that_are_none_are_refused(options: dict[str, Any], told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        Climbs(**options)
