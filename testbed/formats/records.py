@@ -124,6 +124,14 @@ class Record:
         return np.zeros(shape or (1,), cls.dtype)
 
     @classmethod
+    def of(cls, **values: Any) -> Any:
+        """One such record with these values; what is not given is zero."""
+        record = cls.zeros()[0]
+        for name, value in values.items():
+            record[name] = value
+        return record
+
+    @classmethod
     def columns(cls) -> list[Column]:
         """Every number in order of memory, named `quantity_label_label`; parts lead with their own name."""
         return list(_columns(cls, ""))

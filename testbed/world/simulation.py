@@ -298,6 +298,11 @@ class Simulation:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
         return self._tables(int(self.machine.board.clock.recorded))
 
+    @property
+    def row(self) -> Any:
+        """The running row of data: one DataRow, what the electronics know now."""
+        return self._row[0]
+
     # ---- what others ask -----------------------------------------------------------------------------------
 
     @property
