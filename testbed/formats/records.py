@@ -151,6 +151,15 @@ class Record:
             raise TypeError(f"{cls.__name__} holds more than floats")
         return records.view(np.float64).reshape(len(records), -1)
 
+    @classmethod
+    def part_as_table(cls, records: NDArray[Any], name: str) -> NDArray[np.float64]:
+        """The same of one part of the records: (n, columns of the part)."""
+        inner = cls.fields[name].record
+        if inner is None:
+            raise TypeError(f"{name} is no record within {cls.__name__}")
+        start = cls.dtype.fields[name][1] // 8  # type: ignore[index]
+        return cls.as_table(records)[:, start : start + size(inner)]
+
 
 def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:
     for item in record.fields.values():

@@ -44,7 +44,11 @@ def scale_order(loads: Any, share: float) -> None:
 KNOWN_COLUMNS = tuple(DrillKnown.fields)
 """What the drill's own controls know, by the names of its columns."""
 KNOWN = len(KNOWN_COLUMNS)
-THRUST, REACTION, IN_HOLE_KG, IN_MAST_KG, MAST_MIDDLE, STORED_KG = range(KNOWN)
+THRUST = KNOWN_COLUMNS.index("ordered_thrust")
+REACTION = KNOWN_COLUMNS.index("ordered_torque")
+IN_HOLE_KG, IN_MAST_KG = KNOWN_COLUMNS.index("rods_in_hole"), KNOWN_COLUMNS.index("rods_in_mast")
+MAST_MIDDLE = KNOWN_COLUMNS.index("rods_mast_height")
+STORED_KG = KNOWN_COLUMNS.index("rods_stored")
 
 
 @njit

@@ -13,6 +13,15 @@ from testbed.compiled import njit
 from testbed.control.valve_loop import valve_command
 from testbed.estimation.live import chain_kernel
 from testbed.formats.records import Record, part
+from testbed.laws.drill import (
+    IN_HOLE_KG,
+    IN_MAST_KG,
+    KNOWN,
+    MAST_MIDDLE,
+    REACTION,
+    STORED_KG,
+    THRUST,
+)
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.world import plant, sensing
 
@@ -63,12 +72,12 @@ def estimate(row: Any, board: Any, estimator: Any) -> None:
     legs, common, state, body, own, out = estimator
     common[chain_kernel.OIL] = row.oil_temperature
     common[chain_kernel.SUPPLY] = row.supply_pressure
-    inertial, drill = np.empty(6), np.empty(6)
+    inertial, drill = np.empty(6), np.zeros(KNOWN)
     for k in range(3):
         inertial[k], inertial[3 + k] = row.angular_rate[k], row.specific_force[k]
-    drill[0], drill[1] = row.ordered_thrust, row.ordered_torque
-    drill[2], drill[3] = row.rods_in_hole, row.rods_in_mast
-    drill[4], drill[5] = row.rods_mast_height, row.rods_stored
+    drill[THRUST], drill[REACTION] = row.ordered_thrust, row.ordered_torque
+    drill[IN_HOLE_KG], drill[IN_MAST_KG] = row.rods_in_hole, row.rods_in_mast
+    drill[MAST_MIDDLE], drill[STORED_KG] = row.rods_mast_height, row.rods_stored
     chain_kernel.step_chain(
         row.pressure_a,
         row.pressure_b,

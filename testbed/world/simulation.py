@@ -149,8 +149,8 @@ class Simulation:
 
     def _tables(self, count: int) -> tuple[Array, Array]:
         """The first `count` rows of the block as tables of data and truth."""
-        table = RecordedRow.as_table(self._block[:count])
-        return table[:, : len(DATA_COLUMNS)], table[:, len(DATA_COLUMNS) :]
+        rows = self._block[:count]
+        return RecordedRow.part_as_table(rows, "known"), RecordedRow.part_as_table(rows, "truth")
 
     def _slow_step(self, k: int, due: int, recorded: NDArray[Any]) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
