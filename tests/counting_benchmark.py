@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 from collections.abc import Mapping
@@ -48,4 +49,5 @@ class Counting(Benchmark[int]):
 
 if __name__ == "__main__":
     out, made, wait_s, jobs = sys.argv[1:]
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
     run(Counting(Path(made), count=6, wait_s=float(wait_s)), Path(out), int(jobs))

@@ -1,4 +1,4 @@
-"""The README's tutorial does what it says: its code is taken out and run."""
+"""Every tutorial does what it says: its files are written, its commands and its Python run, in their order."""
 
 from __future__ import annotations
 
@@ -12,35 +12,85 @@ from typer.testing import CliRunner
 
 from testbed.cli import app
 
-README = Path(__file__).parents[1] / "README.md"
-SECTION = README.read_text().partition("## Your own controller")[2].partition("\n## ")[0]
+ROOT = Path(__file__).parents[1]
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+MOST_LINES = 60
+SMALLER = {
+    r"--cases \d+": "--cases 1",
+    r"--jobs \d+": "--jobs 1",
+    r"--hours [\d.]+": "--hours 0.01",
+}
+"""What a test changes of a command, so that it takes seconds."""
 
 
-def _blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", SECTION, re.DOTALL)
+def _blocks(text: str) -> list[tuple[str, str]]:
+    """Head and body of every block of code, in order."""
+    return re.findall(r"^```(\S[^\n]*)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
-def test_the_tutorial_is_short() -> None:
-    assert 30 <= SECTION.count("\n") <= 75
+def _run(head: str, body: str) -> None:
+    """Write the block's file, run its commands, or run its Python."""
+    language, _, file = head.partition(" file=")
+    if file:
+        Path(file).write_text(body)
+    elif language == "sh":
+        for line in body.splitlines():
+            _command(line.partition("  #")[0])
+    elif language == "python":
+        exec(body, {"__name__": "__main__"})
 
 
-def test_a_controller_in_and_a_table_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its file, its command, on one case instead of twenty in one process instead of two."""
+def _command(line: str) -> None:
+    for pattern, small in SMALLER.items():
+        line = re.sub(pattern, small, line)
+    program, *arguments = shlex.split(line)
+    assert program == "testbed"
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0, f"{line}: {done.output} {done.exception}"
+
+
+@pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda file: file.stem)
+def test_a_tutorial_is_short_is_named_in_the_readme_and_runs(
+    tutorial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = tutorial.read_text()
+    assert text.count("\n") <= MOST_LINES
+    assert f"docs/tutorials/{tutorial.name}" in (ROOT / "README.md").read_text()
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.py").write_text(_blocks("python")[0])
-    command = re.sub(r"--cases \d+ --jobs \d+", "--cases 1", _blocks("sh")[0])
-    done = CliRunner().invoke(app, shlex.split(command)[1:])
-    assert done.exit_code == 0, done.output
-    head = _blocks("text")[0].splitlines()
-    assert all(word in done.output for word in ("mine.py:Mine", "qp", "oracle"))
-    assert any("mine.py:Mine" in line for line in head)
-    result = json.loads((tmp_path / "compared" / "distribution.json").read_text())
+    for head, body in _blocks(text):
+        _run(head, body)
+    check = globals().get(f"_after_{tutorial.stem}")
+    if check is not None:
+        check()
+
+
+def _after_own_controller() -> None:
+    result = json.loads(Path("compared/distribution.json").read_text())
     assert [entry["name"] for entry in result["controllers"]] == ["mine.py:Mine", "qp", "oracle"]
     assert 0.0 < result["controllers"][0]["friction_use_median"] <= 1.5
+    assert json.loads(Path("drilled/summary.json").read_text())["verdict"] == "stood"
 
 
-def test_the_environment_of_the_tutorial_steps() -> None:
+def _after_own_gait() -> None:
+    import numpy as np
+
+    from testbed.simulation.replay import replay_gait
+
+    assert json.loads(Path("bowed/summary.json").read_text())["verdict"] == "stood"
+    commands, recorded = replay_gait("bow.py:Bow", "bowed")
+    ordered = np.stack([recorded[f"reference_{leg}_vertical"] for leg in ("fl", "rr")], axis=1)
+    assert np.ptp(ordered, axis=0) == pytest.approx(0.05, abs=2e-3)
+    # A row holds the set points at its own time: the end of the tick before.
+    assert commands.joints[:-1, [2, 11]] == pytest.approx(ordered[commands.row[1:]], abs=2e-3)
+
+
+def test_the_environment_of_the_readme_steps() -> None:
+    (code,) = [
+        body
+        for head, body in _blocks((ROOT / "README.md").read_text())
+        if head == "python" and "gymnasium.make" in body
+    ]
     scope: dict[str, object] = {}
-    exec(_blocks("python")[1], scope)
+    exec(code, scope)
     scope["env"].close()  # type: ignore[attr-defined]
     assert scope["observation"].shape == (41,) and scope["terminated"] is False  # type: ignore[attr-defined]

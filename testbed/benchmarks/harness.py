@@ -9,18 +9,16 @@ from __future__ import annotations
 
 import inspect
 import json
-import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import closing, nullcontext, suppress
 from functools import partial
-from io import FileIO
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
 from testbed.benchmarks.marks import code, digest, sources
 from testbed.errors import InputError
-from testbed.formats.files import write_json, write_text
+from testbed.formats.files import Lines, write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.report.progress import counting_progress
 from testbed.report.tables import Table, markdown
@@ -114,9 +112,11 @@ def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None)
     marks = {key: benchmark.mark(case) for key, case in cases.items()} if out is not None else {}
     found = _read(out / LINES, marks) if out is not None else {}
     todo = [(key, case) for key, case in cases.items() if key not in found]
-    with counting_progress(len(cases), benchmark.noun) as tell, _lines(out) as keep:
+    kept = closing(Lines(out / LINES)) if out is not None else nullcontext()
+    with kept as lines, counting_progress(len(cases), benchmark.noun) as tell:
         for key, answer in work_through(partial(_work, benchmark), todo, jobs):
-            keep({"case": key, "mark": marks.get(key, ""), "answer": answer})
+            if lines is not None:
+                lines.add(_text({"case": key, "mark": marks[key], "answer": answer}))
             found[key] = as_json(answer)
             if tell is not None:
                 tell(len(found))
@@ -156,21 +156,3 @@ def _read(lines: Path, marks: Mapping[str, str] | None) -> Answers:
                 if marks is None or marks.get(kept["case"]) == kept["mark"]:
                     found[kept["case"]] = kept["answer"]
     return found
-
-
-@contextmanager
-def _lines(out: Path | None) -> Iterator[Callable[[Any], None]]:
-    """What writes a tree as one more line, in one piece; nothing without a folder."""
-    if out is None:
-        yield lambda _: None
-        return
-    with (out / LINES).open("a+b", buffering=0) as file:
-        if file.tell():
-            file.seek(-1, os.SEEK_END)
-            if file.read(1) != b"\n":
-                file.write(b"\n")  # a line that was cut off stays alone
-        yield lambda tree: _append(file, tree)
-
-
-def _append(file: FileIO, tree: Any) -> None:
-    file.write(_text(tree).encode() + b"\n")

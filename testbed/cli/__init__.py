@@ -55,7 +55,7 @@ def run(
     loaded = load_scenario(scenario, set_ or [], seed, duration)
     with naming(scenario_path(scenario)), run_progress(loaded.duration_s, loaded.name) as progress:
         result = run_scenario(loaded, out, model, gui, progress)
-    from testbed.report.run_report import write_report
+    from testbed.workflows.report import write_report
 
     with waiting("writing the report"):
         report = write_report(result.folder)
@@ -105,6 +105,24 @@ def scenario_schema(json: Json = False) -> None:
         print_table("Fields of a scenario file", HEADS, [list(r) for r in rows(Scenario)])
 
 
+@app.command()
+def check(
+    recording: Annotated[Path, typer.Argument(help="Folder of a recording of any rig.")],
+    json: Json = False,
+) -> None:
+    """Say what is wrong with a recording, or that nothing is.
+
+    Clock, sensors, and signs and scales against the machine's laws. Exit status 2 where it cannot be used.
+    """
+    from testbed.recording.checker.check import check_recording
+    from testbed.report.console import print_checked
+
+    found = check_recording(recording)
+    print_checked(found, json)
+    if not found.usable:
+        raise typer.Exit(2)
+
+
 @app.command("recording-schema")
 def recording_schema(json: Json = False) -> None:
     """List every field of a recording.yaml and every quantity of its channels, for every kind of rig."""
@@ -115,6 +133,18 @@ def recording_schema(json: Json = False) -> None:
         print_json(tree())
     else:
         print_table("Fields of a recording", TABLE_HEADS, table())
+
+
+@app.command("effects")
+def list_effects(json: Json = False) -> None:
+    """List every effect that a model may lack: parameters, units, bounds, places, equation and what shows it."""
+    from testbed.report.console import print_json, print_table
+    from testbed.report.effects_list import TABLE_HEADS, table, tree
+
+    if json:
+        print_json(tree())
+    else:
+        print_table("Effects that a model may lack", TABLE_HEADS, table())
 
 
 @app.command()
@@ -155,7 +185,7 @@ def view(
         if open_ and sys.stdout.isatty():
             show(made)
         return
-    from testbed.report.run_report import write_report
+    from testbed.workflows.report import write_report
 
     report = folder / "report.html"
     if not report.is_file():

@@ -69,6 +69,14 @@ def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tup
 
 def _active(entry: EffectEntry, field: str, file: str | Path | None) -> Active:
     effect = by_name(entry.name, file, f"{field}.name")
+    if not effect.rigs:
+        raise InputError(
+            "is an effect that worlds have and no model can believe in",
+            file=file,
+            field=f"{field}.name",
+            value=entry.name,
+            allowed=", ".join(e.name for e in (*OF_A_CYLINDER, UNNAMED)),
+        )
     return Active(effect, effect.complete(entry.values, file, f"{field}.parameters"))
 
 

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import Array, FlowTerms, Signals, Values
 
 
 def flow_m3_s(pressure_a_pa: float, hose_pa: float, capacity: float, time: float) -> float:
     """Flow out of A into the hose; the hose follows with dph/dt = (pA - ph) / time."""
     return capacity * (pressure_a_pa - hose_pa) / time
+
+
+@njit
+def hose_flow_m3_s(pressure_a_pa: Array, capacity: float, time: float, period_s: float) -> Array:
+    """Flow into the hose over a recording, (n,); exact for a pressure held over a period."""
+    flow = np.empty_like(pressure_a_pa)
+    inside = pressure_a_pa[0]
+    keep = np.exp(-period_s / time)
+    for k in range(len(pressure_a_pa)):
+        flow[k] = capacity * (pressure_a_pa[k] - inside) / time
+        inside = pressure_a_pa[k] + (inside - pressure_a_pa[k]) * keep
+    return flow
 
 
 class Hose(Effect):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
-from testbed.effects.terms import FlowTerms, Signals, Values
+from testbed.effects.terms import Array, FlowTerms, Signals, Values
 from testbed.machine.names import AXES
 
 
@@ -14,6 +17,30 @@ def supply_rate_pa_s(
 ) -> float:
     """dps/dt = (ps0 - ps) / time - droop q / time, q the flow that the valve draws."""
     return (nominal_pa - supply_pa) / time - droop * drawn_m3_s / time
+
+
+@njit
+def drooping_pa(
+    nominal_pa: float,
+    against_pa: Array,
+    flow_per_root: Array,
+    droop_and_time: tuple[float, float],
+    period_s: float,
+) -> Array:
+    """Supply pressure over a recording, (n,), Pa: it follows nominal - droop q.
+
+    q = flow_per_root sqrt(ps - against): what an edge that opens to a chamber at `against_pa` draws.
+    """
+    out = np.empty_like(against_pa)
+    supply = nominal_pa
+    droop, time = droop_and_time
+    keep = np.exp(-period_s / time)
+    for k in range(len(against_pa)):
+        drawn = flow_per_root[k] * np.sqrt(max(supply - against_pa[k], 0.0))
+        aim = nominal_pa - droop * drawn
+        supply = aim + (supply - aim) * keep
+        out[k] = supply
+    return out
 
 
 class Droop(Effect):

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import no_info_after_validator_function
 
 from testbed.errors import InputError
+from testbed.formats.sockets import FORM, is_user_class
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -70,6 +81,38 @@ Sequence = BeforeValidator(_as_tuple)
 
 Numbers = Annotated[dict[str, float | tuple[float, ...]], BeforeValidator(_flat)]
 """Dotted parameter path -> number in SI units (nested groups are flattened)."""
+
+
+@dataclass(frozen=True)
+class NameOrClass:
+    """Annotation of a text: one of `names`, or a class of the user's own (FILE.py:Class)."""
+
+    names: tuple[str, ...] = ()
+
+    @property
+    def allowed(self) -> str:
+        """What the text may be, in words."""
+        return " | ".join((*self.names, FORM))
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Check after the text has been checked to be one."""
+        return no_info_after_validator_function(self._check, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """A text of one of the two forms."""
+        own = {"pattern": r"\.py:[^:]+$"}
+        return handler(schema) | {"anyOf": [{"enum": list(self.names)}, own]}
+
+    def _check(self, value: str) -> str:
+        if value in self.names or is_user_class(value):
+            return value
+        near = difflib.get_close_matches(value, self.names, n=1)
+        hint = f", did you mean {near[0]!r}?" if near else ""
+        raise impossible(f"no such name{hint}", self.allowed)
 
 
 def checked(model: type[ModelT], data: Any, file: str | Path) -> ModelT:

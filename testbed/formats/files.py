@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -137,6 +138,35 @@ def write_text(path: str | Path, text: str) -> None:
 def write_json(path: str | Path, tree: Any) -> None:
     """Write `plain(tree)` as JSON, whole or not at all. Raises InputError where it cannot be written."""
     write_text(path, json.dumps(plain(tree), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+class Lines:
+    """A text file that grows by whole lines; what a killed process left of one stays a line of its own."""
+
+    def __init__(self, path: Path) -> None:
+        """Open or make it. Raises InputError where that cannot be."""
+        self._path = path
+        try:
+            self._file = path.open("a+b", buffering=0)
+            if self._file.tell():
+                self._file.seek(-1, os.SEEK_END)
+                if self._file.read(1) != b"\n":
+                    self.add("")
+        except OSError as error:
+            raise _unwritable(path, error) from error
+
+    def add(self, line: str) -> None:
+        """Hand one more line to the system, in one piece. Raises InputError where it does not take all of it."""
+        data = line.encode() + b"\n"
+        try:
+            if self._file.write(data) != len(data):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            raise _unwritable(self._path, error) from error
+
+    def close(self) -> None:
+        """No more lines."""
+        self._file.close()
 
 
 def plain(value: Any) -> Any:

@@ -160,6 +160,13 @@ class Record:
         start = cls.dtype.fields[name][1] // 8  # type: ignore[index]
         return cls.as_table(records)[:, start : start + size(inner)]
 
+    @classmethod
+    def from_table(cls, table: NDArray[np.float64]) -> NDArray[Any]:
+        """The rows of a table (n, columns) as records (n,) of floats; they share its memory where they can."""
+        if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
+            raise TypeError(f"{cls.__name__} holds more than floats")
+        return np.ascontiguousarray(table).view(cls.dtype).reshape(len(table))
+
 
 def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:
     for item in record.fields.values():

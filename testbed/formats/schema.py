@@ -11,6 +11,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from testbed.formats.checked import NameOrClass
+
 HEADS = ("field", "default", "allowed", "meaning")
 
 
@@ -86,6 +88,9 @@ _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
 
 
 def _allowed(info: FieldInfo) -> str:
+    for made in info.metadata:
+        if isinstance(made, NameOrClass):
+            return made.allowed
     bounds = [
         f"{s} {getattr(m, k):g}" for m in info.metadata for k, s in _SIGNS.items() if hasattr(m, k)
     ]

@@ -71,12 +71,27 @@ def load_class(
 
 
 def load_object(
-    name: str, socket: type, *, field: str, folders: tuple[Path, ...] = (Path(),)
+    name: str,
+    socket: type,
+    *arguments: Any,
+    field: str,
+    folders: tuple[Path, ...] = (Path(),),
 ) -> Any:
-    """A fresh object of the class that `FILE.py:Class` names, made without arguments. Raises as load_class."""
+    """A fresh object of the class that `FILE.py:Class` names, made from `arguments`. Raises as load_class."""
     made = load_class(name, socket, field=field, folders=folders)
+    try:
+        inspect.signature(made).bind(*arguments)
+    except TypeError as error:
+        given = ", ".join(type(argument).__name__ for argument in arguments) or "nothing"
+        raise InputError(
+            f"cannot be made: {error}",
+            file=split_user_class(name, field=field, folders=folders)[0],
+            field=field,
+            value=made.__name__,
+            allowed=f"__init__ that takes {given}",
+        ) from error
     with user_code():
-        return made()
+        return made(*arguments)
 
 
 @contextmanager

@@ -13,6 +13,8 @@ from testbed.errors import InputError
 from testbed.formats.files import whole
 
 Array = npt.NDArray[np.float64]
+MOST_VALUES, MOST_CSV_BYTES = 1_000_000_000, 4_000_000_000
+"""Of a table that is read: numbers of the columns asked for (8 GB in memory), and bytes of a CSV file."""
 
 
 def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> dict[str, Array]:
@@ -80,11 +82,24 @@ def _open(path: Path, wanted: Collection[str]) -> tuple[list[str], Any]:
         raise InputError("no such file", file=path)
     if path.suffix != ".csv":
         raise InputError("unknown ending", file=path, allowed=".parquet, .csv")
+    if path.stat().st_size > MOST_CSV_BYTES:
+        raise InputError("is too large", file=path, allowed=f"at most {MOST_CSV_BYTES} bytes")
     try:
         table = pyarrow.csv.read_csv(path)
     except Exception as error:
         raise InputError(f"is not a readable table: {error}", file=path) from error
     return table.column_names, table
+
+
+def _check_size(files: Sequence[Path], columns: int) -> None:
+    """Refuse a Parquet table that would not fit: well packed, a few bytes can stand for many numbers."""
+    import pyarrow.parquet as pq
+
+    values = columns * sum(pq.read_metadata(file).num_rows for file in files)
+    if values > MOST_VALUES:
+        raise InputError(
+            f"holds {values:.3g} numbers", file=files[0], allowed=f"at most {MOST_VALUES:.0e}"
+        )
 
 
 def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list[str], Any]:
@@ -103,9 +118,12 @@ def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list
     parts = sorted(place.glob("part-*.parquet"))
     if place.is_dir() and not parts:
         raise InputError("holds no record yet", file=place)
+    if not place.is_dir() and not place.is_file():
+        raise InputError("is no regular file", file=place)
     try:
         names = pq.read_schema(parts[0] if parts else place).names
         known = None if wanted is None else [c for c in names if c in wanted]
+        _check_size(parts or [place], len(names if known is None else known))
         return names, pq.read_table(place, columns=known) if parts else read_parquet(place, known)
     except (OSError, pa.ArrowException) as error:
         raise InputError(f"is not a readable table: {error}", file=place) from error

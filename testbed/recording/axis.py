@@ -209,10 +209,11 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         channel = header.channels.get(quantity)
         return None if channel is None else columns[channel.column]
 
-    a, saturated_a = pressure(header.channels.get("pressure_a"), series("pressure_a"))
-    b, saturated_b = pressure(header.channels.get("pressure_b"), series("pressure_b"))
-    time, position = series("time"), series("position")
+    time, position, data = series("time"), series("position"), folder / header.data
     assert time is not None and position is not None
+    channels = header.channels
+    a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
+    b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
     n = len(time)
     reference: Array | None = None
     if header.reference_force is not None:

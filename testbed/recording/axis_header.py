@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -100,6 +100,14 @@ class AnyHeader(Checked):
     description: str | None = Field(default=None, description="in words what was done")
     source: str | None = Field(default=None, description="where the data come from")
     licence: str | None = Field(default=None, description="under which they may be used")
+
+    @field_validator("data")
+    @classmethod
+    def _beside_it(cls, value: str) -> str:
+        path = PurePath(value)
+        if path.is_absolute() or ".." in path.parts or "\0" in value:
+            raise ValueError("must be a file in the recording's own folder")
+        return value
 
 
 class Header(AnyHeader):

@@ -16,6 +16,10 @@ MINIMUM_SAMPLES = 50
 """Fewer rows than this carry no velocity worth the name."""
 RATE_FACTOR = 100.0
 """A table whose rate differs from the declared one by more is not in seconds."""
+BEYOND_RANGE = 0.2
+"""A transducer may read beyond its declared range by this share of it: its calibration is not the nominal one."""
+MOST_PA = 1.0e9
+"""No hydraulic machine holds more (ten times the strongest presses'); for channels that declare no range."""
 STROKES = 2.0
 """Positions that span more strokes than this are not in metres."""
 
@@ -75,11 +79,32 @@ def check_finite(name: str, values: Array, time: Array, file: Path) -> None:
         )
 
 
-def pressure(channel: Channel | None, raw: Array | None) -> tuple[Array | None, Mask | None]:
-    """Pressure (n,) in Pa through its calibration, and where the sensor is at the end of its range."""
+def check_pressure(channel: Channel, values: Array, time: Array, file: Path) -> None:
+    """Refuse pressures (n,), Pa, that the declared transducer cannot say, or no hydraulic machine holds."""
+    low, high = (-MOST_PA, MOST_PA) if channel.range_pa is None else channel.range_pa
+    beyond = BEYOND_RANGE * (high - low)
+    bad = (values < low - beyond) | (values > high + beyond)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(
+            f"column {channel.column!r} is {values[row]:.4g} Pa at row {row} (t = {time[row]:.6g} s), beyond its "
+            f"transducer ({int(bad.sum())} such rows)",
+            file=file,
+            allowed=f"{low:g} to {high:g} Pa, and {100 * BEYOND_RANGE:g} % of that beyond",
+        )
+
+
+def pressure(
+    channel: Channel | None, raw: Array | None, time: Array, file: Path
+) -> tuple[Array | None, Mask | None]:
+    """Pressure (n,) in Pa through its calibration, and where the sensor is at the end of its range.
+
+    Raises InputError, naming `file`, for pressures far beyond that range.
+    """
     if channel is None or raw is None:
         return None, None
     values = in_pa(channel, raw)
+    check_pressure(channel, values, time, file)
     if channel.range_pa is None:
         return values, None
     low, high = channel.range_pa

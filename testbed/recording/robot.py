@@ -26,7 +26,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
-from testbed.recording.checks import check_finite, check_span, check_time, in_pa
+from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
 from testbed.recording.former import UNITS
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
@@ -85,9 +85,9 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     """
     folder = recording_folder(folder)
     file = folder / "recording.yaml"
-    header = _read_header(file)
+    header = read_robot_header(file)
     check_present(header.channels, needed, file)
-    machine = _machine(header.known, file)
+    machine = machine_of(header.known, file)
     table = folder / header.data
     channels = {q: c for q, c in header.channels.items() if is_evidence(q)}
     columns = read_columns(
@@ -98,6 +98,9 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     for name, values in columns.items():
         check_finite(name, values, time, table)
     data = {q: in_pa(c, to_si(columns[c.column], c.unit)) for q, c in channels.items()}
+    for quantity, channel in channels.items():
+        if quantity.startswith("pressure_"):
+            check_pressure(channel, data[quantity], time, table)
     for leg in LEGS:
         quantity = f"position_{leg}_vertical"
         field, stroke_m = f"channels.{quantity}.unit", machine.vertical_cylinder.stroke_m
@@ -105,7 +108,8 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     return RobotRecording(folder, header, machine, data)
 
 
-def _read_header(path: Path) -> RobotHeader:
+def read_robot_header(path: Path) -> RobotHeader:
+    """Read and check the header of a robot's recording. Every fault is an InputError, one line."""
     tree = read_mapping(path)
     check_format(tree, path)
     header = checked(RobotHeader, tree, path)
@@ -125,7 +129,7 @@ def _read_header(path: Path) -> RobotHeader:
     return header
 
 
-def _machine(known: Mapping[str, Declared], file: Path) -> Machine:
+def machine_of(known: Mapping[str, Declared], file: Path) -> Machine:
     """The shipped machine with the `known` numbers. Raises InputError for a number that no machine has."""
     shipped, changes = build_machine(), {}
     for path, item in known.items():

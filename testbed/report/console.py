@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from testbed.estimation.calibration import Calibrated
     from testbed.estimation.friction.identification import Identification
     from testbed.machine.provenance import Quantity
+    from testbed.recording.checker.finding import Checked
 
 
 def print_json(value: object) -> None:
@@ -177,6 +178,18 @@ def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: b
     print(f"Report: {report}")
 
 
+def print_checked(result: Checked, as_json: bool) -> None:
+    """What is wrong with a recording as a table (or JSON), or one line that nothing is."""
+    from testbed.recording.checker.finding import HEADS
+
+    if as_json:
+        print_json(result.tree())
+    elif result.findings:
+        print_table(f"{result.recording}: findings", HEADS, result.rows())
+    else:
+        print(f"{result.recording}: nothing is wrong with it")
+
+
 def print_calibration(result: Calibrated) -> None:
     """Every sensor's a and b with one standard deviation, and what the fit rests on."""
     rows = []
@@ -207,6 +220,8 @@ def print_identification(result: Identification, out: Path) -> None:
     print_table(
         "Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows
     )
+    for used in result.used:
+        print(used)
     plus, minus = result.residual_n
     print(
         f"residual {plus:.1f} N extending, {minus:.1f} N retracting, over {result.rows} rows of "

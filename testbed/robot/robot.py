@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from testbed.machine.model import Machine
 from testbed.robot.kinematics import LegKinematics
@@ -21,9 +22,15 @@ class Robot:
 
     @classmethod
     def of(
-        cls, machine: Machine, carried_kg: float = 0.0, rope_height_m: float | None = None
+        cls,
+        machine: Machine,
+        carried_kg: float = 0.0,
+        rope_height_m: float | None = None,
+        bodies: Path | None = None,
     ) -> Robot:
         """A machine with `carried_kg` in its rod store; `rope_height_m`: the ropes' attachments, else the URDF's.
+
+        `bodies`: a URDF with other masses than the machine's own.
 
         Raises InputError for a URDF or linkage that cannot be.
         """
@@ -32,7 +39,7 @@ class Robot:
             payload = Payload(carried_kg, machine.rod_store_body.position_m)
         return cls(
             machine,
-            RobotModel(machine.urdf, payload, rope_height_m),
+            RobotModel(bodies or machine.urdf, payload, rope_height_m),
             LegKinematics.from_machine(machine),
             RotationLinkage.from_machine(machine),
         )

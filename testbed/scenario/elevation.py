@@ -13,6 +13,8 @@ from testbed.errors import InputError
 Array = NDArray[np.float64]
 ENDINGS = ".npy, .asc, .tif or .tiff"
 NPY_CELL_M = 0.1
+MOST_BYTES = 400_000_000
+"""Of an elevation file: 50 million heights."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ def read_elevation(path: str | Path, cell_m: float | None = None) -> Grid:
         )
     if not path.is_file():
         raise InputError("no such file", file=path, field="terrain.elevation.file", allowed=ENDINGS)
+    if path.stat().st_size > MOST_BYTES:
+        raise InputError("is too large", file=path, allowed=f"at most {MOST_BYTES} bytes")
     if ending != ".npy" and cell_m is not None:
         raise InputError(
             "is given by the file itself",
@@ -69,8 +73,9 @@ def read_elevation(path: str | Path, cell_m: float | None = None) -> Grid:
 
 def _npy(path: Path, cell_m: float) -> Grid:
     try:
-        heights = np.load(path, allow_pickle=False)
-    except (ValueError, OSError, EOFError) as error:
+        # mapped, a header that promises more than the file holds is refused before memory is taken
+        heights = np.load(path, allow_pickle=False, mmap_mode="r")
+    except (ValueError, OSError, EOFError, OverflowError) as error:
         raise InputError("is no array of numbers", file=path) from error
     if heights.ndim != 2 or heights.dtype.kind not in "fiu":
         raise InputError(

@@ -7,7 +7,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from testbed.formats.checked import Checked, Four, Names, Numbers, Pair, Sequence, impossible
+from testbed.formats.checked import (
+    Checked,
+    Four,
+    NameOrClass,
+    Names,
+    Numbers,
+    Pair,
+    Sequence,
+    impossible,
+)
 from testbed.machine.names import AXES, LEGS
 from testbed.scenario.hydraulic_parts import HydraulicPart
 from testbed.scenario.terrain import Terrain
@@ -15,7 +24,17 @@ from testbed.scenario.terrain import Terrain
 SensorPart = Literal[
     "encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"
 ]
-PLACES: tuple[str, ...] = (*AXES, *LEGS, "rope_left", "rope_right", "body", "supply")
+PLACES: tuple[str, ...] = (
+    *AXES,
+    *LEGS,
+    *(f"foot_{leg}" for leg in LEGS),
+    "rope",
+    "rope_left",
+    "rope_right",
+    "body",
+    "drill",
+    "supply",
+)
 """Where an undeclared effect may sit."""
 
 
@@ -205,10 +224,14 @@ class Model(Checked):
     )
 
 
+CONTROLLERS = ("position_hold", "pseudo_inverse", "qp", "drill", "learned")
+"""The shipped ways to share the load out; control/distribution/controllers.py has the class of each."""
+
+
 class Control(Checked):
     """How the load is shared out between feet and ropes."""
 
-    distribution: Literal["position_hold", "pseudo_inverse", "qp", "drill", "learned"] = Field(
+    distribution: Annotated[str, NameOrClass(CONTROLLERS)] = Field(
         default="position_hold",
         description="controller of the foot loads; position_hold leaves them alone",
     )
@@ -254,7 +277,9 @@ class Undeclared(Checked):
 
     effect: str = Field(description="name of the effect, such as sensor.gain_b")
     at: str = Field(
-        default="body", description="<leg>_<joint>, <leg>, rope_left, rope_right, body or supply"
+        default="body",
+        description="<leg>_<joint>, <leg>, foot_<leg>, rope, rope_left, rope_right, body, "
+        "drill or supply",
     )
     parameters: dict[str, float] = Field(
         default_factory=dict, description="the effect's parameters (SI)"

@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from testbed.errors import InputError
+from testbed.errors import InputError, naming
 from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
+from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
 from testbed.machine.limits import only_in_urdf
 from testbed.resources import scenario as scenario_path
@@ -36,6 +37,7 @@ from testbed.scenario.tasks import (
     Event,
     LiftFoot,
     Payload,
+    Program,
     RodChange,
     SetRope,
     Stand,
@@ -85,7 +87,7 @@ class Scenario(Checked):
 
     @model_validator(mode="after")
     def _events_can_happen(self) -> Scenario:
-        if isinstance(self.task, Crawl | Sway):
+        if isinstance(self.task, Crawl | Sway | Program):
             for event in self.events:
                 if isinstance(event, LiftFoot | SetRope):
                     raise impossible(
@@ -141,6 +143,8 @@ def load_scenario(
         data["duration_s"] = duration
     _find_file(data, path, "robot", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
+    _find_class(data, path, "task", "file")
+    _find_class(data, path, "control", "distribution")
     scenario = _on_its_slope(checked(Scenario, data, path))
     _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
     _check_effect(scenario.model.parameters, path, "model.parameters")
@@ -162,6 +166,20 @@ def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") 
                 allowed="a file",
             )
         part[key] = str(file)
+
+
+def _find_class(data: Any, path: Path, section: str, key: str) -> None:
+    """Make the file of a class of the user's own absolute: it counts from the scenario's folder, then from here."""
+    part = data.get(section) if isinstance(data, dict) else None
+    if not isinstance(part, dict):
+        return
+    name = part.get(key)
+    if isinstance(name, str) and is_user_class(name):
+        with naming(path):
+            file, found = split_user_class(
+                name, field=f"{section}.{key}", folders=(path.parent, Path())
+            )
+        part[key] = f"{file}:{found}"
 
 
 def _on_its_slope(scenario: Scenario) -> Scenario:

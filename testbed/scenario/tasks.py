@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from testbed.formats.checked import Checked, Sequence, Triple, impossible
+from testbed.formats.checked import Checked, NameOrClass, Sequence, Triple, impossible
 from testbed.machine.names import AXES
 from testbed.scenario.drilling import DrillHole
 
@@ -213,7 +213,18 @@ class Crawl(Checked):
         return order
 
 
-Task = Annotated[Stand | Raise | Sway | Drill | DrillHole | Crawl, Field(discriminator="kind")]
+class Program(Checked):
+    """Move by a gait of your own."""
+
+    kind: Literal["program"]
+    file: Annotated[str, NameOrClass()] = Field(
+        description="its class; a relative file is looked for beside the scenario file, then in the working folder"
+    )
+
+
+Task = Annotated[
+    Stand | Raise | Sway | Drill | DrillHole | Crawl | Program, Field(discriminator="kind")
+]
 
 
 class CutRope(Checked):

@@ -28,10 +28,10 @@ from testbed.scenario.scenario import Scenario
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.furnish import Truth, furnish
-from testbed.world.ground.footing import Footing
+from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
 from testbed.world.start import Start, find_start
-from testbed.world.undeclared import hidden_of
+from testbed.world.undeclared import bodies_of, hidden_of
 from testbed.world.verdict import Judge
 
 Array = NDArray[np.float64]
@@ -57,6 +57,8 @@ class Assembled:
     start_base: Array
     start_events: list[dict[str, Any]]
     thrust: ThrustBound
+    thrust_factor: float
+    """True thrust over the ordered one."""
     # electronics
     chain: EstimatorChain
     expectation: Expectation
@@ -72,11 +74,12 @@ class Assembled:
         return drill_known(self.drill, DrillKnown.zeros()[0])
 
     def limit_thrust(self) -> None:
-        """Hold the feed that the drill orders to what the stance allows."""
+        """Hold the feed that the drill orders to what the stance allows; what comes of it may be another thrust."""
         feed = self.drill.loads.feed
         if feed > self.thrust.most_n:
             self.drill.ordered.thrust -= feed - self.thrust.most_n
             self.drill.loads.feed = self.thrust.most_n
+        self.drill.loads.feed *= self.thrust_factor
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
@@ -111,27 +114,29 @@ def assemble(
     Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
     """
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
-    robot, belief = (Robot.of(m, carried, height) for m in (machines.truth, machines.belief))
+    belief = Robot.of(machines.belief, carried, height)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     ground, hidden = make_ground(scenario.terrain), hidden_of(scenario.undeclared)
-    truth = Truth(scenario, ground, robot, hidden, seeds[0])
     drill = drilling_of(scenario.task, DrillLoads.zeros()[0], scenario.seed, machines.truth)
-    engine = Engine(
-        machines.truth.urdf,
-        ground,
-        step_s=1.0 / scenario.rates.physics_hz,
-        robot_first=scenario.terrain.loading_order == "robot_first",
-        gui=gui,
-        sinking=scenario.terrain.loose,
-    )
+    with bodies_of(hidden, machines.truth.urdf) as urdf:
+        robot = Robot.of(machines.truth, carried, height, urdf)
+        engine = Engine(
+            urdf,
+            ground,
+            step_s=1.0 / scenario.rates.physics_hz,
+            robot_first=scenario.terrain.loading_order == "robot_first",
+            gui=gui,
+            sinking=scenario.terrain.loose or sinking(tuple(hidden.feet.values())),
+        )
     try:
         if carried > 0.0:
             engine.add_store_mass(carried)
         for number, axis in enumerate(AXES):
             engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
         known = drill_known(drill, DrillKnown.zeros()[0])
-        start = find_start(scenario, ground, robot.model, engine, machines.truth, known)
+        start = find_start(scenario, ground, robot.model, engine, machines.truth, known, hidden)
         engine.reset(start.position_m, start.rotation, start.joints)
+        truth = Truth(scenario, ground, robot, hidden, seeds[0])
         boards = furnish(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
@@ -153,6 +158,7 @@ def assemble(
         belief=belief,
         start_joints=start.joints,
         start_base=start.position_m.copy(),
+        thrust_factor=hidden.thrust_factor,
         **electronics,
     )
 
@@ -162,14 +168,14 @@ def _electronics(
 ) -> dict[str, Any]:
     """What the machine's electronics run, and what people worked out before the run: fields of Assembled."""
     expected = ExpectedLoads(belief.model, belief.machine)
-    pulls = start.rope_tension_n[:, None] * (start.rope_directions @ start.rotation)
+    pulls = start.rope_tension_n[:, None] * (start.surveyed_directions @ start.rotation)
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return {
         "start_events": thrust_events(scenario.task, thrust),
         "thrust": thrust,
-        "chain": _chain(scenario, model, belief, start.rope_directions),
-        "expectation": Expectation(expected, start.rope_directions),
+        "chain": _chain(scenario, model, belief, start.surveyed_directions),
+        "expectation": Expectation(expected, start.surveyed_directions),
         "gait": gait_of(scenario, _believed_start(belief, start)),
     }
 
@@ -181,8 +187,8 @@ def _believed_start(belief: Robot, start: Start) -> BelievedStart:
         joints=start.joints,
         load_n=start.foot_forces_in_body[:, 2],
         rope_tension_n=start.rope_tension_n,
-        rope_directions_in_body=start.rope_directions @ start.rotation,
-        anchors_in_body_m=(start.anchors_m - start.position_m) @ start.rotation,
+        rope_directions_in_body=start.surveyed_directions @ start.rotation,
+        anchors_in_body_m=(start.surveyed_anchors_m - start.position_m) @ start.rotation,
     )
 
 

@@ -108,7 +108,8 @@ def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:
     board["traction"] = traction_parameters(truth.robot.machine, strokes=r.strokes)
     devices["way"], devices["place"] = -1.0, RESERVE_M
     ropes["anchor"], ropes["attachment"] = start.anchors_m, model.rope_attachments_m
-    ropes["stiffness_ea"], ropes["damping"] = r.stiffness_ea_n, r.damping_n_s_m
+    stiffness = truth.hidden.rope_stiffness_factor * r.stiffness_ea_n
+    ropes["stiffness_ea"], ropes["damping"] = stiffness, r.damping_n_s_m
     ropes["breaking_load"], ropes["whole"] = r.breaking_load_n, float(r.enabled)
     ropes["tension"] = start.rope_tension_n
     if r.sag:
@@ -120,10 +121,10 @@ def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:
         if r.sag:
             across = rope.weight * float(np.hypot(chord[0], chord[1])) / length
             rope.unstrained = unstrained_sagging(
-                length, tension, r.stiffness_ea_n, across, numbers.clearance_m
+                length, tension, stiffness, across, numbers.clearance_m
             )
         else:
-            rope.unstrained = unstrained_length(length, tension, r.stiffness_ea_n)
+            rope.unstrained = unstrained_length(length, tension, stiffness)
 
 
 def _fit_sensors(board: Any, truth: Truth) -> None:

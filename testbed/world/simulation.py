@@ -1,8 +1,9 @@
 """One run: the world, the machine's electronics and the recorder's rows, and the order of one step.
 
-Per physics step: [tick: task, events, drill, verdict] -> valve loops -> plant (linkage, ropes, drill, hydraulics in
-substeps) -> engine -> sensors -> estimators -> rows. Sensors see the state after the step; the loops act on it in the
-next one. Tasks, valve loops and estimators are handed measurements only.
+Simulation.STEP lists the parts of a step in their order: the engine, then sensors and estimators, the recorder, then
+the slow tick (events, drill, gait, judge, ground), last what acts in the next step: valve loops and plant. Sensors
+see the state after the engine's step; the loops act on it in the next one. Gaits, valve loops and estimators are
+handed measurements only.
 """
 
 from __future__ import annotations
@@ -49,6 +50,13 @@ DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
 TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
 SAMPLES = 1000
 """Samples whose noise is drawn at once."""
+LOADS = [
+    k
+    for k, name in enumerate(TRUTH_COLUMNS)
+    if name.startswith(("foot_force_in_world_", "rope_force_in_world_", "drill_wrench_in_world_f"))
+]
+MOST_WEIGHTS = 1000.0
+"""A load of so many times the weight of the machine is a fault of the simulation, no physics (E)."""
 
 
 class Simulation:
@@ -121,6 +129,26 @@ class Simulation:
 
     # ---- one step ------------------------------------------------------------------------------------------
 
+    STEP = (
+        "give",  # joint torques, force and torque on the body, to the engine
+        "advance",  # the engine by one step
+        "read",  # joints and body from the engine
+        "move",  # the body's motion, as the recorder and the plant know it
+        "feet",  # the forces of the ground on the feet
+        "sense",  # what sensors read; their delays and noise
+        "estimate",  # foot loads and contact states
+        "expect",  # foot loads that the model expects
+        "record",  # a row of data and truth
+        "happen",  # events of the scenario
+        "drill",  # what the drill orders, or that it waits
+        "gait",  # the command for the next tick
+        "judge",  # has it fallen, slid, come to a stop?
+        "ground",  # loose ground gives way
+        "control",  # valve loops: set points move on, valve commands
+        "plant",  # hydraulics, ropes and drill, to be given to the engine
+    )
+    """A step at which everything is due, part by part; a step leaves out what is not."""
+
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
         engine, boards = self.machine.engine, self.machine.boards
@@ -144,7 +172,7 @@ class Simulation:
             if due & RECORD:
                 count += 1
         data, truth = self._tables(count)
-        self._check_finite(data, truth)
+        self._check_rows(data, truth)
         return data, truth
 
     def _tables(self, count: int) -> tuple[Array, Array]:
@@ -285,7 +313,8 @@ class Simulation:
         elif isinstance(event, Payload):
             m.engine.add_store_mass(event.mass_kg)
 
-    def _check_finite(self, data: Array, truth: Array) -> None:
+    def _check_rows(self, data: Array, truth: Array) -> None:
+        """Raise SimulationFault for rows that no machine can give: not finite, or loads beyond all physics."""
         for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
             finite = np.isfinite(block)
             if not finite.all():
@@ -293,6 +322,13 @@ class Simulation:
                 raise SimulationFault(
                     f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s"
                 )
+        beyond = np.abs(truth[:, LOADS]) > MOST_WEIGHTS * self.machine.judge.weight_n
+        if beyond.any():
+            row, column = np.argwhere(beyond)[0]
+            raise SimulationFault(
+                f"{TRUTH_COLUMNS[LOADS[column]]} is {truth[row, LOADS[column]]:.3g} N at t = {truth[row, 0]:.3f} s, "
+                f"more than {MOST_WEIGHTS:g} times the machine's weight"
+            )
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.effects.hidden import Hidden
 from testbed.errors import InputError
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
@@ -19,6 +20,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine
 from testbed.world.ground.footing import Footing, footing_of
 from testbed.world.ground.terrain import Ground, anchors_in_world
+from testbed.world.undeclared import anchors_of
 
 Array = NDArray[np.float64]
 TRIES, TOUCH_M = 40, 1.0e-6
@@ -36,6 +38,9 @@ class Start:
     foot_forces_in_body: Array
     anchors_m: Array
     rope_directions: Array
+    surveyed_anchors_m: Array
+    """Where people believe the anchors to be; the directions that this gives."""
+    surveyed_directions: Array
     rope_tension_n: Array
     footing: Footing | None
 
@@ -57,6 +62,7 @@ def find_start(
     engine: Engine,
     parameters: Machine,
     drill_known: Any,
+    hidden: Hidden,
 ) -> Start:
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.
 
@@ -77,11 +83,11 @@ def find_start(
         joints[list(VERTICAL)] += gaps - shift
         _check_range(joints, model, "terrain")
     undersides = position + model.foot_positions_m(joints) @ rotation.T
-    footing = footing_of(scenario.terrain, ground, engine, undersides)
-    anchors = anchors_in_world(scenario.ropes, rotation)
+    footing = footing_of(scenario.terrain, ground, engine, undersides, tuple(hidden.feet.values()))
+    surveyed = anchors_in_world(scenario.ropes, rotation)
     points = position + model.rope_attachments_m @ rotation.T
-    directions = anchors - points
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    anchors = anchors_of(hidden, surveyed, points, rotation)
+    directions = _towards(anchors, points)
     gravity = rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     tension = _tensions(scenario, model, gravity, directions @ rotation)
     loads = ExpectedLoads(
@@ -104,7 +110,25 @@ def find_start(
         joints[list(VERTICAL)] += np.maximum(forces[:, 2], 0.0) / (
             ground.stiffness_n_m if footing is None else footing.stiffness_n_m
         )
-    return Start(position, rotation, joints, hold, forces, anchors, directions, tension, footing)
+    return Start(
+        position_m=position,
+        rotation=rotation,
+        joints=joints,
+        joint_forces=hold,
+        foot_forces_in_body=forces,
+        anchors_m=anchors,
+        rope_directions=directions,
+        surveyed_anchors_m=surveyed,
+        surveyed_directions=_towards(surveyed, points),
+        rope_tension_n=tension,
+        footing=footing,
+    )
+
+
+def _towards(ends_m: Array, points_m: Array) -> Array:
+    """Unit vectors (n, 3) from points to ends."""
+    chords = ends_m - points_m
+    return np.asarray(chords / np.linalg.norm(chords, axis=1)[:, None])
 
 
 def _tensions(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from testbed.effects import by_name
@@ -13,9 +17,14 @@ from testbed.effects.base import Effect
 from testbed.effects.hidden import Hidden, HiddenCylinder
 from testbed.errors import InputError
 from testbed.formats.records import get, put
+from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
+from testbed.robot.urdf.check import read_urdf
+from testbed.robot.urdf.merge import ballasted
 from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import DELAY_LENGTH
+
+Array = NDArray[np.float64]
 
 ADDED: Mapping[str, str] = {
     "pressure_coefficient_m2": "seal.pressure_coefficient",
@@ -106,6 +115,10 @@ def put_into_cylinders(world: Hidden, params: NDArray[Any]) -> None:
 
 def put_into_supply(world: Hidden, unit: Any) -> None:
     """Change the PowerUnit, in place."""
+    unit["pump_flow"] *= world.pump_flow_factor
+    if world.pump_pressure_factor != 1.0:
+        gauge = unit["set_pressure"] - ATMOSPHERE_PA
+        unit["set_pressure"] = world.pump_pressure_factor * gauge + ATMOSPHERE_PA
     if world.droop_pa_s_m3 is not None:
         unit["droop"], unit["droop_time"] = world.droop_pa_s_m3, world.droop_s
 
@@ -120,6 +133,43 @@ def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) ->
             a["drift"] = cylinder.drift_a_pa_s
         if cylinder.pressure_delay_s:
             a["delay_steps"] = b["delay_steps"] = _delay_steps(cylinder, step_s)
+
+
+@contextmanager
+def bodies_of(world: Hidden, urdf: Path) -> Iterator[Path]:
+    """The URDF of what the world has, for as long as it is read: the machine's own where its body hides nothing."""
+    if not world.body_masses and not any(world.centre_of_mass_m):
+        yield urdf
+        return
+    masses = [(mass.mass_kg, mass.position_m) for mass in world.body_masses]
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / urdf.name
+        path.write_text(ballasted(read_urdf(urdf), masses, world.centre_of_mass_m))
+        yield path
+
+
+def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) -> Array:
+    """Where the ropes' anchors (2, 3) are that were surveyed elsewhere, world frame, m.
+
+    `points_m` (2, 3): where the ropes pull; `slope` (3, 3): from the slope's frame (x up, y left, z off it) to the
+    world. An anchor is turned about the point at the same distance.
+    """
+    anchors = surveyed_m.copy()
+    for k, rope in enumerate(world.ropes.values()):
+        if rope.azimuth_rad == 0.0 and rope.elevation_rad == 0.0:
+            continue
+        x, y, z = slope.T @ (surveyed_m[k] - points_m[k])
+        distance = math.hypot(x, y, z)
+        azimuth = math.atan2(y, x) + rope.azimuth_rad
+        elevation = math.asin(z / distance) + rope.elevation_rad
+        level = distance * math.cos(elevation)
+        chord = [
+            level * math.cos(azimuth),
+            level * math.sin(azimuth),
+            distance * math.sin(elevation),
+        ]
+        anchors[k] = points_m[k] + slope @ np.array(chord)
+    return anchors
 
 
 def _delay_steps(cylinder: HiddenCylinder, step_s: float) -> int:

@@ -29,7 +29,7 @@ class Judge:
 
     def __init__(self, rotation_start: Array, weight_n: float, raised: bool) -> None:
         self._start = rotation_start.copy()
-        self._weight = weight_n
+        self.weight_n = weight_n
         self._raised = raised
         self._anchor: list[list[float] | None] = [None] * 4
         self._left: Array | None = None
@@ -65,7 +65,7 @@ class Judge:
         if (
             tilt > TILT_FALL_RAD
             or aloft > ALOFT_M
-            or (self._raised and belly_n > BELLY_SHARE * self._weight)
+            or (self._raised and belly_n > BELLY_SHARE * self.weight_n)
         ):
             self.verdict = "fell"
         elif slip > SLIDE_M:

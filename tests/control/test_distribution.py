@@ -17,7 +17,7 @@ from testbed.control.distribution.drill_sharing import DrillSharing, taken_by_th
 from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
-from testbed.control.distribution.use_program import About, UseProgram
+from testbed.control.distribution.use_program import About, LastPlan, UseProgram
 from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul
 from testbed.control.measured import Measured
 from testbed.errors import InputError
@@ -132,7 +132,7 @@ def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int
     )
     sharing = Quadratic()
     about = About(scale, 0.02, 0.8, 0.01, 0.4, 0.38, 30.0, 1.5, 0.02, 4.0)
-    found = UseProgram(sharing._use_rows).solve(now, normals, pull, taken, about)
+    found = UseProgram(sharing._use_rows).solve(now, LastPlan(normals, pull, taken), about)
     rows, high = [], []
     for leg in legs:
         for angle in np.arange(8) * np.pi / 4:

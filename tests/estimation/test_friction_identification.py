@@ -16,6 +16,7 @@ from testbed.benchmarks.estimators.identification_trials import (
     coverage,
     eight,
     random_friction,
+    recording_of,
     speed_profile,
 )
 from testbed.errors import InputError
@@ -23,6 +24,7 @@ from testbed.estimation.friction.evidence import gather
 from testbed.estimation.friction.identification import identify, identify_rig
 from testbed.estimation.friction.posterior import correlation_inflation, curve, fit_side
 from testbed.recording.axis import read_recording, read_rig
+from testbed.recording.known import Known
 from testbed.recording.leg_model import read_model, write_model
 
 FRICTION = random_friction(np.random.default_rng(1))
@@ -240,3 +242,76 @@ def test_measured_seals_are_predicted_to_six_per_mille_in_the_median():
             error = estimate(recording, model).force_n[: len(moving)][moving] - true
             shares.append(np.sqrt(np.mean(error**2) / np.mean(true**2)))
     assert np.median(shares) < 0.006
+
+
+def oil_cylinder(
+    plus_n: float, minus_n: float, bore: float = 1.0, seed: int = 0, levels: int = 3
+) -> tuple[list, Known]:
+    """A cylinder of both chambers on a load cell; `bore` times the declared 70 mm, Coulomb friction by direction."""
+    known = KNOWN.model_copy(update={"inclination_deg": 90.0, "moving_mass_kg": None})
+    area_a = bore**2 * known.area_a_m2
+    area_b = area_a - (known.area_a_m2 - known.area_b_m2)
+    out = []
+    for k in range(levels):
+        rng = np.random.default_rng([seed, k])
+        v = speed_profile((0.005, 0.01, 0.02, 0.04), longest_s=2.0, travel_m=0.02)
+        t = np.arange(v.size) * 1e-3
+        pb = 1.5e6 + 4e5 * np.sin(0.7 * t) + 3e5 * (v < 0)
+        pa = 4e6 + 2e6 * k + 1e6 * np.sin(0.4 * t + k) + 5e5 * (v > 0)
+        friction = np.where(v > 0, plus_n, np.where(v < 0, -minus_n, 0.0)) + 3000.0 * v
+        force = pa * area_a - pb * area_b - friction + rng.normal(0.0, 20.0, t.size)
+        x = 0.2 + np.cumsum(v) * 1e-3
+        one = recording_of(t, x, pa, pb, force, known, "load-cell")
+        header = one.header.model_copy(update={"rig": "cylinder"})
+        out.append(replace(one, name=f"level{k}", header=header))
+    return out, known
+
+
+@pytest.mark.parametrize(("plus_n", "minus_n"), [(800.0, 800.0), (1500.0, 300.0), (300.0, 1500.0)])
+@pytest.mark.parametrize("levels", [1, 3])
+def test_a_right_bore_stays_within_its_tolerance_however_lopsided_friction_is(
+    plus_n: float, minus_n: float, levels: int
+) -> None:
+    recordings, known = oil_cylinder(plus_n, minus_n, levels=levels)
+    found = identify(recordings, known, "cylinder")
+    assert found.model.known.bore_m == pytest.approx(known.bore_m, rel=0.003)
+    assert all(u.tolerances_off < 0.2 for u in found.used if u.tolerances_off is not None)
+    # The difference of the Coulomb levels and a zero are one number in motion.
+    friction, zero = found.model.friction, found.model.force_offset_n
+    lopsided = 0.5 * (friction.coulomb_plus_n - friction.coulomb_minus_n) - zero
+    assert lopsided == pytest.approx(0.5 * (plus_n - minus_n), abs=40.0)
+
+
+def test_a_bore_that_is_off_moves_within_its_tolerance_and_says_so(capsys) -> None:
+    from testbed.report.console import print_identification
+
+    recordings, known = oil_cylinder(800.0, 600.0, bore=1.015)
+    found = identify(recordings, known, "cylinder")
+    bore = next(u for u in found.used if u.name == "bore_m")
+    assert found.model.known.bore_m == bore.used == pytest.approx(1.015 * known.bore_m, rel=0.003)
+    assert bore.tolerances_off == pytest.approx(0.75, abs=0.15) and not bore.at_bound
+    print_identification(found, Path("m.yaml"))
+    said = capsys.readouterr().out
+    assert "bore_m: declared 0.07 m, used 0.0710" in said and "force_offset_n" in said
+    assert "bore_m: declared 0.07 m" in str(found.model.description)
+    assert found.tree()["declared"]["bore_m"]["declared"] == 0.07
+
+
+def test_a_narrow_tolerance_holds_a_declared_bore_against_the_data() -> None:
+    recordings, known = oil_cylinder(800.0, 600.0, bore=1.1)
+    found = identify(
+        recordings, known.model_copy(update={"tolerances": {"bore_m": 0.01}}), "cylinder"
+    )
+    bore = next(u for u in found.used if u.name == "bore_m")
+    assert bore.at_bound and "contradict" in str(bore)
+    assert bore.used <= 1.03 * 0.07 + 1e-9
+
+
+@pytest.mark.parametrize("turned", ["reference_force_n", "position_m", "pressure_a_pa"])
+def test_a_force_or_position_turned_round_is_one_line_and_no_fault_of_mathematics(
+    turned: str,
+) -> None:
+    recordings, known = oil_cylinder(800.0, 600.0)
+    wrong = [replace(r, **{turned: -getattr(r, turned)}) for r in recordings]
+    with np.errstate(invalid="raise"), pytest.raises(InputError, match="testbed check says which"):
+        identify(wrong, known, "cylinder")

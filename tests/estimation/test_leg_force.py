@@ -86,7 +86,7 @@ def test_in_the_air_the_force_is_nothing_and_on_the_cell_it_is_the_cells(
     rig, model = clean
     for recording in rig.verify:  # type: ignore[attr-defined]
         found = estimate(recording, model)
-        from testbed.diagnosis.leg.errors import moving
+        from testbed.diagnosis.leg.verification import moving
 
         error = (found.force_n - recording.reference_force_n)[moving(recording, model)]
         limit = 120.0 if recording.name.startswith("press") else 25.0
@@ -102,7 +102,7 @@ def test_at_rest_the_set_holds_the_truth_and_the_value_lies_in_it(
     assert (found.force_low_n <= found.force_n + 1e-6).all() and (
         found.force_high_n >= found.force_n - 1e-6
     ).all()
-    from testbed.diagnosis.leg.errors import moving
+    from testbed.diagnosis.leg.verification import moving
 
     rest = ~moving(recording, model)
     truth = recording.reference_force_n

@@ -36,6 +36,19 @@ def test_compiled_modified_kbf_equals_filterpy(e_max):
     assert np.max(np.abs(ours - theirs) / np.maximum(1.0, np.abs(theirs))) < 1e-12
 
 
+def test_samples_that_are_not_numbers_are_passed_over_by_both_alike():
+    z = noisy_walk(400)
+    z[100:130] = np.nan
+    for ours, theirs in (
+        (kbf.run(z, np.array([25.0, 3600.0])), reference.kbf(z, 25.0, 3600.0)),
+        (
+            modified_kbf.run(z, np.array([25.0, 3600.0, 300.0])),
+            reference.modified_kbf(z, 25.0, 3600.0, 300.0),
+        ),
+    ):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12)
+
+
 def test_one_sample_at_a_time_equals_the_array():
     z, p = noisy_walk(300), np.array([25.0, 3600.0, 300.0])
     for module in (kbf, modified_kbf):

@@ -5,13 +5,22 @@ from __future__ import annotations
 import json
 import os
 import stat
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file, make_folder, plain, whole, write_json, write_text
+from testbed.formats.files import (
+    Lines,
+    check_file,
+    make_folder,
+    plain,
+    whole,
+    write_json,
+    write_text,
+)
 
 
 def test_numbers_of_numpy_and_what_is_not_finite() -> None:
@@ -79,3 +88,21 @@ def test_the_place_of_a_file_is_checked_without_a_trace(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["a.csv"] and (
         tmp_path / "a.csv"
     ).read_text() == "old"
+
+
+def test_lines_grow_whole_and_a_cut_one_stays_alone(tmp_path: Path) -> None:
+    path = tmp_path / "lines"
+    for text in ("one", "two"):
+        with closing(Lines(path)) as lines:
+            lines.add(text)
+    path.write_text(path.read_text()[:-2])
+    with closing(Lines(path)) as lines:
+        lines.add("three")
+    assert path.read_text() == "one\ntw\nthree\n"
+
+
+def test_a_line_that_the_disk_does_not_take_is_one_line_of_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written"):
+        Lines(tmp_path)
+    with closing(Lines(Path("/dev/full"))) as lines, pytest.raises(InputError, match="No space"):
+        lines.add("text")

@@ -17,7 +17,6 @@ from testbed.laws.rope import (
     Rope,
     rope_pull,
     rope_tension,
-    sag_shortening_m,
     sagging_tension,
     unstrained_length,
     unstrained_sagging,
@@ -68,10 +67,6 @@ def test_wrench_points_to_the_anchor() -> None:
     tension = rope_pull(rope, np.zeros(3), np.zeros(3))
     assert np.linalg.norm(rope.force) == pytest.approx(tension)
     assert rope.force[2] / rope.force[0] == pytest.approx(24.03 / 18.0)
-
-
-def test_sag_of_a_taut_rope_is_a_millimetre() -> None:
-    assert sag_shortening_m(30.0, 1e4, 9.6) == pytest.approx(1.04e-3, rel=1e-2)
 
 
 W, H = 6.8, 0.6

@@ -77,6 +77,12 @@ def not_a_number(c: Columns) -> Columns:
     return c | {"uA": u}
 
 
+def beyond_its_range(c: Columns) -> Columns:
+    u = c["uA"].copy()
+    u[2500] = 1e12
+    return c | {"uA": u}
+
+
 FAULTS: dict[str, tuple[Callable[[Columns], Columns], tuple[str, ...]]] = {
     "too_few_samples": (few, ("too few samples: 3", "data.csv")),
     "constant_position": (still, ("position", "stays at 0.25 m", "t = 0 s")),
@@ -85,6 +91,7 @@ FAULTS: dict[str, tuple[Callable[[Columns], Columns], tuple[str, ...]]] = {
     "sensor_saturated": (saturated, ("pressure_b", "end of its range", "t = 4.00")),
     "channel_missing": (without_b, ("uB",)),
     "not_a_number": (not_a_number, ("uA", "t = 5 s")),
+    "beyond_its_range": (beyond_its_range, ("uA", "2e+18 Pa at row 2500", "beyond its transducer")),
 }
 
 
@@ -240,3 +247,18 @@ def test_a_leg_at_rest_has_a_set_of_forces(tmp_path: Path, monkeypatch: pytest.M
     assert answer(arguments, monkeypatch) == 0
     found = np.genfromtxt(tmp_path / "force.csv", delimiter=",", names=True)
     assert (found["force_high_n"] - found["force_low_n"]) == pytest.approx(900.0, abs=150.0)
+
+
+@pytest.mark.parametrize("data", ["../data.csv", "/etc/passwd.csv", "a/../../data.csv"])
+def test_a_table_outside_the_folder_is_not_opened(
+    data: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder = tmp_path / "identify" / "swing"
+    write(folder, leg("air"))
+    text = HEADER.replace("data: data.csv", f"data: {data}")
+    (folder / "recording.yaml").write_text(text + REFERENCE["air"])
+    assert answer(command("estimate", tmp_path), monkeypatch) == 2
+    assert "must be a file in the recording's own folder" in capsys.readouterr().err

@@ -183,6 +183,21 @@ def test_a_number_that_is_none_ends_the_run_and_its_last_records_are_kept(
     assert len(run.time_s) > 100  # the good second, and the rows that led to the fault
 
 
+def test_a_load_of_a_thousand_weights_is_a_fault_of_the_simulation_and_no_physics(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from testbed.errors import SimulationFault
+    from testbed.world import simulation
+
+    monkeypatch.setattr(simulation, "MOST_WEIGHTS", 0.01)
+    with pytest.raises(
+        SimulationFault, match=r"foot_force_in_world_.* N at t = .* machine's weight"
+    ):
+        run_scenario(load_scenario("stand_flat", duration=1.5), tmp_path / "run")
+    summary = read_run(tmp_path / "run").summary
+    assert summary is not None and summary["verdict"].startswith("fault: ")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_is_finished_readable_and_says_so(

@@ -1,4 +1,4 @@
-"""Fit the numbers of `testbed.diagnosis.leg.belief`: `testbed lab fit-belief DIR`.
+"""Fit the numbers of `testbed.diagnosis.leg.probabilities`: `testbed lab fit-belief DIR`.
 
 DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
 What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
@@ -17,7 +17,7 @@ import yaml
 
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
 from testbed.benchmarks.harness import stored
-from testbed.diagnosis.leg.belief import (
+from testbed.diagnosis.leg.probabilities import (
     FILE,
     LAPSING,
     Calibration,

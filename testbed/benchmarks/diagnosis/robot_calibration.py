@@ -1,4 +1,4 @@
-"""Fit the numbers of `testbed.diagnosis.robot.belief`: `testbed lab fit-robot-belief DIR...`.
+"""Fit the numbers of `testbed.diagnosis.robot.probabilities`: `testbed lab fit-robot-belief DIR...`.
 
 DIR is a folder of `testbed lab robot-diagnosis`; its runs are development runs from then on. What is fitted is the
 mean logarithm of the probability that the distribution gives to what was hidden, held back by a ridge; it is fitted on
@@ -18,7 +18,7 @@ import yaml
 from testbed.benchmarks.diagnosis.calibration import LEAST, RIDGE, SLIGHT, given, ranges, rounded
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
 from testbed.benchmarks.harness import stored
-from testbed.diagnosis.robot.belief import FILE, RobotSigns, distribution
+from testbed.diagnosis.robot.probabilities import FILE, RobotSigns, distribution
 from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
 

@@ -92,9 +92,9 @@ def simulate(scenario: Scenario) -> dict[str, Array]:
 
 def trial(seed: int) -> Trial:
     """One run: simulate it, diagnose it, compare with what was hidden."""
-    from testbed.diagnosis.robot.belief import signs_of
     from testbed.diagnosis.robot.diagnose import diagnose_robot
     from testbed.diagnosis.robot.findings import as_json
+    from testbed.diagnosis.robot.probabilities import signs_of
 
     scenario, name, place = drawn(seed)
     found = diagnose_robot(scenario.name, simulate(scenario), build_machine(), Path(f"seed-{seed}"))

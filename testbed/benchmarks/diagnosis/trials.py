@@ -9,7 +9,6 @@ from typing import Any
 from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.diagnose import diagnose
-from testbed.diagnosis.leg.errors import Errors, closed_share, errors
 from testbed.diagnosis.leg.evidence import evidence, of_residual
 from testbed.diagnosis.leg.findings import Diagnosis, as_json, entries_of
 from testbed.diagnosis.leg.fit import Fit
@@ -19,6 +18,7 @@ from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import fit_generic
+from testbed.diagnosis.leg.verification import Errors, closed_share, errors
 from testbed.effects import OF_A_CYLINDER, by_name
 from testbed.recording.leg_model import LegModel
 

@@ -16,7 +16,8 @@ from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.figure_08 import velocity
 from testbed.benchmarks.paper.figure_11 import SLOW_M_S, external_force
 from testbed.benchmarks.paper.leg import RATE_HZ
-from testbed.estimation.filters import kbf, modified_kbf, persistent
+from testbed.estimation.filters import persistent
+from testbed.estimation.filters.reference import kbf, modified_kbf
 from testbed.estimation.live.believed import Tuning
 from testbed.report.tables import Table
 
@@ -30,7 +31,7 @@ def locked_out(step_n: float, seed: int) -> bool:
     tuning = Tuning()
     noise = np.random.default_rng([6, seed]).normal(0.0, 60.0, 3000)
     z = 1000.0 + noise + step_n * (np.arange(3000) >= 1000)
-    x = modified_kbf.run(z, np.array([tuning.kbf_q_n2, tuning.kbf_r_n2, E_MAX_N]))
+    x = modified_kbf(z, tuning.kbf_q_n2, tuning.kbf_r_n2, E_MAX_N)
     return bool(abs(x[-1] - 1000.0 - step_n) > 0.5 * step_n)
 
 
@@ -42,15 +43,13 @@ def experiment() -> Experiment:
     trace = trace.after(float(trace.time_s[0]) + 2.5)
     z, v = external_force(trace), velocity(trace)
     q, r = tuning.kbf_q_n2, tuning.kbf_r_n2
-    rested = _rms(modified_kbf.run(at_rest, np.array([q, r, E_MAX_N]))) / _rms(
-        kbf.run(at_rest, np.array([q, r]))
-    )
-    plain, modified = kbf.run(z, np.array([q, r])), modified_kbf.run(z, np.array([q, r, E_MAX_N]))
+    rested = _rms(modified_kbf(at_rest, q, r, E_MAX_N)) / _rms(kbf(at_rest, q, r))
+    plain, modified = kbf(z, q, r), modified_kbf(z, q, r, E_MAX_N)
     own = persistent.run(z, np.array([q, r, E_MAX_N, 10.0]))
     # the filters answer some hundredths of a second late: the peaks belong to the slow stretch and what follows it
     slow = np.convolve(np.abs(v) < SLOW_M_S, np.ones(301), "same") > 0.5
     peaks = [float(np.abs(x[slow]).max()) for x in (plain, modified)]
-    tried = {e: modified_kbf.run(z, np.array([q, r, e])) for e in TRIED_N}
+    tried = {e: modified_kbf(z, q, r, e) for e in TRIED_N}
     best = min(tried, key=lambda e: _rms(tried[e]))
     best_peak = float(np.abs(tried[best][slow]).max())
     rms = [_rms(x) for x in (z, plain, modified, own)]
@@ -127,7 +126,7 @@ def experiment() -> Experiment:
                 "F [N]",
                 [
                     Line(lock_t, x, "measured", 3),
-                    Line(lock_t, modified_kbf.run(x, np.array([q, r, E_MAX_N])), "modified", 1),
+                    Line(lock_t, modified_kbf(x, q, r, E_MAX_N), "modified", 1),
                     Line(
                         lock_t,
                         persistent.run(x, np.array([q, r, E_MAX_N, 10.0])),

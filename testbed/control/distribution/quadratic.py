@@ -23,22 +23,38 @@ from numpy.typing import NDArray
 
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
-from testbed.control.distribution.use_program import About, UseProgram, highest_use
+from testbed.control.distribution.use_program import About, LastPlan, UseProgram, highest_use
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 CONE_SIDES = 8
+"""Sides of the pyramid inside a friction cone."""
 LOWEST_NORMAL_N = 800.0
 """Least normal load of a plan: twice what blows, estimates and the loops leave open (E)."""
 DOUBT_N = 600.0
 """Break-away of a radial joint at rest (E)."""
 POOR_FRICTION = 0.45
 """Coefficient of poor rock, 0.7 of the usual (E): plans that need more are made for friction alone."""
-WORST, EVEN, STEADY, STRICT = 4.0, 0.05, 0.02, 50.0
-"""Weights of the highest use, of even normal loads and of quiet ropes against friction use squared; how much more the
-highest use weighs where the doubt is given up (E)."""
-FIRST_ROUNDS, CLOSER = 6, 0.02
-"""Rounds until the first plan; most by which s may fall from round to round."""
+WORST = 4.0
+"""Weight of the highest use of friction, against friction use squared (E)."""
+EVEN = 0.05
+"""Weight of even normal loads (E)."""
+STEADY = 0.02
+"""Weight of quiet ropes (E)."""
+STRICT = 50.0
+"""How much more the highest use weighs where the doubt is given up (E)."""
+FIRST_ROUNDS = 6
+"""Rounds until the first plan."""
+CLOSER = 0.02
+"""Most by which s may fall from round to round."""
+
+
+EASED = 0.7
+"""The lowest load that is kept to falls to this share of itself where there is no plan (E)."""
+TIGHTENED = 0.002
+"""It grows by this share of the whole with each plan that there is (E)."""
+GIVEN_UP = 0.1
+"""Below this share it is not kept to at all (E)."""
 
 
 @dataclass(frozen=True)
@@ -127,13 +143,12 @@ class Quadratic:
     def _solve(self, now: Balance, last: _Last) -> Array | None:
         scale = _size(now.load)
         taken = self.taken(now) / scale * last.doubt
-        z = self._program.solve(
-            now, last.normals, last.pull, taken, self._about(last, scale, now.rope_rating_n)
-        )
+        begun = LastPlan(last.normals, last.pull, taken)
+        z = self._program.solve(now, begun, self._about(last, scale, now.rope_rating_n))
         if z is None:
-            last.lowest = 0.0 if last.lowest < 0.1 else 0.7 * last.lowest
+            last.lowest = 0.0 if last.lowest < GIVEN_UP else EASED * last.lowest
             return None
-        last.lowest = min(last.lowest + 0.002, 1.0)
+        last.lowest = min(last.lowest + TIGHTENED, 1.0)
         use = highest_use(z, self._use_rows)
         last.normals, last.pull, last.use = (
             z[:FEET:3].copy(),

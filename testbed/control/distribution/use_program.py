@@ -20,11 +20,16 @@ Array = NDArray[np.float64]
 SIZE = UNKNOWNS + 1
 USE = UNKNOWNS
 """Index of s."""
-JOINTS, WRENCH = len(AXES), 6
+JOINTS = len(AXES)
+"""Rows of the joints' limits."""
+WRENCH = 6
+"""Rows of the balance."""
 EQUALITY = 5
-"""daqp's word for a row that must hold exactly."""
+"""daqp's mark of a row that must hold exactly."""
 FREE = 1e30
 """daqp's infinity."""
+LEAST_NORMAL = 0.02
+"""The program is made about no smaller normal force of a foot, in units of the load."""
 
 
 class About(NamedTuple):
@@ -35,6 +40,7 @@ class About(NamedTuple):
     lowest: float
     """Least normal force of a stance foot."""
     highest_pull: float
+    """Rating of the ropes' traction devices."""
     doubt: float
     """What joints at rest hide of a tangential force."""
     use: float
@@ -42,128 +48,150 @@ class About(NamedTuple):
     least_use: float
     """s falls no further."""
     tangential: float
+    """Weight of the tangential forces."""
     even: float
+    """Weight of the normal loads."""
     steady: float
+    """Weight of a change of the pulls."""
     worst: float
-    """Weights: tangential forces, normal loads, change of the pulls, s."""
+    """Weight of s."""
+
+
+class Facts(NamedTuple):
+    """What a program holds to: see Balance."""
+
+    balance: Array
+    load: Array
+    joint_map: Array
+    held: Array
+    lowest: Array
+    highest: Array
+    stance: NDArray[np.bool_]
+
+
+class LastPlan(NamedTuple):
+    """What a program begins from, in units of the load."""
+
+    normals: Array
+    """(4,) normal forces of the last plan."""
+    pull: Array
+    """(2,) its rope pulls."""
+    taken: Array
+    """(4,) what a surge of the thrust would take off each foot."""
+
+
+class Arrays(NamedTuple):
+    """What daqp takes, with room for as many rows as there can be."""
+
+    hessian: Array
+    costs: Array
+    rows: Array
+    lower: Array
+    upper: Array
+    kind: NDArray[np.intc]
+
+    @classmethod
+    def of(cls, rows: int) -> Arrays:
+        """Zeros for so many rows."""
+        bounds = SIZE + rows
+        return cls(
+            np.zeros((SIZE, SIZE)),
+            np.zeros(SIZE),
+            np.zeros((rows, SIZE)),
+            np.zeros(bounds),
+            np.zeros(bounds),
+            np.zeros(bounds, dtype=np.intc),
+        )
 
 
 class UseProgram:
     """The program's arrays, and its solution. `sides` (4 * n, 14): rows of |t| of each foot, as z's linear parts."""
 
     def __init__(self, sides: Array) -> None:
-        most = len(sides) + JOINTS + WRENCH
         self._sides = sides
-        self._hessian, self._costs = np.zeros((SIZE, SIZE)), np.zeros(SIZE)
-        self._rows = np.zeros((most, SIZE))
-        self._lower, self._upper = np.zeros(SIZE + most), np.zeros(SIZE + most)
-        self._kind = np.zeros(SIZE + most, dtype=np.intc)
+        self._arrays = Arrays.of(len(sides) + JOINTS + WRENCH)
 
-    def solve(
-        self, now: Balance, normals: Array, pull: Array, taken: Array, about: About
-    ) -> Array | None:
-        """The best (15,), or None if there is none; normals (4), pull (2) of the last plan, taken (4) of the surge."""
-        count = write_program(
-            now.balance,
-            now.load,
-            now.joint_map,
-            now.held,
-            now.lowest,
-            now.highest,
-            now.stance,
-            normals,
-            pull,
-            taken,
-            *about,
-            self._sides,
-            self._hessian,
-            self._costs,
-            self._rows,
-            self._lower,
-            self._upper,
-            self._kind,
+    def solve(self, now: Balance, last: LastPlan, about: About) -> Array | None:
+        """The best (15,), or None if there is none."""
+        facts = Facts(
+            now.balance, now.load, now.joint_map, now.held, now.lowest, now.highest, now.stance
         )
+        out = self._arrays
+        count = write_program(facts, last, about, self._sides, out)
         bounds = SIZE + count
         found, _, ended, _ = daqp.solve(
-            self._hessian,
-            self._costs,
-            self._rows[:count],
-            self._upper[:bounds],
-            self._lower[:bounds],
-            self._kind[:bounds],
+            out.hessian,
+            out.costs,
+            out.rows[:count],
+            out.upper[:bounds],
+            out.lower[:bounds],
+            out.kind[:bounds],
         )
         return np.asarray(found) if ended > 0 else None
 
 
 @njit
-def write_program(
-    balance: Any,
-    load: Any,
-    joint_map: Any,
-    held: Any,
-    lowest_joint: Any,
-    highest_joint: Any,
-    stance: Any,
-    normals: Any,
-    pull: Any,
-    taken: Any,
-    scale: float,
-    lowest: float,
-    highest_pull: float,
-    doubt: float,
-    use: float,
-    least_use: float,
-    tangential: float,
-    even: float,
-    steady: float,
-    worst: float,
-    sides: Any,
-    hessian: Any,
-    costs: Any,
-    rows: Any,
-    lower: Any,
-    upper: Any,
-    kind: Any,
-) -> int:
-    """Fill the arrays of a UseProgram; returns how many rows there are."""
+def write_program(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
+    """Fill the Arrays `out` of a UseProgram; returns how many rows there are."""
+    _write_costs(last, about, out)
+    count: int = _write_feet(facts, last, about, sides, out)
+    lower, upper = out.lower, out.upper
+    for joint in range(JOINTS):
+        for i in range(UNKNOWNS):
+            out.rows[count, i] = facts.joint_map[joint, i]
+        out.rows[count, USE] = 0.0
+        lower[SIZE + count] = (facts.lowest[joint] - facts.held[joint]) / about.scale
+        upper[SIZE + count] = (facts.highest[joint] - facts.held[joint]) / about.scale
+        count += 1
+    for k in range(SIZE + count):
+        out.kind[k] = 0
+    for part in range(WRENCH):
+        for i in range(UNKNOWNS):
+            out.rows[count, i] = facts.balance[part, i]
+        out.rows[count, USE] = 0.0
+        lower[SIZE + count] = upper[SIZE + count] = -facts.load[part] / about.scale
+        out.kind[SIZE + count] = EQUALITY
+        count += 1
+    return count
+
+
+@njit
+def _write_costs(last: Any, about: Any, out: Any) -> None:
+    """Weights of the unknowns, and bounds of the pulls and of s."""
     for i in range(SIZE):
-        weight = worst if i == USE else steady if i >= FEET else even if i % 3 == 0 else tangential
-        hessian[i, i] = weight
-        costs[i] = -steady * pull[i - FEET] if FEET <= i < UNKNOWNS else 0.0
-        lower[i], upper[i] = -FREE, FREE
+        if i == USE:
+            weight = about.worst
+        elif i >= FEET:
+            weight = about.steady
+        else:
+            weight = about.even if i % 3 == 0 else about.tangential
+        out.hessian[i, i] = weight
+        out.costs[i] = -about.steady * last.pull[i - FEET] if FEET <= i < UNKNOWNS else 0.0
+        out.lower[i], out.upper[i] = -FREE, FREE
     for i in range(FEET, UNKNOWNS):
-        lower[i], upper[i] = 0.0, highest_pull
-    lower[USE] = least_use
+        out.lower[i], out.upper[i] = 0.0, about.highest_pull
+    out.lower[USE] = about.least_use
+
+
+@njit
+def _write_feet(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
+    """Bounds of the feet and a row for each side of the stance feet's cones; returns how many rows."""
     count, each = 0, sides.shape[0] // len(LEGS)
+    lower, upper = out.lower, out.upper
     for leg in range(len(LEGS)):
-        if not stance[leg]:
+        if not facts.stance[leg]:
             for i in range(3 * leg, 3 * leg + 3):
                 lower[i] = upper[i] = 0.0
             continue
-        lower[3 * leg] = lowest
-        about = max(normals[leg] + taken[leg], 0.02)
+        lower[3 * leg] = about.lowest
+        carried = max(last.normals[leg] + last.taken[leg], LEAST_NORMAL)
         for side in range(leg * each, (leg + 1) * each):
             for i in range(UNKNOWNS):
-                rows[count, i] = sides[side, i]
-            rows[count, 3 * leg], rows[count, USE] = -use, -about
-            lower[SIZE + count], upper[SIZE + count] = -FREE, -doubt + use * (taken[leg] - about)
+                out.rows[count, i] = sides[side, i]
+            out.rows[count, 3 * leg], out.rows[count, USE] = -about.use, -carried
+            lower[SIZE + count] = -FREE
+            upper[SIZE + count] = -about.doubt + about.use * (last.taken[leg] - carried)
             count += 1
-    for joint in range(JOINTS):
-        for i in range(UNKNOWNS):
-            rows[count, i] = joint_map[joint, i]
-        rows[count, USE] = 0.0
-        lower[SIZE + count] = (lowest_joint[joint] - held[joint]) / scale
-        upper[SIZE + count] = (highest_joint[joint] - held[joint]) / scale
-        count += 1
-    for k in range(SIZE + count):
-        kind[k] = 0
-    for part in range(WRENCH):
-        for i in range(UNKNOWNS):
-            rows[count, i] = balance[part, i]
-        rows[count, USE] = 0.0
-        lower[SIZE + count] = upper[SIZE + count] = -load[part] / scale
-        kind[SIZE + count] = EQUALITY
-        count += 1
     return count
 
 

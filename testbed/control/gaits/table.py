@@ -8,12 +8,13 @@ from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.hold import Hold
+from testbed.control.gaits.own import own_gait
 from testbed.control.gaits.sway import SwayGait
 from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import Crawl, Sway
+from testbed.scenario.tasks import Crawl, Program, Sway
 
 
 def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
@@ -24,6 +25,8 @@ def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
         gait = _crawl(task, start)
     elif isinstance(task, Sway):
         gait = SwayGait(task, start)
+    elif isinstance(task, Program):
+        gait = own_gait(task.file, start)
     else:
         gait = Hold(start.joints, task, scenario.events)
     layers: list[Layer] = []

@@ -17,6 +17,7 @@ from testbed.effects import of_declared
 from testbed.effects.base import Active
 from testbed.effects.fitting import Coordinate
 from testbed.errors import InputError
+from testbed.estimation.friction.evidence import check_opposes
 from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
 from testbed.estimation.leg.flow import SMOOTH_DROP_PA, Edge
 from testbed.recording.axis import Rig
@@ -54,9 +55,13 @@ def declared(rig: Rig) -> LegModel:
 
 
 def first_friction(
-    series: Sequence[Series], model: LegModel, believed: Sequence[Active] = ()
+    series: Sequence[Series], model: LegModel, believed: Sequence[Active] = (), bench: bool = True
 ) -> tuple[Friction, float]:
-    """(a rough friction from medians, the scale of forces in N): where the fit starts."""
+    """(a rough friction from medians, the scale of forces in N): where the fit starts.
+
+    `bench`: the external force is known, so that friction must oppose the motion. Raises InputError where it does not,
+    or where the piston hardly moves.
+    """
     total, speed = [], []
     for s in series:
         signals = corrected(s.signals, believed)
@@ -72,6 +77,8 @@ def first_friction(
             f"position hardly moves: {len(v)} samples faster than 3 mm/s, both directions needed",
             allowed="recordings in which the piston slides both ways",
         )
+    if bench:
+        check_opposes(v, y)
     plus, minus = float(np.median(y[v > 0])), float(np.median(-y[v < 0]))
     scale = max(
         0.1 * (abs(plus) + abs(minus)), 0.3 * float(np.median(np.abs(y - np.median(y)))), 0.05
@@ -111,7 +118,9 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
     A bench that hardly accelerates shows no mass: there a null mass stays null.
     """
-    friction, scale = first_friction(problem.series, problem.base, problem.believed)
+    friction, scale = first_friction(
+        problem.series, problem.base, problem.believed, bench=problem.kind != "robot"
+    )
     coordinates = friction_coordinates(friction, scale)
     if problem.with_flow:
         coordinates += EDGE

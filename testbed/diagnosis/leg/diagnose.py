@@ -6,7 +6,6 @@ import numpy as np
 
 from testbed.diagnosis.leg.amplitude import with_amplitudes
 from testbed.diagnosis.leg.base_models import declared, fit_base
-from testbed.diagnosis.leg.errors import errors
 from testbed.diagnosis.leg.evidence import Evidence
 from testbed.diagnosis.leg.findings import Diagnosis, entries_of
 from testbed.diagnosis.leg.fit import block_covariance
@@ -16,6 +15,7 @@ from testbed.diagnosis.leg.search import Progress, search
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import unexplained
 from testbed.diagnosis.leg.verdict import decide
+from testbed.diagnosis.leg.verification import errors
 from testbed.effects import build
 from testbed.errors import InputError
 from testbed.recording.axis import Rig

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.errors import Errors
 from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.hypotheses import LeftOut
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.diagnosis.leg.verdict import Verdict
+from testbed.diagnosis.leg.verification import Errors
 from testbed.effects import by_name, kind_of, place_of
 from testbed.effects.base import MARK
 from testbed.formats.files import make_folder, write_json
@@ -42,7 +42,6 @@ class Diagnosis:
     models: dict[str, LegModel]
     entries: tuple[EffectEntry, ...]
     errors: Errors
-    floor_note: str = ""
 
     @property
     def left_out(self) -> list[LeftOut]:

@@ -1,11 +1,11 @@
 """From evidence to a verdict: probabilities over sets of names, refusal, and groups that the data cannot tell apart.
 
-For legs with declared sensors and valve the probabilities come from `belief`, whose numbers are fitted on rigs of the
+For legs with declared sensors and valve the probabilities come from `probabilities`, whose numbers are fitted on rigs of the
 independent reference leg (`testbed evaluate-diagnosis` judges on others); no number was fitted to an outside recording.
 Three constants of the balances were chosen on outside rigs, which are therefore no blind test of them: the orifice's
 smoothing (0.5 bar), the command's lead (0.75 sample), the pre-sliding travel (0.12 mm). For measured benches, which
 declare less, the numbers below are set by hand: probabilities there are not calibrated. A leg of the robot has its own
-(`robot_belief`).
+(`diagnosis.robot.probabilities`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.diagnosis.leg.belief import calibration, distribution
+from testbed.diagnosis.leg.probabilities import calibration, distribution
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import Unexplained

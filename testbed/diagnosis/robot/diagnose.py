@@ -18,7 +18,7 @@ from testbed.diagnosis.leg.points import Point, friction_coordinates, restarted
 from testbed.diagnosis.leg.search import Search, search
 from testbed.diagnosis.leg.series import BIN, RATE_HZ, series_of
 from testbed.diagnosis.leg.verdict import Verdict, verdict_of
-from testbed.diagnosis.robot.belief import calibration, distribution, signs_of
+from testbed.diagnosis.robot.probabilities import calibration, distribution, signs_of
 from testbed.diagnosis.robot.problem import RobotProblem
 from testbed.diagnosis.robot.rig import (
     believed_model,

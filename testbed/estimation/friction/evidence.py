@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +33,16 @@ MINIMUM_ROWS = 40
 
 @dataclass(frozen=True)
 class Evidence:
-    """Rows (m,): signed speed m/s, force left over N, acceleration m/s2, pressure A Pa, number of the recording."""
+    """Rows (m,): signed speed m/s, force left over N, acceleration m/s2, pressures Pa, number of the recording.
+
+    A pressure that was not recorded is 0.
+    """
 
     velocity_m_s: Array
     force_n: Array
     acceleration_m_s2: Array
     pressure_a_pa: Array
+    pressure_b_pa: Array
     recording: NDArray[np.int64]
 
     def __len__(self) -> int:
@@ -78,8 +83,48 @@ def _rows(recording: Recording, known: Known, number: int) -> Evidence:
         steadily_sliding(v, signals.rate_hz) & unsaturated(recording, signals.time_s)
     )
     pick = pick[pick % step == 0]
-    pressure = np.zeros_like(v) if signals.pressure_a_pa is None else signals.pressure_a_pa
-    return Evidence(v[pick], y[pick], a[pick], pressure[pick], np.full(pick.size, number))
+    chambers = [
+        np.zeros_like(v) if p is None else p for p in (signals.pressure_a_pa, signals.pressure_b_pa)
+    ]
+    in_a, in_b = (p[pick] for p in chambers)
+    return Evidence(v[pick], y[pick], a[pick], in_a, in_b, np.full(pick.size, number))
+
+
+CLOSES = 0.3
+"""Share of a load cell's force that friction may leave unexplained; a turned sign leaves more than all of it."""
+
+
+def check_closes(residual_n: float, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings on a load cell whose forces do not add up, whatever the friction."""
+    cells = [
+        r.reference_force_n for r in recordings if r.reference_force_n is not None and not r.is_free
+    ]
+    if not cells:
+        return
+    size = float(np.sqrt(np.mean(np.concatenate(cells) ** 2)))
+    if residual_n > CLOSES * size:
+        raise InputError(
+            f"the force balance leaves {residual_n:.4g} N unexplained beside {size:.4g} N on the load cell: "
+            "a force, a pressure or the position has the wrong sign or scale (testbed check says which)",
+            file=recordings[0].folder.parent,
+        )
+
+
+def check_opposes(velocity_m_s: Array, force_n: Array, place: Path | None = None) -> None:
+    """Refuse rows in which friction would drive the piston instead of braking it: a sign is turned round.
+
+    Judged by its power. A constant force (a weight, a zero) helps one way what it takes the other, and is taken out;
+    inertia gives back what it takes.
+    """
+    way = np.sign(velocity_m_s)
+    constant = 0.5 * sum(float(np.median(force_n[way == side])) for side in (1.0, -1.0))
+    braking_n = float(np.mean((force_n - constant) * velocity_m_s) / np.mean(np.abs(velocity_m_s)))
+    if braking_n < 0.0:
+        raise InputError(
+            f"the force balance leaves {braking_n:.4g} N of friction, which would drive the piston: "
+            "a force, a pressure or the position has the wrong sign (testbed check says which)",
+            file=place,
+        )
 
 
 def smoothed_reference(recording: Recording, time_s: Array) -> Array:

@@ -2,8 +2,8 @@
 
 A rig with recordings in the air is identified on those alone, all else as declared. A rig without any (a bench with a
 load cell, a drive) is identified on all of `identify`, together with what it leaves undeclared: its mass, and the
-constant force of a sensor's zero; of a `cylinder` the area too, as a seal's bore is nominal. There the parts of (5)
-that do not help to predict a recording set aside are left out.
+constant force of a sensor's zero. What it declares (bore, rod, mass) moves within its tolerance at most, and is
+reported. There the parts of (5) that do not help to predict a recording set aside are left out.
 """
 
 from __future__ import annotations
@@ -15,9 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.friction.evidence import MINIMUM_ROWS, Evidence, gather
+from testbed.estimation.friction.evidence import (
+    MINIMUM_ROWS,
+    Evidence,
+    check_closes,
+    check_opposes,
+    gather,
+)
 from testbed.estimation.friction.posterior import Side, curve, fit_side
-from testbed.estimation.friction.undeclared import PARTS, take_out
+from testbed.estimation.friction.undeclared import PARTS, Used, take_out
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction, LegModel
@@ -49,6 +55,8 @@ class Identification:
     residual_n: tuple[float, float]
     rows: int
     recordings: tuple[str, ...]
+    used: tuple[Used, ...] = ()
+    """Numbers that were changed within their tolerance, or found where nothing was declared."""
 
     def tree(self) -> dict[str, object]:
         """As JSON carries it."""
@@ -64,6 +72,7 @@ class Identification:
                 for p in self.parameters
             },
             "residual_n": dict(zip(SIDES, self.residual_n, strict=True)),
+            "declared": {u.name: vars(u) for u in self.used},
             "rows": self.rows,
             "recordings": list(self.recordings),
         }
@@ -80,8 +89,11 @@ def identify(
 ) -> Identification:
     """Identify from given recordings whose external force is known (0 N in the air, or a load cell's)."""
     evidence = gather(recordings, known)
-    known, offset, evidence, form = take_out(evidence, known, kind)
-    sides = [_side(evidence, sign, recordings, form) for sign in (1.0, -1.0)]
+    taken = take_out(evidence, known, kind)
+    evidence = taken.evidence
+    sides = [_side(evidence, sign, recordings, taken.form) for sign in (1.0, -1.0)]
+    check_closes(max(side.residual_n for side in sides), recordings)
+    check_opposes(evidence.velocity_m_s, evidence.force_n, recordings[0].folder.parent)
     parameters = tuple(
         p
         for name, side in zip(SIDES, sides, strict=True)
@@ -95,14 +107,20 @@ def identify(
     unseen = ", ".join(p.name for p in parameters if not p.shown)
     model = LegModel(
         rig=kind,  # type: ignore[arg-type]
-        known=known,
+        known=taken.known,
         friction=friction,
-        force_offset_n=offset,
+        force_offset_n=taken.offset_n,
         description=f"friction (5) identified on {', '.join(names)}; 90 % intervals: {intervals}"
-        + (f"; not shown by the motion: {unseen}" if unseen else ""),
+        + (f"; not shown by the motion: {unseen}" if unseen else "")
+        + "".join(f"; {u}" for u in taken.used),
     )
     return Identification(
-        model, parameters, (sides[0].residual_n, sides[1].residual_n), len(evidence), names
+        model,
+        parameters,
+        (sides[0].residual_n, sides[1].residual_n),
+        len(evidence),
+        names,
+        taken.used,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,14 @@ import numpy.typing as npt
 from testbed.compiled import njit
 from testbed.effects.base import Active
 from testbed.effects.hydraulics_air import compliance_1_pa
+from testbed.effects.hydraulics_hose import hose_flow_m3_s
 from testbed.effects.leakage_internal import flow_m3_s as leak_m3_s
+from testbed.effects.supply_droop import drooping_pa
 from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
 from testbed.laws.linear import second_order
+from testbed.recording.known import Known
 
 Array = npt.NDArray[np.float64]
 SMOOTH_DROP_PA = 5e4
@@ -113,146 +116,147 @@ def flow_balance(
 
     `edge` is what a valve's plate does not say to the last per cent.
     """
-    k = signals.known
-    pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
-    assert (
-        pa is not None
-        and pb is not None
-        and k.valve_rated_flow_m3_s
-        and k.valve_rated_drop_per_edge_pa
-    )
-    assert k.supply_pressure_nominal_pa and k.bulk_modulus_pa and k.stroke_m
-    rated, drop, tank = (
-        edge.gain * k.valve_rated_flow_m3_s,
-        k.valve_rated_drop_per_edge_pa,
-        k.tank_pressure_pa or 0.0,
-    )
-    o = open_
-    nominal = k.supply_pressure_nominal_pa
-    supply: Array | float = nominal
-    if terms.droop_pa_s_m3 > 0.0:
-        supply = _supply(
-            o,
-            pa,
-            pb,
-            nominal,
-            rated,
-            drop,
-            terms.droop_pa_s_m3,
-            terms.droop_time_s,
-            1.0 / signals.rate_hz,
-        )
+    pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
+    assert pressure_a is not None and pressure_b is not None
+    supply = _supply_pa(signals, terms, open_, edge)
     leak: Array | float = 0.0
     if terms.leakage_m3_s_pa:
-        leak = leak_m3_s(pa - pb, terms.leakage_m3_s_pa, terms.leakage_exponent)
-    x, v = signals.position_m, signals.velocity_m_s
-    soft_a: Array | float = 1.0 / k.bulk_modulus_pa
-    soft_b: Array | float = soft_a
-    if terms.gas_fraction > 0.0:
-        soft_a = soft_a + compliance_1_pa(pa.clip(0.0), terms.gas_fraction, terms.gas_exponent)
-        soft_b = soft_b + compliance_1_pa(pb.clip(0.0), terms.gas_fraction, terms.gas_exponent)
-    sizes = np.array([rated, edge.share_b, drop, edge.smooth_pa, tank, signals.rate_hz])
-    chambers = np.array(
-        [
-            k.area_a_m2,
-            k.area_b_m2,
-            k.dead_volume_a_m3 or 0.0,
-            k.dead_volume_b_m3 or 0.0,
-            k.stroke_m,
-        ],
-        dtype=np.float64,
+        drop = pressure_a - pressure_b
+        leak = leak_m3_s(drop, terms.leakage_m3_s_pa, terms.leakage_exponent)
+    shape = pressure_a.shape
+    rows = OilRows(
+        opening=open_,
+        position_m=signals.position_m,
+        velocity_m_s=signals.velocity_m_s,
+        pressure_a_pa=pressure_a,
+        pressure_b_pa=pressure_b,
+        supply_pa=_filled(supply, shape),
+        leak_m3_s=_filled(leak, shape),
+        softness_a_1_pa=_filled(_softness(pressure_a, signals.known, terms), shape),
+        softness_b_1_pa=_filled(_softness(pressure_b, signals.known, terms), shape),
     )
-    varied = [
-        np.broadcast_to(np.asarray(c, dtype=np.float64), pa.shape)
-        for c in (supply, leak, soft_a, soft_b)
-    ]
-    a, b = _chambers(o, pa, pb, x, v, *varied, sizes, chambers)
+    a, b = _chambers(rows, _valve(signals.known, edge), _cylinder(signals.known), signals.rate_hz)
     if terms.hose_capacity_m3_pa > 0.0:
-        a = a - _hose(pa, terms.hose_capacity_m3_pa, terms.hose_time_s, 1.0 / signals.rate_hz)
-    evidence = None
-    if signals.supply_pressure_pa is not None:
-        evidence = signals.supply_pressure_pa - supply
-    return FlowBalance(a, b, evidence)
+        period = 1.0 / signals.rate_hz
+        a = a - hose_flow_m3_s(pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period)
+    measured = signals.supply_pressure_pa
+    return FlowBalance(a, b, None if measured is None else measured - supply)
+
+
+class Valve(NamedTuple):
+    """A valve as declared, with its edges as believed."""
+
+    rated_m3_s: float
+    rated_drop_pa: float
+    smooth_drop_pa: float
+    share_b: float
+    """Size of the edges at chamber B against those at A."""
+    tank_pa: float
+
+
+class Cylinder(NamedTuple):
+    """A cylinder as declared."""
+
+    area_a_m2: float
+    area_b_m2: float
+    dead_volume_a_m3: float
+    dead_volume_b_m3: float
+    stroke_m: float
+
+
+class OilRows(NamedTuple):
+    """What both balances are made of, each of shape (n,)."""
+
+    opening: Array
+    position_m: Array
+    velocity_m_s: Array
+    pressure_a_pa: Array
+    pressure_b_pa: Array
+    supply_pa: Array
+    leak_m3_s: Array
+    """From A to B."""
+    softness_a_1_pa: Array
+    """1/beta, air included."""
+    softness_b_1_pa: Array
+
+
+def _valve(known: Known, edge: Edge) -> Valve:
+    assert known.valve_rated_flow_m3_s and known.valve_rated_drop_per_edge_pa
+    return Valve(
+        edge.gain * known.valve_rated_flow_m3_s,
+        known.valve_rated_drop_per_edge_pa,
+        edge.smooth_pa,
+        edge.share_b,
+        known.tank_pressure_pa or 0.0,
+    )
+
+
+def _cylinder(known: Known) -> Cylinder:
+    assert known.stroke_m
+    return Cylinder(
+        known.area_a_m2,
+        known.area_b_m2,
+        known.dead_volume_a_m3 or 0.0,
+        known.dead_volume_b_m3 or 0.0,
+        known.stroke_m,
+    )
+
+
+def _supply_pa(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge) -> Array | float:
+    """The declared supply pressure, less what it gives way under the drawn flow."""
+    known, nominal = signals.known, signals.known.supply_pressure_nominal_pa
+    assert nominal and signals.pressure_a_pa is not None and signals.pressure_b_pa is not None
+    if terms.droop_pa_s_m3 <= 0.0:
+        return nominal
+    valve = _valve(known, edge)
+    against = np.where(open_ > 0.0, signals.pressure_a_pa, signals.pressure_b_pa)
+    per_root = valve.rated_m3_s * np.abs(open_) / np.sqrt(valve.rated_drop_pa)
+    droop = terms.droop_pa_s_m3, terms.droop_time_s
+    return np.asarray(drooping_pa(nominal, against, per_root, droop, 1.0 / signals.rate_hz))
+
+
+def _softness(pressure_pa: Array, known: Known, terms: FlowTerms) -> Array | float:
+    """1/beta of a chamber's oil, with the air in it."""
+    assert known.bulk_modulus_pa
+    oil = 1.0 / known.bulk_modulus_pa
+    if terms.gas_fraction <= 0.0:
+        return oil
+    air = compliance_1_pa(pressure_pa.clip(0.0), terms.gas_fraction, terms.gas_exponent)
+    return np.asarray(oil + air, dtype=np.float64)
+
+
+def _filled(value: Array | float, shape: tuple[int, ...]) -> Array:
+    return np.broadcast_to(np.asarray(value, dtype=np.float64), shape)
 
 
 @njit
 def _chambers(
-    o: Array,
-    pa: Array,
-    pb: Array,
-    x: Array,
-    v: Array,
-    supply: Array,
-    leak: Array,
-    soft_a: Array,
-    soft_b: Array,
-    sizes: Array,
-    chambers: Array,
+    rows: OilRows, valve: Valve, cylinder: Cylinder, rate_hz: float
 ) -> tuple[Array, Array]:
-    """Both balances but the hose, m3/s, each of shape (n,).
-
-    `sizes`: rated flow, share of the edges at B, rated drop, smooth drop, tank pressure, rate in Hz; `chambers`: both
-    areas, both dead volumes, stroke.
-    """
-    rated, share, drop, smooth_pa, tank, rate_hz = sizes
-    area_a, area_b, dead_a, dead_b, stroke = chambers
-    a, b = np.empty_like(pa), np.empty_like(pa)
-    last = len(pa) - 1
-    for i in range(len(pa)):
+    """Both balances but the hose, m3/s, each of shape (n,)."""
+    pressure_a, pressure_b = rows.pressure_a_pa, rows.pressure_b_pa
+    rated_a, rated_b = valve.rated_m3_s, valve.share_b * valve.rated_m3_s
+    a, b = np.empty_like(pressure_a), np.empty_like(pressure_a)
+    last = len(pressure_a) - 1
+    for i in range(len(pressure_a)):
         before, after = max(i - 1, 0), min(i + 1, last)
         rate = rate_hz / max(after - before, 1)
-        if o[i] > 0.0:
-            flow_a = edge_flow(o[i], supply[i] - pa[i], rated, drop, smooth_pa)
-            flow_b = -edge_flow(o[i], pb[i] - tank, share * rated, drop, smooth_pa)
+        open_ = rows.opening[i]
+        if open_ > 0.0:
+            into_a, out_of_b = rows.supply_pa[i] - pressure_a[i], pressure_b[i] - valve.tank_pa
+            flow_a = edge_flow(open_, into_a, rated_a, valve.rated_drop_pa, valve.smooth_drop_pa)
+            flow_b = -edge_flow(open_, out_of_b, rated_b, valve.rated_drop_pa, valve.smooth_drop_pa)
         else:
-            flow_a = -edge_flow(o[i], pa[i] - tank, rated, drop, smooth_pa)
-            flow_b = edge_flow(o[i], supply[i] - pb[i], share * rated, drop, smooth_pa)
-        swept_a = (
-            area_a * v[i]
-            + leak[i]
-            + (dead_a + area_a * x[i]) * soft_a[i] * (pa[after] - pa[before]) * rate
-        )
-        swept_b = (
-            area_b * v[i]
-            + leak[i]
-            - (dead_b + area_b * (stroke - x[i])) * soft_b[i] * (pb[after] - pb[before]) * rate
-        )
-        a[i], b[i] = flow_a - swept_a, flow_b + swept_b
+            out_of_a, into_b = pressure_a[i] - valve.tank_pa, rows.supply_pa[i] - pressure_b[i]
+            flow_a = -edge_flow(open_, out_of_a, rated_a, valve.rated_drop_pa, valve.smooth_drop_pa)
+            flow_b = edge_flow(open_, into_b, rated_b, valve.rated_drop_pa, valve.smooth_drop_pa)
+        volume_a = cylinder.dead_volume_a_m3 + cylinder.area_a_m2 * rows.position_m[i]
+        left_m = cylinder.stroke_m - rows.position_m[i]
+        volume_b = cylinder.dead_volume_b_m3 + cylinder.area_b_m2 * left_m
+        rate_a = (pressure_a[after] - pressure_a[before]) * rate
+        rate_b = (pressure_b[after] - pressure_b[before]) * rate
+        swept_a = cylinder.area_a_m2 * rows.velocity_m_s[i] + rows.leak_m3_s[i]
+        swept_b = cylinder.area_b_m2 * rows.velocity_m_s[i] + rows.leak_m3_s[i]
+        a[i] = flow_a - (swept_a + volume_a * rows.softness_a_1_pa[i] * rate_a)
+        b[i] = flow_b + (swept_b - volume_b * rows.softness_b_1_pa[i] * rate_b)
     return a, b
-
-
-@njit
-def _hose(pressure_a: Array, capacity: float, time_s: float, period_s: float) -> Array:
-    """Flow into the hose, m3/s; the hose's pressure follows exactly for a pressure held over a period."""
-    flow = np.empty_like(pressure_a)
-    inside = pressure_a[0]
-    keep = np.exp(-period_s / time_s)
-    for i in range(len(pressure_a)):
-        flow[i] = capacity * (pressure_a[i] - inside) / time_s
-        inside = pressure_a[i] + (inside - pressure_a[i]) * keep
-    return flow
-
-
-@njit
-def _supply(
-    o: Array,
-    pa: Array,
-    pb: Array,
-    nominal: float,
-    rated: float,
-    drop: float,
-    droop: float,
-    time_s: float,
-    period_s: float,
-) -> Array:
-    """Supply pressure, Pa: follows nominal - droop * drawn flow with `time_s`."""
-    out = np.empty_like(pa)
-    supply = nominal
-    keep = np.exp(-period_s / time_s)
-    for i in range(len(pa)):
-        against = pa[i] if o[i] > 0.0 else pb[i]
-        drawn = rated * abs(o[i]) * np.sqrt(max(supply - against, 0.0) / drop)
-        aim = nominal - droop * drawn
-        supply = aim + (supply - aim) * keep
-        out[i] = supply
-    return out

@@ -8,10 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
+from testbed.effects.friction_presliding import bristle_force_n
 from testbed.effects.terms import ForceTerms, Signals
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
+LEAST_LEVEL_N = 1.0
+"""Friction that a bristle slips at, at least."""
 FIELDS = tuple(Friction.model_fields)
 """viscous, Coulomb, Stribeck, Stribeck speed of extension, then of retraction."""
 
@@ -38,13 +41,9 @@ def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array
         coulomb * terms.coulomb_scale + terms.coulomb_add_n + stribeck * np.exp(-np.abs(v) / speed)
     )
     viscous = sigma * terms.viscous_scale * v
-    stiffness, damping, shape = terms.presliding
-    level = np.maximum(np.broadcast_to(level, v.shape), 1.0)
-    return np.asarray(
-        viscous
-        + _bristle(signals.position_m, v, level, stiffness, damping, shape, 1.0 / signals.rate_hz),
-        dtype=np.float64,
-    )
+    level = np.maximum(np.broadcast_to(level, v.shape), LEAST_LEVEL_N)
+    bristle = bristle_force_n(signals.position_m, v, level, *terms.presliding)
+    return np.asarray(viscous + bristle, dtype=np.float64)
 
 
 def static_parts(

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from xml.parsers import expat
 
 from testbed.errors import InputError
+from testbed.formats.files import read_text
 from testbed.machine.names import AXES, LEGS, SIDES
 
 NEEDED_LINKS: tuple[str, ...] = (
@@ -15,6 +17,7 @@ NEEDED_LINKS: tuple[str, ...] = (
     *(f"traction_{side}" for side in SIDES),
     *(f"{leg}_foot" for leg in LEGS),
 )
+MOST_BYTES, MOST_ELEMENTS = 2_000_000, 20_000
 _NUMBERS = (
     "xyz",
     "rpy",
@@ -41,17 +44,15 @@ def read_urdf(path: str | Path) -> str:
 
     Raises InputError naming the file, the link or joint and what is wrong.
     """
+    text = read_text(path, MOST_BYTES)
     try:
-        text = Path(path).read_text()
+        _check_markup(text, path)
         robot = ET.fromstring(text)
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    except UnicodeDecodeError as error:
-        raise InputError("is not text", file=path, allowed="a URDF") from error
-    except ET.ParseError as error:
+    except (ET.ParseError, expat.ExpatError) as error:
         raise InputError(f"is not XML: {error}", file=path) from error
     if robot.tag != "robot":
         raise InputError(f"its root element is <{robot.tag}>", file=path, allowed="<robot>")
+    _check_references(robot, path)
     _check_numbers(robot, path)
     links = _named(robot, "link", path)
     joints = _named(robot, "joint", path)
@@ -64,6 +65,37 @@ def read_urdf(path: str | Path) -> str:
     for name in AXES:
         _check_axis(name, joints, path)
     return text
+
+
+def _check_markup(text: str, path: str | Path) -> None:
+    """Refuse a document type, whose entities can stand for gigabytes or for other files, and endless elements."""
+    found = 0
+
+    def doctype(*_: object) -> None:
+        raise InputError("has a document type or entities", file=path, allowed="elements alone")
+
+    def element(*_: object) -> None:
+        nonlocal found
+        found += 1
+        if found > MOST_ELEMENTS:
+            raise InputError(f"has more than {MOST_ELEMENTS} elements", file=path)
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler, parser.StartElementHandler = doctype, element
+    parser.Parse(text, True)
+
+
+def _check_references(robot: ET.Element, path: str | Path) -> None:
+    """Refuse what refers to other files: meshes, textures."""
+    for element in robot.iter():
+        if element.get("filename") is not None or element.tag == "mesh":
+            raise InputError(
+                "refers to another file",
+                file=path,
+                field=f"<{element.tag}>",
+                value=element.get("filename"),
+                allowed="<box>, <cylinder>, <sphere>",
+            )
 
 
 def _named(robot: ET.Element, tag: str, path: str | Path) -> dict[str, ET.Element]:

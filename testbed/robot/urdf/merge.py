@@ -7,6 +7,7 @@ to an engine that knows diagonal inertias only. Links named in `keep` stay apart
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -26,6 +27,23 @@ def merged(text: str, keep: tuple[str, ...] = ()) -> str:
         if joint is None:
             return ET.tostring(robot, encoding="unicode")
         _weld(robot, joint)
+
+
+def ballasted(
+    text: str,
+    masses: Sequence[tuple[float, Sequence[float]]],
+    shift_m: Sequence[float] = (0.0, 0.0, 0.0),
+) -> str:
+    """URDF text whose link `body` carries point masses, kg, at points (3) of its frame, m, besides what it had.
+
+    `shift_m` (3): by how much the body's own centre of mass lies elsewhere.
+    """
+    robot = ET.fromstring(text)
+    body = next(link for link in robot.findall("link") if link.get("name") == "body")
+    mass, centre, tensor = _mass(body, np.eye(3), np.zeros(3))
+    points = [(kg, np.array(point, dtype=np.float64), np.zeros((3, 3))) for kg, point in masses]
+    _set_inertial(body, [(mass, centre + np.asarray(shift_m), tensor), *points])
+    return ET.tostring(robot, encoding="unicode")
 
 
 def _weld(robot: ET.Element, joint: ET.Element) -> None:

@@ -7,12 +7,13 @@ footprint: it stays while the foot stands, and is there again if the foot comes 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.effects.hidden import HiddenFoot
 from testbed.laws.settlement import settled
 from testbed.machine.names import LEGS
 from testbed.scenario.terrain import Terrain
@@ -40,9 +41,20 @@ class Place:
 
 
 class Footing:
-    """Per-foot ground, brought up to date at every control tick. `feet` (4, 3): undersides at the start, world, m."""
+    """Per-foot ground, brought up to date at every control tick. `feet` (4, 3): undersides at the start, world, m.
 
-    def __init__(self, terrain: Terrain, ground: Ground, engine: Engine, feet: Array) -> None:
+    `hidden`: what nobody declares of the ground under each foot, wherever it stands.
+    """
+
+    def __init__(
+        self,
+        terrain: Terrain,
+        ground: Ground,
+        engine: Engine,
+        feet: Array,
+        hidden: Sequence[HiddenFoot] = (HiddenFoot(),) * len(LEGS),
+    ) -> None:
+        self._hidden = tuple(hidden)
         self._ground, self._engine, self._terrain = ground, engine, terrain
         self._rotation = ground.rotation_slope_to_world
         start = feet @ self._rotation
@@ -65,11 +77,12 @@ class Footing:
                     patch.plastic_n_m or everywhere.plastic_n_m,
                 )
             )
-        self._loose = terrain.loose
-        self._under = [self._place_at(foot) for foot in start]
+        self._loose = terrain.loose or sinking(self._hidden)
+        self._under = [self._place_at(leg, foot) for leg, foot in enumerate(start)]
         for leg, place in enumerate(self._under):
             engine.set_footing(leg, place.friction, place.stiffness_n_m, place.damping_n_s_m)
         self._depth, self._set = [0.0] * len(LEGS), [0.0] * len(LEGS)
+        self._given_way = [0.0] * len(LEGS)
         self._ticks = 0
         self._print = start[:, :2].copy()
 
@@ -81,15 +94,20 @@ class Footing:
     @property
     def settlement_m(self) -> Array:
         """How far the ground has given way under each foot (4), m."""
-        return np.array(self._depth)
+        return np.asarray(np.array(self._depth) + np.array(self._given_way))
 
     @property
     def stiffness_n_m(self) -> Array:
         """Stiffness under each foot (4), N/m."""
         return np.array([p.stiffness_n_m for p in self._under])
 
-    def _place_at(self, foot: Array) -> Place:
-        """The place under a foot given in the slope's frame; the last patch that holds it wins."""
+    def _place_at(self, leg: int, foot: Array) -> Place:
+        """The place under a foot given in the slope's frame, with the friction that it hides."""
+        place, friction = self._patch_at(foot), self._hidden[leg].friction
+        return place if friction is None else replace(place, friction=friction)
+
+    def _patch_at(self, foot: Array) -> Place:
+        """The last patch that holds a place wins."""
         for (x, y, radius), place in zip(
             reversed(self._circles), reversed(self._places), strict=False
         ):
@@ -124,7 +142,7 @@ class Footing:
             return
         if local is None:  # no foot changes its place, and under load only loose ground changes
             for leg, place in enumerate(self._under):
-                if place.plastic_n_m < np.inf:
+                if place.plastic_n_m < np.inf or self._hidden[leg].settling_m_s > 0.0:
                     self._settle(leg, None, 0.0, loads[leg], dt)
             return
         for leg, foot in enumerate(local):
@@ -136,7 +154,7 @@ class Footing:
                 )
 
     def _step_on(self, leg: int, foot: Array, loaded: bool) -> None:
-        place, now = self._place_at(foot), self._under[leg]
+        place, now = self._place_at(leg, foot), self._under[leg]
         if loaded and place is not now:
             place = Place(place.friction, now.stiffness_n_m, now.damping_n_s_m, now.plastic_n_m)
         if place != now:
@@ -155,13 +173,26 @@ class Footing:
         elif foot is not None and np.hypot(*(foot[:2] - self._print[leg])) > FOOTPRINT_M:
             now = min(now, max(0.0, height_m - float(foot[2])))
         self._depth[leg] = now
-        if abs(now - self._set[leg]) > MOVED_M:
-            self._set[leg] = now
-            self._engine.sink_ground(leg, now)
+        hidden = self._hidden[leg]
+        if load_n > AIR_N and hidden.settling_m_s > 0.0:
+            further = self._given_way[leg] + hidden.settling_m_s * dt
+            self._given_way[leg] = min(further, hidden.settling_depth_m)
+        sunk = now + self._given_way[leg]
+        if abs(sunk - self._set[leg]) > MOVED_M:
+            self._set[leg] = sunk
+            self._engine.sink_ground(leg, sunk)
 
 
-def footing_of(terrain: Terrain, ground: Ground, engine: Engine, feet: Array) -> Footing | None:
-    """None on one even ground: there is nothing to look up."""
-    if ground.flat and not terrain.patches and not terrain.loose:
+def sinking(hidden: Sequence[HiddenFoot]) -> bool:
+    """Whether the ground gives way under any foot without anybody's declaring it."""
+    return any(foot.settling_m_s > 0.0 for foot in hidden)
+
+
+def footing_of(
+    terrain: Terrain, ground: Ground, engine: Engine, feet: Array, hidden: Sequence[HiddenFoot]
+) -> Footing | None:
+    """None on one even ground that hides nothing: there is nothing to look up."""
+    even = ground.flat and not terrain.patches and not terrain.loose
+    if even and all(foot == HiddenFoot() for foot in hidden):
         return None
-    return Footing(terrain, ground, engine, feet)
+    return Footing(terrain, ground, engine, feet, hidden)

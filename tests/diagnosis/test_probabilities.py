@@ -9,7 +9,7 @@ import pytest
 
 from testbed.benchmarks.diagnosis.calibration import fit, restated
 from testbed.benchmarks.diagnosis.scores import closed_of_added
-from testbed.diagnosis.leg.belief import Calibration, calibration, distribution
+from testbed.diagnosis.leg.probabilities import Calibration, calibration, distribution
 from testbed.diagnosis.leg.signs import SetSigns, Signs
 from testbed.effects import by_name
 from testbed.effects.terms import Signals

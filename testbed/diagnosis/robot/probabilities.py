@@ -1,12 +1,13 @@
 """From signs to a distribution over sets of names, for the legs of the whole robot.
 
-As `belief` does for single legs, with fewer signs: expected loads and the other legs stand in for a load cell.
+As for single legs (`diagnosis/leg/probabilities.py`), with fewer signs: expected loads and the other legs stand in for
+a load cell.
 
     P(no name covers it) = L(strange)
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
 
 and rivalry among sets of one size falls as a power of how far a set is behind. The numbers are in
-`robot_calibration.yaml`; `testbed lab fit-robot-belief` fits them.
+`calibration.yaml`; `testbed lab fit-robot-belief` fits them.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.diagnosis.leg.belief import rivalry
+from testbed.diagnosis.leg.probabilities import rivalry
 from testbed.diagnosis.leg.search import Search
 
 FILE = Path(__file__).with_name("calibration.yaml")

@@ -14,7 +14,7 @@ from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest, scores
 from testbed.benchmarks.diagnosis.robot_calibration import fit, read_trials, restated
 from testbed.benchmarks.diagnosis.robot_trials import drawn, hidden_sizes
 from testbed.benchmarks.harness import LINES
-from testbed.diagnosis.robot.belief import RobotSigns, calibration, distribution
+from testbed.diagnosis.robot.probabilities import RobotSigns, calibration, distribution
 from testbed.diagnosis.robot.zeros import zeros
 from testbed.errors import InputError
 from testbed.machine.build import build_machine

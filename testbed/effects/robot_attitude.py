@@ -1,0 +1,31 @@
+"""robot.attitude: the inertial unit is not mounted as drawn."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+
+
+class Attitude(Effect):
+    """An inertial unit that is turned against the body."""
+
+    kind = "robot.attitude"
+    equation = "measured roll = roll + roll error, measured pitch = pitch + pitch error"
+    text = "the inertial unit sits askew: a bent bracket, a mounting that was not levelled"
+    parameters = (
+        ParameterSpec("roll", "rad", -0.5, 0.5, (-0.05, 0.05), "added to the roll that it reads"),
+        ParameterSpec("pitch", "rad", -0.5, 0.5, (-0.05, 0.05), "added to the pitch"),
+    )
+    places = ("body",)
+    rigs = ()
+    telling_motion = "stand on ground of known slope with slack ropes, turned by half a circle"
+    alike = {"robot.centre_of_mass": "a tilted unit shows in the direction of gravity at rest"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """On top of what is there."""
+        world.unit_roll_rad += values["roll"]
+        world.unit_pitch_rad += values["pitch"]
+
+
+EFFECTS = (Attitude(),)

@@ -1,0 +1,36 @@
+"""robot.payload: a mass on the body that nobody told the model of."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden, HiddenMass
+from testbed.effects.terms import Values
+
+
+class HiddenPayload(Effect):
+    """A point mass fixed to the body."""
+
+    kind = "robot.payload"
+    equation = "a mass at (x, y, z) of the body frame, in weight and inertia"
+    text = "something heavy lies on the platform: rods, tools, mud, snow"
+    parameters = (
+        ParameterSpec("mass", "kg", 0.0, 2000.0, (20.0, 400.0), "of the payload"),
+        ParameterSpec("x", "m", -3.0, 3.0, (-1.0, 1.0), "forward, body frame"),
+        ParameterSpec("y", "m", -3.0, 3.0, (-1.0, 1.0), "to the left"),
+        ParameterSpec("z", "m", -2.0, 3.0, (0.0, 0.6), "upward"),
+    )
+    places = ("body",)
+    rigs = ()
+    telling_motion = "stand level, then pitched and rolled by a few degrees with the same ropes"
+    alike = {
+        "robot.centre_of_mass": "a mass adds to the sum of the foot loads, a shifted centre does not",
+        "rope.tension_gain": "slack ropes carry nothing, whatever they read",
+    }
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """One more mass on the body."""
+        point = (values["x"], values["y"], values["z"])
+        world.body_masses.append(HiddenMass(values["mass"], point))
+
+
+EFFECTS = (HiddenPayload(),)

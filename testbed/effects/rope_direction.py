@@ -1,0 +1,35 @@
+"""rope.direction: an anchor that is elsewhere than surveyed."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+
+
+class RopeDirection(Effect):
+    """An anchor seen from the robot in another direction, at the same distance."""
+
+    kind = "rope.direction"
+    equation = (
+        "the direction of the rope, turned to the left by azimuth and off the slope by elevation"
+    )
+    text = "a rope's anchor is not where it was surveyed, or the rope bends round a rock"
+    parameters = (
+        ParameterSpec(
+            "azimuth", "rad", -0.8, 0.8, (-0.1, 0.1), "to the left, in the slope's plane"
+        ),
+        ParameterSpec("elevation", "rad", -0.8, 0.8, (-0.1, 0.1), "off the slope"),
+    )
+    places = ("rope_left", "rope_right")
+    rigs = ()
+    telling_motion = "haul one rope and then the other by a few kilonewtons while standing still"
+    alike = {"rope.tension_gain": "a wrong direction errs across the rope, a gain along it"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this rope's anchor."""
+        rope = world.ropes[place]
+        rope.azimuth_rad, rope.elevation_rad = values["azimuth"], values["elevation"]
+
+
+EFFECTS = (RopeDirection(),)

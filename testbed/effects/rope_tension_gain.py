@@ -1,0 +1,34 @@
+"""rope.tension_gain: a load pin that reads a rope's tension wrong."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+
+
+class TensionGain(Effect):
+    """A load pin with another gain and another zero than calibrated."""
+
+    kind = "rope.tension_gain"
+    equation = "measured T = (1 + gain_error) T + zero"
+    text = "the load pin of a rope is off in gain and zero"
+    parameters = (
+        ParameterSpec("gain_error", "1", -0.9, 2.0, (-0.1, 0.1), "relative error of the gain"),
+        ParameterSpec("zero", "N", -20000.0, 20000.0, (-500.0, 500.0), "reading of a slack rope"),
+    )
+    places = ("rope_left", "rope_right")
+    rigs = ()
+    telling_motion = "haul and pay out the rope by a few kilonewtons while standing still"
+    alike = {
+        "robot.payload": "slack ropes carry nothing, whatever they read",
+        "rope.direction": "a wrong direction errs across the rope, a gain along it",
+    }
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this rope's pin."""
+        rope = world.ropes[place]
+        rope.tension_gain_error, rope.tension_zero_n = values["gain_error"], values["zero"]
+
+
+EFFECTS = (TensionGain(),)

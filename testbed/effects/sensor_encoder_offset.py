@@ -1,0 +1,30 @@
+"""sensor.encoder_offset: an encoder whose zero is elsewhere."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+from testbed.machine.names import AXES
+
+
+class EncoderOffset(Effect):
+    """An encoder that reads a constant too much."""
+
+    kind = "sensor.encoder_offset"
+    equation = "measured q = q + offset"
+    text = "an encoder was mounted or referenced at another place of the stroke"
+    parameters = (
+        ParameterSpec("offset", "m or rad", -0.5, 0.5, (-0.02, 0.02), "added to the reading"),
+    )
+    places = AXES
+    rigs = ()
+    telling_motion = "drive the joint to both of its ends"
+    alike = {"robot.attitude": "an offset moves one foot, a tilted unit all four"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this joint's encoder."""
+        world.cylinders[place].encoder_offset += values["offset"]
+
+
+EFFECTS = (EncoderOffset(),)

@@ -1,0 +1,31 @@
+"""supply.pump: a pump that gives less than its plate says."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+
+
+class Pump(Effect):
+    """Another full flow and another set pressure of the pump."""
+
+    kind = "supply.pump"
+    equation = "full flow = flow_factor (declared), set pressure = pressure_factor (declared)"
+    text = "the pump is worn, its compensator set otherwise"
+    parameters = (
+        ParameterSpec("flow_factor", "1", 0.0, 2.0, (0.5, 1.0), "of the declared full flow"),
+        ParameterSpec("pressure_factor", "1", 0.1, 1.5, (0.8, 1.0), "of the declared set pressure"),
+    )
+    places = ("supply",)
+    rigs = ()
+    telling_motion = "all four vertical joints at full speed together, then a minute of rest"
+    alike = {"supply.droop": "a droop passes with the flow, a lower set pressure stays"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of the one power unit."""
+        world.pump_flow_factor *= values["flow_factor"]
+        world.pump_pressure_factor *= values["pressure_factor"]
+
+
+EFFECTS = (Pump(),)

@@ -1,0 +1,330 @@
+"""`testbed check`: what is wrong with a recording, or that nothing is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from testbed.errors import InputError
+from testbed.machine.names import AXES, LEGS
+from testbed.recording.axis import read_recording
+from testbed.recording.axis_header import Header
+from testbed.recording.checker.balance import Forces, check_balance, check_reference
+from testbed.recording.checker.clock import check_clock, rising
+from testbed.recording.checker.finding import Checked, Finding, sorted_findings
+from testbed.recording.checker.flow import check_flow
+from testbed.recording.checker.motion import even
+from testbed.recording.checker.raw import REFERENCE, Raw, read_raw
+from testbed.recording.checker.sensors import (
+    check_clipped,
+    check_frozen,
+    check_numbers,
+    check_ranges,
+    check_resolution,
+)
+from testbed.recording.checks import MINIMUM_SAMPLES
+from testbed.recording.foot import FootHeader, read_foot
+from testbed.recording.known import Known
+from testbed.recording.quantities import QUANTITIES
+from testbed.recording.robot import read_robot
+
+SUPPLY_UNITS = {1e5: "bar", 1e3: "kPa", 1e6: "MPa", 6894.76: "psi"}
+SHORTEST_M = -0.02
+"""A robot's cylinder whose encoder reads less is turned round; a zero is seldom off by so much."""
+BESIDE_SUPPLY = 1.5
+"""A cylinder's pressure above so many times the supply's is not in the same unit (a lifted load adds some tenths)."""
+
+
+def check_recording(place: str | Path) -> Checked:
+    """Check a recording of any rig. Raises InputError only where there is no recording to look at."""
+    folder = Path(place)
+    try:
+        raw = read_raw(folder)
+    except InputError as error:
+        if not (folder / "recording.yaml").is_file() and folder.name != "recording.yaml":
+            raise
+        return Checked(folder.resolve().name, (_refused(error),))
+    found = list(check_clock(raw))
+    if len(raw.time_s) >= MINIMUM_SAMPLES:
+        found += _values(raw)
+    if all(f.severity != "error" for f in found):
+        found += _as_a_reader(raw, folder)
+    return Checked(raw.name, sorted_findings(found))
+
+
+def _refused(error: InputError) -> Finding:
+    allowed = f"allowed: {error.allowed}" if error.allowed else "put it right"
+    return Finding("error", error.field or "recording", error.problem, str(error), allowed)
+
+
+def _as_a_reader(raw: Raw, folder: Path) -> Iterator[Finding]:
+    """What the reader itself refuses, where nothing else was found."""
+    read: Callable[[Path], object] = read_recording
+    if raw.rig in ("foot", "robot"):
+        read = read_foot if raw.rig == "foot" else read_robot
+    try:
+        read(folder)
+    except InputError as error:
+        yield _refused(error)
+
+
+def _values(raw: Raw) -> Iterator[Finding]:
+    """Everything but the clock; rows that have no time or no value are left out first."""
+    numbers = list(check_numbers(raw))
+    yield from numbers
+    rows = rising(raw.time_s)
+    filled = {}
+    for name, values in raw.series.items():
+        good = np.isfinite(values) & np.isfinite(raw.time_s)
+        if not good.all() and good.sum() > 1:
+            filled[name] = np.interp(raw.time_s, raw.time_s[good], values[good])
+        elif not good.any():
+            filled[name] = np.zeros_like(values)
+    raw = raw.kept(rows, filled)
+    if len(raw.time_s) < MINIMUM_SAMPLES:
+        return
+    whole = {q: v for q, v in raw.series.items() if not any(_is_empty(f, q) for f in numbers)}
+    raw = Raw(**{**vars(raw), "series": whole})
+    for check in (check_ranges, check_clipped, check_frozen, check_resolution):
+        yield from check(raw)
+    if raw.machine is not None:
+        yield from _robot(raw)
+    elif isinstance(raw.header, FootHeader):
+        yield from _foot(raw, raw.header)
+    elif isinstance(raw.header, Header):
+        yield from _axis(raw, raw.header)
+
+
+def _is_empty(finding: Finding, name: str) -> bool:
+    return finding.channel == name and finding.what == "holds no number at all"
+
+
+def _axis(raw: Raw, header: Header) -> Iterator[Finding]:
+    names = {
+        "pressure_a": "pressure_a",
+        "pressure_b": "pressure_b",
+        "force": "actuator_force",
+        "reference": REFERENCE,
+        "command": "valve_command",
+    }
+    known = header.known
+    yield from _missing(header)
+    yield from _pressures(raw, known, "pressure_a", "pressure_b")
+    if "position" not in raw.series:
+        return
+    yield from _stroke(raw, known)
+    axis = even(raw, names)
+    yield from _signs(raw, Forces(axis, known), names)
+
+
+def _signs(raw: Raw, forces: Forces, names: dict[str, str]) -> Iterator[Finding]:
+    """Balance of forces, then the valve; a position turned round is said once."""
+    known = forces.known
+    balance: list[Finding] = []
+    drive = "pressure_a" not in forces.even.series and "force" in forces.even.series
+    knows_load = "reference" in forces.even.series or (
+        isinstance(raw.header, Header)
+        and raw.header.reference_force is not None
+        and raw.header.reference_force.kind != "load-cell"
+    )
+    if knows_load and (drive or "pressure_a" in forces.even.series):
+        balance = list(check_balance(forces, names))
+    yield from balance
+    if not balance and not drive:
+        yield from check_reference(forces, names["reference"])
+    turned = any("position" in f.channel and "turned" in f.what for f in balance)
+    wrong_pressure = any(f.channel.startswith("pressure") for f in balance)
+    for finding in check_flow(forces.even, known, names["command"]):
+        if not (turned and "turned" in finding.what) and not (
+            wrong_pressure and "scale" in finding.what
+        ):
+            yield finding
+
+
+def _missing(header: Header) -> Iterator[Finding]:
+    """What is not recorded or declared, and what cannot be said without it."""
+    hydraulic = header.rig != "drive"
+    if header.rig == "vertical-leg" and "pressure_b" not in header.channels:
+        yield Finding(
+            "warning",
+            "pressure_b",
+            "is not recorded",
+            "the balance of a vertical leg needs both chambers",
+            "record it; calibrate, identify and estimate refuse without it",
+        )
+    if header.reference_force is None:
+        yield Finding(
+            "note",
+            REFERENCE,
+            "is not declared",
+            "the true external force is not known",
+            "good to estimate on; to identify or diagnose, declare free, foot-in-air or a load-cell",
+        )
+    if hydraulic and "valve_command" not in header.channels:
+        yield Finding(
+            "note",
+            "valve_command",
+            "is not recorded",
+            "no flow balance",
+            "effects of valve, oil and supply cannot be seen",
+        )
+    for name in header.channels:
+        if name not in QUANTITIES:
+            yield Finding(
+                "note",
+                name,
+                "rides along",
+                "no law uses it",
+                "nothing to do, unless it is a misspelt quantity (testbed recording-schema)",
+            )
+
+
+def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
+    """Pressures against the supply, and the supply against its nominal value."""
+    nominal, measured = known.supply_pressure_nominal_pa, raw.series.get("supply_pressure")
+    if nominal and measured is not None:
+        ratio = float(np.median(measured)) / nominal
+        if not 0.2 < ratio < 1.5:
+            yield _of_supply("supply_pressure", ratio, "its nominal value")
+    if nominal is None and measured is not None:
+        nominal = float(np.median(measured))
+    if not nominal or nominal <= 0.0:
+        highest = max(
+            (float(np.max(np.abs(raw.series[n]))) for n in names if n in raw.series), default=1e9
+        )
+        if highest < 1e3:
+            yield Finding(
+                "error",
+                names[0],
+                "is hardly in Pa",
+                f"never above {highest:.4g} Pa",
+                "declare the unit that the column is in (bar?)",
+            )
+        return
+    for name in names:
+        if name in raw.series:
+            ratio = float(np.quantile(np.abs(raw.series[name]), 0.99)) / nominal
+            if ratio > BESIDE_SUPPLY or ratio < 1e-3:
+                yield _of_supply(name, ratio, "the supply pressure")
+
+
+def _of_supply(name: str, ratio: float, beside: str) -> Finding:
+    small = [
+        f"{unit} ({factor:g} Pa)"
+        for factor, unit in SUPPLY_UNITS.items()
+        if 0.02 < ratio * factor < 1.5
+    ]
+    return Finding(
+        "error",
+        name,
+        "has another scale than the supply",
+        f"{ratio:.4g} of {beside}",
+        "declare the unit that the column is in" + (f": {' or '.join(small)}" if small else ""),
+    )
+
+
+def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
+    """Positions that span more than the stroke, or nothing that a cylinder could be."""
+    x = raw.series["position"]
+    span, stroke = float(np.ptp(x)), known.stroke_m
+    if span > 20.0 or (stroke is not None and span > 1.05 * stroke):
+        large = stroke is None or span > 2.0 * stroke
+        yield Finding(
+            "error" if large else "warning",
+            "position",
+            "spans more than the stroke",
+            f"{span:.4g} m" + (f", stroke {stroke:g} m" if stroke else ""),
+            "declare unit mm if the column is in it, or put the stroke right",
+        )
+    if span == 0.0:
+        yield Finding(
+            "warning",
+            "position",
+            "never changes",
+            f"{x[0]:.6g} m in all rows",
+            "good for a leg that is pressed on a load cell; shows nothing about friction",
+        )
+
+
+def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
+    force = raw.series["force"]
+    strong = float(np.quantile(np.abs(force), 0.95))
+    if float(np.median(force[np.abs(force) > 0.3 * strong])) < 0.0:
+        yield Finding(
+            "error",
+            "force",
+            "its sign is turned round",
+            f"most strong forces are negative, 95 % within {strong:.4g} N",
+            "turn its sign: + is pressed on the ground",
+        )
+    nominal = header.known.nominal_load_n
+    if nominal is not None and not 0.1 < strong / nominal < 20.0:
+        yield Finding(
+            "error",
+            "force",
+            "has another scale than the nominal load",
+            f"95 % within {strong:.4g} N, nominal load {nominal:g} N",
+            "declare the unit that the column is in (kN?)",
+        )
+    contact = raw.series.get("contact")
+    if contact is not None and len(np.unique(contact)) == 2:
+        loaded, lifted = force[contact == contact.max()], force[contact == contact.min()]
+        if abs(np.mean(loaded)) < abs(np.mean(lifted)):
+            yield Finding(
+                "error",
+                "contact",
+                "is turned round",
+                f"{np.mean(loaded):.4g} N where it carries, {np.mean(lifted):.4g} N where it does not",
+                "exchange its two values: the larger one means that the foot carries",
+            )
+
+
+def _robot(raw: Raw) -> Iterator[Finding]:
+    """Each of the twelve axes against supply and valve, the four vertical ones against the load that control expects."""
+    supply = raw.series.get("supply_pressure")
+    nominal = None if supply is None else float(np.median(supply))
+    for axis in AXES:
+        yield from _robot_axis(raw, axis, nominal)
+    for leg in LEGS:
+        yield from _robot_leg(raw, leg)
+
+
+def _robot_axis(raw: Raw, axis: str, supply_pa: float | None) -> Iterator[Finding]:
+    known, position = Known(supply_pressure_nominal_pa=supply_pa), f"position_{axis}"
+    yield from _pressures(raw, known, f"pressure_a_{axis}", f"pressure_b_{axis}")
+    if position not in raw.series:
+        return
+    lowest = float(raw.series[position].min())
+    if not axis.endswith("_rotation") and lowest < SHORTEST_M:
+        yield Finding(
+            "error",
+            position,
+            "is below the cylinder's end",
+            f"down to {lowest:.4g} m",
+            "turn its sign, or put its zero right: extension from the retracted end",
+        )
+    if f"valve_{axis}" in raw.series:
+        moved = even(raw, {"command": f"valve_{axis}"}, position)
+        yield from check_flow(moved, Known(), f"valve_{axis}")
+
+
+def _robot_leg(raw: Raw, leg: str) -> Iterator[Finding]:
+    names = {
+        "pressure_a": f"pressure_a_{leg}_vertical",
+        "pressure_b": f"pressure_b_{leg}_vertical",
+        "reference": f"expected_{leg}",
+        "position": f"position_{leg}_vertical",
+    }
+    if not raw.series.keys() >= set(names.values()) or raw.machine is None:
+        return
+    cylinder = raw.machine.vertical_cylinder
+    known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m, moving_mass_kg=0.0)
+    chosen = {name: q for name, q in names.items() if name != "position"}
+    forces = Forces(even(raw, chosen, names["position"]), known)
+    for finding in check_balance(forces, names):
+        if (
+            finding.channel != names["position"]
+        ):  # the expected load is too rough to tell friction's sign
+            yield finding

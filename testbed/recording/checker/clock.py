@@ -1,0 +1,147 @@
+"""The clock of a recording: times that stand still or run back, gaps, jumps, another rate than declared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from testbed.recording.checker.finding import Finding
+from testbed.recording.checker.raw import Array, Mask, Raw
+from testbed.recording.checks import MINIMUM_SAMPLES, RATE_FACTOR
+
+GAP_STEPS, GAP_S = 3.5, 0.02
+"""Samples farther apart than so many usual steps, and than this, have a gap between them."""
+LONG_GAP_S = 0.1
+"""A longer gap is more than a hiccup of a logger that is not hard in time."""
+RATE_OFF = 0.05
+JUMPED = 0.35
+"""Where the position moved on by less than this share of what its speed asks for, only the clock has jumped."""
+BESIDE_S = 0.03
+"""Stretch before and after a gap from which the speed is read."""
+
+
+def rising(time_s: Array) -> Mask:
+    """Rows (n,) whose time is finite and later than every row's before."""
+    finite = np.isfinite(time_s)
+    latest = np.maximum.accumulate(np.where(finite, time_s, -np.inf))
+    out = finite.copy()
+    out[1:] &= time_s[1:] > latest[:-1]
+    return np.asarray(out)
+
+
+def check_clock(raw: Raw) -> Iterator[Finding]:
+    """Everything that is wrong with the times themselves."""
+    time = raw.time_s
+    if len(time) < MINIMUM_SAMPLES:
+        yield Finding(
+            "error",
+            "time",
+            "too few samples",
+            f"{len(time)} rows",
+            f"record at least {MINIMUM_SAMPLES}",
+        )
+        return
+    lost = ~np.isfinite(time)
+    if lost.any():
+        row = int(np.argmax(lost))
+        yield Finding(
+            "error",
+            "time",
+            "time is not a number",
+            f"{int(lost.sum())} rows, first row {row}",
+            "leave these rows out",
+        )
+    steps = np.diff(time)
+    for bad, what, advice in (
+        (steps < 0.0, "time runs backwards", "cut the recording there, or put its clock right"),
+        (steps == 0.0, "time stands still: rows are doubled", "keep one of each pair of rows"),
+    ):
+        if bad.any():
+            row = int(np.argmax(bad))
+            yield Finding(
+                "error",
+                "time",
+                what,
+                f"{int(bad.sum())} times, first at row {row + 1}: {time[row]:.6g} s, "
+                f"then {time[row + 1]:.6g} s",
+                advice,
+                float(time[row]),
+                float(time[row + 1]),
+            )
+    yield from _rate(raw, steps)
+    yield from _gaps(raw)
+
+
+def _rate(raw: Raw, steps: Array) -> Iterator[Finding]:
+    forward = steps[steps > 0.0]
+    if not forward.size:
+        return
+    found, declared = 1.0 / float(np.median(forward)), raw.header.sample_rate_hz
+    if abs(found / declared - 1.0) > RATE_OFF:
+        hopeless = not 1.0 / RATE_FACTOR <= found / declared <= RATE_FACTOR
+        yield Finding(
+            "error" if hopeless else "warning",
+            "time",
+            "is hardly in the declared unit" if hopeless else "the rate is not the declared one",
+            f"{found:.5g} Hz in the table, {declared:.5g} Hz declared",
+            "put channels.time.unit right (ms?)" if hopeless else "put sample_rate_hz right",
+        )
+
+
+def _gaps(raw: Raw) -> Iterator[Finding]:
+    """Gaps in one finding, clock jumps in another."""
+    time = raw.time_s
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    far = np.flatnonzero(steps > max(GAP_STEPS * usual, usual + GAP_S))
+    jumps = [k for k in far if _only_the_clock(raw, int(k), usual)]
+    gaps = [k for k in far if k not in jumps]
+    for rows, what, advice in (
+        (
+            gaps,
+            "samples are missing",
+            "nothing is computed across them; more than these, record again",
+        ),
+        (
+            jumps,
+            "the clock jumps: the motion goes on as if no time had passed",
+            "number the samples by the logger's own rate instead",
+        ),
+    ):
+        if not rows:
+            continue
+        longest = max(rows, key=lambda k: steps[k])
+        short = what.startswith("samples") and steps[longest] <= LONG_GAP_S
+        yield Finding(
+            "note" if short else "warning",
+            "time",
+            what,
+            f"{len(rows)} times, longest {steps[longest]:.3g} s at t = {time[longest]:.6g} s "
+            f"(usual step {usual:.3g} s)",
+            advice,
+            float(time[longest]),
+            float(time[longest + 1]),
+        )
+
+
+def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
+    """Whether the position at a long step goes on by one usual step only, though it moves at both sides."""
+    position = raw.series.get("position")
+    if position is None:
+        return False
+    beside = max(3, round(BESIDE_S / usual_s))
+    before = slice(max(row - beside, 0), row + 1)
+    after = slice(row + 1, row + 2 + beside)
+    speeds = []
+    for side in (before, after):
+        time, x = raw.time_s[side], position[side]
+        if len(x) < 3 or not np.isfinite(x).all() or (np.diff(time) > GAP_STEPS * usual_s).any():
+            return False
+        speeds.append((x[-1] - x[0]) / (time[-1] - time[0]))
+    step_s = raw.time_s[row + 1] - raw.time_s[row]
+    expected = 0.5 * (speeds[0] + speeds[1]) * (step_s - usual_s)
+    travelled = position[row + 1] - position[row] - 0.5 * (speeds[0] + speeds[1]) * usual_s
+    fine = 3.0 * raw.resolutions.get("position", 0.0)
+    same_way = speeds[0] * speeds[1] > 0.0
+    return bool(same_way and abs(expected) > max(fine, 1e-5) and travelled / expected < JUMPED)

@@ -1,0 +1,92 @@
+"""Sign and scale of the motion against the valve: oil that flows in moves the piston out.
+
+    v = sqrt((ps - pA) / drop) Q_rated o / A_A (extending),  v = sqrt((ps - pB) / drop) Q_rated o / A_B (retracting)
+
+with o the opening beyond the deadband; springs of oil and the spool's delay are left out, so that only factors count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from testbed.recording.checker.finding import Finding
+from testbed.recording.checker.motion import MOVING_M_S, Even
+from testbed.recording.checker.raw import Array
+from testbed.recording.known import Known
+
+LATEST_S = 0.12
+"""The spool and the oil answer within this."""
+CLEAR = 0.5
+"""Least correlation of speed and opening that tells a sign."""
+FACTOR = 5.0
+"""Scales nearer than this may be a worn valve."""
+FEW = 200
+
+
+def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
+    """A valve command against the motion, or a position whose scale the oil cannot make."""
+    if "command" not in even.series:
+        return
+    opening = _opening(even.series["command"], known.valve_deadband or 0.0)
+    expected = _speed(even, known, opening)
+    measured = even.speed_m_s
+    if (np.abs(opening) > 1e-3).sum() < FEW or even.moving.sum() < FEW:
+        return
+    lag, alike = _best_lag(measured, opening if expected is None else expected, even.rate_hz)
+    if abs(alike) < CLEAR:
+        return
+    if alike < 0.0:
+        yield Finding(
+            "error",
+            label,
+            "the piston moves against it: its sign, or the position's, is turned round",
+            f"correlation of speed and opening {alike:.2f}",
+            "turn the sign of the valve command (+ extends), or of the position (extension)",
+        )
+    if expected is None:
+        return
+    cause, answer = np.abs(expected[: len(expected) - lag]), np.abs(measured[lag:])
+    clear = (cause > 0.2 * cause.max()) & (answer > MOVING_M_S)
+    if clear.sum() < FEW:
+        return
+    # A leg pressed on something hardly moves however far the valve is open: its free strokes count.
+    ratio = float(np.quantile(answer[clear] / cause[clear], 0.8))
+    if not 1.0 / FACTOR < ratio < FACTOR:
+        yield Finding(
+            "error",
+            "position",
+            "moves by another scale than the oil that flows in",
+            f"{ratio:.4g} times the speed that the valve's flow makes",
+            "put the position's unit (mm?), the valve command's (%?) or the valve's rated flow right",
+        )
+
+
+def _opening(command: Array, deadband: float) -> Array:
+    beyond = np.maximum(np.abs(command) - deadband, 0.0) / (1.0 - deadband)
+    return np.asarray(np.sign(command) * beyond)
+
+
+def _speed(even: Even, known: Known, opening: Array) -> Array | None:
+    """Speed that the valve's flow makes, m/s (n,); None where what it takes is not declared or recorded."""
+    a, b = even.series.get("pressure_a"), even.series.get("pressure_b")
+    supply, flow = known.supply_pressure_nominal_pa, known.valve_rated_flow_m3_s
+    drop = known.valve_rated_drop_per_edge_pa
+    if a is None or b is None or not supply or not flow or not drop or not known.area_b_m2:
+        return None
+    out = np.sqrt(np.maximum(supply - a, 0.0) / drop) / known.area_a_m2
+    back = np.sqrt(np.maximum(supply - b, 0.0) / drop) / known.area_b_m2
+    return np.asarray(flow * opening * np.where(opening > 0.0, out, back))
+
+
+def _best_lag(answer: Array, cause: Array, rate_hz: float) -> tuple[int, float]:
+    """(samples by which `answer` follows `cause`, their correlation there): the largest by size."""
+    best = (0, 0.0)
+    latest = max(1, round(LATEST_S * rate_hz))
+    for lag in range(0, latest + 1, max(1, latest // 12)):
+        one, other = answer[lag:], cause[: len(cause) - lag]
+        if np.std(one) * np.std(other) > 0.0:
+            alike = float(np.corrcoef(one, other)[0, 1])
+            best = max(best, (lag, alike), key=lambda found: abs(found[1]))
+    return best

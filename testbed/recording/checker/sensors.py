@@ -1,0 +1,276 @@
+"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, of another resolution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from testbed.recording.checker.finding import Finding
+from testbed.recording.checker.raw import REFERENCE, Array, Mask, Raw
+
+SENSED = ("pressure_", "supply", "actuator", "force", REFERENCE)
+"""Channels whose noise shows whether the sensor is alive and within its range."""
+CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
+"""A noisy channel that stands at its extreme in this share of the samples, and so many in a row, is clipped."""
+NOISY = 0.6
+"""A channel that repeats itself in less than this share of the steps is noisy: a long repetition means something."""
+FROZEN_S, FROZEN_TIMES = 0.2, 4.0
+"""A frozen channel repeats one value for this long, and for so many times what its noise would ever do by chance."""
+REVERSED_M = 2e-3
+"""Travel both ways that no constant valve command can have made."""
+JUMP_TIMES = 6.0
+"""A frozen sensor that wakes up steps by so many times its largest usual step."""
+
+
+def check_numbers(raw: Raw) -> Iterator[Finding]:
+    """Values that are not finite numbers, by channel."""
+    for name, values in raw.series.items():
+        bad = ~np.isfinite(values)
+        if bad.all():
+            yield Finding(
+                "error", name, "holds no number at all", f"{bad.size} rows", "leave the channel out"
+            )
+        elif bad.any():
+            first, last = np.flatnonzero(bad)[[0, -1]]
+            yield Finding(
+                "error",
+                name,
+                "is not a number",
+                f"{int(bad.sum())} rows, first row {first}",
+                "leave these rows out",
+                float(raw.time_s[first]),
+                float(raw.time_s[last]),
+            )
+
+
+def repetitions(values: Array) -> tuple[Array, Array]:
+    """(first rows, lengths) of the runs in which `values` (n,) repeats itself to the last bit."""
+    first = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0.0) + 1])
+    return first, np.diff(np.concatenate([first, [len(values)]]))
+
+
+def check_frozen(raw: Raw) -> Iterator[Finding]:
+    """Sensors that repeat one value while the machine goes on."""
+    for name, values in raw.series.items():
+        found: Iterator[Finding] = iter(())
+        if name == "valve_command":
+            found = _frozen_command(raw, values)
+        elif name.startswith("position"):
+            found = _frozen_then_steps(raw, name, values)
+        elif name.startswith(SENSED):
+            found = _frozen_sensor(raw, name, values)
+        yield from _longest_of(list(found))
+
+
+def _longest_of(found: list[Finding]) -> Iterator[Finding]:
+    """The longest stretch, with the number of all of them."""
+    if not found:
+        return
+    worst = max(found, key=lambda f: (f.to_s or 0.0) - (f.from_s or 0.0))
+    also = f"; {len(found)} such stretches" if len(found) > 1 else ""
+    yield replace(worst, evidence=worst.evidence + also)
+
+
+def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
+    first, length = repetitions(values)
+    if len(first) == 1:
+        moves = _travel(raw, 0, len(values) - 1) > REVERSED_M
+        yield Finding(
+            "error" if moves else "warning",
+            name,
+            "never changes" + (" while the piston moves" if moves else ""),
+            f"{values[0]:.6g} in all {len(values)} rows",
+            "the sensor is dead or not connected: leave the channel out",
+        )
+        return
+    # A value repeats by chance with the share seen outside the longest run: so long is the longest run of chance.
+    longest = int(np.argmax(length))
+    outside = len(values) - int(length[longest])
+    repeats = (np.sum(length - 1) - (length[longest] - 1)) / max(outside, 1)
+    coarse = NOISY if name.startswith(("pressure_", "supply")) else 0.1
+    if repeats > coarse:  # a coarse one repeats itself by right
+        at_work = np.abs(values) > 0.05 * np.abs(values).max()
+        yield from _frozen_then_steps(raw, name, np.where(at_work, values, 0.0))
+        return
+    chance = np.log(len(values)) / -np.log(np.clip(repeats, 1e-3, 0.999))
+    step_s = float(np.median(np.diff(raw.time_s)))
+    limit = max(FROZEN_TIMES * chance, FROZEN_S / step_s, 12.0)
+    low, high = raw.ranges_pa.get(name, (-np.inf, np.inf))
+    for k in np.flatnonzero(length > limit):
+        start, stop = int(first[k]), int(first[k] + length[k] - 1)
+        at_end = values[start] <= low or values[start] >= high - 1e-3 * (high - low)
+        if at_end or _at_extreme(values, values[start]):
+            continue
+        yield Finding(
+            "error",
+            name,
+            "is frozen at one value",
+            f"{values[start]:.6g} for {int(length[k])} samples; by chance at most about {chance:.0f}",
+            "cut this stretch out",
+            float(raw.time_s[start]),
+            float(raw.time_s[stop]),
+        )
+
+
+def _at_extreme(values: Array, value: float) -> bool:
+    return bool(value == values.max() or value == values.min())
+
+
+def _frozen_then_steps(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
+    """A sensor that stands still and then steps to where the machine meanwhile has gone."""
+    steps = np.abs(np.diff(values))
+    usual_s = np.diff(raw.time_s)
+    speed = steps / np.maximum(usual_s, 1e-9)
+    regular = usual_s < 3.5 * np.median(usual_s)
+    if not steps.any() or not regular.any():
+        return
+    fast = float(np.quantile(speed[regular], 0.995))
+    finest = max(raw.resolutions.get(name, 0.0), float(np.median(steps[steps > 0.0])))
+    limit = JUMP_TIMES * np.maximum(fast * usual_s, finest)
+    first, length = repetitions(values)
+    for k in range(len(first) - 1):
+        start, stop = int(first[k]), int(first[k] + length[k] - 1)
+        stood_s = raw.time_s[stop] - raw.time_s[start]
+        away = values[start] != 0.0  # a force of 0 steps to a load when the foot lands
+        if stood_s > 0.05 and away and regular[stop] and steps[stop] > limit[stop]:
+            yield Finding(
+                "error",
+                name,
+                "is frozen, then steps",
+                f"{values[start]:.6g} for {stood_s:.3g} s, then a step of {steps[stop]:.3g} "
+                f"within {usual_s[stop]:.2g} s",
+                "cut this stretch out",
+                float(raw.time_s[start]),
+                float(raw.time_s[stop]),
+            )
+
+
+def _frozen_command(raw: Raw, values: Array) -> Iterator[Finding]:
+    """A valve command that stays where it is while the piston goes both ways."""
+    position = raw.series.get("position")
+    if position is None:
+        return
+    first, length = repetitions(values)
+    for k in np.flatnonzero(length > 20):
+        x = position[first[k] : first[k] + length[k]]
+        out, back = float(np.max(x) - x[0]), float(np.max(x) - x[-1])
+        down, up = float(x[0] - np.min(x)), float(x[-1] - np.min(x))
+        if max(min(out, back), min(down, up)) > REVERSED_M:
+            yield Finding(
+                "error",
+                "valve_command",
+                "stays at one value while the piston goes both ways",
+                f"{values[first[k]]:.4g} while the piston goes {1e3 * max(out, down):.3g} mm and back",
+                "the command was not recorded there: cut this stretch out, or leave the channel out",
+                float(raw.time_s[first[k]]),
+                float(raw.time_s[first[k] + length[k] - 1]),
+            )
+
+
+def _travel(raw: Raw, start: int, stop: int) -> float:
+    position = raw.series.get("position")
+    return 0.0 if position is None else float(np.ptp(position[start : stop + 1]))
+
+
+def check_clipped(raw: Raw) -> Iterator[Finding]:
+    """Channels at the end of their declared range, or that stand at their extreme as no noisy channel does."""
+    for name, values in raw.series.items():
+        if not name.startswith(SENSED):
+            continue
+        declared = raw.ranges_pa.get(name)
+        ends = []
+        if declared is not None:
+            margin = 1e-3 * (declared[1] - declared[0])
+            ends = [(declared[1], values >= declared[1] - margin, "declared")]
+            if declared[0] != 0.0:
+                ends.append((declared[0], values <= declared[0] + margin, "declared"))
+        first, length = repetitions(values)
+        if len(first) > 1 and np.sum(length - 1) / len(values) < NOISY:
+            for extreme in (float(values.max()), float(values.min())):
+                ends.append((extreme, values == extreme, "seen"))
+        reported = False
+        for end, there, how in ends:
+            share, longest = float(there.mean()), _longest(there)
+            enough = (
+                there.any()
+                if how == "declared"
+                else (share > CLIPPED_SHARE and longest >= CLIPPED_RUN)
+            )
+            if not enough or reported:
+                continue
+            reported = True
+            yield _clipped(raw, name, end, there, how)
+
+
+def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:
+    share = float(there.mean())
+    first, last = np.flatnonzero(there)[[0, -1]]
+    severity = "error" if share > 0.5 else "warning" if how == "seen" or share > 0.01 else "note"
+    return Finding(
+        severity,  # type: ignore[arg-type]
+        name,
+        "is clipped" if how == "declared" else "is clipped where no range is declared",
+        f"{100 * share:.2g} % of the samples at {end:.6g}, up to {_longest(there)} in a row",
+        "these samples are left out"
+        if how == "declared"
+        else "declare range_pa, so that they are left out",
+        float(raw.time_s[first]),
+        float(raw.time_s[last]),
+    )
+
+
+def _longest(there: Mask) -> int:
+    """The most True values in a row."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(np.int8), [0]])))
+    return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
+
+
+def check_resolution(raw: Raw) -> Iterator[Finding]:
+    """A step of the values that is not the declared one."""
+    for name, declared in raw.resolutions.items():
+        levels = np.diff(np.unique(raw.series[name]))
+        levels = levels[levels > 1e-6 * declared]
+        if levels.size < 10:
+            continue
+        found = float(np.quantile(levels, 0.1))
+        if not 0.6 < found / declared < 1.6:
+            yield Finding(
+                "warning",
+                name,
+                "has another resolution than declared",
+                f"steps of {found:.3g} in the table, {declared:.3g} declared",
+                f"put channels.{name}.resolution right",
+            )
+
+
+def check_ranges(raw: Raw) -> Iterator[Finding]:
+    """Values that cannot be in the unit they are said to be in."""
+    for name, values in raw.series.items():
+        low, high = (float(v) for v in np.quantile(values, [0.01, 0.99]))
+        for prefix, floor, ceiling, what, advice in _PLAUSIBLE:
+            if name.startswith(prefix) and (low < floor or high > ceiling):
+                yield Finding(
+                    "error",
+                    name,
+                    what,
+                    f"98 % lie between {low:.4g} and {high:.4g}",
+                    advice,
+                )
+
+
+_PLAUSIBLE: tuple[tuple[str | tuple[str, ...], float, float, str, str], ...] = (
+    (
+        ("pressure_", "supply_pressure"),
+        -1.2e5,
+        1.5e8,
+        "cannot be a gauge pressure in Pa",
+        "put sign, unit or calibration right",
+    ),
+    ("valve", -1.01, 1.01, "is beyond -1 to 1", "declare unit '%' or scale it"),
+    ("oil_temperature", -50.0, 180.0, "is hardly in degC", "declare unit K or degF"),
+    ("attitude_", -6.4, 6.4, "is hardly in rad", "declare unit deg"),
+    ("rope_tension_", -500.0, 1e6, "a rope does not push", "turn its sign, or put its zero right"),
+)
+"""Prefix of the quantity, lowest and highest plausible value, what is wrong beyond them, what to do."""

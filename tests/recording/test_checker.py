@@ -1,0 +1,178 @@
+"""`testbed check` sees every planted fault, in the right channel, and nothing in a sound recording."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from planted import FAULTS, load, planted
+
+from testbed.cli import main
+from testbed.errors import InputError
+from testbed.recording.checker.check import check_recording
+from testbed.recording.checker.sensors import repetitions
+
+SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
+LEG = SAMPLES / "leg" / "verify" / "press"
+DRIVE = SAMPLES / "drive" / "identify" / "sine"
+DATA = os.environ.get("TESTBED_DATA")
+CASES = [
+    (folder, name)
+    for folder in (LEG, DRIVE)
+    for name, fault in FAULTS.items()
+    if fault.applies(load(folder))
+]
+
+
+@pytest.mark.parametrize("folder", [LEG, DRIVE, SAMPLES / "leg" / "identify" / "sine"], ids=str)
+def test_a_sound_recording_has_no_error_and_no_warning(folder: Path) -> None:
+    found = check_recording(folder)
+    assert found.usable
+    assert [f for f in found.findings if f.severity != "note"] == []
+
+
+@pytest.mark.parametrize(
+    ("folder", "name"), CASES, ids=[f"{f.parts[-3]}: {name}" for f, name in CASES]
+)
+def test_a_planted_fault_is_found_in_its_channel(folder: Path, name: str, tmp_path: Path) -> None:
+    fault = FAULTS[name]
+    found = check_recording(planted(load(folder), fault).write(tmp_path / "recording"))
+    serious = [f for f in found.findings if f.severity != "note"]
+    assert any(channel in f.channel for f in serious for channel in fault.channels), serious
+    assert all(f.what and f.evidence and f.advice for f in serious)
+
+
+def test_what_is_planted_covers_leg_and_drive() -> None:
+    assert len(CASES) > 30 and {name for _, name in CASES} >= set(FAULTS) - {
+        "valve turned round",
+        "valve in per cent",
+        "valve frozen",
+        "supply in bar",
+    }
+
+
+def test_a_clock_jump_is_told_from_a_gap_by_the_motion(tmp_path: Path) -> None:
+    sample = load(LEG)
+    jump = check_recording(planted(sample, FAULTS["clock jumps"]).write(tmp_path / "jump"))
+    gap = check_recording(planted(sample, FAULTS["gap"]).write(tmp_path / "gap"))
+    assert "clock jumps" in jump.findings[0].what
+    assert "samples are missing" in gap.findings[0].what
+
+
+def test_the_stretch_of_a_frozen_sensor_is_where_it_was_planted(tmp_path: Path) -> None:
+    sample = load(LEG)
+    values, time = sample["pressure_a"].copy(), sample["time"]
+    values[(time >= 2.0) & (time <= 3.0)] = values[time >= 2.0][0]
+    sample["pressure_a"] = values
+    (found,) = [
+        f for f in check_recording(sample.write(tmp_path)).findings if f.severity == "error"
+    ]
+    assert found.from_s == pytest.approx(2.0, abs=0.02)
+    assert found.to_s == pytest.approx(3.0, abs=0.02)
+
+
+def test_repetitions_are_first_rows_and_lengths() -> None:
+    first, length = repetitions(np.array([1.0, 1.0, 2.0, 3.0, 3.0, 3.0]))
+    assert first.tolist() == [0, 2, 3] and length.tolist() == [2, 1, 3]
+
+
+def foot(folder: Path, force: np.ndarray, contact: np.ndarray) -> Path:
+    folder.mkdir()
+    (folder / "recording.yaml").write_text(
+        "format: roboclimber-recording/1\nrig: foot\ndata: data.csv\nsample_rate_hz: 100\n"
+        "channels:\n  time: {column: t, unit: s}\n  force: {column: F, unit: N}\n"
+        "  contact: {column: c, unit: '1'}\nknown: {nominal_load_n: 20.0}\n"
+    )
+    rows = zip(np.arange(len(force)) / 100.0, force, contact, strict=True)
+    (folder / "data.csv").write_text("t,F,c\n" + "".join(f"{t},{f},{c:g}\n" for t, f, c in rows))
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("factor", "turned", "channel"),
+    [(1.0, False, ""), (-1.0, False, "force"), (1e-3, False, "force"), (1.0, True, "contact")],
+)
+def test_a_foot_of_two_kilograms_is_checked_by_its_own_scale(
+    factor: float, turned: bool, channel: str, tmp_path: Path
+) -> None:
+    carries = np.arange(600) % 200 > 60
+    force = np.where(carries, 20.0, 0.0) + np.random.default_rng(0).normal(0.0, 0.3, 600)
+    contact = (carries != turned).astype(float)
+    found = check_recording(foot(tmp_path / "foot", factor * force, contact)).findings
+    assert [f.channel for f in found if f.severity != "note"] == ([channel] if channel else [])
+
+
+def robot(folder: Path) -> Path:
+    shutil.copytree(SAMPLES / "robot", folder)
+    return folder
+
+
+def test_a_robot_is_checked_axis_by_axis(tmp_path: Path) -> None:
+    sample = load(robot(tmp_path / "sound"))
+    assert check_recording(tmp_path / "sound").usable
+    a, b = (sample.columns[f"pressure_{c}_fr_vertical"].copy() for c in "ab")
+    sample.columns["pressure_a_fr_vertical"], sample.columns["pressure_b_fr_vertical"] = b, a
+    sample.columns["attitude_roll"] = sample.columns["attitude_roll"] + 40.0
+    found = check_recording(sample.write(tmp_path / "wrong"))
+    channels = " ".join(f.channel for f in found.findings if f.severity == "error")
+    assert "pressure_a_fr_vertical" in channels and "attitude_roll" in channels
+    assert "fl_vertical" not in channels
+
+
+def test_a_header_that_cannot_be_read_is_a_finding_and_no_folder_is_an_error(
+    tmp_path: Path,
+) -> None:
+    sample = load(LEG)
+    sample.head["rig"] = "table"
+    sample.write(tmp_path)
+    found = check_recording(tmp_path)
+    assert not found.usable and found.findings[0].channel == "rig"
+    with pytest.raises(InputError, match="no such recording folder"):
+        check_recording(tmp_path / "nothing")
+
+
+@pytest.mark.parametrize(("fault", "status"), [(None, 0), ("gap", 0), ("clock set back", 2)])
+def test_the_command_prints_json_and_exits_2_where_it_cannot_be_used(
+    fault: str | None,
+    status: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    folder = LEG
+    if fault is not None:
+        folder = planted(load(LEG), FAULTS[fault]).write(tmp_path / "r")
+    monkeypatch.setattr("sys.argv", ["testbed", "check", str(folder), "--json"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    answer = json.loads(capsys.readouterr().out)
+    assert end.value.code == status and answer["usable"] == (status == 0)
+    for finding in answer["findings"]:
+        assert set(finding) == {
+            "severity",
+            "channel",
+            "what",
+            "evidence",
+            "advice",
+            "from_s",
+            "to_s",
+        }
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (recordings/ and real/) is not set")
+def test_no_recording_of_the_shared_rigs_is_refused() -> None:
+    folders = [
+        p.parent
+        for base in ("recordings", "real")
+        for p in sorted((Path(str(DATA)) / base).glob("*/*/*/recording.yaml"))
+    ]
+    found = {folder: check_recording(folder) for folder in folders}
+    assert len(found) > 100
+    assert [str(folder) for folder, one in found.items() if not one.usable] == []
+    warned = [f for one in found.values() for f in one.findings if f.severity == "warning"]
+    assert len(warned) <= 0.03 * len(found)
