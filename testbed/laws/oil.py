@@ -146,11 +146,3 @@ def enthalpy_with_gas(p_pa: float, gas: float, per_bulk: float, air: float) -> f
 def enthalpy(p_pa: float, bulk_pa: float, air: float) -> float:
     """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle heats by its drop."""
     return float(enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air))
-
-
-@njit_law
-def internal_energy(p_pa: float, bulk_pa: float, air: float) -> float:
-    """e(p) = h - p nu + p0, J per standard m3, zero at p0: what oil at rest stores."""
-    nu, _ = specific_volume(p_pa, bulk_pa, air)
-    nu0, _ = specific_volume(ATMOSPHERE_PA, bulk_pa, air)
-    return float(enthalpy(p_pa, bulk_pa, air) - p_pa * nu + ATMOSPHERE_PA * nu0)

@@ -94,11 +94,6 @@ def unstrained_sagging(
     return found if tension_n > 0.0 else found + 1e-6
 
 
-def sag_shortening_m(length_m: float, tension_n: float, weight_n_m: float) -> float:
-    """How much its own weight shortens a rope of tension T: w^2 L^3 / (24 T^2), m (parabola, small sag)."""
-    return float(weight_n_m**2 * length_m**3 / (24.0 * tension_n**2))
-
-
 @njit
 def rope_wrench(
     attachment: Any,

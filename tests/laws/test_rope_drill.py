@@ -16,7 +16,6 @@ from testbed.laws import drill as d
 from testbed.laws.rope import (
     rope_tension,
     rope_wrench,
-    sag_shortening_m,
     sagging_tension,
     unstrained_length,
     unstrained_sagging,
@@ -64,10 +63,6 @@ def test_wrench_points_to_the_anchor() -> None:
     )
     assert np.linalg.norm(out) == pytest.approx(tension)
     assert out[2] / out[0] == pytest.approx(24.03 / 18.0)
-
-
-def test_sag_of_a_taut_rope_is_a_millimetre() -> None:
-    assert sag_shortening_m(30.0, 1e4, 9.6) == pytest.approx(1.04e-3, rel=1e-2)
 
 
 W, H = 6.8, 0.6
