@@ -179,8 +179,8 @@ def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
 
 def contact_states(load, first):
     """Contact states over loads (n,), N, with an upper limit of 1500 and a lower one of 700 N, 20 ms each."""
-    limits = contact.ContactLimits.of(on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02)[0]
-    state = contact.ContactState.of(contact=first, since=0.0)[0]
+    limits = contact.ContactLimits.one(on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02)[0]
+    state = contact.ContactState.one(contact=first, since=0.0)[0]
     return np.array([contact.step(state, value, 1e-3, limits) for value in load])
 
 

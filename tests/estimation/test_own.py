@@ -13,10 +13,9 @@ from testbed.estimation.live import whole_body as own
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of, without
 from testbed.estimation.live.chain import EstimatorChain
-from testbed.laws.drill import KNOWN_COLUMNS
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.recording.rows import DataRow
+from testbed.recording.rows import DataRow, DrillKnown
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
@@ -115,14 +114,14 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     drill = np.array([5e3, -300.0, 40.0, 20.0, 1.5, -60.0])
     row, means = DataRow.zeros(), own.Gathered.zeros()
     row["position"], means["rope_tension"], means["specific_force"] = q, (9e3, 8e3), -gravity
-    for name, value in zip(KNOWN_COLUMNS, drill, strict=True):
+    for name, value in zip(DrillKnown.fields, drill, strict=True):
         row[name] = value
     numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
     found = own.other_wrench(row[0], gravity, np.zeros(3), means[0], numbers[0])
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k, tension in enumerate((9e3, 8e3)):
         expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])
-    expected += known_wrench(MODEL, drill, gravity)
+    expected += known_wrench(MODEL, np.array([tuple(drill)], DrillKnown.dtype)[0], gravity)
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 

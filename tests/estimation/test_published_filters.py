@@ -25,7 +25,7 @@ def noisy_walk(n=1500):
 
 def test_first_two_kbf_steps_equal_the_hand_computed_ones():
     # P0 = R = 4, Q = 2: P- = 6, K = 0.6, x = 10 + 0.6 (20 - 10) = 16, P = 0.16 * 6 + 0.36 * 4 = 2.4
-    state, numbers = KalmanState.zeros()[0], kbf.Numbers.of(**SMALL)[0]
+    state, numbers = KalmanState.zeros()[0], kbf.Numbers.one(**SMALL)[0]
     assert kbf.step(state, 10.0, numbers) == 10.0
     assert kbf.step(state, 20.0, numbers) == pytest.approx(16.0, abs=1e-13)
     assert state["variance"] == pytest.approx(2.4, abs=1e-13)
@@ -49,9 +49,9 @@ def test_samples_that_are_not_numbers_are_passed_over_by_both_alike():
     z = noisy_walk(400)
     z[100:130] = np.nan
     for ours, theirs in (
-        (kbf.run(z, np.array([25.0, 3600.0])), reference.kbf(z, 25.0, 3600.0)),
+        (kbf.run(z, **NOISES), reference.kbf(z, 25.0, 3600.0)),
         (
-            modified_kbf.run(z, np.array([25.0, 3600.0, 300.0])),
+            modified_kbf.run(z, **NOISES, innovation_limit=300.0),
             reference.modified_kbf(z, 25.0, 3600.0, 300.0),
         ),
     ):
@@ -61,13 +61,13 @@ def test_samples_that_are_not_numbers_are_passed_over_by_both_alike():
 def test_one_sample_at_a_time_equals_the_array():
     z = noisy_walk(300)
     for module, constants in published(NOISES):
-        state, numbers = KalmanState.zeros()[0], module.Numbers.of(**constants)[0]
+        state, numbers = KalmanState.zeros()[0], module.Numbers.one(**constants)[0]
         assert [module.step(state, v, numbers) for v in z] == list(module.run(z, **constants))
 
 
 def test_rejected_sample_keeps_the_state_and_propagates_p():
-    state = KalmanState.of(value=100.0, variance=5.0, started=1.0)[0]
-    numbers = modified_kbf.Numbers.of(**SMALL, innovation_limit=300.0)[0]
+    state = KalmanState.one(value=100.0, variance=5.0, started=1.0)[0]
+    numbers = modified_kbf.Numbers.one(**SMALL, innovation_limit=300.0)[0]
     assert modified_kbf.step(state, 500.0, numbers) == 100.0
     assert state["variance"] == 7.0
 

@@ -55,7 +55,7 @@ class CompiledDetector:
         cls._loop = staticmethod(_loop_over(step))
 
     def __init__(self, **numbers: float) -> None:
-        self._numbers = self.Numbers.of(**(self.numbers | numbers))
+        self._numbers = self.Numbers.one(**(self.numbers | numbers))
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
         self.start(1.0e-3)
 

@@ -90,7 +90,7 @@ class Valve(Record):
 def valve_of(machine: Machine) -> NDArray[Any]:
     """One `Valve` record, shape (1,), of the believed machine."""
     v, oil = machine.valve, machine.oil
-    return Valve.of(
+    return Valve.one(
         rated_flow=v.rated_flow_vertical_m3_s,
         rated_drop=v.rated_drop_per_edge_pa,
         edge_pa=v.edge_pa,

@@ -175,5 +175,5 @@ def _run(seen: Any, states: Any, numbers: Any, score: Any) -> None:
 def raised(seen: NDArray[Any], numbers: Mapping[str, float] = NUMBERS) -> Array:
     """1 while a warning of a foot stands, else 0, (n, 4); `seen`: Seen (n,)."""
     score = np.zeros((len(seen), len(LEGS)))
-    _run(seen, WarningState.zeros(len(LEGS)), WarningNumbers.of(**numbers), score)
+    _run(seen, WarningState.zeros(len(LEGS)), WarningNumbers.one(**numbers), score)
     return score

@@ -30,7 +30,7 @@ def over(step: Any, state: type[Record], numbers: type[Record]) -> Run:
 
     def run(z: Array, **constants: float) -> Array:
         x = np.empty(z.size)
-        compiled(state.zeros(), z, numbers.of(**constants), x)
+        compiled(state.zeros(), z, numbers.one(**constants), x)
         return x
 
     return run

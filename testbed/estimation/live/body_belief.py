@@ -132,13 +132,13 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
     body["sd_at_rest"] = t.sd_at_rest if t.balance else 1.0
     body["balance_sd"][:3] = t.weight_share * weight_n
     body["balance_sd"][3:] = t.centre_sd_m * weight_n
-    body["filter"] = persistent.Numbers.of(
+    body["filter"] = persistent.Numbers.one(
         process_variance=t.filter_q_n2,
         measurement_variance=t.filter_r_n2,
         innovation_limit=t.e_max_n,
         hold_samples=t.hold_samples,
     )[0]
-    body["decisions"] = Decisions.of(
+    body["decisions"] = Decisions.one(
         dt=0.0,
         observer=t.observer_rad_s,
         rest_speed=t.rest_m_s,

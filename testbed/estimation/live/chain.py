@@ -74,19 +74,19 @@ def belief_of(believed: Believed) -> NDArray[Any]:
     belief["rest_speed"], belief["slide_speed"] = t.rest_m_s, t.slide_m_s
     belief["pressure_sd"], belief["friction_share"] = t.pressure_sd_pa, t.friction_sd_share
     belief["speed_sd"], belief["acceleration_sd"] = t.speed_sd_m_s, t.acceleration_sd_m_s2
-    belief["filter"] = persistent.Numbers.of(
+    belief["filter"] = persistent.Numbers.one(
         process_variance=t.kbf_q_n2,
         measurement_variance=t.kbf_r_n2,
         innovation_limit=t.e_max_n,
         hold_samples=t.hold_samples,
     )[0]
-    belief["contact"] = ContactLimits.of(
+    belief["contact"] = ContactLimits.one(
         on=t.contact_on_n,
         off=t.contact_off_n,
         dwell_on=t.contact_dwell_s,
         dwell_off=t.lost_dwell_s,
     )[0]
-    belief["combined"] = CombinedNumbers.of(**Combined.numbers)[0]
+    belief["combined"] = CombinedNumbers.one(**Combined.numbers)[0]
     belief["valve"] = believed.valve[0]
     for record, leg in zip(belief["legs"], believed.legs, strict=True):
         leg.write(record["cylinder"])

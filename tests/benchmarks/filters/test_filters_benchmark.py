@@ -26,8 +26,8 @@ QUIET = {
 
 def after_one_sample(module, z, **numbers):
     """Estimate and variance after one sample; before it 0 and 4, with Q = 2 and R = 4."""
-    state = KalmanState.of(value=0.0, variance=4.0, started=1.0)[0]
-    given = module.Numbers.of(process_variance=2.0, measurement_variance=4.0, **numbers)[0]
+    state = KalmanState.one(value=0.0, variance=4.0, started=1.0)[0]
+    given = module.Numbers.one(process_variance=2.0, measurement_variance=4.0, **numbers)[0]
     return module.step(state, z, given), state["variance"]
 
 
