@@ -1,4 +1,4 @@
-"""Fit the numbers of `testbed.diagnosis.leg.probabilities`: `testbed lab fit-belief DIR`.
+"""Fit the numbers of `testbed.diagnosis.leg.probabilities`: `testbed lab fit-diagnosis DIR`.
 
 DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
 What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
@@ -60,7 +60,7 @@ LAPSES = tuple(f"{question}_{kind}" for question in LAPSING for kind in ("missed
 LAPSE_START = -3.5
 """Logarithm of the odds of a lapse from which the fit starts: one in 33."""
 QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
-COMMAND = "testbed lab fit-belief"
+COMMAND = "testbed lab fit-diagnosis"
 
 
 def read_trials(folders: Sequence[Path]) -> list[Trial]:

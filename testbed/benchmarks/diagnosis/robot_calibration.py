@@ -1,4 +1,4 @@
-"""Fit the numbers of `testbed.diagnosis.robot.probabilities`: `testbed lab fit-robot-belief DIR...`.
+"""Fit the numbers of `testbed.diagnosis.robot.probabilities`: `testbed lab fit-robot-diagnosis DIR...`.
 
 DIR is a folder of `testbed lab robot-diagnosis`; its runs are development runs from then on. What is fitted is the
 mean logarithm of the probability that the distribution gives to what was hidden, held back by a ridge; it is fitted on
@@ -31,7 +31,7 @@ START: Weights = {
     "rivals": {"slack": 5.0, "share": 0.05, "power": 3.0},
 }
 """Where the fit starts and what the ridge holds it to (E)."""
-COMMAND = "testbed lab fit-robot-belief"
+COMMAND = "testbed lab fit-robot-diagnosis"
 
 
 def read_trials(folders: Sequence[Path]) -> list[Trial]:
