@@ -178,3 +178,22 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         p.relative_to(PACKAGE).as_posix() for p in FILES if "read_quantities(" in p.read_text()
     }
     assert readers == {"machine/provenance.py", "machine/build.py", "machine/inferred.py"}
+
+
+def test_report_only_renders() -> None:
+    """It reads no folder and writes no page: use cases do. The viewer's own file is what scene3d is for."""
+    doing = {
+        "read_run",
+        "read_rig",
+        "read_robot",
+        "write_text",
+        "write_json",
+        "owned",
+        "run_scenario",
+    }
+    wrong = {
+        p.name
+        for p in FILES
+        if _room(p) == "report" and {name.split(".")[-1] for name in _imports(p)} & doing
+    }
+    assert wrong <= {"scene3d.py"}

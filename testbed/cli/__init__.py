@@ -55,7 +55,7 @@ def run(
     loaded = load_scenario(scenario, set_ or [], seed, duration)
     with naming(scenario_path(scenario)), run_progress(loaded.duration_s, loaded.name) as progress:
         result = run_scenario(loaded, out, model, gui, progress)
-    from testbed.report.run_report import write_report
+    from testbed.workflows.report import write_report
 
     with waiting("writing the report"):
         report = write_report(result.folder)
@@ -185,7 +185,7 @@ def view(
         if open_ and sys.stdout.isatty():
             show(made)
         return
-    from testbed.report.run_report import write_report
+    from testbed.workflows.report import write_report
 
     report = folder / "report.html"
     if not report.is_file():

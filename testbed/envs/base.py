@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
-from testbed.envs.observations import TABLE, Observer, Row
+from testbed.control.observed import Observed
+from testbed.envs.observations import TABLE, Observer
 from testbed.envs.randomisation import draw_overrides, named_set
-from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
+from testbed.envs.rewards import Truth, Weights, body_position, holding_reward, truth_of_step
 from testbed.errors import InputError
-from testbed.laws.drill import REACTION
 from testbed.machine.names import LEGS, SIDES
+from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
 
 Array = NDArray[np.float64]
@@ -31,19 +32,26 @@ Observation = NDArray[np.float32]
 OFFSET_STEP_M = 1.0e-4
 """Increment of a vertical set point for an action of 1: one encoder count a step."""
 OFFSET_RANGE_M = 0.02
+"""Furthest that an agent may move a vertical set point."""
 PULL_STEP_N = 200.0
 """Increment of a wanted rope pull for an action of 1."""
 PULL_RANGE_N = 3.14e4
 """Rating of a traction device (D)."""
 PICTURE = (480, 360)
+"""Width and height of a picture, pixels."""
+TICK_MS = 10
+"""A step is a whole number of control ticks of so long."""
 DRAWS = 10
 """So many draws in a row that do not stand are no environment."""
 
 
 def action_rows(
     meaning: str, names: Sequence[str], unit: str, frame: str, size: float
-) -> list[Row]:
-    return [Row(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names]
+) -> list[Observed]:
+    """Rows of an action's table: what -1 to 1 means for each of `names`, from -size to size."""
+    return [
+        Observed(f"action_{name}", meaning.format(name), unit, frame, -size, size) for name in names
+    ]
 
 
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
@@ -54,9 +62,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     none; step_ms: simulated time of a step. Raises InputError for what a scenario refuses.
     """
 
-    table: tuple[Row, ...] = TABLE
+    table: tuple[Observed, ...] = TABLE
     """The observation, index by index."""
-    actions: tuple[Row, ...] = (
+    actions: tuple[Observed, ...] = (
         *action_rows("vertical set point of {}, increment", LEGS, "m", "joint", OFFSET_STEP_M),
         *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
     )
@@ -77,7 +85,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             raise InputError(
                 "no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array"
             )
-        if step_ms < 10 or step_ms % 10:
+        if step_ms < TICK_MS or step_ms % TICK_MS:
             raise InputError(
                 "must be whole control ticks",
                 field="step_ms",
@@ -139,9 +147,6 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._sim = sim = Simulation(spec, gui=self.render_mode == "human" and _has_display())
         self._begin(spec)
         self._observer = Observer(sim.data_columns, self.table)
-        self._places = _places(sim.truth_columns)
-        self._tension = [sim.data_columns.index(f"rope_tension_{side}") for side in SIDES]
-        self._carrying = [sim.data_columns.index(f"carrying_{leg}") for leg in LEGS]
         self._rows = round(self._step_s * spec.rates.record_hz)
         if self._rows < 1:
             raise InputError(
@@ -211,7 +216,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """The run's first rows, after which orders hold; the wanted pulls begin at the ropes' tensions."""
         data, truth = self._sim.run_block(self._rows)
         if len(data):
-            self._trim.pull_n = data[:, self._tension].mean(axis=0)
+            self._trim.pull_n = DataRow.from_table(data)["rope_tension"].mean(axis=0)
         return data, truth
 
     def _order(self, action: Array) -> None:
@@ -223,10 +228,16 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N
         )
 
-    def _ordered(self) -> Array:
-        """(6,) what the agent has ordered so far, as the table shows it."""
+    def _ordered(self) -> dict[str, float]:
+        """What the agent and the drill have ordered so far, by the table's names."""
         assert self._trim.pull_n is not None
-        return np.concatenate([self._trim.goal_m, self._trim.pull_n])
+        known = self._sim.machine.drill_known()
+        return {
+            **{f"orders.offset_{leg}": self._trim.goal_m[k] for k, leg in enumerate(LEGS)},
+            **{f"orders.pull_{side}": self._trim.pull_n[k] for k, side in enumerate(SIDES)},
+            "orders.thrust": known["ordered_thrust"],
+            "orders.torque": known["ordered_torque"],
+        }
 
     def _reward(self, truth: Truth, action: Array, ended: bool) -> float:
         return holding_reward(truth, action, ended, self._weights)
@@ -234,13 +245,14 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     # ---- reading ------------------------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        orders = np.concatenate([self._ordered(), self._sim.machine.drill_known()[: REACTION + 1]])
-        return self._observer.look(data.mean(axis=0), orders)
+        return self._observer.look(data.mean(axis=0), self._ordered())
 
     def _truth(self, data: Array, truth: Array) -> Truth:
-        before = (truth if self._last is None else self._last[1])[0, self._places["position"]]
+        rows = TruthRow.from_table(truth)
+        before = rows if self._last is None else TruthRow.from_table(self._last[1])
         self._last = data[-1:], truth[-1:]
-        return truth_of_step(truth, self._places, self._friction, data[-1, self._carrying], before)
+        stance = DataRow.from_table(data[-1:])["carrying"][0] == 1.0
+        return truth_of_step(rows, self._friction, stance, body_position(before[0]))
 
     def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
         return {
@@ -259,17 +271,3 @@ def _has_display() -> bool:
         return True
     gymnasium.logger.warn("no display: render_mode 'human' runs without a window")
     return False
-
-
-def _places(columns: list[str]) -> dict[str, slice | int]:
-    first = {
-        name: columns.index(name)
-        for name in (f"foot_force_in_world_{LEGS[0]}_x", f"contact_normal_{LEGS[0]}")
-    }
-    force, normal = first.values()
-    position = columns.index("body_pose_in_world_x")
-    return {
-        "foot_force": slice(force, force + 12),
-        "normal": slice(normal, normal + 4),
-        "position": slice(position, position + 3),
-    }

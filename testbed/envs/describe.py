@@ -11,8 +11,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from testbed.control.observed import Observed
 from testbed.envs import ENVIRONMENTS
-from testbed.envs.observations import TABLE, Row, as_markdown
+from testbed.envs.observations import TABLE, as_markdown
 from testbed.envs.randomisation import sets
 
 HEAD = """# Environments
@@ -58,7 +59,7 @@ def _first(env: Any) -> str:
     return text[0].upper() + text[1:]
 
 
-def _actions(rows: Sequence[Row]) -> str:
+def _actions(rows: Sequence[Observed]) -> str:
     lines = [
         "| action | meaning of -1 .. 1 | unit | frame | low | high |",
         "|---|---|---|---|---|---|",

@@ -1,181 +1,119 @@
 """What an agent sees: one table, each row with its meaning, unit, frame and range.
 
 An observation is the vector of all rows, each mapped from [low, high] to [-1, 1] and clipped there. Everything in it
-is a measurement, an estimate or an order of control itself, never a truth of the world.
+is a measurement, an estimate or an order of control itself, never a truth of the world. Rows that a run records take
+name, unit and meaning from where the recording declares them (recording/rows.py).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.distribution.corrected import VIEW
+from testbed.control.observed import Observed
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.recording.rows import DataRow
 
 Array = NDArray[np.float64]
+COLUMNS = {column.name: column for column in DataRow.columns()}
+"""What a run records, by name."""
+OWN = ("orders.", "control.")
+"""Rows under these names are control's own; all others are columns of the run's data."""
+PRESSURE_PA = (0.0, 1.0e7)
+"""Range of a pressure."""
+LOAD_N = (-2.0e3, 4.0e4)
+"""Range of a foot load."""
+PULL_N = (0.0, 5.0e4)
+"""Range of a rope's tension."""
+JOINTS = {"rotation": (-0.62, 0.62), "radial": (0.0, 0.4), "vertical": (0.0, 0.5)}
+"""Range of each kind of joint, rad or m."""
+ALONG_VERTICAL = "vertical joint, + ground pushes the foot up"
 
 
-@dataclass(frozen=True)
-class Row:
-    """One number of the observation."""
-
-    column: str
-    """Column of the run's data, or a name under `orders.` or `control.`: what control itself ordered or worked out."""
-    meaning: str
-    unit: str
-    frame: str
-    low: float
-    high: float
+def seen(names: Iterable[str], span: tuple[float, float], frame: str = "-") -> list[Observed]:
+    """Rows for recorded columns of one range."""
+    found = [COLUMNS[name] for name in names]
+    return [Observed(c.name, c.meaning, c.unit, frame, *span) for c in found]
 
 
-def _joints() -> list[Row]:
-    ranges = {
-        "rotation": (-0.62, 0.62, "rad"),
-        "radial": (0.0, 0.4, "m"),
-        "vertical": (0.0, 0.5, "m"),
-    }
-    rows = []
-    for axis in AXES:
-        low, high, unit = ranges[axis.split("_")[1]]
-        rows.append(Row(f"position_{axis}", f"encoder of {axis}", unit, "joint", low, high))
-    return rows
+def _each(name: str, labels: Sequence[str]) -> list[str]:
+    return [f"{name}_{label}" for label in labels]
 
 
-def _pressures() -> list[Row]:
-    return [
-        Row(
-            f"pressure_{chamber}_{axis}",
-            f"transducer at chamber {chamber.upper()} of {axis}",
-            "Pa",
-            "gauge",
-            0.0,
-            1e7,
-        )
-        for chamber in "ab"
+_SEEN = (
+    *(
+        row
         for axis in AXES
-    ]
-
-
-def _body() -> list[Row]:
-    return [
-        Row("supply_pressure", "supply", "Pa", "gauge", 0.0, 1e7),
-        Row("oil_temperature", "oil in the tank", "degC", "-", -20.0, 100.0),
-        *(
-            Row(f"rope_tension_{side}", f"load pin of the {side} rope", "N", "along it", 0.0, 5e4)
-            for side in SIDES
-        ),
-        Row("attitude_roll", "roll", "rad", "body to world", -0.5, 0.5),
-        Row(
-            "attitude_pitch",
-            "pitch; minus the slope where parallel to it",
-            "rad",
-            "body to world",
-            -math.pi / 2,
-            0.2,
-        ),
-        Row("attitude_yaw", "yaw", "rad", "body to world", -0.5, 0.5),
-        *(Row(f"angular_rate_{k}", f"rate about {k}", "rad/s", "body", -0.2, 0.2) for k in "xyz"),
-    ]
-
-
-def _estimates() -> list[Row]:
-    along = "vertical joint, + ground pushes the foot up"
-    return [
-        *(
-            Row(f"estimate_own_{leg}", f"estimated load of {leg}", "N", along, -2e3, 4e4)
-            for leg in LEGS
-        ),
-        *(
-            Row(
-                f"own_low_{leg}",
-                f"lower end of its interval, {leg}",
-                "N",
-                along,
-                -2e3,
-                4e4,
-            )
-            for leg in LEGS
-        ),
-        *(
-            Row(
-                f"own_high_{leg}",
-                f"upper end of its interval, {leg}",
-                "N",
-                along,
-                -2e3,
-                4e4,
-            )
-            for leg in LEGS
-        ),
-        *(Row(f"contact_{leg}", f"contact word of {leg}", "1", "-", 0.0, 1.0) for leg in LEGS),
-        *(
-            Row(f"expected_{leg}", f"load of {leg} expected from the model", "N", along, -2e3, 4e4)
-            for leg in LEGS
-        ),
-    ]
-
-
-def _offsets() -> list[Row]:
-    return [
-        Row(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02)
-        for leg in LEGS
-    ]
-
-
-def _orders() -> list[Row]:
-    return [
-        *(
-            Row(f"orders.pull_{side}", f"wanted pull of the {side} rope", "N", "along it", 0.0, 5e4)
-            for side in SIDES
-        ),
-        Row(
-            "orders.thrust",
-            "feed ordered, + lifts the body; pulling out is -",
-            "N",
-            "body z",
-            -2e4,
-            2e4,
-        ),
-        Row(
-            "orders.torque", "torque ordered, its reaction on the body", "N m", "body z", -2e3, 2e3
-        ),
-        *(Row(f"carrying_{leg}", f"{leg} is meant to carry", "1", "-", 0.0, 1.0) for leg in LEGS),
-    ]
-
-
-_SEEN = (*_joints(), *_pressures(), *_body(), *_estimates())
-TABLE: tuple[Row, ...] = (*_SEEN, *_offsets(), *_orders())
+        for row in seen([f"position_{axis}"], JOINTS[axis.split("_")[1]], "joint")
+    ),
+    *seen([*_each("pressure_a", AXES), *_each("pressure_b", AXES)], PRESSURE_PA, "gauge"),
+    *seen(["supply_pressure"], PRESSURE_PA, "gauge"),
+    *seen(["oil_temperature"], (-20.0, 100.0)),
+    *seen(_each("rope_tension", SIDES), PULL_N, "along it"),
+    *seen(["attitude_roll"], (-0.5, 0.5), "body to world"),
+    *seen(["attitude_pitch"], (-math.pi / 2, 0.2), "body to world"),
+    *seen(["attitude_yaw"], (-0.5, 0.5), "body to world"),
+    *seen(_each("angular_rate", "xyz"), (-0.2, 0.2), "body"),
+    *seen(_each("estimate_own", LEGS), LOAD_N, ALONG_VERTICAL),
+    *seen(_each("own_low", LEGS), LOAD_N, ALONG_VERTICAL),
+    *seen(_each("own_high", LEGS), LOAD_N, ALONG_VERTICAL),
+    *seen(_each("contact", LEGS), (0.0, 1.0)),
+    *seen(_each("expected", LEGS), LOAD_N, ALONG_VERTICAL),
+)
+_OFFSETS = (
+    Observed(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02)
+    for leg in LEGS
+)
+_PULLS = (
+    Observed(f"orders.pull_{side}", f"wanted pull of the {side} rope", "N", "along it", *PULL_N)
+    for side in SIDES
+)
+_DRILL = (
+    Observed("orders.thrust", "feed ordered, + lifts the body", "N", "body z", -2e4, 2e4),
+    Observed("orders.torque", "torque ordered: its reaction", "N m", "body z", -2e3, 2e3),
+)
+TABLE: tuple[Observed, ...] = (
+    *_SEEN,
+    *_OFFSETS,
+    *_PULLS,
+    *_DRILL,
+    *seen(_each("carrying", LEGS), (0.0, 1.0)),
+)
 """The observation of the environments that move set points, index by index."""
-SHARE_TABLE: tuple[Row, ...] = tuple(Row(*row) for row in VIEW)
+SHARE_TABLE: tuple[Observed, ...] = VIEW
 """The observation where wanted loads are moved: what a controller that shares the load sees."""
 
 
 class Observer:
     """Reads the table's rows off a run's data columns and control's orders."""
 
-    def __init__(self, data_columns: Sequence[str], table: Sequence[Row] = TABLE) -> None:
+    def __init__(self, data_columns: Sequence[str], table: Sequence[Observed] = TABLE) -> None:
+        """data_columns: names of the data rows' columns, in their order."""
         columns = {name: k for k, name in enumerate(data_columns)}
-        ordered = [row.column.startswith(("orders.", "control.")) for row in table]
-        self._data_to = np.array([k for k, own in enumerate(ordered) if not own])
-        self._data_from = np.array([columns[table[k].column] for k in self._data_to])
-        self._orders_to = np.array([k for k, own in enumerate(ordered) if own])
+        own = [row.column.startswith(OWN) for row in table]
+        data = [k for k in range(len(table)) if not own[k]]
+        self._data_to, self._data_from = data, [columns[table[k].column] for k in data]
+        self._orders = {row.column: k for k, row in enumerate(table) if own[k]}
         self._middle = np.array([(row.high + row.low) / 2 for row in table])
         self._half = np.array([(row.high - row.low) / 2 for row in table])
         self._raw = np.zeros(len(table))
 
-    def look(self, data_row: Array, orders: Array) -> NDArray[np.float32]:
-        """A new observation (len(table),) in [-1, 1] of a data row and the orders (8,) in the table's order."""
+    def look(self, data_row: Array, orders: Mapping[str, float]) -> NDArray[np.float32]:
+        """A new observation (len(table),) in [-1, 1] of a data row and the orders by their names in the table."""
         self._raw[self._data_to] = data_row[self._data_from]
-        self._raw[self._orders_to] = orders
+        for name, place in self._orders.items():
+            self._raw[place] = orders[name]
         clipped = np.clip((self._raw - self._middle) / self._half, -1.0, 1.0)
         return np.asarray(clipped, dtype=np.float32)
 
 
-def in_units(observation: NDArray[np.float32], table: Sequence[Row] = TABLE) -> dict[str, float]:
+def in_units(
+    observation: NDArray[np.float32], table: Sequence[Observed] = TABLE
+) -> dict[str, float]:
     """Column -> value in its unit, from a normalised observation (clipped rows stay clipped)."""
     return {
         row.column: float((row.high + row.low) / 2 + value * (row.high - row.low) / 2)
@@ -183,8 +121,8 @@ def in_units(observation: NDArray[np.float32], table: Sequence[Row] = TABLE) -> 
     }
 
 
-def as_markdown(table: Sequence[Row] = TABLE) -> str:
-    """A table as markdown: index, name, meaning, unit, frame, low, high."""
+def as_markdown(table: Sequence[Observed] = TABLE) -> str:
+    """The table as markdown: index, name, meaning, unit, frame, low, high."""
     lines = [
         "| index | name | meaning | unit | frame | low | high |",
         "|---|---|---|---|---|---|---|",

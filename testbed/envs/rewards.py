@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.recording.rows import XYZ
 
 Array = NDArray[np.float64]
 LOST_N = 200.0
@@ -21,11 +22,11 @@ class Truth:
     """What the world knows of one step of an environment; sizes in N, m, rad."""
 
     lowest_normal_n: float
-    """Lowest normal load of any carrying foot within the step."""
+    """Lowest normal load of any foot in stance within the step."""
     friction_use: float
-    """Highest tangential / (friction * normal) of any carrying foot, mean over the step; 1 slides."""
+    """Highest tangential / (friction * normal) of any foot in stance, mean over the step; 1 slides."""
     feet_lost: int
-    """Carrying feet that were lost at some moment of the step."""
+    """Feet in stance that were lost at some moment of the step."""
     moved_m: float
     """How far the body has moved within the step."""
     way_in_world_m: Array
@@ -35,24 +36,31 @@ class Truth:
 
 
 def truth_of_step(
-    truth: Array, columns: dict[str, slice | int], friction: float, carrying: Array, before: Array
+    truth: NDArray[Any], friction: float, stance: NDArray[np.bool_], before: Array
 ) -> Truth:
-    """Sum up the truth rows (n, ..) of a step. `columns` says where foot_force (12), normal (4), position (3) stand.
+    """Sum up the truth rows (n, TruthRow) of a step for the feet (4) in stance.
 
     `before`: the body's position (3) at the end of the step before, m.
     """
-    normal, meant = truth[:, columns["normal"]], carrying > 0.5
+    normal = np.ascontiguousarray(truth["contact_normal"])
+    force = truth["foot_force_in_world"].reshape(len(truth), -1)
     lowest, use = np.full(normal.shape[1], np.inf), np.zeros(len(truth))
-    feet_of_rows(truth[:, columns["foot_force"]], normal, friction, meant, lowest, use)
-    way = truth[-1, columns["position"]] - before
+    feet_of_rows(force, normal, friction, stance, lowest, use)
+    way = body_position(truth[-1]) - before
     return Truth(
-        lowest_normal_n=float(lowest.min()) if meant.any() else 0.0,
+        lowest_normal_n=float(lowest.min()) if stance.any() else 0.0,
         friction_use=float(use.mean()),
         feet_lost=int((lowest < LOST_N).sum()),
         moved_m=float(np.linalg.norm(way)),
         way_in_world_m=way,
         loads_n=normal[-1].copy(),
     )
+
+
+def body_position(row: Any) -> Array:
+    """Where the body's origin is in a truth row, (3) m, world frame."""
+    position: Array = row["body_pose_in_world"][: len(XYZ)]
+    return position
 
 
 @njit

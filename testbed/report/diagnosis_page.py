@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from testbed.diagnosis.leg.experiments import experiments
@@ -11,7 +10,6 @@ from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.diagnosis.leg.verification import STAGES, closed_share
 from testbed.effects import by_name
-from testbed.formats.files import write_text
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
 from testbed.report.page import render
 
@@ -21,11 +19,9 @@ HEADLINES = {
 }
 
 
-def write_page(d: Diagnosis, out: Path) -> Path:
-    """Write `report.html` into `out` and return its path. Raises InputError where it cannot be written."""
-    path = out / "report.html"
-    write_text(path, render("diagnosis.html.j2", contents(d)))
-    return path
+def page(d: Diagnosis) -> str:
+    """The page\'s text."""
+    return render("diagnosis.html.j2", contents(d))
 
 
 def contents(d: Diagnosis) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,18 +13,15 @@ from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
 from testbed.diagnosis.robot.problem import FLOW_S
 from testbed.effects import by_name
-from testbed.formats.files import write_text
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
 
 Array = npt.NDArray[np.float64]
 
 
-def write_page(d: RobotDiagnosis, out: Path) -> Path:
-    """Write `report.html` into `out` and return its path. Raises InputError where it cannot be written."""
-    path = out / "report.html"
-    write_text(path, render("robot_diagnosis.html.j2", contents(d)))
-    return path
+def page(d: RobotDiagnosis) -> str:
+    """The page\'s text."""
+    return render("robot_diagnosis.html.j2", contents(d))
 
 
 def contents(d: RobotDiagnosis) -> dict[str, Any]:

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed import __version__
-from testbed.formats.files import write_text
-from testbed.formats.ownership import owned
+from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.report.animation import animation
 from testbed.report.console import summary_rows
@@ -23,7 +22,7 @@ from testbed.report.style import RC, method_name, svg
 from testbed.simulation.metrics import methods, stability_margin, tilt_deg
 from testbed.simulation.pictures import pictures
 from testbed.simulation.residuals import Suspect, best_method, load_residuals
-from testbed.simulation.runs import Run, check_run, read_run, run_machines
+from testbed.simulation.runs import Run
 
 Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
@@ -31,20 +30,12 @@ FEWEST_ROWS = 20
 """Shorter runs have a verdict but nothing to draw."""
 
 
-def write_report(folder: str | Path) -> Path:
-    """Write `report.html` into a run's folder and return its path; works for a killed run too.
-
-    Raises InputError where the folder holds no readable run, and while the run is still being made.
-    """
-    check_run(folder)
-    with owned(folder, field=None) as path:
-        report = path / "report.html"
-        write_text(report, render("run_report.html.j2", _contents(read_run(path))))
-    return report
+def page(run: Run, summary: Mapping[str, Any], machine: Machine) -> str:
+    """The page's text: of a run, what it comes to (see summary.json), and the machine that it truly had."""
+    return render("run_report.html.j2", _contents(run, summary, machine))
 
 
-def _contents(run: Run) -> dict[str, Any]:
-    summary = run.summary or _no_summary(run)
+def _contents(run: Run, summary: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
     slope_deg = float(summary.get("slope_deg") or 0.0)
     method = best_method(methods(run.data))
     by_leg = load_residuals(run.data, method) if method else {}
@@ -68,36 +59,13 @@ def _contents(run: Run) -> dict[str, Any]:
         "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method)
         if enough
         else [],
-        "animation": animation(run.data, run.truth, slope_deg, run_machines(run.folder).truth)
-        if enough
-        else None,
+        "animation": animation(run.data, run.truth, slope_deg, machine) if enough else None,
         "legs": LEGS,
         "errors": _errors(summary),
         **_film(run.folder),
         **_events(summary.get("events") or []),
         "footer": f"{run.folder.resolve().name} · roboclimber-testbed {__version__} · recording.yaml, data.parquet, "
         "truth.parquet and summary.json beside this file hold every number.",
-    }
-
-
-def _no_summary(run: Run) -> dict[str, Any]:
-    """What can be said of a run that was killed before it was summed up."""
-    from testbed.formats.yaml_files import read_yaml
-    from testbed.simulation.metrics import run_metrics
-
-    path = run.folder / "scenario.yaml"
-    scenario = read_yaml(path) if path.is_file() else {}
-    slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
-    rows = len(run.time_s)
-    return {
-        "scenario": run.meta.get("scenario", run.folder.name),
-        "seed": run.meta.get("seed", 0),
-        "description": run.meta.get("description", ""),
-        "verdict": "unknown: the run was killed",
-        "slope_deg": slope_deg,
-        "simulated_s": float(run.time_s[rows - 1]) if rows else 0.0,
-        "wall_s": None,
-        **(run_metrics(run.data, run.truth, slope_deg) if rows > 1 else {}),
     }
 
 

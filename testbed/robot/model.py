@@ -18,7 +18,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.errors import InputError
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.robot.loads.foot_forces import LegNumbers
 from testbed.robot.urdf.check import read_urdf
 
@@ -180,11 +180,6 @@ class RobotModel:
         """Undersides of the feet in the body frame, (4, 3), m."""
         pin.framesForwardKinematics(self._model, self._data, self._full(positions))
         return np.array([self._data.oMf[frame].translation for frame in self._feet])
-
-    def vertical_axes(self, positions: ArrayLike) -> Array:
-        """Unit vectors (4, 3) along which the ground loads the vertical joints (against extension), body frame."""
-        jacobians = self.feet(positions)[1]
-        return np.array([-jacobians[k, :, axis] for k, axis in enumerate(VERTICAL)])
 
     def _full(self, positions: ArrayLike) -> Array:
         self._q[self._q_index] = positions

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file
+from testbed.formats.files import check_file, write_text
 from testbed.formats.ownership import owned
 
 Table = tuple[list[str], list[list[str]]]
+PAGE = "report.html"
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def _axis(
     from testbed.diagnosis.leg.findings import as_json, summary_rows, write_findings
     from testbed.effects import read_believed
     from testbed.recording.axis import read_rig
-    from testbed.report.diagnosis_page import write_page
+    from testbed.report.diagnosis_page import page
 
     if suggest is not None:
         check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
@@ -57,9 +58,9 @@ def _axis(
         write_findings(found, out)
         if suggest is not None:
             write_motion(suggest, rig.known)
-        page = write_page(found, out)
+        write_text(out / PAGE, page(found))
     return Diagnosed(
-        f"{found.rig.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page
+        f"{found.rig.name}: {found.verdict.kind}", as_json(found), summary_rows(found), out / PAGE
     )
 
 
@@ -71,7 +72,7 @@ def _robot(
     from testbed.diagnosis.robot.rig import NEEDED
     from testbed.effects import read_believed
     from testbed.recording.robot import read_robot
-    from testbed.report.robot_diagnosis_page import write_page
+    from testbed.report.robot_diagnosis_page import page
 
     if suggest is not None:
         raise InputError(
@@ -85,7 +86,7 @@ def _robot(
     with owned(out):
         found = diagnose_robot(run.name, run.data, run.machine, folder, tell, start)
         write_findings(found, out)
-        page = write_page(found, out)
+        write_text(out / PAGE, page(found))
     return Diagnosed(
-        f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), page
+        f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), out / PAGE
     )

@@ -10,8 +10,7 @@ from typing import Any
 from testbed.formats.files import write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
-from testbed.report.page import render
-from testbed.report.style import BLUE, GREY, RC, svg
+from testbed.report.loop_page import page
 
 SCENARIOS = (
     "stand_clean",
@@ -72,9 +71,9 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
 
 def _run(folder: Path, name: str, seed: int, model: Path | None) -> dict[str, Any]:
     """The run's summary; a run that is there already is kept."""
-    from testbed.report.run_report import write_report
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
+    from testbed.workflows.report import write_report
 
     if not (folder / "summary.json").is_file():
         run_scenario(load_scenario(name, [], seed), folder, model)
@@ -105,40 +104,6 @@ def _errors(
         "others_after_n": max(by_leg["after"][x] for x in others),
         "by_leg_n": by_leg,
     }
-
-
-def page(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The page's text."""
-    return render("loop.html.j2", {"rows": rows, "figure": figure(rows)})
-
-
-def figure(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Foot-force error of each leg, first run grey, next run blue; SVG text."""
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context(RC):  # type: ignore[arg-type]
-        drawing, panels = plt.subplots(
-            1, len(rows), figsize=(2.2 * len(rows), 2.3), sharey=True, squeeze=False
-        )
-        for panel, row in zip(panels[0], rows, strict=True):
-            for k, (stage, colour) in enumerate((("before", GREY), ("after", BLUE))):
-                heights = [row["by_leg_n"][stage][leg] for leg in LEGS]
-                label = "first run" if stage == "before" else "next run"
-                panel.bar(
-                    [i + 0.38 * k - 0.19 for i in range(len(LEGS))],
-                    heights,
-                    0.36,
-                    color=colour,
-                    label=label,
-                )
-            panel.set_xticks(range(len(LEGS)), LEGS)
-            panel.set_title(row["scenario"].replace("stand_", "").replace("undeclared_", ""))
-        panels[0][0].set_ylabel("foot-force error, N RMS")
-        panels[0][0].legend(loc="upper right")
-        drawing.tight_layout()
-        text = svg(drawing, "loop")
-        plt.close(drawing)
-    return text
 
 
 def table(result: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:

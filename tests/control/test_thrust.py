@@ -42,9 +42,8 @@ def test_the_feed_is_held_to_the_share_asked_for_and_free_without_one() -> None:
         bound(load_scenario("drill_slope_45", c), 75.0)
         for c in ([], ["control.thrust_reserve=0.4"])
     )
-    assert free.limited(1e5) == 1e5
-    assert held.limited(1e5) == pytest.approx(0.6 * held.reserve_n)
-    assert held.limited(10.0) == 10.0
+    assert free.most_n == math.inf and free.reserve_n == held.reserve_n
+    assert held.most_n == pytest.approx(0.6 * held.reserve_n)
 
 
 def test_a_task_that_asks_for_more_than_the_reserve_is_told_so() -> None:

@@ -23,7 +23,7 @@ from testbed.effects import OF_A_CYLINDER
 from testbed.recording.axis import read_rig
 from testbed.recording.known import Known
 from testbed.recording.leg_model import read_model
-from testbed.report.diagnosis_page import rivals, write_page
+from testbed.report.diagnosis_page import page, rivals
 
 
 def test_student_scale_of_normal_noise_with_bursts_is_that_of_the_noise() -> None:
@@ -154,9 +154,9 @@ def test_a_clean_rig_is_left_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     hide(monkeypatch, {}, ())
     found = diagnose(make_rig(10, "clean")[0])
     assert as_json(found)["verdict"] == "none" and found.models["after"] == found.models["refit"]
-    page = write_page(found, tmp_path).read_text(encoding="utf-8")
-    assert "Why no effect was named" in page and "runners-up" not in page
-    assert f"nothing is missing is {found.verdict.hypotheses[0][1]:.3f}" in page
+    text = page(found)
+    assert "Why no effect was named" in text and "runners-up" not in text
+    assert f"nothing is missing is {found.verdict.hypotheses[0][1]:.3f}" in text
 
 
 @pytest.mark.slow

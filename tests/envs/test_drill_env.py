@@ -65,7 +65,7 @@ def test_the_observer_maps_each_range_to_minus_one_and_one() -> None:
         values = np.array(
             [getattr(row, end) for row in TABLE if not row.column.startswith("orders.")]
         )
-        orders = np.array([getattr(row, end) for row in TABLE if row.column.startswith("orders.")])
+        orders = {r.column: getattr(r, end) for r in TABLE if r.column.startswith("orders.")}
         assert observer.look(values, orders) == pytest.approx(np.full(len(TABLE), wanted))
 
 
@@ -90,7 +90,7 @@ def test_the_rope_follows_its_wanted_pull() -> None:
 
 
 def test_raising_one_cylinder_loads_its_diagonal() -> None:
-    """The four loads have one free direction, the twist: +0.5 mm on fl and rr takes load off fr and rl."""
+    """The four loads have one free direction, an internal force: +0.5 mm on fl and rr takes load off fr and rl."""
     env = gymnasium.make(DRILL, duration_s=5.0).unwrapped
     before = env.reset(seed=1)[1]["loads_n"]
     for k in range(25):

@@ -16,6 +16,7 @@ import testbed.envs
 from testbed.envs.climb import climbing_reward
 from testbed.envs.observations import SHARE_TABLE, TABLE, in_units
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
+from testbed.recording.rows import TruthRow
 
 IDS = sorted(testbed.envs.ENVIRONMENTS)
 SHARE = "Roboclimber/ForceDistribution-v0"
@@ -78,23 +79,20 @@ def test_rewards_by_hand() -> None:
 
 def test_truth_of_a_step_by_hand() -> None:
     """A foot with 1000 N across and 4000 N along the normal uses 1000 / (0.5 * 4000) of its friction: a half."""
-    columns = {"normal": slice(0, 4), "foot_force": slice(4, 16), "position": slice(16, 19)}
-    rows = np.zeros((2, 19))
-    rows[:, 0:4] = 4000.0
-    rows[0, 3] = 50.0
-    rows[:, 4:16] = np.tile([0.0, 0.0, 4000.0], 4)
-    rows[0, 15] = 50.0
-    rows[:, 4] = 1000.0
-    rows[1, 16] = 0.003
-    truth = truth_of_step(rows, columns, 0.5, np.ones(4), np.array([0.001, 0.0, 0.0]))
+    rows = TruthRow.zeros(2)
+    rows["contact_normal"] = 4000.0
+    rows["foot_force_in_world"][..., 2] = 4000.0
+    rows["foot_force_in_world"][:, 0, 0] = 1000.0
+    rows["contact_normal"][0, 3] = rows["foot_force_in_world"][0, 3, 2] = 50.0
+    rows["body_pose_in_world"][1, 0] = 0.003
+    stance = np.ones(4, dtype=bool)
+    truth = truth_of_step(rows, 0.5, stance, np.array([0.001, 0.0, 0.0]))
     assert (truth.friction_use, truth.feet_lost, truth.lowest_normal_n) == pytest.approx(
         (0.5, 1, 50.0)
     )
     assert truth.moved_m == pytest.approx(0.002)  # from where the step before ended
-    assert (
-        truth_of_step(rows, columns, 0.5, np.array([1.0, 1.0, 1.0, 0.0]), np.zeros(3)).feet_lost
-        == 0
-    )
+    stance[3] = False
+    assert truth_of_step(rows, 0.5, stance, np.zeros(3)).feet_lost == 0
 
 
 def test_wanted_loads_beyond_the_plan_come_about() -> None:

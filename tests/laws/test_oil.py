@@ -15,7 +15,6 @@ from testbed.laws.oil import (
     enthalpy,
     gas_volume,
     gas_volume_near,
-    internal_energy,
     pressure_of,
     specific_volume,
     vapour_volume,
@@ -74,13 +73,6 @@ def test_enthalpy_is_the_integral_of_the_volume() -> None:
     integral, _ = quad(lambda p: specific_volume(p, BULK, AIR)[0], 1e5, 9e6)
     assert enthalpy(9e6, BULK, AIR) == pytest.approx(integral, rel=1e-9)
     assert enthalpy(1e5, BULK, AIR) == pytest.approx(0.0, abs=1e-6)
-
-
-def test_stored_energy_is_the_work_of_compression() -> None:
-    integral, _ = quad(lambda p: -(p - 1e5) * specific_volume(p, BULK, AIR)[1], 1e5, 9e6)
-    # internal energy counts the atmosphere's push as well: p0 (nu0 - nu)
-    nu0, nu = specific_volume(1e5, BULK, AIR)[0], specific_volume(9e6, BULK, AIR)[0]
-    assert internal_energy(9e6, BULK, AIR) == pytest.approx(integral + 1e5 * (nu0 - nu), rel=1e-9)
 
 
 def test_orifice_is_the_root_law_and_laminar_near_zero() -> None:

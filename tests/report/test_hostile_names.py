@@ -19,11 +19,10 @@ import testbed
 from testbed.benchmarks.paper.benchmark import Paper
 from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least
 from testbed.machine.names import LEGS
-from testbed.report import page
-from testbed.report.run_report import write_report
+from testbed.report import loop_page, page
 from testbed.report.style import RC, svg
 from testbed.report.tables import Table
-from testbed.workflows import loop
+from testbed.workflows.report import write_report
 
 PACKAGE = Path(testbed.__file__).parent
 HOSTILE = (
@@ -168,7 +167,7 @@ def test_the_page_of_the_loop(word: str) -> None:
         ("probability", "before_n", "after_n", "others_before_n", "others_after_n"), 1.0
     )
     row = {"scenario": word, "hidden": word, "said": word, "by_leg_n": errors, **numbers}
-    check(loop.page([row]))
+    check(loop_page.page([row]))
 
 
 @pytest.mark.parametrize("word", HOSTILE)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from synthetic_run import write_synthetic_run
 
-from testbed.report.run_report import write_report
 from testbed.report.series import busiest, course, envelope, limits
 from testbed.simulation.pictures import Album, pictures
+from testbed.workflows.report import write_report
 
 
 class Camera:

@@ -223,9 +223,6 @@ def test_foot_jacobian_is_the_derivative_of_the_foot() -> None:
             MODEL.foot_positions_m(posture + shift) - MODEL.foot_positions_m(posture - shift)
         ) / (2 * step)
         np.testing.assert_allclose(jacobians[:, :, axis], slope, atol=1e-8)
-    np.testing.assert_allclose(
-        MODEL.vertical_axes(posture), np.tile([0.0, 0.0, 1.0], (4, 1)), atol=1e-12
-    )
 
 
 def test_a_payload_adds_its_weight_at_its_point() -> None:

@@ -15,12 +15,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from testbed.errors import InputError
-from testbed.report.run_report import write_report
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.recorder import RunRecorder, size_bytes
 from testbed.simulation.run import run_scenario
 from testbed.simulation.runs import read_run
 from testbed.simulation.sweep import summary_of
+from testbed.workflows.report import write_report
 
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

@@ -14,10 +14,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from testbed.errors import InputError
-from testbed.report.run_report import write_report
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.recorder import RunRecorder
 from testbed.simulation.runs import read_run
+from testbed.workflows.report import write_report
 
 META = {"format": "roboclimber-recording/1", "rig": "robot", "data": "data.parquet"}
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import pytest
 
 from testbed.scenario.scenario import load_scenario
 from testbed.world import between
@@ -96,7 +95,6 @@ def _rows(order: tuple[str, ...] | None) -> np.ndarray:
         simulation.close()
 
 
-@pytest.mark.slow
 def test_the_compiled_parts_come_in_that_order_too() -> None:
     """Called one by one in the written order they give the same bits; in another order they do not."""
     written = tuple(part for part in Simulation.STEP if part in COMPILED and part != "feet")

@@ -14,64 +14,58 @@ from numpy.typing import NDArray
 from testbed.control.distribution.distribution import Plan
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, UNKNOWNS, Balance
+from testbed.control.observed import Observed
 from testbed.machine.names import LEGS, SIDES
 
 Array = NDArray[np.float64]
-SHARE_N, PULL_N = 2000.0, 2000.0
-"""Order for an action of 1: normal load of a foot, pull of a rope beyond the plan's."""
+SHARE_N = 2000.0
+"""Normal load of a foot beyond the plan's for an action of 1."""
+PULL_N = 2000.0
+"""Pull of a rope beyond the plan's for an action of 1."""
 VIEW_S = 0.1
 """Time constant of what is measured in the view (E): blows are left out, slow errors are seen."""
-Seen = tuple[str, str, str, str, float, float]
 
 
-def _each(name: str, what: str, low: float, high: float, across: float) -> list[Seen]:
-    rows: list[Seen] = []
+def _feet(name: str, what: str, low: float, high: float, across: float) -> list[Observed]:
+    rows = []
     for leg in LEGS:
-        rows.append(
-            (f"control.{name}_{leg}_z", f"{what}, normal load of {leg}", "N", "body z", low, high)
-        )
+        load, along = f"{what}, normal load of {leg}", f"{what}, ground on {leg} along"
+        rows.append(Observed(f"control.{name}_{leg}_z", load, "N", "body z", low, high))
         rows += [
-            (
-                f"control.{name}_{leg}_{k}",
-                f"{what}, ground on {leg} along {k}",
-                "N",
-                f"body {k}",
-                -across,
-                across,
-            )
+            Observed(f"control.{name}_{leg}_{k}", f"{along} {k}", "N", f"body {k}", -across, across)
             for k in "xy"
         ]
     return rows
 
 
-def _ropes(name: str, what: str, low: float, high: float) -> list[Seen]:
+def _ropes(name: str, what: str, low: float, high: float) -> list[Observed]:
     return [
-        (f"{name}_{side}", f"{what}, {side} rope", "N", "along it", low, high) for side in SIDES
+        Observed(f"{name}_{side}", f"{what}, {side} rope", "N", "along it", low, high)
+        for side in SIDES
     ]
 
 
-VIEW: tuple[Seen, ...] = (
-    *_each("plan", "planned", 0.0, 1.5e4, 4e3),
+def _lacking(name: str, what: str, unit: str) -> list[Observed]:
+    said = f"{what} that they lack of balance"
+    return [Observed(f"control.lacks_{name}{k}", said, unit, f"body {k}", -1e3, 1e3) for k in "xyz"]
+
+
+VIEW: tuple[Observed, ...] = (
+    *_feet("plan", "planned", 0.0, 1.5e4, 4e3),
     *_ropes("control.plan_pull", "planned pull", 0.0, 3.2e4),
-    *_each("off", "measured less planned", -1e3, 1e3, 1e3),
+    *_feet("off", "measured less planned", -1e3, 1e3, 1e3),
     *_ropes("control.off_pull", "measured less planned", -1e3, 1e3),
+    *_lacking("f", "force", "N"),
+    *_lacking("m", "moment", "N m"),
+    Observed("control.thrust", "believed thrust of the drill", "N", "body z", -6e3, 6e3),
     *(
-        (f"control.lacks_f{k}", "force that they lack of balance", "N", f"body {k}", -1e3, 1e3)
-        for k in "xyz"
-    ),
-    *(
-        (f"control.lacks_m{k}", "moment that they lack of balance", "N m", f"body {k}", -1e3, 1e3)
-        for k in "xyz"
-    ),
-    ("control.thrust", "believed thrust of the drill, + lifts the body", "N", "body z", -6e3, 6e3),
-    *(
-        (f"orders.share_{leg}", f"load wanted on {leg} beyond the plan's", "N", "body z", -2e3, 2e3)
+        Observed(f"orders.share_{leg}", f"load wanted on {leg}", "N", "body z", -2e3, 2e3)
         for leg in LEGS
     ),
     *_ropes("orders.pull", "pull wanted beyond the plan's", -2e3, 2e3),
 )
-"""Name, meaning, unit, frame, low and high of what the agent sees, index by index."""
-_LOW, _HIGH = (np.array([row[k] for row in VIEW]) for k in (4, 5))
+"""What the agent sees, index by index."""
+_LOW, _HIGH = (np.array([getattr(row, end) for row in VIEW]) for end in ("low", "high"))
 
 
 class Corrected(Quadratic):

@@ -31,10 +31,6 @@ class ThrustBound:
     most_n: float
     """What the feed is held to; infinite where the scenario sets no bound."""
 
-    def limited(self, thrust_n: float) -> float:
-        """The thrust that is given when `thrust_n` is asked for."""
-        return min(thrust_n, self.most_n)
-
 
 def thrust_bound(
     scenario: Scenario,

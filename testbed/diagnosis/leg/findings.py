@@ -43,7 +43,6 @@ class Diagnosis:
     models: dict[str, LegModel]
     entries: tuple[EffectEntry, ...]
     errors: Errors
-    floor_note: str = ""
 
     @property
     def left_out(self) -> list[LeftOut]:

@@ -24,7 +24,7 @@ with a freer one, the published friction imitates a drag that grows with the squ
 
 @dataclass(frozen=True, eq=False)
 class Unexplained:
-    """`excess`: group -> residual scale over floor, for the refit and for the best set; `floors`: the floors.
+    """`excess_best`: group -> residual scale over floor of the best set; `floors`: the floors.
     `encoder_m`: standard deviation of the encoder's rounding.
 
     `generic_gain`: held-out log-likelihood that the generic terms add to the best set; `generic_fall`: relative fall.
@@ -32,7 +32,6 @@ class Unexplained:
     best set's flow balances.
     """
 
-    excess_refit: dict[Key, float]
     excess_best: dict[Key, float]
     generic_gain: float
     generic_fall: float
@@ -52,11 +51,6 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
     alone = _generic(state.problem, state.refit) if best.names else generic
     flow_gain, flow_fall = flow_structure(state.problem, best.fit)
     return Unexplained(
-        {
-            k: state.refit.evidence.scale[k] / f
-            for k, f in floors.items()
-            if k in state.refit.evidence.scale
-        },
         {k: best.evidence.scale[k] / f for k, f in floors.items() if k in best.evidence.scale},
         generic.evidence.gain_over(best.evidence, generic.evidence),
         generic.evidence.largest_fall(best.evidence),

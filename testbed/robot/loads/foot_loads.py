@@ -65,10 +65,6 @@ class FootLoads:
         """Further push along the drill axis at which the first foot leaves, N."""
         return float(self.reserve_n.min())
 
-    def deviation_n(self, height_deviation_m: float) -> Array:
-        """Standard deviation (4,) of the vertical loads for independent height errors of that size, N, first order."""
-        return np.asarray(height_deviation_m * np.linalg.norm(self.load_per_height_n_m, axis=1))
-
 
 def point_wrench(force_in_body: ArrayLike, point_in_body: ArrayLike) -> Array:
     """Wrench (6,) about the body's origin of a force (3,) N at a point (3,) m; both in the body frame."""

@@ -1,0 +1,45 @@
+"""`report.html` of a run's folder, of a run that was killed too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from testbed.formats.files import write_text
+from testbed.formats.ownership import owned
+from testbed.report.run_report import page
+from testbed.simulation.runs import Run, check_run, read_run, run_machines
+
+
+def write_report(folder: str | Path) -> Path:
+    """Write `report.html` into a run's folder and return its path; works for a killed run too.
+
+    Raises InputError where the folder holds no readable run, and while the run is still being made.
+    """
+    check_run(folder)
+    with owned(folder, field=None) as path:
+        run, report = read_run(path), path / "report.html"
+        summary = run.summary or _of_a_killed_run(run)
+        write_text(report, page(run, summary, run_machines(path).truth))
+    return report
+
+
+def _of_a_killed_run(run: Run) -> dict[str, Any]:
+    """What can be said of a run that was killed before it was summed up."""
+    from testbed.formats.yaml_files import read_yaml
+    from testbed.simulation.metrics import run_metrics
+
+    path = run.folder / "scenario.yaml"
+    scenario = read_yaml(path) if path.is_file() else {}
+    slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
+    rows = len(run.time_s)
+    return {
+        "scenario": run.meta.get("scenario", run.folder.name),
+        "seed": run.meta.get("seed", 0),
+        "description": run.meta.get("description", ""),
+        "verdict": "unknown: the run was killed",
+        "slope_deg": slope_deg,
+        "simulated_s": float(run.time_s[rows - 1]) if rows else 0.0,
+        "wall_s": None,
+        **(run_metrics(run.data, run.truth, slope_deg) if rows > 1 else {}),
+    }
