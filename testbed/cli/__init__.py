@@ -123,6 +123,27 @@ def check(
         raise typer.Exit(2)
 
 
+@app.command("import")
+def import_(
+    file: Annotated[Path, typer.Argument(help="Table: .csv (any separator), .parquet or .mcap.")],
+    map_: Annotated[
+        Path,
+        typer.Option(
+            "--map",
+            metavar="MAP",
+            help="YAML: quantity -> {column, unit, scale, offset}; rig, known.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the recording.")],
+    json: Json = False,
+) -> None:
+    """Make a recording from another tool's table, and say what is wrong with it."""
+    from testbed.recording.importer.importer import import_file
+    from testbed.report.console import print_checked
+
+    print_checked(import_file(file, map_, out), json)
+
+
 @app.command("recording-schema")
 def recording_schema(json: Json = False) -> None:
     """List every field of a recording.yaml and every quantity of its channels, for every kind of rig."""

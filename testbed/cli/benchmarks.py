@@ -184,6 +184,22 @@ def contact_loss(
 
 
 @benchmarks.command()
+def soak(
+    out: Out,
+    trials: Annotated[
+        int, typer.Option(min=1, help="Trials of each kind; of kills every tenth and twentieth.")
+    ] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first trial of a kind.")] = 0,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Try the testbed with bad intent: spoilt files, random actions, kills; what fell over, hung or was lost."""
+    from testbed.benchmarks.soak.benchmark import Soak
+
+    show(Soak(trials, seed), out, jobs, json)
+
+
+@benchmarks.command()
 def paper(
     out: Out,
     figures: Annotated[

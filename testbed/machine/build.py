@@ -1,4 +1,4 @@
-"""The one place where a machine is built: the numbers of roboclimber.yaml, followed by what a URDF says, then changes.
+"""The one place where a machine is built: the numbers of roboclimber.yaml, then what its URDF says, then changes.
 
 Everything else gets its machine handed in. `testbed.scenario.machines` builds the two of a scenario, the world's and
 the model's; recordings, benchmarks and the command line build theirs here.
@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from testbed import resources
-from testbed.machine.model import SHIPPED, Machine
+from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
+from testbed.machine.urdf_geometry import differing, urdf_numbers
 
 Changes = Mapping[str, Any]
 
@@ -27,10 +28,34 @@ def build_machine(
 ) -> Machine:
     """The drawing-board machine, or that of another URDF, with some numbers changed by path.
 
-    Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be.
+    Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be
+    followed.
     """
-    machine = _shipped() if urdf is None else _shipped().with_urdf(Path(urdf))
+    machine = _shipped() if urdf is None else following(_shipped(), Path(urdf))
     return machine.replaced(changes or {}, file, section)
+
+
+def following(machine: Machine, urdf: Path) -> Machine:
+    """The machine with another URDF and the numbers that it gives. Raises InputError for legs of another plan."""
+    found = urdf_numbers(urdf)
+    declared = {path: machine.quantity(path).value for path in found}
+    changes = _shared(differing(found, declared))
+    return machine.with_urdf(urdf).replaced(changes, urdf, source=f"read from {urdf.name}")
+
+
+def _shared(changes: Changes) -> dict[str, Any]:
+    """Changes that are the same for all legs, or all cylinders of a joint, as one of the path that they share."""
+    out: dict[str, Any] = {}
+    alike: dict[str, list[str]] = {}
+    for path in changes:
+        alike.setdefault(shared_path(path) or path, []).append(path)
+    for shared, paths in alike.items():
+        first = changes[paths[0]]
+        if len(paths) == 4 and all(abs(changes[path] - first) <= 1e-9 for path in paths):
+            out[shared] = first
+        else:
+            out |= {path: changes[path] for path in paths}
+    return out
 
 
 @lru_cache(maxsize=1)

@@ -16,7 +16,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Share = Annotated[float, Field(ge=0.0, lt=1.0)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
-Gauge = Annotated[float, Field(ge=-0.9e5)]
+Gauge = Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
 """Gauge pressure: the least is a tenth of the atmosphere's."""
 Leakage = Annotated[float, Field(ge=0.0, le=1.0e-6)]
 Vector = tuple[float, float, float]
@@ -146,16 +146,16 @@ class Cylinder(Group):
 
     bore_m: Annotated[float, Field(gt=0.0, le=1.0)]
     rod_m: Positive
-    dead_volume_a_m3: Positive
-    dead_volume_b_m3: Positive
-    coulomb_out_n: NotNegative
-    static_out_n: NotNegative
-    stribeck_out_m_s: Positive
-    viscous_out_n_s_m: NotNegative
-    coulomb_in_n: NotNegative
-    static_in_n: NotNegative
-    stribeck_in_m_s: Positive
-    viscous_in_n_s_m: NotNegative
+    dead_volume_a_m3: Annotated[float, Field(gt=0.0, le=0.1)]
+    dead_volume_b_m3: Annotated[float, Field(gt=0.0, le=0.1)]
+    coulomb_out_n: Annotated[float, Field(ge=0.0, le=1.0e6)]
+    static_out_n: Annotated[float, Field(ge=0.0, le=1.0e6)]
+    stribeck_out_m_s: Annotated[float, Field(gt=0.0, le=1.0)]
+    viscous_out_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e7)]
+    coulomb_in_n: Annotated[float, Field(ge=0.0, le=1.0e6)]
+    static_in_n: Annotated[float, Field(ge=0.0, le=1.0e6)]
+    stribeck_in_m_s: Annotated[float, Field(gt=0.0, le=1.0)]
+    viscous_in_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e7)]
 
     @field_validator("rod_m")
     @classmethod
@@ -175,25 +175,25 @@ class StraightCylinder(Cylinder):
 class Seal(Group):
     """Pre-sliding, extra friction and rest of the seals; oil's viscosity."""
 
-    bristle_stiffness_n_m: Positive
-    bristle_damping_n_s_m: NotNegative
+    bristle_stiffness_n_m: Annotated[float, Field(gt=0.0, le=1.0e12)]
+    bristle_damping_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e9)]
     position_slope: Annotated[float, Field(ge=-2.0, lt=2.0)]
-    pressure_coefficient_m2: NotNegative
-    load_coefficient: NotNegative
-    side_load_coefficient: NotNegative
-    dwell_gain: NotNegative
-    dwell_time_s: Positive
-    viscosity_rate_1_k: float
-    viscosity_reference_degc: float
+    pressure_coefficient_m2: Annotated[float, Field(ge=0.0, le=1.0e-2)]
+    load_coefficient: Annotated[float, Field(ge=0.0, le=10.0)]
+    side_load_coefficient: Annotated[float, Field(ge=0.0, le=10.0)]
+    dwell_gain: Annotated[float, Field(ge=0.0, le=100.0)]
+    dwell_time_s: Annotated[float, Field(gt=0.0, le=1.0e6)]
+    viscosity_rate_1_k: Annotated[float, Field(ge=0.0, le=0.2)]
+    viscosity_reference_degc: Annotated[float, Field(ge=-60.0, le=200.0)]
 
 
 class EndStop(Group):
     """End cushions and stops."""
 
-    cushion_length_m: Positive
-    cushion_damping_n_s_m: NotNegative
-    stiffness_n_m: NotNegative
-    damping_n_s_m: NotNegative
+    cushion_length_m: Annotated[float, Field(gt=0.0, le=10.0)]
+    cushion_damping_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e9)]
+    stiffness_n_m: Annotated[float, Field(ge=0.0, le=1.0e12)]
+    damping_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e9)]
 
 
 class Oil(Group):
@@ -205,11 +205,11 @@ class Oil(Group):
     outer_leakage_m3_s_pa: Leakage
     hose_capacity_m3_pa: Leakage
     hose_capacity_b_m3_pa: Leakage
-    hose_time_s: Positive
-    start_temperature_degc: float
-    ambient_degc: float
-    heat_capacity_j_k: Positive
-    cooling_w_k: NotNegative
+    hose_time_s: Annotated[float, Field(gt=0.0, le=1.0e4)]
+    start_temperature_degc: Annotated[float, Field(ge=-60.0, le=150.0)]
+    ambient_degc: Annotated[float, Field(ge=-90.0, le=100.0)]
+    heat_capacity_j_k: Annotated[float, Field(gt=0.0, le=1.0e12)]
+    cooling_w_k: Annotated[float, Field(ge=0.0, le=1.0e9)]
 
 
 class Valve(Group):
@@ -218,16 +218,16 @@ class Valve(Group):
     rated_flow_vertical_m3_s: Annotated[float, Field(gt=0.0, lt=1.0)]
     rated_flow_radial_m3_s: Annotated[float, Field(gt=0.0, lt=1.0)]
     rated_flow_rotation_m3_s: Annotated[float, Field(gt=0.0, lt=1.0)]
-    rated_drop_per_edge_pa: Positive
-    edge_pa: NotNegative
-    edge_at: NotNegative
-    edge_pb: NotNegative
-    edge_bt: NotNegative
-    natural_frequency_hz: Positive
-    damping: NotNegative
+    rated_drop_per_edge_pa: Annotated[float, Field(gt=0.0, le=1.0e9)]
+    edge_pa: Annotated[float, Field(ge=0.0, le=100.0)]
+    edge_at: Annotated[float, Field(ge=0.0, le=100.0)]
+    edge_pb: Annotated[float, Field(ge=0.0, le=100.0)]
+    edge_bt: Annotated[float, Field(ge=0.0, le=100.0)]
+    natural_frequency_hz: Annotated[float, Field(gt=0.0, le=1.0e4)]
+    damping: Annotated[float, Field(ge=0.0, le=100.0)]
     deadband: Share
     hysteresis: Share
-    amplifier_lag_s: Positive
+    amplifier_lag_s: Annotated[float, Field(gt=0.0, le=10.0)]
     edge_leakage_m3_s_pa: Leakage
     edge_leakage_supply_m3_s_pa: Leakage
 
@@ -241,18 +241,18 @@ class PowerUnit(Group):
     """Pump, relief valve, accumulator and tank; pressures are gauge."""
 
     tank_pressure_pa: Gauge
-    power_w: Positive
-    full_flow_m3_s: NotNegative
-    supply_pressure_pa: float
-    compensator_band_pa: Positive
-    compensator_lag_s: Positive
-    case_leakage_m3_s_pa: NotNegative
-    relief_pressure_pa: float
-    relief_slope_m3_s_pa: NotNegative
-    accumulator_volume_m3: NotNegative
+    power_w: Annotated[float, Field(gt=0.0, le=1.0e8)]
+    full_flow_m3_s: Annotated[float, Field(ge=0.0, le=10.0)]
+    supply_pressure_pa: Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
+    compensator_band_pa: Annotated[float, Field(gt=0.0, le=1.0e9)]
+    compensator_lag_s: Annotated[float, Field(gt=0.0, le=100.0)]
+    case_leakage_m3_s_pa: Annotated[float, Field(ge=0.0, le=1.0e-3)]
+    relief_pressure_pa: Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
+    relief_slope_m3_s_pa: Annotated[float, Field(ge=0.0, le=1.0e-3)]
+    accumulator_volume_m3: Annotated[float, Field(ge=0.0, le=10.0)]
     accumulator_precharge_pa: Gauge
-    line_volume_m3: Positive
-    tank_oil_m3: Positive
+    line_volume_m3: Annotated[float, Field(gt=0.0, le=10.0)]
+    tank_oil_m3: Annotated[float, Field(gt=0.0, le=100.0)]
 
     @field_validator("supply_pressure_pa")
     @classmethod

@@ -46,6 +46,12 @@ class Axis:
     sensor: g.Sensor
 
     @property
+    def stroke_m(self) -> float:
+        """Stroke of a straight cylinder; that of a rotation cylinder follows from its linkage."""
+        assert isinstance(self.cylinder, g.StraightCylinder), f"{self.name} has a linkage"
+        return self.cylinder.stroke_m
+
+    @property
     def rated_flow_m3_s(self) -> float:
         """Rated flow of the axis' valve."""
         return self.valve.rated_flow_m3_s(self.joint)
@@ -163,7 +169,9 @@ class Machine(g.Group):
 
     def with_urdf(self, urdf: Path) -> Machine:
         """The same numbers with another URDF."""
-        return Machine.of(self._quantities, urdf)
+        machine: Machine = self.model_copy()
+        machine._urdf = urdf
+        return machine
 
     def _changed_quantity(
         self, path: str, value: Any, file: str | Path, field: str, source: str

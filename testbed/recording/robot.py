@@ -87,7 +87,7 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     file = folder / "recording.yaml"
     header = read_robot_header(file)
     check_present(header.channels, needed, file)
-    machine = machine_of(header.known, file)
+    machine = machine_of(header, file)
     table = folder / header.data
     channels = {q: c for q, c in header.channels.items() if is_evidence(q)}
     columns = read_columns(
@@ -129,10 +129,13 @@ def read_robot_header(path: Path) -> RobotHeader:
     return header
 
 
-def machine_of(known: Mapping[str, Declared], file: Path) -> Machine:
-    """The shipped machine with the `known` numbers. Raises InputError for a number that no machine has."""
+def machine_of(header: RobotHeader, file: Path) -> Machine:
+    """The shipped machine with the `known` numbers and the surveyed URDF, which is not read here.
+
+    Raises InputError for a number that no machine has.
+    """
     shipped, changes = build_machine(), {}
-    for path, item in known.items():
+    for path, item in header.known.items():
         field = f"known.{path}"
         declared = shipped.quantity(path, file, field)
         if item.unit != declared.unit:
@@ -145,4 +148,6 @@ def machine_of(known: Mapping[str, Declared], file: Path) -> Machine:
             )
         if item.value != declared.value:
             changes[path] = item.value
-    return build_machine(changes, file=file, section="known")
+    machine = build_machine(changes, file=file, section="known")
+    urdf = header.surveyed.get("urdf") if isinstance(header.surveyed, Mapping) else None
+    return machine.with_urdf(Path(urdf)) if isinstance(urdf, str) else machine

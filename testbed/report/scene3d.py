@@ -16,12 +16,10 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.files import whole
-from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.style import LEG_COLOUR, LEG_NAME, method_name
-from testbed.robot.kinematics import LegKinematics
-from testbed.robot.urdf.drawing import visuals
-from testbed.robot.urdf.generate import Joint, drill_mount_m, rope_attachment_m, structure
+from testbed.robot.robot import Robot
+from testbed.robot.urdf.drawn import Hanging, drawn
 from testbed.robot.urdf.shapes import COLOURS, Shape
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario, load_scenario
@@ -78,14 +76,15 @@ def write_scene(folder: str | Path) -> Path:
         )
     scenario = load_scenario(run.folder / "scenario.yaml")
     machine = machines_of(scenario, run.folder / "scenario.yaml").truth
+    robot = Robot.of(machine, rope_height_m=scenario.ropes.attachment_height_m)
     path = run.folder / "scene.rrd"
     recording = rr.RecordingStream(
         "roboclimber", recording_id=f"{scenario.name}, seed {scenario.seed}"
     )
     with whole(path) as hidden:
         recording.save(str(hidden), default_blueprint=_blueprint())
-        _still(rr, recording, scenario, machine, run.truth)
-        _moving(rr, recording, scenario, machine, run)
+        _still(rr, recording, scenario, robot, run.truth)
+        _moving(rr, recording, scenario, robot, run)
         _signals(rr, recording, run)
         recording.flush()
         recording.disconnect()
@@ -121,7 +120,7 @@ def _blueprint() -> Any:
     return rrb.Blueprint(rrb.Horizontal(scene, plots, column_shares=[3, 2]), collapse_panels=True)
 
 
-def link_paths(joints: list[Joint]) -> dict[str, str]:
+def link_paths(joints: list[Hanging]) -> dict[str, str]:
     """Link -> where it stands in the tree of what is drawn, below its parent."""
     paths = {"body": "world/body"}
     for joint in joints:
@@ -129,37 +128,25 @@ def link_paths(joints: list[Joint]) -> dict[str, str]:
     return paths
 
 
-def joint_pose(joint: Joint, position: Array) -> tuple[Array, Array]:
-    """(translation (n, 3) m, turn about z (n) rad) of the child in its parent at joint positions (n), m or rad."""
-    slid = position if joint.kind == "prismatic" else np.zeros_like(position)
-    turned = joint.yaw_rad + (position if joint.kind == "revolute" else np.zeros_like(position))
-    c, s = np.cos(joint.yaw_rad), np.sin(joint.yaw_rad)
-    axis = np.array(
-        [
-            c * joint.axis[0] - s * joint.axis[1],
-            s * joint.axis[0] + c * joint.axis[1],
-            joint.axis[2],
-        ]
-    )
-    return np.array(joint.origin_m) + slid[:, None] * axis, turned
+def _quaternions(rotations: Array) -> Array:
+    """Quaternions (n, 4) xyzw of rotations (n, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotations).as_quat())
 
 
-def _about_z(turned: Array) -> Array:
-    return np.column_stack([0.0 * turned, 0.0 * turned, np.sin(turned / 2.0), np.cos(turned / 2.0)])
-
-
-def _still(rr: Any, recording: Any, scenario: Scenario, machine: Machine, truth: Columns) -> None:
+def _still(rr: Any, recording: Any, scenario: Scenario, robot: Robot, truth: Columns) -> None:
     recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    links, joints = structure(machine)
+    shapes, joints = drawn(robot.machine.urdf)
     paths = link_paths(joints)
-    for link in links:
-        _shapes(rr, recording, paths[link.name], visuals(machine, link.name))
+    for link, solids in shapes.items():
+        _shapes(rr, recording, paths[link], solids)
     for joint in joints:
-        if joint.kind == "fixed":
-            place, turned = joint_pose(joint, np.zeros(1))
+        if joint.name not in AXES:
+            place, turned = joint.pose(np.zeros(1))
             recording.log(
                 paths[joint.child],
-                rr.Transform3D(translation=place[0], quaternion=_about_z(turned)[0]),
+                rr.Transform3D(translation=place[0], quaternion=_quaternions(turned)[0]),
                 static=True,
             )
     ground = make_ground(scenario.terrain)
@@ -237,7 +224,7 @@ def ground_mesh(
     )
 
 
-def _moving(rr: Any, recording: Any, scenario: Scenario, machine: Machine, run: Run) -> None:
+def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: Run) -> None:
     data, truth = run.data, run.truth
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(
@@ -245,7 +232,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, machine: Machine, run: 
     )
     at = np.arange(0, rows, step)
     when = [rr.TimeColumn("time", duration=truth["t"][at])]
-    joints = structure(machine)[1]
+    joints = drawn(robot.machine.urdf)[1]
     paths = link_paths(joints)
     body, turned = (
         _vectors(truth, "body_pose_in_world", at),
@@ -255,21 +242,20 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, machine: Machine, run: 
         "world/body", when, rr.Transform3D.columns(translation=body, quaternion=turned)
     )
     for joint in joints:
-        if joint.kind != "fixed":
-            place, angle = joint_pose(joint, data[f"position_{joint.name}"][at])
-            columns = rr.Transform3D.columns(translation=place, quaternion=_about_z(angle))
+        if joint.name in AXES:
+            place, turned_by = joint.pose(data[f"position_{joint.name}"][at])
+            columns = rr.Transform3D.columns(translation=place, quaternion=_quaternions(turned_by))
             recording.send_columns(paths[joint.child], when, columns)
     turns = np.array([rotation(*q) for q in turned])
-    legs = LegKinematics.from_machine(machine)
     positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
     feet = body[:, None] + np.array(
-        [legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)]
+        [robot.legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)]
     )
     for k, leg in enumerate(LEGS):
         force = _vectors(truth, f"foot_force_in_world_{leg}", at)
         beside = feet[:, k] + turns[:, :, 1] * (ASIDE_M if leg.endswith("l") else -ASIDE_M)
         _arrow(rr, recording, when, f"world/force/{leg}", beside, force, _rgb(LEG_COLOUR[leg]))
-    bit = body + turns @ np.array(drill_mount_m(machine))
+    bit = body + turns @ robot.model.drill_mount_m
     _arrow(
         rr,
         recording,
@@ -283,10 +269,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, machine: Machine, run: 
         ground = make_ground(scenario.terrain)
         anchors = anchors_in_world(scenario.ropes, ground.rotation_slope_to_world)
         for k, side in enumerate(SIDES):
-            sheave = np.array(rope_attachment_m(machine, side))
-            if scenario.ropes.attachment_height_m is not None:
-                sheave[2] = scenario.ropes.attachment_height_m
-            lower = body + turns @ sheave
+            lower = body + turns @ robot.model.rope_attachments_m[k]
             along = anchors[k] - lower
             far = np.linalg.norm(along, axis=1)[:, None]
             ends = np.stack([lower, lower + along * np.minimum(ROPE_M / far, 1.0)], axis=1)

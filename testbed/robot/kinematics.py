@@ -21,28 +21,29 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LegKinematics:
-    """The four legs: hips (4, 3) m, neutral directions (4) rad, offset and retracted height m (body frame)."""
+    """The four legs in the body frame: hips (4, 3) m, neutral directions (4) rad, and of each leg (4) m, how far its
+    foot is from its hip at radial extension 0 (`offsets_m`) and how high at vertical extension 0 (`retracted_m`)."""
 
     hips_m: Array
     directions_rad: Array
-    offset_m: float
-    retracted_m: float
+    offsets_m: Array
+    retracted_m: Array
 
     @classmethod
     def from_machine(cls, machine: Machine) -> LegKinematics:
         """The legs of a machine."""
-        legs = machine.legs
+        legs = machine.each_leg.values()
         return cls(
             np.array([hip_m(machine, leg) for leg in LEGS]),
             np.array([radial_direction_rad(machine, leg) for leg in LEGS]),
-            legs.radial_offset_m,
-            legs.foot_height_retracted_m,
+            np.array([leg.radial_offset_m for leg in legs]),
+            np.array([leg.foot_height_retracted_m for leg in legs]),
         )
 
     def feet(self, joints: Array) -> Array:
         """Undersides of the feet (4, 3), m, from joints (12), rad and m."""
         q = np.asarray(joints).reshape(4, 3)
-        angle, reach = self.directions_rad + q[:, 0], self.offset_m + q[:, 1]
+        angle, reach = self.directions_rad + q[:, 0], self.offsets_m + q[:, 1]
         out = self.hips_m.copy()
         out[:, 0] += reach * np.cos(angle)
         out[:, 1] += reach * np.sin(angle)
@@ -52,50 +53,45 @@ class LegKinematics:
     def joints(self, feet: Array) -> Array:
         """Joints (12), rad and m, that put the feet (4, 3) there; no range is checked."""
         out = np.empty(3 * len(LEGS))
-        joints_of_feet(feet, _NOWHERE, *self.numbers, out)
+        joints_of_feet(feet, _NOWHERE, self.numbers, out)
         return out
 
     def leg_foot(self, leg: int, joints: Sequence[float]) -> tuple[float, float, float]:
         """Underside of one foot, m, from its leg's joints (3), rad and m."""
-        hip_x, hip_y, direction = self._legs[leg]
-        angle, reach = direction + joints[0], self.offset_m + joints[1]
+        hip_x, hip_y, direction, offset, retracted = self._legs[leg]
+        angle, reach = direction + joints[0], offset + joints[1]
         return (
             hip_x + reach * math.cos(angle),
             hip_y + reach * math.sin(angle),
-            self.retracted_m - joints[2],
+            retracted - joints[2],
         )
 
     @cached_property
-    def numbers(self) -> tuple[Array, float, float]:
-        """What `joints_of_feet` takes: hip x and y and neutral direction of each leg (4, 3), offset and height, m."""
-        legs = np.column_stack([self.hips_m[:, :2], self.directions_rad])
-        return np.ascontiguousarray(legs), float(self.offset_m), float(self.retracted_m)
+    def numbers(self) -> Array:
+        """What `joints_of_feet` takes: hip x and y, neutral direction, offset and height of each leg (4, 5)."""
+        return np.column_stack(
+            [self.hips_m[:, :2], self.directions_rad, self.offsets_m, self.retracted_m]
+        )
 
     @cached_property
-    def _legs(self) -> list[tuple[float, float, float]]:
-        """Hip x and y, neutral direction of each leg."""
-        return [
-            (x, y, turn)
-            for (x, y, _), turn in zip(
-                self.hips_m.tolist(), self.directions_rad.tolist(), strict=True
-            )
-        ]
+    def _legs(self) -> list[list[float]]:
+        """`numbers` as Python's own."""
+        rows: list[list[float]] = self.numbers.tolist()
+        return rows
 
 
 _NOWHERE = np.zeros(3)
 
 
 @njit
-def joints_of_feet(
-    feet: Any, body: Any, legs: Any, offset_m: float, retracted_m: float, out: Any
-) -> None:
+def joints_of_feet(feet: Any, body: Any, legs: Any, out: Any) -> None:
     """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there with the body at `body` (3)."""
     for leg in range(legs.shape[0]):
         x, y = feet[leg, 0] - body[0] - legs[leg, 0], feet[leg, 1] - body[1] - legs[leg, 1]
         turn = math.atan2(y, x) - legs[leg, 2] + math.pi
         out[3 * leg] = turn % (2.0 * math.pi) - math.pi
-        out[3 * leg + 1] = length(x, y) - offset_m
-        out[3 * leg + 2] = retracted_m - (feet[leg, 2] - body[2])
+        out[3 * leg + 1] = length(x, y) - legs[leg, 3]
+        out[3 * leg + 2] = legs[leg, 4] - (feet[leg, 2] - body[2])
 
 
 @njit

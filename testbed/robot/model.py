@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed.errors import InputError
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.urdf_check import read_urdf
 from testbed.robot.loads.foot_forces import LegNumbers
-from testbed.robot.urdf.check import read_urdf
 
 Array = NDArray[np.float64]
 

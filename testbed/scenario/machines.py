@@ -29,6 +29,9 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
         world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
     truth = build_machine(world, urdf=urdf, file=file, section="hydraulics.parameters")
     belief = build_machine(
-        scenario.model.parameters, urdf=urdf, file=file, section="model.parameters"
+        scenario.model.parameters,
+        urdf=urdf if scenario.model.urdf is None else scenario.model.urdf,
+        file=file,
+        section="model.parameters",
     )
     return Machines(truth, belief)

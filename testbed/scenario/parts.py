@@ -92,20 +92,6 @@ class Robot(Checked):
         default=0.0, le=1, description="start pose raised above standing on the ground [m]"
     )
 
-    @field_validator("vertical_m", "radial_m")
-    @classmethod
-    def _within_stroke(cls, values: tuple[float, ...]) -> tuple[float, ...]:
-        if any(not 0 <= v <= 0.5 for v in values):
-            raise impossible("is outside the cylinder's stroke", "0 to 0.5 m")
-        return values
-
-    @field_validator("rotation_deg")
-    @classmethod
-    def _within_turn(cls, values: tuple[float, ...]) -> tuple[float, ...]:
-        if any(abs(v) > 60 for v in values):
-            raise impossible("is outside the joint's range", "-60 to 60 deg")
-        return values
-
     @field_validator("height_offset_m")
     @classmethod
     def _feet_above_ground(cls, value: float) -> float:
@@ -216,7 +202,13 @@ class Sensors(Checked):
 
 
 class Model(Checked):
-    """What the robot believes about itself, where it differs from the parameter file."""
+    """What the robot believes about itself, where it differs from the drawing board."""
+
+    urdf: str | None = Field(
+        default=None,
+        description="the URDF that estimators and control believe; null: robot.urdf, or the shipped one; relative to "
+        "the scenario file",
+    )
 
     parameters: Numbers = Field(
         default_factory=dict,

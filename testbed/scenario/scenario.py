@@ -14,9 +14,11 @@ from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossi
 from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
 from testbed.machine.limits import only_in_urdf
+from testbed.machine.model import Machine
+from testbed.machine.names import LEGS
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
-from testbed.scenario.machines import Machines, machines_of
+from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import (
     Control,
     Estimator,
@@ -142,13 +144,16 @@ def load_scenario(
     if duration is not None:
         data["duration_s"] = duration
     _find_file(data, path, "robot", "urdf")
+    _find_file(data, path, "model", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
     _find_class(data, path, "task", "file")
     _find_class(data, path, "control", "distribution")
     scenario = _on_its_slope(checked(Scenario, data, path))
     _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
     _check_effect(scenario.model.parameters, path, "model.parameters")
-    _check_store(scenario, machines_of(scenario, path), path)
+    truth = machines_of(scenario, path).truth
+    _check_store(scenario, truth, path)
+    _check_posture(scenario.robot, truth, path)
     return scenario
 
 
@@ -206,9 +211,36 @@ def _check_effect(changes: Numbers, file: Path, section: str) -> None:
             )
 
 
-def _check_store(scenario: Scenario, machines: Machines, file: Path) -> None:
+def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
+    """Refuse a start posture beyond the machine's strokes and ranges."""
+    turn = machine.joints.rotation
+    lower_deg, upper_deg = math.degrees(turn.lower_rad), math.degrees(turn.upper_rad)
+    for leg, radial_m, vertical_m, angle_deg in zip(
+        LEGS, robot.radial_m, robot.vertical_m, robot.rotation_deg, strict=True
+    ):
+        for joint, extension_m in (("radial", radial_m), ("vertical", vertical_m)):
+            stroke_m = machine.axes[f"{leg}_{joint}"].stroke_m
+            if not 0.0 <= extension_m <= stroke_m:
+                raise InputError(
+                    f"is outside the cylinder's stroke at {leg}",
+                    file=file,
+                    field=f"robot.{joint}_m",
+                    value=extension_m,
+                    allowed=f"0 to {stroke_m:g} m",
+                )
+        if not lower_deg - 1e-9 <= angle_deg <= upper_deg + 1e-9:
+            raise InputError(
+                f"is outside the joint's range at {leg}",
+                file=file,
+                field="robot.rotation_deg",
+                value=angle_deg,
+                allowed=f"{lower_deg:g} to {upper_deg:g} deg",
+            )
+
+
+def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:
     """Refuse to take more off the rod store than it weighs."""
-    taken, held = scenario.taken_kg, scenario.carried_kg + machines.truth.rod_store_body.mass_kg
+    taken, held = scenario.taken_kg, scenario.carried_kg + machine.rod_store_body.mass_kg
     if taken >= held:
         raise InputError(
             f"{taken:g} kg are taken off a rod store of {held:g} kg",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.files import read_json
 from testbed.formats.table import open_series
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.build import build_machine
@@ -84,19 +84,25 @@ def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Co
     Raises InputError where the series is missing or broken.
     """
     wanted = None if columns is None else with_former(columns)
-    _, table = open_series(folder / f"{name}.parquet", wanted)
-    return {current(c): table.column(c).to_numpy().astype(np.float64) for c in table.column_names}
+    path = folder / f"{name}.parquet"
+    _, table = open_series(path, wanted)
+    try:
+        found = {
+            current(c): table.column(c).to_numpy().astype(np.float64) for c in table.column_names
+        }
+    except (ValueError, TypeError) as error:
+        raise InputError(f"holds what is no number: {error}", file=path) from error
+    timed = columns is None or "t" in columns
+    if timed and not ("t" in found and (np.diff(found["t"]) > 0.0).all()):
+        raise InputError("has no times that rise", file=path, field="column t")
+    return found
 
 
 def _summary(folder: Path) -> dict[str, Any] | None:
     path = folder / "summary.json"
     if not path.is_file():
         return None
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(f"is not valid JSON: {error}", file=path) from error
-    return found if isinstance(found, dict) else None
+    return read_json(path)
 
 
 def run_machines(folder: str | Path) -> Machines:

@@ -133,7 +133,6 @@ def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) 
 
     Raises InputError where the survey cannot be understood.
     """
-    from testbed import resources
     from testbed.estimation.live.body_belief import packed
     from testbed.robot.model import Payload, RobotModel
 
@@ -144,7 +143,7 @@ def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) 
         ropes = np.array(
             [survey["rope_directions_in_world"][side] for side in SIDES], dtype=float
         ).reshape(2, 3)
-        mass_kg, urdf = float(survey["payload_kg"]), survey["urdf"] or resources.urdf()
+        mass_kg, urdf = float(survey["payload_kg"]), survey["urdf"] or machine.urdf
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
             "cannot be understood",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from testbed.errors import InputError
 from testbed.formats.files import write_text
 from testbed.formats.ownership import owned
 from testbed.report.run_report import page
@@ -19,9 +22,26 @@ def write_report(folder: str | Path) -> Path:
     check_run(folder)
     with owned(folder, field=None) as path:
         run, report = read_run(path), path / "report.html"
-        summary = run.summary or _of_a_killed_run(run)
-        write_text(report, page(run, summary, run_machines(path).truth))
+        with _shown(path):
+            summary = run.summary or _of_a_killed_run(run)
+            text = page(run, summary, run_machines(path).truth)
+        write_text(report, text)
     return report
+
+
+@contextmanager
+def _shown(folder: Path) -> Iterator[None]:
+    """Turn what a run's edited or missing columns, fields and pictures raise into one line that names the run."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"holds a run that cannot be shown ({type(error).__name__}: {error})",
+            file=folder,
+            allowed="a run of this version, neither edited nor cut",
+        ) from error
 
 
 def _of_a_killed_run(run: Run) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError, SimulationFault
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
-from testbed.robot.urdf.check import read_urdf
+from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
 from testbed.world.drilling.rock import rock_texture, under_sky
 from testbed.world.ground.terrain import Ground

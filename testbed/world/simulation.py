@@ -363,13 +363,13 @@ class Simulation:
         }
 
     def surveyed(self) -> dict[str, Any]:
-        """What people measured of the place and the load before the run: rope directions, rods carried, the URDF."""
+        """What people measured of the place and the load before the run: rope directions, rods carried, the believed URDF."""
         directions = self.machine.expectation.rope_directions_in_world
-        robot = self.scenario.robot
+        believed_urdf = self.scenario.model.urdf or self.scenario.robot.urdf
         return {
             "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
             "payload_kg": self.scenario.carried_kg,
-            "urdf": robot.urdf,
+            "urdf": believed_urdf,
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -19,7 +19,7 @@ from testbed.errors import InputError
 from testbed.formats.records import get, put
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
-from testbed.robot.urdf.check import read_urdf
+from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import ballasted
 from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import DELAY_LENGTH

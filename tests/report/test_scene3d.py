@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shipped import shipped_model
+from shipped import MACHINE, shipped_model
 
 from testbed.errors import InputError
-from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, LEGS
-from testbed.report.scene3d import ground_mesh, joint_pose, link_paths, write_scene
-from testbed.robot.urdf.generate import structure
+from testbed.report.scene3d import ground_mesh, link_paths, write_scene
+from testbed.robot.urdf.drawn import drawn
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.terrain import Patch
 from testbed.simulation.run import run_scenario
@@ -22,7 +21,7 @@ from testbed.world.ground.terrain import make_ground
 
 
 def test_the_feet_of_the_drawn_tree_are_the_models() -> None:
-    joints = {joint.child: joint for joint in structure(build_machine())[1]}
+    joints = {joint.child: joint for joint in drawn(MACHINE.urdf)[1]}
     rng = np.random.default_rng(3)
     limits = shipped_model().limits
     positions = rng.uniform(limits[:, 0], limits[:, 1])
@@ -32,18 +31,16 @@ def test_the_feet_of_the_drawn_tree_are_the_models() -> None:
         for part in ("rotation", "radial", "vertical", "foot"):
             name = f"{leg}_{part}"
             given = positions[AXES.index(name)] if name in AXES else 0.0
-            step, angle = joint_pose(joints[name], np.array([given]))
-            place = place + turn @ step[0]
-            c, s = np.cos(angle[0]), np.sin(angle[0])
-            turn = turn @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            step, turned = joints[name].pose(np.array([given]))
+            place, turn = place + turn @ step[0], turn @ turned[0]
         feet.append(place)
     assert np.array(feet) == pytest.approx(shipped_model().foot_positions_m(positions), abs=1e-9)
 
 
 def test_every_link_hangs_below_its_parent() -> None:
-    paths = link_paths(structure(build_machine())[1])
+    paths = link_paths(drawn(MACHINE.urdf)[1])
     assert paths["fl_foot"] == "world/body/fl_rotation/fl_radial/fl_vertical/fl_foot"
-    assert len(set(paths.values())) == len(structure(build_machine())[0])
+    assert len(set(paths.values())) == len(drawn(MACHINE.urdf)[0])
 
 
 def test_the_drawn_ground_lies_on_the_slope_and_shows_a_patch() -> None:
@@ -92,7 +89,7 @@ def test_a_runs_scene_holds_every_link_at_every_frame(tmp_path: Path) -> None:
     for chunk in RrdReader(str(path)).stream().collect().stream():
         if not chunk.is_static:
             rows[chunk.entity_path] = rows.get(chunk.entity_path, 0) + chunk.num_rows
-    moving = [f"/{link_paths(structure(build_machine())[1])[name]}" for name in ("body", *AXES)]
+    moving = [f"/{link_paths(drawn(MACHINE.urdf)[1])[name]}" for name in ("body", *AXES)]
     assert {rows[name] for name in moving} == {50}  # frames of a second
     assert rows["/world/force/fl"] == rows["/world/rope/left"] == 50
     assert rows["/load/rr/true"] == rows["/load/rr/expected"] == 1000

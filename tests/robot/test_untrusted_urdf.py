@@ -8,7 +8,7 @@ import pytest
 
 from testbed import resources
 from testbed.errors import InputError
-from testbed.robot.urdf.check import MOST_BYTES, read_urdf
+from testbed.machine.urdf_check import MOST_BYTES, read_urdf
 
 LAUGHS = (
     '<!DOCTYPE robot [<!ENTITY a "lol">'

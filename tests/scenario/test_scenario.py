@@ -92,7 +92,7 @@ def test_a_scenario_cannot_be_changed_after_it_was_checked(write) -> None:
 
 
 def test_a_urdf_counts_from_the_scenarios_folder(write, tmp_path: Path) -> None:
-    (tmp_path / "variant.urdf").write_text("<robot/>")
+    (tmp_path / "variant.urdf").write_text(build_machine().urdf.read_text())
     assert load_scenario(write("robot: {urdf: variant.urdf}")).robot.urdf == str(
         tmp_path / "variant.urdf"
     )
@@ -175,3 +175,19 @@ def test_every_field_is_described() -> None:
 def test_a_scenario_survives_the_way_to_json_and_back() -> None:
     scenario = load_scenario("drill_slope_45")
     assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("vertical_cylinder.dead_volume_a_m3", 5.0),
+        ("vertical_cylinder.viscous_out_n_s_m", 1e9),
+        ("seal.viscosity_rate_1_k", 3.0),
+        ("oil.start_temperature_degc", 1000.0),
+        ("end_stop.stiffness_n_m", 1e15),
+        ("power_unit.supply_pressure_pa", 1e11),
+    ],
+)
+def test_a_number_that_no_machine_has_is_refused(path: str, value: float) -> None:
+    with pytest.raises(InputError, match=path.rpartition(".")[2]):
+        load_scenario("stand_flat", [f"hydraulics.parameters.{path}={value:g}"])

@@ -61,7 +61,7 @@ def read_raw(place: str | Path) -> Raw:
         header = read_foot_header(file)
     elif tree.get("rig") == "robot":
         header = read_robot_header(file)
-        machine = machine_of(header.known, file)
+        machine = machine_of(header, file)
     else:
         header = read_header(file)
     time = "t" if machine is not None else "time"

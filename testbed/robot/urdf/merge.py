@@ -13,6 +13,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.machine.urdf_geometry import origin_of
+
 Array = NDArray[np.float64]
 
 
@@ -49,16 +51,16 @@ def ballasted(
 def _weld(robot: ET.Element, joint: ET.Element) -> None:
     links = {link.get("name"): link for link in robot.findall("link")}
     parent, child = links[_end(joint, "parent")], links[_child(joint)]
-    rotation, shift = _frame(joint.find("origin"))
+    rotation, shift = origin_of(joint.find("origin"))
     bodies = [_mass(parent, np.eye(3), np.zeros(3)), _mass(child, rotation, shift)]
     for part in (*child.findall("visual"), *child.findall("collision")):
-        own_rotation, own_shift = _frame(part.find("origin"))
+        own_rotation, own_shift = origin_of(part.find("origin"))
         _set_frame(part, rotation @ own_rotation, shift + rotation @ own_shift)
         parent.append(part)
     _set_inertial(parent, bodies)
     for other in robot.findall("joint"):
         if _end(other, "parent") == child.get("name"):
-            own_rotation, own_shift = _frame(other.find("origin"))
+            own_rotation, own_shift = origin_of(other.find("origin"))
             _set_frame(other, rotation @ own_rotation, shift + rotation @ own_shift)
             other.find("parent").set("link", str(parent.get("name")))  # type: ignore[union-attr]
     robot.remove(joint)
@@ -79,7 +81,7 @@ def _mass(link: ET.Element, rotation: Array, shift: Array) -> tuple[float, Array
             [i["ixz"], i["iyz"], i["izz"]],
         ]
     )
-    own_rotation, own_shift = _frame(inertial.find("origin"))
+    own_rotation, own_shift = origin_of(inertial.find("origin"))
     turn = rotation @ own_rotation
     return mass, shift + rotation @ own_shift, turn @ tensor @ turn.T
 
@@ -118,14 +120,6 @@ def _nearest_axes(turn: Array, diagonal: Array) -> tuple[Array, Array]:
     return turn, diagonal
 
 
-def _frame(origin: ET.Element | None) -> tuple[Array, Array]:
-    if origin is None:
-        return np.eye(3), np.zeros(3)
-    xyz = np.array([float(v) for v in origin.get("xyz", "0 0 0").split()])
-    rpy = [float(v) for v in origin.get("rpy", "0 0 0").split()]
-    return rotation_from_rpy(rpy), xyz
-
-
 def _set_frame(element: ET.Element, rotation: Array, shift: Array) -> None:
     old = element.find("origin")
     if old is not None:
@@ -141,18 +135,6 @@ def _end(joint: ET.Element, end: str) -> str:
 
 def _child(joint: ET.Element) -> str:
     return _end(joint, "child")
-
-
-def rotation_from_rpy(rpy: list[float]) -> Array:
-    """URDF's convention: R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = [[f(v) for v in rpy] for f in (math.cos, math.sin)]
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
 
 
 def rpy_from_rotation(r: Array) -> list[float]:

@@ -14,6 +14,7 @@ from testbed.machine.names import AXES, LEGS, SIDES
 NEEDED_LINKS: tuple[str, ...] = (
     "body",
     "drill_mast",
+    "rod_store",
     *(f"traction_{side}" for side in SIDES),
     *(f"{leg}_foot" for leg in LEGS),
 )

@@ -1,0 +1,241 @@
+"""What a URDF says of the machine's geometry: the numbers that kinematics, planning and hydraulics take from it.
+
+A leg of this plan turns about an upright axis at its hip, slides outward along a level line through that axis, and
+slides down. Its numbers are the hip, the outward direction at angle 0, how far and how high the foot is at extension 0,
+and the ranges of its joints; the two sliding joints are the extensions of their cylinders.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.errors import InputError
+from testbed.machine.names import JOINTS, LEGS
+from testbed.machine.urdf_check import read_urdf
+
+Array = NDArray[np.float64]
+STRAIGHT_M = 1.0e-6
+"""So far may an axis be off the plan of a leg: kinematics then agree with the engine to a micrometre."""
+
+
+def urdf_numbers(path: str | Path) -> dict[str, Any]:
+    """The machine's numbers that a URDF gives: path of each -> value, SI; those of legs and cylinders one by one.
+
+    Raises InputError for a URDF that is none, or whose legs are not of this plan, naming link or joint.
+    """
+    return _Geometry(Path(path)).numbers()
+
+
+class _Geometry:
+    """One URDF's links and joints by name."""
+
+    def __init__(self, path: Path) -> None:
+        robot = ET.fromstring(read_urdf(path))
+        self.path = path
+        self.links = {str(link.get("name")): link for link in robot.findall("link")}
+        self.joints = {str(joint.get("name")): joint for joint in robot.findall("joint")}
+        self.above = {link_of(joint, "child"): joint for joint in self.joints.values()}
+
+    def numbers(self) -> dict[str, Any]:
+        """See urdf_numbers."""
+        drill, store = self._mount("drill_mast"), self._mount("rod_store")
+        rope = self._mount("traction_left")
+        out: dict[str, Any] = {
+            "total_mass_kg": sum(self._mass(name) for name in self.links),
+            "body.mass_kg": self._mass("body"),
+            "drill_body.axis_x_m": drill[0],
+            "drill_body.axis_y_m": drill[1],
+            "drill_body.mast_foot_height_m": drill[2],
+            "rod_store_body.mass_kg": self._mass("rod_store"),
+            "rod_store_body.position_m": store,
+            "traction_body.attachment_x_m": rope[0],
+            "traction_body.attachment_y_m": rope[1],
+            "traction_body.attachment_height_m": rope[2],
+        }
+        for leg in LEGS:
+            out |= {f"each_leg.{leg}.{name}": v for name, v in self._leg(leg).items()}
+            for joint in ("radial", "vertical"):
+                out[f"axes.{leg}_{joint}.cylinder.stroke_m"] = self._stroke_m(f"{leg}_{joint}")
+        out["joints.rotation.lower_rad"], out["joints.rotation.upper_rad"] = self._turn()
+        for joint in ("radial", "vertical"):
+            out[f"joints.{joint}.upper_m"] = max(
+                out[f"axes.{leg}_{joint}.cylinder.stroke_m"] for leg in LEGS
+            )
+        return out
+
+    def _leg(self, leg: str) -> dict[str, float]:
+        """Hip, direction and foot of a leg as if it were the front left one."""
+        turn, slide, lift = (f"{leg}_{joint}" for joint in JOINTS)
+        hip, upright = self._axis(turn)
+        _, outward = self._axis(slide)
+        _, down = self._axis(lift)
+        self._needs(turn, upright, (0.0, 0.0, 1.0))
+        self._needs(lift, down, (0.0, 0.0, -1.0))
+        self._needs(slide, outward, (*_unit(outward[:2]), 0.0))
+        self._chain(leg)
+        foot = self._pose(f"{leg}_foot")[1] - hip
+        aside = float(outward[0] * foot[1] - outward[1] * foot[0])
+        if abs(aside) > STRAIGHT_M:
+            raise InputError(
+                f"stands {1e3 * aside:.3g} mm beside the line along which its leg extends",
+                file=self.path,
+                field=f"link {leg}_foot",
+                allowed="a foot on the line through the hip's axis along the radial joint",
+            )
+        front, left = (1.0 if leg[0] == "f" else -1.0), (1.0 if leg[1] == "l" else -1.0)
+        return {
+            "hip_x_m": front * float(hip[0]),
+            "hip_y_m": left * float(hip[1]),
+            "hip_z_m": float(hip[2]),
+            "radial_direction_rad": math.atan2(left * outward[1], front * outward[0]),
+            "radial_offset_m": float(outward @ foot),
+            "foot_height_retracted_m": float(hip[2] + foot[2]),
+            "rotation_mass_kg": self._mass(link_of(self.joints[turn], "child")),
+            "radial_mass_kg": self._mass(link_of(self.joints[slide], "child")),
+            "vertical_mass_kg": self._mass(link_of(self.joints[lift], "child")),
+            "foot_mass_kg": self._mass(f"{leg}_foot"),
+        }
+
+    def _chain(self, leg: str) -> None:
+        """A leg hangs on the body joint by joint."""
+        parent = "body"
+        for joint in JOINTS:
+            name = f"{leg}_{joint}"
+            found = link_of(self.joints[name], "parent")
+            if found != parent:
+                raise InputError(
+                    "hangs on another link",
+                    file=self.path,
+                    field=f"joint {name} parent",
+                    value=found,
+                    allowed=parent,
+                )
+            parent = link_of(self.joints[name], "child")
+        if link_of(self.above[f"{leg}_foot"], "parent") != parent:
+            raise InputError(
+                "hangs on another link",
+                file=self.path,
+                field=f"link {leg}_foot",
+                value=link_of(self.above[f"{leg}_foot"], "parent"),
+                allowed=parent,
+            )
+
+    def _needs(self, joint: str, axis: Array, wanted: tuple[float, ...]) -> None:
+        if float(np.abs(axis - np.array(wanted)).max()) > STRAIGHT_M:
+            kind = (
+                "level"
+                if joint.endswith("radial")
+                else f"({wanted[0]:g} {wanted[1]:g} {wanted[2]:g})"
+            )
+            raise InputError(
+                "points another way than legs of this plan",
+                file=self.path,
+                field=f"joint {joint} axis in the body frame",
+                value=tuple(round(float(v), 6) for v in axis),
+                allowed=kind,
+            )
+
+    def _stroke_m(self, name: str) -> float:
+        lower, upper = self._range(name)
+        if abs(lower) > 1e-9:
+            raise InputError(
+                "is not the retracted cylinder",
+                file=self.path,
+                field=f"joint {name} lower limit",
+                value=lower,
+                allowed="0: the joint's position is the cylinder's extension",
+            )
+        return upper
+
+    def _turn(self) -> tuple[float, float]:
+        """Range of the rotation joints, one for all: their cylinders share a linkage."""
+        ranges = {leg: self._range(f"{leg}_rotation") for leg in LEGS}
+        first = ranges[LEGS[0]]
+        for leg, found in ranges.items():
+            if max(abs(a - b) for a, b in zip(found, first, strict=True)) > 1e-9:
+                raise InputError(
+                    "has another range than the other rotation joints",
+                    file=self.path,
+                    field=f"joint {leg}_rotation",
+                    value=found,
+                    allowed=f"{first[0]:g} to {first[1]:g} rad",
+                )
+        return first
+
+    def _range(self, joint: str) -> tuple[float, float]:
+        limit = self.joints[joint].find("limit")
+        assert limit is not None
+        return float(limit.get("lower", "0")), float(limit.get("upper", "0"))
+
+    def _axis(self, joint: str) -> tuple[Array, Array]:
+        """Origin and direction of a joint's axis at rest, body frame."""
+        rotation, origin = self._pose(link_of(self.joints[joint], "child"))
+        element = self.joints[joint].find("axis")
+        text = "1 0 0" if element is None else element.get("xyz", "1 0 0")
+        return origin, rotation @ _unit(np.array([float(v) for v in text.split()]))
+
+    def _mount(self, link: str) -> tuple[float, float, float]:
+        x, y, z = self._pose(link)[1].tolist()
+        return (x, y, z)
+
+    def _pose(self, link: str) -> tuple[Array, Array]:
+        """Rotation and origin of a link in the body frame, all joints at zero."""
+        if link == "body":
+            return np.eye(3), np.zeros(3)
+        joint = self.above[link]
+        rotation, origin = self._pose(link_of(joint, "parent"))
+        own_rotation, own_origin = origin_of(joint.find("origin"))
+        return rotation @ own_rotation, origin + rotation @ own_origin
+
+    def _mass(self, link: str) -> float:
+        mass = self.links[link].find("inertial/mass")
+        assert mass is not None
+        return float(mass.get("value", "0"))
+
+
+def differing(found: Mapping[str, Any], declared: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of `found` that are not those declared, but for how a URDF rounds them."""
+    return {
+        path: value
+        for path, value in found.items()
+        if not np.allclose(value, declared[path], rtol=1e-9, atol=1e-9)
+    }
+
+
+def link_of(joint: ET.Element, end: str) -> str:
+    """The link at an `end` of a joint: parent or child."""
+    element = joint.find(end)
+    return "" if element is None else str(element.get("link"))
+
+
+def origin_of(origin: ET.Element | None) -> tuple[Array, Array]:
+    """Rotation (3, 3) and translation (3,) of a URDF's <origin>; none is the identity."""
+    if origin is None:
+        return np.eye(3), np.zeros(3)
+    xyz = np.array([float(v) for v in origin.get("xyz", "0 0 0").split()])
+    rpy = [float(v) for v in origin.get("rpy", "0 0 0").split()]
+    return rotation_from_rpy(rpy), xyz
+
+
+def _unit(vector: Array) -> Array:
+    size = float(np.linalg.norm(vector))
+    return vector / size if size > 0.0 else vector
+
+
+def rotation_from_rpy(rpy: list[float]) -> Array:
+    """URDF's convention: R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = [[f(v) for v in rpy] for f in (math.cos, math.sin)]
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

@@ -1,0 +1,216 @@
+"""Other tools' tables become recordings: separators, decimal commas, comments, Parquet, MCAP, and one line for a fault."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from testbed.cli import main
+from testbed.errors import InputError
+from testbed.formats.table import write_columns
+from testbed.recording.axis import Recording, read_recording
+from testbed.recording.foot import read_foot
+from testbed.recording.importer.importer import import_file
+
+N = 400
+TIME = np.arange(N) / 100.0
+SPEED = 0.02 * np.cos(2.0 * np.pi * TIME)
+POSITION = 0.2 + 0.02 / (2.0 * np.pi) * np.sin(2.0 * np.pi * TIME)
+PRESSURE = 2e6 + 1e5 * np.sin(TIME)
+LOAD = PRESSURE * 0.25 * np.pi * 0.07**2 - 100.0 * np.sign(SPEED)
+MAP = """
+rig: cylinder
+time: {column: t, unit: ms}
+position: {column: x, unit: mm, resolution: 0.01}
+pressure_a: {column: p, unit: bar}
+current: {column: I, unit: mA, scale: 2.0, offset: 1.0}
+known: {bore_m: {value: 0.07, tolerance: 0.01}, inclination_deg: 90.0}
+reference_force: {kind: load-cell, column: F, unit: kN, standard_deviation: 0.001}
+"""
+
+
+def columns() -> dict[str, np.ndarray]:
+    return {
+        "t": 1e3 * TIME,
+        "x": 1e3 * POSITION,
+        "p": PRESSURE / 1e5,
+        "I": 10.0 + TIME,
+        "F": LOAD / 1e3,
+    }
+
+
+def text(separator: str, comma: bool = False, head: str = "", units: bool = False) -> str:
+    names = list(columns())
+    lines = [head + separator.join(names)]
+    lines += [separator.join(["[ms]", "[mm]", "[bar]", "[mA]", "[kN]"])] if units else []
+    for row in zip(*columns().values(), strict=True):
+        line = separator.join(f"{v:.9g}" for v in row)
+        lines.append(line.replace(".", ",") if comma else line)
+    return "\n".join(lines) + "\n"
+
+
+def given_map(folder: Path, said: str = MAP) -> Path:
+    path = folder / "map.yaml"
+    path.write_text(said)
+    return path
+
+
+def as_expected(recording: Recording) -> None:
+    assert recording.time_s == pytest.approx(TIME, abs=1e-9)
+    assert recording.position_m == pytest.approx(POSITION, abs=1e-9)
+    assert recording.pressure_a_pa == pytest.approx(PRESSURE, rel=1e-6)
+    assert recording.reference_force_n == pytest.approx(LOAD, rel=1e-6)
+    assert recording.extra["current"] == pytest.approx((2.0 * (10.0 + TIME) + 1.0) / 1e3, rel=1e-6)
+    assert recording.position_resolution_m == pytest.approx(1e-5)
+    assert recording.sample_rate_hz == pytest.approx(100.0)
+    assert recording.known.tolerance("bore_m") == 0.01
+    assert recording.header.reference_force is not None
+    assert recording.header.reference_force.standard_deviation == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        text(","),
+        text(";", comma=True),
+        text("\t", comma=True),
+        text("   "),
+        text("|", head="# a logger's remark\n% another\n\n"),
+        text(";", comma=True, head="# Grüße\n", units=True),
+    ],
+    ids=["comma", "decimal comma", "tab", "spaces", "comments", "units below the names"],
+)
+def test_a_text_table_of_any_separator(table: str, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(table, encoding="latin-1")
+    found = import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
+    assert found.usable
+    as_expected(read_recording(tmp_path / "out"))
+
+
+def test_a_table_without_names_has_numbered_columns(tmp_path: Path) -> None:
+    (tmp_path / "log.txt").write_text(text(" ").split("\n", 1)[1])
+    numbered = MAP
+    for number, name in enumerate("txpIF", 1):
+        numbered = numbered.replace(f"column: {name},", f"column: '{number}',")
+    import_file(tmp_path / "log.txt", given_map(tmp_path, numbered), tmp_path / "out")
+    as_expected(read_recording(tmp_path / "out"))
+
+
+def test_parquet(tmp_path: Path) -> None:
+    write_columns(tmp_path / "log.parquet", columns())
+    import_file(tmp_path / "log.parquet", given_map(tmp_path), tmp_path / "out")
+    as_expected(read_recording(tmp_path / "out"))
+
+
+def test_mcap_of_two_topics_at_different_times(tmp_path: Path) -> None:
+    writer_module = pytest.importorskip("mcap.writer")
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as stream:
+        writer = writer_module.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(name="any", encoding="jsonschema", data=b"{}")
+        axis = writer.register_channel("/axis", message_encoding="json", schema_id=schema)
+        cell = writer.register_channel("/cell", message_encoding="json", schema_id=schema)
+        for k in range(N):
+            row = {"x": [1e3 * POSITION[k]], "oil": {"p": PRESSURE[k] / 1e5, "I": 10.0 + TIME[k]}}
+            now = 10**18 + 10**7 * k
+            writer.add_message(axis, now, json.dumps(row).encode(), now)
+            late = now + 10**6
+            force = float(np.interp((late - 10**18) * 1e-9, TIME, LOAD)) / 1e3
+            writer.add_message(cell, late, json.dumps({"F": force}).encode(), late)
+        writer.finish()
+    said = (
+        MAP.replace("column: t, unit: ms", "column: log_time, unit: ns")
+        .replace("column: x,", "column: /axis.x.0,")
+        .replace("column: p,", "column: /axis.oil.p,")
+        .replace("column: I,", "column: /axis.oil.I,")
+        .replace("column: F,", "column: /cell.F,")
+    )
+    import_file(path, given_map(tmp_path, said), tmp_path / "out")
+    recording = read_recording(tmp_path / "out")
+    assert recording.time_s == pytest.approx(TIME, abs=1e-9)
+    assert recording.position_m == pytest.approx(POSITION, abs=1e-9)
+    assert recording.reference_force_n is not None  # between messages at another time than the rows
+    assert recording.reference_force_n[5:20] == pytest.approx(LOAD[5:20], rel=1e-3)
+
+
+def test_a_foot(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text(","))
+    said = "rig: foot\ntime: {column: t, unit: ms}\nforce: {column: F, unit: kN}\n"
+    import_file(tmp_path / "log.csv", given_map(tmp_path, said), tmp_path / "out")
+    assert read_foot(tmp_path / "out").force_n == pytest.approx(LOAD, rel=1e-6)
+
+
+def test_what_is_wrong_with_an_imported_table_is_said(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text(","))
+    turned = MAP.replace("column: F, unit: kN", "column: F, unit: kN, scale: -1.0")
+    found = import_file(tmp_path / "log.csv", given_map(tmp_path, turned), tmp_path / "out")
+    assert [f.channel for f in found.findings if f.severity == "error"] == ["reference_force"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("column: x,", "column: y,", "has no column 'y' (allowed: t, x, p, I, F)"),
+        ("unit: mm,", "unit: furlong,", "position.unit = 'furlong': unknown unit"),
+        ("unit: bar", "unit: mm", "channels.pressure_a.unit = 'm': wrong unit"),
+        ("pressure_a:", "presure_a:", "did you mean 'pressure_a'"),
+        ("scale: 2.0", "scale: two", "current.scale = 'two'"),
+        ("column: I,", "columm: I,", "current.columm: unknown key, did you mean 'column'"),
+        ("rig: cylinder", "rig: table", "rig = 'table'"),
+        ("bore_m: {", "boar_m: {", "did you mean 'bore_m'"),
+        ("time: {", "clock: {", "time: is missing"),
+    ],
+)
+def test_a_map_that_does_not_fit_is_one_line_and_leaves_nothing(
+    old: str,
+    new: str,
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "log.csv").write_text(text(","))
+    wrong = given_map(tmp_path, MAP.replace(old, new))
+    before = sorted(tmp_path.iterdir())
+    command = [
+        "import",
+        str(tmp_path / "log.csv"),
+        "--map",
+        str(wrong),
+        "--out",
+        str(tmp_path / "o"),
+    ]
+    monkeypatch.setattr("sys.argv", ["testbed", *command])
+    with pytest.raises(SystemExit) as end:
+        main()
+    line = capsys.readouterr().err
+    assert end.value.code == 2 and line.count("\n") == 1 and said in line
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_folder_that_is_there_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(text(","))
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="is there already"):
+        import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
+    assert [p.name for p in (tmp_path / "out").iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("t;x\n1;2\n3\n", "do not have equally many cells"),
+        ("", "holds no table"),
+        ("t,x,p,I,F\n0,a,1,1,1\n1,b,1,1,1\n", "column 'x' is not numbers"),
+        ("t,t,p,I,F\n0,1,1,1,1\n1,1,1,1,1\n", "two columns 't'"),
+    ],
+)
+def test_a_table_that_is_none_is_one_line(table: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_text(table)
+    with pytest.raises(InputError, match=said):
+        import_file(tmp_path / "log.csv", given_map(tmp_path), tmp_path / "out")
