@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -82,6 +83,7 @@ def test_a_measured_row_is_read_by_the_recordings_names_and_stays_as_it_was() ->
     assert seen.rope_tension.tolist() == [1000.0, 2000.0] and seen.load.tolist() == [1, 2, 3, 4]
     other = seen.but(load=[5.0, 6.0, 7.0, 8.0], supply_pressure=9.0e6)
     assert other.load[0] == 5.0 and seen.load[0] == 1.0 and other.supply_pressure == 9.0e6
+    assert copy.deepcopy(seen).load.tolist() == seen.load.tolist()
     with pytest.raises(AttributeError, match="a row of data has no foot_force"):
         _ = seen.foot_force
 
