@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.measured import Measured
-from testbed.laws.drill import THRUST
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
@@ -142,7 +141,7 @@ class Statics:
             measured=self._unknowns(measured, p, held[6:]),
             stance=stance.copy(),  # compiled code takes arrays that can be written to
             thrust_map=self._thrust,
-            thrust_n=float(drill[THRUST]),
+            thrust_n=float(drill["ordered_thrust"]),
             rigid=p.rigid,
             inner=p.inner,
             compliance=p.compliance,
