@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.errors import InputError
 from testbed.laws import columns as c
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.limits import require
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.linkage import RotationLinkage, stroke_m
@@ -126,7 +126,10 @@ def traction_numbers(p: Machine, *, strokes: bool) -> Array:
     ):
         n[column] = getattr(given, name)
     least = 3.0 * tr.RESERVE_M
-    require(given.stroke_m > least, "traction.stroke_m", given.stroke_m, f"> {least:g}")
+    if given.stroke_m <= least:
+        raise InputError(
+            "is impossible", field="traction.stroke_m", value=given.stroke_m, allowed=f"> {least:g}"
+        )
     n[tr.SEAT] = given.seat_m
     if not strokes:
         n[tr.STROKE] = 0.0
