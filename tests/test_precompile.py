@@ -24,7 +24,9 @@ from testbed.world.simulation import Simulation
 world = Simulation(load_scenario("drill_slope_45", duration=1.0))
 world.run_block(1)
 from testbed.world import precompile
-calls = precompile.calls([precompile.EVERYTHING, 0, 0, 0, 0, *world._fixed, world._noise, *world._empty])
+from testbed.estimation.live.chain_kernel import step_chain
+calls = precompile.calls([precompile.EVERYTHING, *world._fixed, world._nowhere])
+calls += [(step_chain, None)]
 calls += precompile.estimator_calls()
 beside = resource.getrusage(resource.RUSAGE_CHILDREN)
 print(json.dumps({
@@ -57,11 +59,8 @@ def test_the_second_process_compiles_the_plant_for_the_types_that_the_step_hands
         for kernel, given in precompile.calls(precompile.plant_arguments())
     }
     assert set(found) >= set(precompile.PLANT_KERNELS)
-    board = Board()
-    q, qd, base = found["plant_step"][:3]
-    assert [numba.typeof(a) for a in (q, qd, base)] == [
-        numba.typeof(a) for a in (board.q, board.qd, board.base)
-    ]
+    (board,) = found["plant_step"]
+    assert numba.typeof(board) == numba.typeof(Board.zeros()).dtype
     for kernel, given in (
         precompile.calls(precompile.plant_arguments()) + precompile.estimator_calls()
     ):

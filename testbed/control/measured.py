@@ -73,20 +73,9 @@ class Measured:
         return load
 
     @property
-    def drill(self) -> Array:
-        """(KNOWN,) what the drill's own controls know: see laws/drill.py."""
-        return np.array([self._row[name] for name in DRILL_FIELDS])
-
-
-DRILL_FIELDS = (
-    "ordered_thrust",
-    "ordered_torque",
-    "rods_in_hole",
-    "rods_in_mast",
-    "rods_mast_height",
-    "rods_stored",
-)
-"""Fields of DataRow that the drill's own controls fill."""
+    def drill(self) -> Any:
+        """What the drill's own controls know: a record with the fields of DrillKnown."""
+        return self._row
 
 
 def rows_of(columns: Mapping[str, Array]) -> NDArray[Any]:

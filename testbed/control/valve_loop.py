@@ -13,57 +13,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
 
-Array = NDArray[np.float64]
-(KP, KI, FEEDFORWARD, DEADBAND, TOLERANCE, LIMIT, INTEGRAL_LIMIT, GAIN_COLUMNS) = range(8)
+
+class LoopGains(Record):
+    """Numbers of a position loop, for joint coordinates (rotation: rad in the place of m)."""
+
+    proportional = quantity("1/m", "command by the position's error")
+    integral_gain = quantity("1/(m s)", "command by the error's integral")
+    feedforward = quantity("s/m", "command by the set point's rate")
+    deadband = quantity("1", "command that takes the spool across its dead band")
+    tolerance = quantity("m", "error at which a valve at rest closes")
+    limit = quantity("1", "greatest command")
+    integral_limit = quantity("1", "greatest part of the command by the integral")
 
 
-def gains(machine: Machine, arm_m: float) -> Array:
-    """(12, GAIN_COLUMNS) for joint coordinates: joint 1's rad are turned into cylinder metres by its arm (m/rad)."""
-    out = np.zeros((len(AXES), GAIN_COLUMNS))
+class PositionLoop(LoopGains):
+    """A position loop at work."""
+
+    reference = quantity("m", "set point (rotation: rad)")
+    reference_rate = quantity("m/s", "its rate (rotation: rad/s)")
+    integral = quantity("1", "command by the error's integral so far")
+
+
+def position_loops(machine: Machine, arm_m: float) -> NDArray[Any]:
+    """PositionLoop (12,) at rest; joint 1's rad are turned into cylinder metres by its arm (m/rad)."""
     control = machine.control
-    for i, axis in enumerate(machine.axes.values()):
+    loops = PositionLoop.zeros(len(AXES))
+    for i, (loop, axis) in enumerate(zip(loops, machine.axes.values(), strict=True)):
         speed = axis.rated_flow_m3_s / (np.pi / 4 * axis.cylinder.bore_m**2)
         scale = arm_m if i % 3 == 0 else 1.0
-        out[i, KP] = control.loop_gain_1_s / speed * scale
-        out[i, KI] = control.integral_gain_1_s2 / speed * scale
-        out[i, FEEDFORWARD] = scale / speed
-        out[i, DEADBAND] = control.deadband_compensation
-        out[i, TOLERANCE] = control.tolerance_m / scale
-        out[i, LIMIT] = 1.0
-        out[i, INTEGRAL_LIMIT] = control.integral_limit
-    return out
+        loop["proportional"] = control.loop_gain_1_s / speed * scale
+        loop["integral_gain"] = control.integral_gain_1_s2 / speed * scale
+        loop["feedforward"] = scale / speed
+        loop["deadband"] = control.deadband_compensation
+        loop["tolerance"] = control.tolerance_m / scale
+        loop["limit"] = 1.0
+        loop["integral_limit"] = control.integral_limit
+    return loops
 
 
 @njit
-def control_step(
-    position: Any,
-    reference: Any,
-    rate: Any,
-    integral: Any,
-    gain: Any,
-    locked: bool,
-    dt: float,
-    command: Any,
-) -> None:
-    """One control period. position, reference (12, rad or m), rate (12, 1/s of it); command (12) is filled."""
-    for i in range(position.shape[0]):
-        if locked:
-            command[i] = 0.0
-            continue
-        g = gain[i]
-        e = reference[i] - position[i]
-        moving = rate[i] != 0.0
-        if not moving and abs(e) <= g[TOLERANCE]:
-            command[i] = 0.0
-            continue
-        integral[i] += dt * g[KI] * e
-        integral[i] = min(max(integral[i], -g[INTEGRAL_LIMIT]), g[INTEGRAL_LIMIT])
-        u = g[KP] * e + g[FEEDFORWARD] * rate[i] + integral[i]
-        if u > 0.0:
-            u += g[DEADBAND]
-        elif u < 0.0:
-            u -= g[DEADBAND]
-        command[i] = min(max(u, -g[LIMIT]), g[LIMIT])
+def valve_command(loop: Any, position: float, dt: float) -> float:
+    """Command of one PositionLoop for a control period of dt, s; position in m (rotation: rad)."""
+    error = loop.reference - position
+    if loop.reference_rate == 0.0 and abs(error) <= loop.tolerance:
+        return 0.0
+    integral = loop.integral + dt * loop.integral_gain * error
+    loop.integral = min(max(integral, -loop.integral_limit), loop.integral_limit)
+    u = loop.proportional * error + loop.feedforward * loop.reference_rate + loop.integral
+    if u > 0.0:
+        u += loop.deadband
+    elif u < 0.0:
+        u -= loop.deadband
+    return float(min(max(u, -loop.limit), loop.limit))

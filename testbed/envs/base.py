@@ -23,7 +23,6 @@ from testbed.envs.observations import TABLE, Observer
 from testbed.envs.randomisation import draw_overrides, named_set
 from testbed.envs.rewards import Truth, Weights, body_position, holding_reward, truth_of_step
 from testbed.errors import InputError
-from testbed.laws.drill import REACTION, THRUST
 from testbed.machine.names import LEGS, SIDES
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
@@ -236,8 +235,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return {
             **{f"orders.offset_{leg}": self._trim.goal_m[k] for k, leg in enumerate(LEGS)},
             **{f"orders.pull_{side}": self._trim.pull_n[k] for k, side in enumerate(SIDES)},
-            "orders.thrust": known[THRUST],
-            "orders.torque": known[REACTION],
+            "orders.thrust": known["ordered_thrust"],
+            "orders.torque": known["ordered_torque"],
         }
 
     def _reward(self, truth: Truth, action: Array, ended: bool) -> float:

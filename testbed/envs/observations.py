@@ -32,6 +32,7 @@ PULL_N = (0.0, 5.0e4)
 JOINTS = {"rotation": (-0.62, 0.62), "radial": (0.0, 0.4), "vertical": (0.0, 0.5)}
 """Range of each kind of joint, rad or m."""
 ALONG_VERTICAL = "vertical joint, + ground pushes the foot up"
+"""Frame of the foot loads."""
 
 
 def seen(names: Iterable[str], span: tuple[float, float], frame: str = "-") -> list[Observed]:

@@ -26,8 +26,11 @@ TASKS = {
 }
 """stand, climb, drill, force-distribution -> id."""
 PICTURES_HZ = 5
+"""Pictures of a video, a simulated second."""
 SHARED = "force-distribution"
+"""The task whose policy becomes a controller, too."""
 CHECKPOINT_STEPS = 10_000
+"""Steps of all workers together from checkpoint to checkpoint."""
 SETTINGS: dict[str, Any] = {
     "n_steps": 2000,
     "batch_size": 1000,

@@ -124,6 +124,14 @@ class Record:
         return np.zeros(shape or (1,), cls.dtype)
 
     @classmethod
+    def of(cls, **values: Any) -> Any:
+        """One such record with these values; what is not given is zero."""
+        record = cls.zeros()[0]
+        for name, value in values.items():
+            record[name] = value
+        return record
+
+    @classmethod
     def columns(cls) -> list[Column]:
         """Every number in order of memory, named `quantity_label_label`; parts lead with their own name."""
         return list(_columns(cls, ""))
@@ -142,6 +150,15 @@ class Record:
         if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
             raise TypeError(f"{cls.__name__} holds more than floats")
         return records.view(np.float64).reshape(len(records), -1)
+
+    @classmethod
+    def part_as_table(cls, records: NDArray[Any], name: str) -> NDArray[np.float64]:
+        """The same of one part of the records: (n, columns of the part)."""
+        inner = cls.fields[name].record
+        if inner is None:
+            raise TypeError(f"{name} is no record within {cls.__name__}")
+        start = cls.dtype.fields[name][1] // 8  # type: ignore[index]
+        return cls.as_table(records)[:, start : start + size(inner)]
 
     @classmethod
     def from_table(cls, table: NDArray[np.float64]) -> NDArray[Any]:

@@ -21,14 +21,15 @@ supply's pressure; the supply then finds q; the axes fill it in.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
-from testbed.laws import columns as c
+from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
     POLYTROPIC,
     VAPOUR_PA,
+    OilNear,
     enthalpy,
     enthalpy_with_gas,
     gas_volume,
@@ -40,85 +41,89 @@ from testbed.laws.orifice import orifice
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
-# --- working numbers of an axis within one call (n x WORK) ----------------------------------------------------
-(
-    VOLUME_A,
-    VOLUME_B,
-    GROWTH_A,
-    GROWTH_B,
-    OUTER_LEAK,
-    INNER_LEAK,
-    EDGE,
-    NU_V,
-    CAP_A,
-    CAP_B,
-    KEEP,
-    HOSE_0_A,
-    HOSE_0_B,
-    GAS_A,
-    GAS_B,
-    STIFF_A,
-    STIFF_B,
-    RAMP_A,
-    RAMP_B,
-    H_A,
-    H_B,
-    FROM_S_A,
-    FROM_S_B,
-    INV_AA,
-    INV_AB,
-    INV_BA,
-    INV_BB,
-    U_A,
-    U_B,
-    Y_A,
-    Y_B,
-    DRAWN,
-    RISE,
-    CHANGE_A,
-    CHANGE_B,
-    HOSE_IN_A,
-    HOSE_IN_B,
-    GUESS_A,
-    GUESS_B,
-    K_A,
-    K_B,
-    KH_A,
-    KH_B,
-    K_DRAWN,
-    PER_A,
-    PER_B,
-    PER_BULK,
-    INVERSE_A,
-    INVERSE_B,
-    EDGE_P,
-    WORK,
-) = range(51)
+
+class ChamberParameters(Record):
+    """One chamber with its hose and its two valve edges."""
+
+    area = quantity("m2", "piston area")
+    dead_volume = quantity("m3", "volume at the end of the stroke, with its line")
+    hose_capacity = quantity("m3/Pa", "oil that the hose takes up by its pressure; 0: stiff")
+    from_supply = quantity("m3/(s sqrt(Pa))", "flow of the edge from the supply, fully open")
+    to_tank = quantity("m3/(s sqrt(Pa))", "flow of the edge to the tank, fully open")
+
+
+class Chamber(Record):
+    """The oil in one chamber."""
+
+    oil = quantity("m3", "standard volume")
+    pressure = quantity("Pa", "absolute")
+    hose_pressure = quantity("Pa", "in the hose's wall, absolute")
+
+
+class ChamberWork(Record):
+    """Working numbers of a chamber within one call. k1, k2: rates of oil in the two stages."""
+
+    volume = quantity("m3", "now")
+    growth = quantity("m3/s", "of the volume")
+    hose_conductance = quantity("m3/(s Pa)", "capacity over time of the hose")
+    hose_start = quantity("Pa", "pressure of the hose when the call began")
+    near = part(OilNear, "the oil at the last pressure")
+    stiffness = quantity("Pa/m3", "dp/d oil")
+    ramp = quantity("Pa/s", "dp/dt at constant oil")
+    enthalpy = quantity("J/m3", "of the oil")
+    from_supply = quantity("1", "g h times the slope of the flow from the supply")
+    own_share = quantity("1", "how the chamber's rate answers its own balance")
+    other_share = quantity("1", "how it answers the other chamber's")
+    answer = quantity("m3/Pa", "u of the rate y + u q")
+    rate = quantity("m3/s", "y of the rate y + u q")
+    change = quantity("m3/s", "g h times how the flow changes in time at constant oil")
+    hose_in = quantity("m3/s", "flow into the hose, without what the rate adds")
+    guess = quantity("Pa", "pressure that the first stage predicts for the end")
+    first_rate = quantity("m3/s", "k1")
+    first_hose_rate = quantity("m3/s", "flow into the hose in the first stage")
+
+
+class AxisWork(Record):
+    """Working numbers of an axis within one call."""
+
+    a = part(ChamberWork, "piston side")
+    b = part(ChamberWork, "rod side")
+    inner_leakage = quantity("m3/(s Pa)", "across the piston")
+    outer_leakage = quantity("m3/(s Pa)", "of each chamber to the tank")
+    leak_to_tank = quantity("m3/(s Pa)", "of a valve edge; 0 for a locked valve")
+    leak_from_supply = quantity("m3/(s Pa)", "of a valve edge; 0 for a locked valve")
+    vapour_volume = quantity("1", "specific volume beyond which the oil leaves a void")
+    inverse_bulk = quantity("1/Pa", "1 / bulk modulus")
+    hose_share = quantity("1", "what is left of the hose's flow by its own filling, implicitly")
+    drawn = quantity("m3/s", "flow from the supply, without what the rate q adds")
+    rise = quantity("m3/(s Pa) s", "how that flow answers q")
+    first_drawn = quantity("m3/s", "first its change in time, then the first stage's flow")
+
+
+class PortFlow(NamedTuple):
+    """Flow into a port (m3/s), its slopes by the pressure drops (m3/(s Pa)), and its growth with the opening (m3/s)."""
+
+    supply: float
+    tank: float
+    supply_slope: float
+    tank_slope: float
+    supply_growth: float
+    tank_growth: float
 
 
 @njit_law(forceinline=True)
-def port(
-    p: float,
-    ps: float,
-    pt: float,
-    k_supply: float,
-    k_tank: float,
-    leak_p: float,
-    leak: float,
-    o: float,
-    o_next: float,
-) -> tuple[float, float, float, float, float, float]:
-    """One port at pressure p: flow into it from the supply and from the tank (m3/s), the slopes of both by their
-    pressure drops (m3/(s Pa)), and how both grow until the opening is `o_next` (m3/s).
+def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next: float) -> PortFlow:
+    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to `o_next`.
 
-    o > 0 opens the port to the supply, o < 0 to the tank; the open edge is turbulent, both edges leak laminarly:
-    leak_p from the supply, leak to the tank.
+    chamber: ChamberParameters; w: AxisWork. o > 0 opens the port to the supply, o < 0 to the tank; the open edge is
+    turbulent, both edges leak laminarly.
     """
+    leak_p, leak = w.leak_from_supply, w.leak_to_tank
     if o + o_next > 0.0:
         f, df = orifice(ps - p)
-        now = k_supply * (o if o > 0.0 else 0.0)
-        then = k_supply * (o_next if o_next > 0.0 else 0.0)
-        return (
+        now = chamber.from_supply * (o if o > 0.0 else 0.0)
+        then = chamber.from_supply * (o_next if o_next > 0.0 else 0.0)
+        return PortFlow(
             now * f + leak_p * (ps - p),
             leak * (pt - p),
             now * df + leak_p,
@@ -128,9 +133,9 @@ def port(
         )
     if o + o_next < 0.0:
         f, df = orifice(pt - p)
-        now = k_tank * (-o if o < 0.0 else 0.0)
-        then = k_tank * (-o_next if o_next < 0.0 else 0.0)
-        return (
+        now = chamber.to_tank * (-o if o < 0.0 else 0.0)
+        then = chamber.to_tank * (-o_next if o_next < 0.0 else 0.0)
+        return PortFlow(
             leak_p * (ps - p),
             now * f + leak * (pt - p),
             leak_p,
@@ -138,45 +143,41 @@ def port(
             0.0,
             (then - now) * f,
         )
-    return leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0
+    return PortFlow(leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0)
 
 
 @njit_law
-def begin(axes: Any, params: Any, x: Any, v: Any, h: float, work: Any, a: Any, b: Any) -> None:
-    """Fill the constants of a call and the pressures at its start, also into a[:, 0] and b[:, 0]."""
-    for i in range(axes.shape[0]):
-        work[i, VOLUME_A] = params[i, c.DEAD_A] + params[i, c.AREA_A] * x[i]
-        work[i, VOLUME_B] = params[i, c.DEAD_B] + params[i, c.AREA_B] * (params[i, c.STROKE] - x[i])
-        work[i, GROWTH_A], work[i, GROWTH_B] = (
-            params[i, c.AREA_A] * v[i],
-            -params[i, c.AREA_B] * v[i],
-        )
-        shut = params[i, c.LOCKED] != 0.0
-        work[i, EDGE] = 0.0 if shut else params[i, c.EDGE_LEAK]
-        work[i, EDGE_P] = 0.0 if shut else params[i, c.EDGE_LEAK_P]
-        work[i, INNER_LEAK], work[i, OUTER_LEAK] = params[i, c.LEAK_I], params[i, c.LEAK_O]
-        work[i, CAP_A] = (
-            params[i, c.HOSE_CAP] / params[i, c.HOSE_TIME] if params[i, c.HOSE_CAP] > 0.0 else 0.0
-        )
-        work[i, CAP_B] = (
-            params[i, c.HOSE_CAP_B] / params[i, c.HOSE_TIME]
-            if params[i, c.HOSE_CAP_B] > 0.0
-            else 0.0
-        )
-        work[i, KEEP] = 1.0 / (1.0 + GAMMA * h / params[i, c.HOSE_TIME])
-        work[i, HOSE_0_A], work[i, HOSE_0_B] = axes[i, c.HOSE_P], axes[i, c.HOSE_P_B]
-        work[i, NU_V] = vapour_volume(params[i, c.BULK], params[i, c.AIR])
-        work[i, PER_BULK] = 1.0 / params[i, c.BULK]
-        pa, pb, air, per_bulk = axes[i, c.P_A], axes[i, c.P_B], params[i, c.AIR], work[i, PER_BULK]
-        work[i, GAS_A], work[i, GAS_B] = gas_volume(pa, air), gas_volume(pb, air)
-        work[i, PER_A], work[i, INVERSE_A] = inverses(
-            pa, axes[i, c.OIL_A], work[i, GAS_A], per_bulk, air
-        )
-        work[i, PER_B], work[i, INVERSE_B] = inverses(
-            pb, axes[i, c.OIL_B], work[i, GAS_B], per_bulk, air
-        )
-        settle_both(axes, params, work, i, pa, pb, pa, pb)
-        a[i, 0], b[i, 0] = axes[i, c.P_A], axes[i, c.P_B]
+def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
+    """Fill the constants of a call for one axis, and its pressures at the start.
+
+    axis: AxisState, p: AxisParameters, rod: AxisInput of hydraulics.py; work: AxisWork.
+    """
+    x, v = rod.extension, rod.rate
+    work.a.volume = p.a.dead_volume + p.a.area * x
+    work.b.volume = p.b.dead_volume + p.b.area * (p.stroke - x)
+    work.a.growth, work.b.growth = p.a.area * v, -p.b.area * v
+    shut = p.valve.locked != 0.0
+    work.leak_to_tank = 0.0 if shut else p.valve.leak_to_tank
+    work.leak_from_supply = 0.0 if shut else p.valve.leak_from_supply
+    work.inner_leakage, work.outer_leakage = p.inner_leakage, p.outer_leakage
+    work.hose_share = 1.0 / (1.0 + GAMMA * h / p.hose_time)
+    work.vapour_volume = vapour_volume(p.oil.bulk_modulus, p.oil.air)
+    work.inverse_bulk = 1.0 / p.oil.bulk_modulus
+    begin_chamber(axis.a, p.a, p, work, work.a)
+    begin_chamber(axis.b, p.b, p, work, work.b)
+    settle(axis.a, work.a, axis.a.pressure, p.oil, work)
+    settle(axis.b, work.b, axis.b.pressure, p.oil, work)
+
+
+@njit_law(forceinline=True)
+def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any) -> None:
+    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork."""
+    w.hose_conductance = own.hose_capacity / p.hose_time if own.hose_capacity > 0.0 else 0.0
+    w.hose_start = chamber.hose_pressure
+    w.near.gas = gas_volume(chamber.pressure, p.oil.air)
+    w.near.inverse_pressure, w.near.inverse_slope = inverses(
+        chamber.pressure, chamber.oil, w.near.gas, work.inverse_bulk, p.oil.air
+    )
 
 
 @njit_law(forceinline=True)
@@ -190,387 +191,214 @@ def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> t
 
 
 @njit_law(forceinline=True)
-def settle(
-    volume: float,
-    growth: float,
-    oil: float,
-    guess: float,
-    near: float,
-    per_near: float,
-    gas_near: float,
-    inverse: float,
-    bulk: float,
-    per_bulk: float,
-    air: float,
-    nu_vapour: float,
-) -> tuple[float, float, float, float, float, float, float]:
-    """Pressure of one chamber from its oil and volume, and what follows from it.
+def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
+    """Pressure of one chamber from its oil and volume, and what follows from it, into Chamber and ChamberWork.
 
-    Returns p (Pa), the gas volume there, 1 / p, 1 / (oil dnu/dp), dp/d oil (Pa/m3), dp/dt at constant oil (Pa/s) and
-    the enthalpy (J/m3). The other arguments: oil.pressure_near.
+    guess: where to look, Pa; oil: OilParameters; w.near belongs to the pressure before.
     """
-    p, gas, nu, holds = pressure_near(
-        volume, oil, guess, near, per_near, gas_near, inverse, per_bulk, air
-    )
+    near, air, per_bulk = chamber.pressure, oil.air, work.inverse_bulk
+    p, gas, nu, holds = pressure_near(w.volume, chamber.oil, guess, near, w.near, per_bulk, air)
     if not holds:
-        nu = volume / oil
-        p, gas, _ = pressure_of(nu, guess, near, gas_near, bulk, air, nu_vapour)
-    per, inverse = inverses(p, oil, gas, per_bulk, air)
-    return (
-        p,
-        gas,
-        per,
-        inverse,
-        -nu * inverse,
-        growth * inverse,
-        enthalpy_with_gas(p, gas, per_bulk, air),
-    )
-
-
-@njit_law(forceinline=True)
-def settle_both(
-    axes: Any,
-    params: Any,
-    work: Any,
-    i: int,
-    guess_a: float,
-    guess_b: float,
-    near_a: float,
-    near_b: float,
-) -> None:
-    """Pressures of both chambers of axis i; GAS and PER of the working numbers belong to near_a, near_b."""
-    bulk, per_bulk, air, nu_v = (
-        params[i, c.BULK],
-        work[i, PER_BULK],
-        params[i, c.AIR],
-        work[i, NU_V],
-    )
-    (
-        axes[i, c.P_A],
-        work[i, GAS_A],
-        work[i, PER_A],
-        work[i, INVERSE_A],
-        work[i, STIFF_A],
-        work[i, RAMP_A],
-        work[i, H_A],
-    ) = settle(
-        work[i, VOLUME_A],
-        work[i, GROWTH_A],
-        axes[i, c.OIL_A],
-        guess_a,
-        near_a,
-        work[i, PER_A],
-        work[i, GAS_A],
-        work[i, INVERSE_A],
-        bulk,
-        per_bulk,
-        air,
-        nu_v,
-    )
-    (
-        axes[i, c.P_B],
-        work[i, GAS_B],
-        work[i, PER_B],
-        work[i, INVERSE_B],
-        work[i, STIFF_B],
-        work[i, RAMP_B],
-        work[i, H_B],
-    ) = settle(
-        work[i, VOLUME_B],
-        work[i, GROWTH_B],
-        axes[i, c.OIL_B],
-        guess_b,
-        near_b,
-        work[i, PER_B],
-        work[i, GAS_B],
-        work[i, INVERSE_B],
-        bulk,
-        per_bulk,
-        air,
-        nu_v,
-    )
+        nu = w.volume / chamber.oil
+        p, gas, _ = pressure_of(
+            nu, guess, near, w.near.gas, oil.bulk_modulus, air, work.vapour_volume
+        )
+    per, inverse = inverses(p, chamber.oil, gas, per_bulk, air)
+    chamber.pressure = p
+    w.near.gas, w.near.inverse_pressure, w.near.inverse_slope = gas, per, inverse
+    w.stiffness, w.ramp = -nu * inverse, w.growth * inverse
+    w.enthalpy = enthalpy_with_gas(p, gas, per_bulk, air)
 
 
 @njit_law
 def first_stage(
-    axes: Any, params: Any, work: Any, openings: Any, k: int, ps: float, pt: float, h: float
-) -> tuple[float, float]:
-    """Flows and slopes of all axes at the substep's start; rates as y + u q.
+    axis: Any, p: Any, w: Any, o: float, o_next: float, ps: float, pt: float, h: float
+) -> None:
+    """Flows and slopes of one axis at the substep's start; rates as y + u q.
 
-    Returns what they draw from the supply, m3/s, and its slope by q, the rate of the supply's pressure.
+    Leaves in w.drawn what it draws from the supply, m3/s, and in w.rise its slope by q, the rate of the supply's
+    pressure. o, o_next: the valve's openings at both ends of the substep; ps, pt: pressures of supply and tank, Pa.
     """
     gh = GAMMA * h
-    total = rise = 0.0
-    for i in range(axes.shape[0]):
-        pa, pb, ci, co = axes[i, c.P_A], axes[i, c.P_B], work[i, INNER_LEAK], work[i, OUTER_LEAK]
-        o, o_next = openings[i, k], openings[i, k + 1]
-        sa, ta, esa, eta, gsa, gta = port(
-            pa,
-            ps,
-            pt,
-            params[i, c.K_PA],
-            params[i, c.K_AT],
-            work[i, EDGE_P],
-            work[i, EDGE],
-            o,
-            o_next,
-        )
-        sb, tb, esb, etb, gsb, gtb = port(
-            pb,
-            ps,
-            pt,
-            params[i, c.K_PB],
-            params[i, c.K_BT],
-            work[i, EDGE_P],
-            work[i, EDGE],
-            -o,
-            -o_next,
-        )
-        out_a, out_b = esa + eta + ci + co, esb + etb + ci + co
-        # how the flows change in time at constant oil, over g h
-        work[i, CHANGE_A] = gh * (ci * work[i, RAMP_B] - out_a * work[i, RAMP_A]) + GAMMA * (
-            gsa + gta
-        )
-        work[i, CHANGE_B] = gh * (ci * work[i, RAMP_A] - out_b * work[i, RAMP_B]) + GAMMA * (
-            gsb + gtb
-        )
-        change = GAMMA * (gsa + gsb) - gh * (esa * work[i, RAMP_A] + esb * work[i, RAMP_B])
-        work[i, HOSE_IN_A] = (
-            work[i, KEEP] * work[i, CAP_A] * (pa - axes[i, c.HOSE_P] + gh * work[i, RAMP_A])
-        )
-        work[i, HOSE_IN_B] = (
-            work[i, KEEP] * work[i, CAP_B] * (pb - axes[i, c.HOSE_P_B] + gh * work[i, RAMP_B])
-        )
-        cross = ci * (pa - pb)
-        ra = sa + ta - cross - co * (pa - pt) + work[i, CHANGE_A] - work[i, HOSE_IN_A]
-        rb = sb + tb + cross - co * (pb - pt) + work[i, CHANGE_B] - work[i, HOSE_IN_B]
-        ga, gb = gh * work[i, STIFF_A], gh * work[i, STIFF_B]
-        maa = 1.0 + ga * (out_a + work[i, KEEP] * work[i, CAP_A])
-        mbb = 1.0 + gb * (out_b + work[i, KEEP] * work[i, CAP_B])
-        inverse = 1.0 / (maa * mbb - ga * gb * ci * ci)
-        work[i, INV_AA], work[i, INV_AB], work[i, INV_BA], work[i, INV_BB] = (
-            mbb * inverse,
-            gb * ci * inverse,
-            ga * ci * inverse,
-            maa * inverse,
-        )
-        work[i, U_A] = gh * (work[i, INV_AA] * esa + work[i, INV_AB] * esb)
-        work[i, U_B] = gh * (work[i, INV_BA] * esa + work[i, INV_BB] * esb)
-        work[i, Y_A] = work[i, INV_AA] * ra + work[i, INV_AB] * rb
-        work[i, Y_B] = work[i, INV_BA] * ra + work[i, INV_BB] * rb
-        work[i, FROM_S_A], work[i, FROM_S_B] = gh * esa, gh * esb
-        work[i, K_DRAWN] = change  # kept for the second stage
-        work[i, DRAWN] = (
-            sa
-            + sb
-            + change
-            - work[i, FROM_S_A] * work[i, STIFF_A] * work[i, Y_A]
-            - work[i, FROM_S_B] * work[i, STIFF_B] * work[i, Y_B]
-        )
-        work[i, RISE] = work[i, FROM_S_A] * (1.0 - work[i, STIFF_A] * work[i, U_A]) + work[
-            i, FROM_S_B
-        ] * (1.0 - work[i, STIFF_B] * work[i, U_B])
-        total += work[i, DRAWN]
-        rise += work[i, RISE]
-    return total, rise
+    a, b = w.a, w.b
+    pa, pb, ci, co = axis.a.pressure, axis.b.pressure, w.inner_leakage, w.outer_leakage
+    into_a = port(pa, ps, pt, p.a, w, o, o_next)
+    into_b = port(pb, ps, pt, p.b, w, -o, -o_next)
+    out_a = into_a.supply_slope + into_a.tank_slope + ci + co
+    out_b = into_b.supply_slope + into_b.tank_slope + ci + co
+    # how the flows change in time at constant oil, over g h
+    a.change = gh * (ci * b.ramp - out_a * a.ramp) + GAMMA * (
+        into_a.supply_growth + into_a.tank_growth
+    )
+    b.change = gh * (ci * a.ramp - out_b * b.ramp) + GAMMA * (
+        into_b.supply_growth + into_b.tank_growth
+    )
+    change = GAMMA * (into_a.supply_growth + into_b.supply_growth) - gh * (
+        into_a.supply_slope * a.ramp + into_b.supply_slope * b.ramp
+    )
+    a.hose_in = w.hose_share * a.hose_conductance * (pa - axis.a.hose_pressure + gh * a.ramp)
+    b.hose_in = w.hose_share * b.hose_conductance * (pb - axis.b.hose_pressure + gh * b.ramp)
+    cross = ci * (pa - pb)
+    ra = into_a.supply + into_a.tank - cross - co * (pa - pt) + a.change - a.hose_in
+    rb = into_b.supply + into_b.tank + cross - co * (pb - pt) + b.change - b.hose_in
+    ga, gb = gh * a.stiffness, gh * b.stiffness
+    maa = 1.0 + ga * (out_a + w.hose_share * a.hose_conductance)
+    mbb = 1.0 + gb * (out_b + w.hose_share * b.hose_conductance)
+    inverse = 1.0 / (maa * mbb - ga * gb * ci * ci)
+    a.own_share, a.other_share = mbb * inverse, gb * ci * inverse
+    b.own_share, b.other_share = maa * inverse, ga * ci * inverse
+    esa, esb = into_a.supply_slope, into_b.supply_slope
+    a.answer = gh * (a.own_share * esa + a.other_share * esb)
+    b.answer = gh * (b.other_share * esa + b.own_share * esb)
+    a.rate = a.own_share * ra + a.other_share * rb
+    b.rate = b.other_share * ra + b.own_share * rb
+    a.from_supply, b.from_supply = gh * esa, gh * esb
+    w.first_drawn = change  # kept for the second stage
+    w.drawn = (
+        into_a.supply
+        + into_b.supply
+        + change
+        - a.from_supply * a.stiffness * a.rate
+        - b.from_supply * b.stiffness * b.rate
+    )
+    w.rise = a.from_supply * (1.0 - a.stiffness * a.answer) + b.from_supply * (
+        1.0 - b.stiffness * b.answer
+    )
 
 
 @njit_law
 def second_stage(
-    axes: Any,
-    params: Any,
-    work: Any,
-    openings: Any,
-    k: int,
-    q: float,
-    ps: float,
-    pt: float,
-    h: float,
-) -> float:
-    """Fill in q, then the flows at the substep's end on the first stage's prediction; returns what they draw, m3/s."""
+    axis: Any, p: Any, w: Any, o: float, q: float, ps: float, pt: float, h: float
+) -> None:
+    """Fill in q, then the flows of one axis at the substep's end on the first stage's prediction; see `first_stage`.
+
+    o: the valve's opening there; ps: pressure of the supply there, Pa.
+    """
     gh = GAMMA * h
-    total = 0.0
-    for i in range(axes.shape[0]):
-        ka, kb = work[i, Y_A] + work[i, U_A] * q, work[i, Y_B] + work[i, U_B] * q
-        kha = work[i, HOSE_IN_A] + work[i, KEEP] * work[i, CAP_A] * gh * work[i, STIFF_A] * ka
-        khb = work[i, HOSE_IN_B] + work[i, KEEP] * work[i, CAP_B] * gh * work[i, STIFF_B] * kb
-        drawn = work[i, DRAWN] + work[i, RISE] * q
-        pa, pb = predicted(axes, params, work, i, ka, kb, h)
-        work[i, GUESS_A], work[i, GUESS_B] = pa, pb
-        ci, co, o = work[i, INNER_LEAK], work[i, OUTER_LEAK], openings[i, k + 1]
-        sa, ta, _, _, _, _ = port(
-            pa, ps, pt, params[i, c.K_PA], params[i, c.K_AT], work[i, EDGE_P], work[i, EDGE], o, o
-        )
-        sb, tb, _, _, _, _ = port(
-            pb, ps, pt, params[i, c.K_PB], params[i, c.K_BT], work[i, EDGE_P], work[i, EDGE], -o, -o
-        )
-        hose_a, hose_b = axes[i, c.HOSE_P], axes[i, c.HOSE_P_B]
-        if work[i, CAP_A] > 0.0:
-            hose_a += h * kha / params[i, c.HOSE_CAP]
-        if work[i, CAP_B] > 0.0:
-            hose_b += h * khb / params[i, c.HOSE_CAP_B]
-        work[i, HOSE_IN_A] = work[i, KEEP] * (
-            work[i, CAP_A] * (pa - hose_a - gh * work[i, RAMP_A]) - 2.0 * kha
-        )
-        work[i, HOSE_IN_B] = work[i, KEEP] * (
-            work[i, CAP_B] * (pb - hose_b - gh * work[i, RAMP_B]) - 2.0 * khb
-        )
-        cross = ci * (pa - pb)
-        ra = (
-            sa
-            + ta
-            - cross
-            - co * (pa - pt)
-            - 2.0 * (ka + kha)
-            - work[i, CHANGE_A]
-            - work[i, HOSE_IN_A]
-        )
-        rb = (
-            sb
-            + tb
-            + cross
-            - co * (pb - pt)
-            - 2.0 * (kb + khb)
-            - work[i, CHANGE_B]
-            - work[i, HOSE_IN_B]
-        )
-        work[i, Y_A] = work[i, INV_AA] * ra + work[i, INV_AB] * rb
-        work[i, Y_B] = work[i, INV_BA] * ra + work[i, INV_BB] * rb
-        work[i, DRAWN] = (
-            sa
-            + sb
-            - 2.0 * drawn
-            - work[i, K_DRAWN]
-            - work[i, FROM_S_A] * work[i, STIFF_A] * work[i, Y_A]
-            - work[i, FROM_S_B] * work[i, STIFF_B] * work[i, Y_B]
-        )
-        work[i, K_A], work[i, K_B], work[i, KH_A], work[i, KH_B], work[i, K_DRAWN] = (
-            ka,
-            kb,
-            kha,
-            khb,
-            drawn,
-        )
-        total += work[i, DRAWN]
-    return total
+    a, b = w.a, w.b
+    ka, kb = a.rate + a.answer * q, b.rate + b.answer * q
+    kha = a.hose_in + w.hose_share * a.hose_conductance * gh * a.stiffness * ka
+    khb = b.hose_in + w.hose_share * b.hose_conductance * gh * b.stiffness * kb
+    drawn = w.drawn + w.rise * q
+    pa = predicted(axis.a, a, ka, h, p.oil, w)
+    pb = predicted(axis.b, b, kb, h, p.oil, w)
+    a.guess, b.guess = pa, pb
+    ci, co = w.inner_leakage, w.outer_leakage
+    into_a = port(pa, ps, pt, p.a, w, o, o)
+    into_b = port(pb, ps, pt, p.b, w, -o, -o)
+    a.hose_in = second_hose_flow(axis.a, p.a, a, w, pa, kha, h)
+    b.hose_in = second_hose_flow(axis.b, p.b, b, w, pb, khb, h)
+    cross = ci * (pa - pb)
+    ra = (
+        into_a.supply
+        + into_a.tank
+        - cross
+        - co * (pa - pt)
+        - 2.0 * (ka + kha)
+        - a.change
+        - a.hose_in
+    )
+    rb = (
+        into_b.supply
+        + into_b.tank
+        + cross
+        - co * (pb - pt)
+        - 2.0 * (kb + khb)
+        - b.change
+        - b.hose_in
+    )
+    a.rate = a.own_share * ra + a.other_share * rb
+    b.rate = b.other_share * ra + b.own_share * rb
+    w.drawn = (
+        into_a.supply
+        + into_b.supply
+        - 2.0 * drawn
+        - w.first_drawn
+        - a.from_supply * a.stiffness * a.rate
+        - b.from_supply * b.stiffness * b.rate
+    )
+    a.first_rate, b.first_rate = ka, kb
+    a.first_hose_rate, b.first_hose_rate, w.first_drawn = kha, khb, drawn
 
 
 @njit_law(forceinline=True)
-def predicted(
-    axes: Any, params: Any, work: Any, i: int, ka: float, kb: float, h: float
-) -> tuple[float, float]:
-    """Pressures of both chambers of axis i at the substep's end if the rates ka, kb hold; volumes advance."""
-    bulk, per_bulk, air, nu_v = (
-        params[i, c.BULK],
-        work[i, PER_BULK],
-        params[i, c.AIR],
-        work[i, NU_V],
+def second_hose_flow(
+    chamber: Any, own: Any, w: Any, work: Any, p: float, first: float, h: float
+) -> float:
+    """Flow into a chamber's hose in the second stage, m3/s, without what its rate adds; p: predicted, Pa."""
+    hose = chamber.hose_pressure
+    if w.hose_conductance > 0.0:
+        hose += h * first / own.hose_capacity
+    return float(
+        work.hose_share * (w.hose_conductance * (p - hose - GAMMA * h * w.ramp) - 2.0 * first)
     )
-    work[i, VOLUME_A] += h * work[i, GROWTH_A]
-    work[i, VOLUME_B] += h * work[i, GROWTH_B]
-    near_a, near_b = axes[i, c.P_A], axes[i, c.P_B]
-    oil_a, oil_b = axes[i, c.OIL_A] + h * ka, axes[i, c.OIL_B] + h * kb
-    guess_a = near_a + h * (work[i, STIFF_A] * ka + work[i, RAMP_A])
-    guess_b = near_b + h * (work[i, STIFF_B] * kb + work[i, RAMP_B])
-    pa, _, _, holds_a = pressure_near(
-        work[i, VOLUME_A],
-        oil_a,
-        guess_a,
-        near_a,
-        work[i, PER_A],
-        work[i, GAS_A],
-        work[i, INVERSE_A],
-        per_bulk,
-        air,
-    )
-    pb, _, _, holds_b = pressure_near(
-        work[i, VOLUME_B],
-        oil_b,
-        guess_b,
-        near_b,
-        work[i, PER_B],
-        work[i, GAS_B],
-        work[i, INVERSE_B],
-        per_bulk,
-        air,
-    )
-    if not holds_a:
-        pa, _, _ = pressure_of(
-            work[i, VOLUME_A] / oil_a, guess_a, near_a, work[i, GAS_A], bulk, air, nu_v
+
+
+@njit_law(forceinline=True)
+def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) -> float:
+    """Pressure of a chamber at the substep's end if the rate of its oil holds, Pa; its volume advances."""
+    air = oil.air
+    w.volume += h * w.growth
+    near = chamber.pressure
+    then = chamber.oil + h * rate
+    guess = near + h * (w.stiffness * rate + w.ramp)
+    p, _, _, holds = pressure_near(w.volume, then, guess, near, w.near, work.inverse_bulk, air)
+    if not holds:
+        p, _, _ = pressure_of(
+            w.volume / then, guess, near, w.near.gas, oil.bulk_modulus, air, work.vapour_volume
         )
-    if not holds_b:
-        pb, _, _ = pressure_of(
-            work[i, VOLUME_B] / oil_b, guess_b, near_b, work[i, GAS_B], bulk, air, nu_v
-        )
-    return pa, pb
+    return float(p)
+
+
+@njit_law(forceinline=True)
+def close_chamber(
+    chamber: Any, own: Any, w: Any, work: Any, q: float, h: float, oil: Any
+) -> tuple[float, float, float]:
+    """Fill in the second q and move a chamber's oil: oil that entered, its heat content (J), oil into the hose."""
+    rate = w.rate + w.answer * q
+    hose_rate = w.hose_in + work.hose_share * w.hose_conductance * (GAMMA * h) * w.stiffness * rate
+    into = 0.5 * h * (3.0 * w.first_rate + rate)
+    hose = 0.5 * h * (3.0 * w.first_hose_rate + hose_rate)
+    if w.hose_conductance > 0.0:
+        chamber.hose_pressure += hose / own.hose_capacity
+    chamber.oil += into
+    was = w.enthalpy
+    # The second stage corrects the first by k1 + k2: start looking from there.
+    settle(chamber, w, w.guess + 0.5 * h * w.stiffness * (w.first_rate + rate), oil, work)
+    return into, into * (0.5 * (was + w.enthalpy)), hose
 
 
 @njit_law
 def close_step(
-    axes: Any,
-    params: Any,
-    work: Any,
-    k: int,
-    q: float,
-    h_supply: float,
-    h_tank: float,
-    h: float,
-    a: Any,
-    b: Any,
-) -> tuple[float, float, float]:
-    """Fill in the second q and move the oil; pressures at the end into a[:, k + 1], b[:, k + 1].
+    axis: Any, p: Any, w: Any, q: float, supply_enthalpy: float, tank_enthalpy: float, h: float
+) -> tuple[float, float]:
+    """Fill in the second q and move the oil of one axis; its pressures are then those at the substep's end.
 
-    h_supply: mean enthalpy of the drawn oil, J/m3. Returns oil drawn and returned to the tank (m3) and heat (J; what
+    supply_enthalpy: mean of the drawn oil, J/m3. Returns the oil returned to the tank (m3) and heat (J; what
     hoses keep is still in it: `kept_by_hoses`).
     """
-    gh = GAMMA * h
-    total = back = heat = 0.0
-    for i in range(axes.shape[0]):
-        ka, kb = work[i, Y_A] + work[i, U_A] * q, work[i, Y_B] + work[i, U_B] * q
-        kha = work[i, HOSE_IN_A] + work[i, KEEP] * work[i, CAP_A] * gh * work[i, STIFF_A] * ka
-        khb = work[i, HOSE_IN_B] + work[i, KEEP] * work[i, CAP_B] * gh * work[i, STIFF_B] * kb
-        drawn = 0.5 * h * (3.0 * work[i, K_DRAWN] + work[i, DRAWN] + work[i, RISE] * q)
-        into_a, into_b = 0.5 * h * (3.0 * work[i, K_A] + ka), 0.5 * h * (3.0 * work[i, K_B] + kb)
-        hose_a, hose_b = (
-            0.5 * h * (3.0 * work[i, KH_A] + kha),
-            0.5 * h * (3.0 * work[i, KH_B] + khb),
-        )
-        if work[i, CAP_A] > 0.0:
-            axes[i, c.HOSE_P] += hose_a / params[i, c.HOSE_CAP]
-        if work[i, CAP_B] > 0.0:
-            axes[i, c.HOSE_P_B] += hose_b / params[i, c.HOSE_CAP_B]
-        axes[i, c.OIL_A] += into_a
-        axes[i, c.OIL_B] += into_b
-        was_a, was_b = work[i, H_A], work[i, H_B]
-        # The second stage corrects the first by k1 + k2: start looking from there.
-        guess_a = work[i, GUESS_A] + 0.5 * h * work[i, STIFF_A] * (work[i, K_A] + ka)
-        guess_b = work[i, GUESS_B] + 0.5 * h * work[i, STIFF_B] * (work[i, K_B] + kb)
-        settle_both(axes, params, work, i, guess_a, guess_b, axes[i, c.P_A], axes[i, c.P_B])
-        returned = drawn - into_a - into_b - hose_a - hose_b
-        total += drawn
-        back += returned
-        mean_a, mean_b = 0.5 * (was_a + work[i, H_A]), 0.5 * (was_b + work[i, H_B])
-        heat += drawn * h_supply - returned * h_tank - (into_a * mean_a + into_b * mean_b)
-        a[i, k + 1], b[i, k + 1] = axes[i, c.P_A], axes[i, c.P_B]
-    return total, back, heat
+    drawn = 0.5 * h * (3.0 * w.first_drawn + w.drawn + w.rise * q)
+    into_a, heat_a, hose_a = close_chamber(axis.a, p.a, w.a, w, q, h, p.oil)
+    into_b, heat_b, hose_b = close_chamber(axis.b, p.b, w.b, w, q, h, p.oil)
+    returned = drawn - into_a - into_b - hose_a - hose_b
+    heat = drawn * supply_enthalpy - returned * tank_enthalpy - (heat_a + heat_b)
+    return returned, heat
 
 
 @njit_law(forceinline=True)
-def kept_by_hoses(axes: Any, params: Any, work: Any, i: int) -> float:
+def kept_by_hoses(axis: Any, p: Any, w: Any) -> float:
     """Energy that the hoses of one axis took in since `begin`, J."""
-    kept = 0.0
-    if work[i, CAP_A] > 0.0:
-        middle = 0.5 * (axes[i, c.HOSE_P] + work[i, HOSE_0_A])
-        kept += (
-            params[i, c.HOSE_CAP]
-            * (axes[i, c.HOSE_P] - work[i, HOSE_0_A])
-            * enthalpy(middle, params[i, c.BULK], params[i, c.AIR])
-        )
-    if work[i, CAP_B] > 0.0:
-        middle = 0.5 * (axes[i, c.HOSE_P_B] + work[i, HOSE_0_B])
-        kept += (
-            params[i, c.HOSE_CAP_B]
-            * (axes[i, c.HOSE_P_B] - work[i, HOSE_0_B])
-            * enthalpy(middle, params[i, c.BULK], params[i, c.AIR])
-        )
-    return kept
+    return float(kept_by_hose(axis.a, p.a, w.a, p.oil) + kept_by_hose(axis.b, p.b, w.b, p.oil))
+
+
+@njit_law(forceinline=True)
+def kept_by_hose(chamber: Any, own: Any, w: Any, oil: Any) -> float:
+    """Energy that the hose of one chamber took in since `begin`, J."""
+    if w.hose_conductance <= 0.0:
+        return 0.0
+    middle = 0.5 * (chamber.hose_pressure + w.hose_start)
+    return float(
+        own.hose_capacity
+        * (chamber.hose_pressure - w.hose_start)
+        * enthalpy(middle, oil.bulk_modulus, oil.air)
+    )

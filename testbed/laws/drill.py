@@ -12,27 +12,43 @@ import math
 from typing import Any
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
+from testbed.recording.rows import DrillKnown
 
-(FEED, BLOW_N, BLOW_HZ, TORQUE, PULL, STRING_KG, MAST_KG, MAST_HEIGHT, DEPTH, DRILL_COLUMNS) = (
-    range(10)
-)
-"""Forces in N, torque in N m, blows a second; masses of the string in the hole and in the mast, kg; height of the
-latter's middle above the drill point and depth of the hole, m."""
-FORCES = slice(FEED, STRING_KG)
-"""What a phase orders; the rest is where the string is."""
-(THRUST, REACTION, IN_HOLE_KG, IN_MAST_KG, MAST_MIDDLE, STORED_KG, KNOWN) = range(7)
-"""What the drill's own controls know: thrust ordered, N, + away from the slope; torque that the rock answers with, N m,
-+ about body z; rods in the hole and in the mast, kg; height of the latter's middle above the drill point, m; what the
-store has gained since the start, kg."""
-KNOWN_COLUMNS = (
-    "ordered_thrust",
-    "ordered_torque",
-    "rods_in_hole",
-    "rods_in_mast",
-    "rods_mast_height",
-    "rods_stored",
-)
-"""Their names in a recording."""
+
+class DrillOrder(Record):
+    """What a phase of the drill's program lets act."""
+
+    feed = quantity("N", "pushes the string into the hole, the machine off the slope")
+    blow = quantity("N", "peak of a blow")
+    blow_rate = quantity("1/s", "blows a second")
+    torque = quantity("N m", "on the string")
+    pull = quantity("N", "pulls the string out, the machine onto the slope")
+
+
+class DrillLoads(DrillOrder):
+    """The same, and where the string is."""
+
+    string_mass = quantity("kg", "string in the hole")
+    mast_mass = quantity("kg", "rods in the mast")
+    mast_height = quantity("m", "their middle above the drill point")
+    depth = quantity("m", "of the hole")
+
+
+def scale_order(loads: Any, share: float) -> None:
+    """Scale what DrillLoads let act, in place; where the string is stays as it is."""
+    for name in DrillOrder.fields:
+        loads[name] *= share
+
+
+KNOWN_COLUMNS = tuple(DrillKnown.fields)
+"""What the drill's own controls know, by the names of its columns."""
+KNOWN = len(KNOWN_COLUMNS)
+THRUST = KNOWN_COLUMNS.index("ordered_thrust")
+REACTION = KNOWN_COLUMNS.index("ordered_torque")
+IN_HOLE_KG, IN_MAST_KG = KNOWN_COLUMNS.index("rods_in_hole"), KNOWN_COLUMNS.index("rods_in_mast")
+MAST_MIDDLE = KNOWN_COLUMNS.index("rods_mast_height")
+STORED_KG = KNOWN_COLUMNS.index("rods_stored")
 
 
 @njit
@@ -63,7 +79,7 @@ BLOW_WIDTH = 0.25
 
 @njit
 def axial_force(d: Any, phase0: float, phase1: float, gravity_along_axis: float) -> float:
-    """Force on the body along its +z, N. d: DRILL_COLUMNS; gravity_along_axis: g . z of the body, m/s2 (negative)."""
-    blows = d[BLOW_N] * blow_mean(phase0, phase1, BLOW_WIDTH) if d[BLOW_N] != 0.0 else 0.0
-    weight: float = d[STRING_KG] * gravity_along_axis
-    return float(d[FEED] + blows - d[PULL] + weight)
+    """Force on the body along its +z, N. d: DrillLoads; gravity_along_axis: g . z of the body, m/s2 (negative)."""
+    blows = d.blow * blow_mean(phase0, phase1, BLOW_WIDTH) if d.blow != 0.0 else 0.0
+    weight: float = d.string_mass * gravity_along_axis
+    return float(d.feed + blows - d.pull + weight)

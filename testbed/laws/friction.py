@@ -10,12 +10,43 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.laws import columns as c
+from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
-from testbed.laws.oil import ATMOSPHERE_PA
 
 SMALLEST_N = 1.0e-3
 """The bristle divides by its level: dry friction that is off is this small."""
+
+
+class Sliding(Record):
+    """Equation (4) for one direction of sliding."""
+
+    coulomb = quantity("N", "dry friction of quick sliding")
+    static = quantity("N", "what break-away adds to it")
+    stribeck_speed = quantity("m/s", "speed over which that fades")
+    viscous = quantity("N s/m", "friction by speed, at the reference temperature")
+
+
+class SealParameters(Record):
+    """Friction of a cylinder's seals and guides."""
+
+    outward = part(Sliding, "extending")
+    inward = part(Sliding, "retracting")
+    bristle_stiffness = quantity("N/m", "of the contact before it slides")
+    bristle_damping = quantity("N s/m", "of the same")
+    position_slope = quantity("1", "how dry friction grows along the stroke, share of its middle")
+    pressure_coefficient = quantity("m2", "dry friction by the sum of both gauge pressures")
+    load_coefficient = quantity("1", "dry friction by the load that presses the rod in")
+    side_load_coefficient = quantity("1", "dry friction by the load across the rod")
+    dwell_gain = quantity("1", "what long rest adds to break-away, share of dry friction")
+    dwell_time = quantity("s", "time in which rest adds it")
+    viscosity_rate = quantity("1/K", "how viscous friction falls, beside the oil's own rate")
+
+
+class SealState(Record):
+    """The contact of seals and guides."""
+
+    bristle = quantity("m", "deflection of the contact")
+    dwell = quantity("1", "ageing of the contact, share of dry friction")
 
 
 @njit_law(forceinline=True)
@@ -66,40 +97,32 @@ def dwell_step(
 
 @njit_law(forceinline=True)
 def friction_step(
-    s: Any,
-    p: Any,
-    x: float,
-    v: float,
-    mean_a: float,
-    mean_b: float,
-    warm: float,
-    load: float,
-    side: float,
-    dt: float,
+    s: Any, p: Any, rod: Any, place: float, pressures: float, thinning: float, dt: float
 ) -> float:
-    """Mean friction of one axis over dt, N, against +v; bristle and dwell advance.
+    """Mean friction of one axis over dt, N, against + rate; bristle and dwell advance.
 
-    s, p: columns.py; x the extension in the middle of the step, m; mean_a, mean_b the chambers' mean absolute
-    pressures, Pa; `warm` scales the viscous part; load, side: forces on the rod, N.
+    s: SealState; p: SealParameters; rod: what moves and loads it (`rate`, `load`, `side_load`); place: extension in
+    the middle of the step from the stroke's middle, share of the stroke; pressures: sum of both chambers' mean gauge
+    pressures, Pa; thinning: what scales the viscous part.
     """
+    v = rod.rate
     speed = abs(v)
-    if v >= 0.0:
-        fc, fs, cs, sigma = p[c.FC_POS], p[c.FS_POS], p[c.CS_POS], p[c.VISC_POS]
-    else:
-        fc, fs, cs, sigma = p[c.FC_NEG], p[c.FS_NEG], p[c.CS_NEG], p[c.VISC_NEG]
-    fc *= 1.0 + p[c.FR_POSITION] * (x / p[c.STROKE] - 0.5)
-    fc += p[c.FR_PRESSURE] * (mean_a + mean_b - 2.0 * ATMOSPHERE_PA)
-    fc += p[c.FR_LOAD] * (load if load > 0.0 else 0.0) + p[c.FR_SIDE] * abs(side)
+    way = p.outward if v >= 0.0 else p.inward
+    fc, fs = way.coulomb, way.static
+    fc *= 1.0 + p.position_slope * place
+    fc += p.pressure_coefficient * pressures
+    pressing = rod.load if rod.load > 0.0 else 0.0
+    fc += p.load_coefficient * pressing + p.side_load_coefficient * abs(rod.side_load)
     fc = fc if fc > SMALLEST_N else SMALLEST_N
-    if p[c.DWELL_GAIN] > 0.0:
+    if p.dwell_gain > 0.0:
         # One bristle length of sliding renews the contact.
-        s[c.DWELL], aged = dwell_step(
-            s[c.DWELL], p[c.DWELL_GAIN], 1.0 / p[c.DWELL_TIME], speed * p[c.BRISTLE_K] / fc, dt
+        s.dwell, aged = dwell_step(
+            s.dwell, p.dwell_gain, 1.0 / p.dwell_time, speed * p.bristle_stiffness / fc, dt
         )
         fs += fc * aged
-    level = stribeck_level(speed, fc, fs, cs)
-    s[c.BRISTLE], force = bristle_step(s[c.BRISTLE], v, dt, level, p[c.BRISTLE_K], p[c.BRISTLE_D])
-    return float(force + sigma * warm * v)
+    level = stribeck_level(speed, fc, fs, way.stribeck_speed)
+    s.bristle, force = bristle_step(s.bristle, v, dt, level, p.bristle_stiffness, p.bristle_damping)
+    return float(force + way.viscous * thinning * v)
 
 
 @njit_law

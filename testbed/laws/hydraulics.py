@@ -14,43 +14,98 @@ from typing import Any
 
 import numpy as np
 
-from testbed.laws import columns as c
-from testbed.laws.chamber import WORK, begin, close_step, first_stage, kept_by_hoses, second_stage
+from testbed.formats.records import Record, part, quantity
+from testbed.laws.chamber import (
+    AxisWork,
+    Chamber,
+    ChamberParameters,
+    begin,
+    close_step,
+    first_stage,
+    kept_by_hoses,
+    second_stage,
+)
 from testbed.laws.compiling import njit_law
-from testbed.laws.ends import end_force, extra_force
-from testbed.laws.friction import friction_step
-from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.laws.ends import EndParameters, ExtraForces, end_force, extra_force
+from testbed.laws.friction import SealParameters, SealState, friction_step
+from testbed.laws.oil import ATMOSPHERE_PA, OilParameters
 from testbed.laws.supply import (
-    ENTHALPY,
-    ENTHALPY_TANK,
-    KD_1,
-    UNIT_WORK,
+    SupplyWork,
     begin_supply,
     end_supply,
     supply_first,
     supply_second,
 )
-from testbed.laws.transducer import sense_path, transducer_weights
-from testbed.laws.valve import spool_weights, valve_path
+from testbed.laws.transducer import (
+    TransducerParameters,
+    TransducerState,
+    sense_path,
+    transducer_weights,
+)
+from testbed.laws.valve import ValveParameters, ValveState, spool_weights, valve_path
+
+
+class AxisParameters(Record):
+    """A cylinder with its valve, hoses, seals, ends and transducers."""
+
+    a = part(ChamberParameters, "piston side")
+    b = part(ChamberParameters, "rod side")
+    stroke = quantity("m", "of the piston")
+    inner_leakage = quantity("m3/(s Pa)", "across the piston")
+    outer_leakage = quantity("m3/(s Pa)", "of each chamber to the tank")
+    hose_time = quantity("s", "in which a hose takes its oil up")
+    oil = part(OilParameters, "in both chambers")
+    valve = part(ValveParameters, "its valve")
+    seal = part(SealParameters, "its friction")
+    ends = part(EndParameters, "cushions and stops")
+    extra = part(ExtraForces, "undeclared forces on the piston")
+    transducers = part(TransducerParameters, "its pressure transducers")
+
+
+class AxisState(Record):
+    """What an axis has of its past, and the forces of the last step."""
+
+    a = part(Chamber, "piston side")
+    b = part(Chamber, "rod side")
+    valve = part(ValveState, "its valve")
+    seal = part(SealState, "its friction")
+    transducers = part(TransducerState, "its pressure transducers")
+    force = quantity("N", "mean on the rod over the last step, + pushes out")
+    friction = quantity("N", "mean over the last step, against + rate")
+    end_force = quantity("N", "mean of cushions and stops over the last step, along + extension")
+    thinning = quantity("1", "viscous friction by the oil's temperature, share of the reference's")
+
+
+class AxisInput(Record):
+    """What the machine does to an axis over a step."""
+
+    extension = quantity("m", "at the start of the step")
+    rate = quantity("m/s", "constant over the step")
+    command = quantity("1", "valve command, -1 to 1, + extends")
+    load = quantity("N", "on the rod, + presses it in: for load-dependent friction")
+    side_load = quantity("N", "across the rod: for load-dependent friction")
+
+
+AXIS_WORK, SUPPLY_WORK = AxisWork.dtype, SupplyWork.dtype
 
 
 @njit_law
-def open_valves(axes: Any, params: Any, command: Any, h: float, openings: Any) -> None:
+def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> None:
     """Openings of all axes at the ends of the substeps, (n, substeps + 1)."""
-    p = params[0]
-    weights = spool_weights(p[c.SPOOL_WN], p[c.SPOOL_ZETA], p[c.AMP_TAU], h)
+    p = params[0].valve
+    weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, h)
     last = p
     for i in range(axes.shape[0]):
-        p = params[i]
+        p = params[i].valve
         if (
-            p[c.SPOOL_WN] != last[c.SPOOL_WN]
-            or p[c.SPOOL_ZETA] != last[c.SPOOL_ZETA]
-            or p[c.AMP_TAU] != last[c.AMP_TAU]
+            p.frequency != last.frequency
+            or p.damping != last.damping
+            or p.amplifier_lag != last.amplifier_lag
         ):
-            weights = spool_weights(p[c.SPOOL_WN], p[c.SPOOL_ZETA], p[c.AMP_TAU], h)
+            weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, h)
             last = p
-        valve_path(axes[i], p, command[i], h, weights, openings[i])
-        if p[c.LOCKED] != 0.0:
+        valve_path(axes[i].valve, p, given[i].command, h, weights, openings[i])
+        if p.locked != 0.0:
             for k in range(openings.shape[1]):
                 openings[i, k] = 0.0
 
@@ -58,19 +113,19 @@ def open_valves(axes: Any, params: Any, command: Any, h: float, openings: Any) -
 @njit_law
 def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
     """Transducers of all axes along the chambers' pressures a, b (n, substeps + 1)."""
-    p = params[0]
-    weights = transducer_weights(p[c.LINE_WN], p[c.LINE_ZETA], p[c.TRANSDUCER_TAU], h)
+    p = params[0].transducers
+    weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, h)
     last = p
     for i in range(axes.shape[0]):
-        p = params[i]
+        p = params[i].transducers
         if (
-            p[c.LINE_WN] != last[c.LINE_WN]
-            or p[c.LINE_ZETA] != last[c.LINE_ZETA]
-            or p[c.TRANSDUCER_TAU] != last[c.TRANSDUCER_TAU]
+            p.pipe_frequency != last.pipe_frequency
+            or p.pipe_damping != last.pipe_damping
+            or p.lag != last.lag
         ):
-            weights = transducer_weights(p[c.LINE_WN], p[c.LINE_ZETA], p[c.TRANSDUCER_TAU], h)
+            weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, h)
             last = p
-        sense_path(axes[i], p, a[i], b[i], h, weights)
+        sense_path(axes[i].transducers, p, a[i], b[i], h, weights)
 
 
 @njit_law(forceinline=True)
@@ -82,102 +137,96 @@ def mean_of_nodes(values: Any) -> float:
     return float(total / (values.shape[0] - 1))
 
 
+@njit_law(forceinline=True)
+def rod_force(
+    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, t: float, dt: float
+) -> None:
+    """Mean force and friction of one axis over dt into axis.force, .friction and .end_force.
+
+    mean_a, mean_b: mean pressures of its chambers, Pa absolute; axis.thinning is that of the step; t: its start, s.
+    """
+    x, v = rod.extension, rod.rate
+    place = (x + 0.5 * dt * v) / p.stroke - 0.5
+    pressures = mean_a + mean_b - 2.0 * ATMOSPHERE_PA
+    friction = friction_step(axis.seal, p.seal, rod, place, pressures, axis.thinning, dt)
+    ends = end_force(p.ends, p.stroke, x, v, dt)
+    force = mean_a * p.a.area - mean_b * p.b.area - (p.a.area - p.b.area) * ATMOSPHERE_PA
+    axis.force = force + ends + extra_force(p.extra, x, v, t, dt) - friction
+    axis.friction, axis.end_force = friction, ends
+
+
 @njit_law
-def rod_forces(
-    axes: Any,
-    params: Any,
-    work: Any,
-    x: Any,
-    v: Any,
-    load: Any,
-    side: Any,
-    a: Any,
-    b: Any,
-    viscosity: float,
-    warmth: float,
-    t: float,
-    dt: float,
-) -> float:
-    """Mean force and friction of all axes over dt into FORCE and FRICTION; returns the heat beside the valves', J."""
-    heat = 0.0
+def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float) -> None:
+    """How much of the viscous friction is left at `warmth` K above the reference, into every axis's `thinning`."""
     extra_rate = 0.0
-    warm = math.exp(-viscosity * warmth)
+    thinning = math.exp(-viscosity * warmth)
     for i in range(axes.shape[0]):
-        s, p = axes[i], params[i]
-        if p[c.EXTRA_VISC_RATE] != extra_rate:
-            extra_rate = p[c.EXTRA_VISC_RATE]
-            warm = math.exp(-(viscosity + extra_rate) * warmth)
-        s[c.WARM] = warm
-        mean_a, mean_b = mean_of_nodes(a[i]), mean_of_nodes(b[i])
-        friction = friction_step(
-            s, p, x[i] + 0.5 * dt * v[i], v[i], mean_a, mean_b, warm, load[i], side[i], dt
-        )
-        ends = end_force(p, x[i], v[i], dt)
-        force = (
-            mean_a * p[c.AREA_A]
-            - mean_b * p[c.AREA_B]
-            - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
-        )
-        s[c.FORCE] = force + ends + extra_force(p, x[i], v[i], t, dt) - friction
-        s[c.FRICTION], s[c.END_FORCE] = friction, ends
-        heat += dt * v[i] * (friction - ends) - kept_by_hoses(axes, params, work, i)
-    return heat
+        if params[i].seal.viscosity_rate != extra_rate:
+            extra_rate = params[i].seal.viscosity_rate
+            thinning = math.exp(-(viscosity + extra_rate) * warmth)
+        axes[i].thinning = thinning
 
 
 @njit_law
 def hydraulic_step(
-    axes: Any,
-    params: Any,
-    supply: Any,
-    unit: Any,
-    x: Any,
-    v: Any,
-    command: Any,
-    load: Any,
-    side: Any,
-    dt: float,
-    substeps: int,
+    axes: Any, params: Any, given: Any, supply: Any, unit: Any, dt: float, substeps: int
 ) -> None:
     """Advance all axes and the power unit by dt in `substeps`, in place.
 
-    axes (n, AXIS_STATES), params (n, AXIS_PARAMETERS), supply (SUPPLY_STATES), unit (SUPPLY_PARAMETERS): columns.py.
-    x, v (n): extension (m) and rate (m/s), the rate taken constant over dt. command (n): -1..1.
-    load, side (n): axial and side load on the rod, N, for load-dependent friction.
-    Leaves in axes[:, FORCE] the cylinder's mean force on its rod over dt (N, + pushes out), in axes[:, FRICTION]
-    the mean friction (N, against + v), in axes[:, END_FORCE] that of cushions and stops (N, along + x).
+    axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one SupplyState and one
+    PowerUnit. Leaves in axes[i].force the cylinder's mean force on its rod over dt, with friction and ends beside it.
     """
     n = axes.shape[0]
     h = dt / substeps
-    work = np.empty((n, WORK))
-    unit_work = np.empty(UNIT_WORK)
+    work = np.empty(n, AXIS_WORK)
+    unit_work = np.empty(1, SUPPLY_WORK)  # handed on as an array, which keeps it alive
     openings, a, b = (
         np.empty((n, substeps + 1)),
         np.empty((n, substeps + 1)),
         np.empty((n, substeps + 1)),
     )
-    warmth, loss = supply[c.TEMPERATURE] - unit[c.VISC_REFERENCE], supply[c.LOSS]
-    pt = unit[c.TANK_P]
-    open_valves(axes, params, command, h, openings)
-    begin(axes, params, x, v, h, work, a, b)
+    warmth, loss = supply.temperature - unit.viscosity_reference, supply.loss
+    pt = unit.tank_pressure
+    open_valves(axes, params, given, h, openings)
+    for i in range(n):
+        begin(axes[i], params[i], given[i], h, work[i])
+        a[i, 0], b[i, 0] = axes[i].a.pressure, axes[i].b.pressure
     begin_supply(supply, unit, unit_work)
     returned = heat = 0.0
     for k in range(substeps):
-        drawn, rise = first_stage(
-            axes, params, work, openings, k, supply[c.P_SUPPLY] + supply[c.DROOP_P], pt, h
-        )
-        enthalpy = unit_work[ENTHALPY]
+        drawn = rise = 0.0
+        seen = supply.pressure + supply.droop
+        for i in range(n):
+            first_stage(
+                axes[i], params[i], work[i], openings[i, k], openings[i, k + 1], seen, pt, h
+            )
+            drawn += work[i].drawn
+            rise += work[i].rise
+        enthalpy = unit_work[0].enthalpy
         q, ahead = supply_first(supply, unit, unit_work, drawn, rise, h)
-        seen = ahead + supply[c.DROOP_P] + h * unit_work[KD_1]
-        drawn = second_stage(axes, params, work, openings, k, q, seen, pt, h)
+        seen = ahead + supply.droop + h * unit_work[0].droop_rate
+        drawn = 0.0
+        for i in range(n):
+            second_stage(axes[i], params[i], work[i], openings[i, k + 1], q, seen, pt, h)
+            drawn += work[i].drawn
         q = supply_second(supply, unit, unit_work, ahead, drawn, rise, h)
-        enthalpy = 0.5 * (enthalpy + unit_work[ENTHALPY])
-        _, back, warm = close_step(
-            axes, params, work, k, q, enthalpy, unit_work[ENTHALPY_TANK], h, a, b
-        )
-        returned += back
-        heat += warm
-    heat += rod_forces(
-        axes, params, work, x, v, load, side, a, b, unit[c.VISC_RATE], warmth, supply[c.TIME], dt
-    )
+        enthalpy = 0.5 * (enthalpy + unit_work[0].enthalpy)
+        back_all = warm_all = 0.0
+        for i in range(n):
+            back, warm = close_step(
+                axes[i], params[i], work[i], q, enthalpy, unit_work[0].tank_enthalpy, h
+            )
+            a[i, k + 1], b[i, k + 1] = axes[i].a.pressure, axes[i].b.pressure
+            back_all += back
+            warm_all += warm
+        returned += back_all
+        heat += warm_all
+    thin_oil(axes, params, unit.viscosity_rate, warmth)
+    rubbed = 0.0
+    for i in range(n):
+        mean_a, mean_b = mean_of_nodes(a[i]), mean_of_nodes(b[i])
+        rod_force(axes[i], params[i], given[i], mean_a, mean_b, supply.time, dt)
+        spent = dt * given[i].rate * (axes[i].friction - axes[i].end_force)
+        rubbed += spent - kept_by_hoses(axes[i], params[i], work[i])
     sense(axes, params, a, b, h)
-    end_supply(supply, unit, unit_work, returned, heat, loss, dt)
+    end_supply(supply, unit, unit_work, returned, heat + rubbed, loss, dt)

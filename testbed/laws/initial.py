@@ -1,4 +1,4 @@
-"""Start states of the hydraulic arrays: chambers that balance given rod forces, a charged supply."""
+"""Start states of the hydraulics: chambers that balance given rod forces, a charged supply."""
 
 from __future__ import annotations
 
@@ -7,45 +7,52 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.laws import columns as c
+from testbed.laws.hydraulics import AxisState
 from testbed.laws.oil import ATMOSPHERE_PA, specific_volume
-from testbed.laws.supply import supply_oil
+from testbed.laws.supply import SupplyState, supply_oil
 
 Array = NDArray[np.float64]
 
 
-def start_supply(unit: Array, temperature_degc: float, tank_oil_m3: float) -> Array:
-    """(SUPPLY_STATES): pump at its compensated pressure, accumulator charged, tank filled."""
-    s = np.zeros(c.SUPPLY_STATES)
-    s[c.P_SUPPLY] = unit[c.PUMP_SET] if unit[c.PUMP_ON] else unit[c.TANK_P]
-    s[c.OIL_SUPPLY] = supply_oil(s[c.P_SUPPLY], unit)
-    s[c.OIL_TANK] = tank_oil_m3
-    s[c.TEMPERATURE] = temperature_degc
-    return s
+def start_supply(unit: Any, temperature_degc: float, tank_oil_m3: float) -> Any:
+    """A SupplyState for the PowerUnit `unit`: pump at its compensated pressure, accumulator charged, tank filled."""
+    supply = SupplyState.zeros()[0]
+    supply["pressure"] = unit["set_pressure"] if unit["pump_on"] else unit["tank_pressure"]
+    supply["oil"] = supply_oil(supply["pressure"], unit)
+    supply["tank_oil"] = tank_oil_m3
+    supply["temperature"] = temperature_degc
+    return supply
 
 
-def start_axes(params: Array, x: Array, force_n: Array, mean_pressure_pa: float = 3.0e6) -> Array:
-    """(n, AXIS_STATES) at rest: chamber pressures give the rod `force_n` (n,) at extension `x` (n,), no friction.
+def start_axes(
+    params: NDArray[Any], x: Array, force_n: Array, mean_pressure_pa: float = 3.0e6
+) -> NDArray[Any]:
+    """AxisState (n,) at rest: chamber pressures give the rod `force_n` (n,) at extension `x` (n,), no friction.
 
     The unloaded chamber stands at about a third of `mean_pressure_pa`, the loaded one balances.
     """
-    s = np.zeros((len(x), c.AXIS_STATES))
-    for i, p in enumerate(params):
-        low = ATMOSPHERE_PA + mean_pressure_pa / 3.0
-        rest = force_n[i] + (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
-        pb = max(low, (low * p[c.AREA_A] - rest) / p[c.AREA_B])
-        pa = (rest + pb * p[c.AREA_B]) / p[c.AREA_A]
-        s[i, c.P_A], s[i, c.P_B] = pa, pb
-        fill_chambers(s[i], p, float(x[i]))
-    return s
+    axes = AxisState.zeros(len(x))
+    low = ATMOSPHERE_PA + mean_pressure_pa / 3.0
+    for axis, p, extension, force in zip(axes, params, x, force_n, strict=True):
+        area_a, area_b = p["a"]["area"], p["b"]["area"]
+        rest = force + (area_a - area_b) * ATMOSPHERE_PA
+        pressure_b = max(low, (low * area_a - rest) / area_b)
+        axis["a"]["pressure"] = (rest + pressure_b * area_b) / area_a
+        axis["b"]["pressure"] = pressure_b
+        fill_chambers(axis, p, float(extension))
+    return axes
 
 
-def fill_chambers(s: Any, p: Any, x: float) -> None:
-    """Make the oil counts, hose, line and transducers of one axis agree with its pressures at extension x."""
-    nu_a, _ = specific_volume(s[c.P_A], p[c.BULK], p[c.AIR])
-    nu_b, _ = specific_volume(s[c.P_B], p[c.BULK], p[c.AIR])
-    s[c.OIL_A] = (p[c.DEAD_A] + p[c.AREA_A] * x) / nu_a
-    s[c.OIL_B] = (p[c.DEAD_B] + p[c.AREA_B] * (p[c.STROKE] - x)) / nu_b
-    s[c.HOSE_P], s[c.HOSE_P_B] = s[c.P_A], s[c.P_B]
-    s[c.LINE_P] = s[c.SENSED_B] = s[c.P_B]
-    s[c.SENSED_A] = s[c.P_A]
+def fill_chambers(axis: Any, p: Any, x: float) -> None:
+    """Make oil, hoses, pipe and transducers of one AxisState agree with its pressures at extension x, m."""
+    volumes = {
+        "a": p["a"]["dead_volume"] + p["a"]["area"] * x,
+        "b": p["b"]["dead_volume"] + p["b"]["area"] * (p["stroke"] - x),
+    }
+    for name, volume in volumes.items():
+        chamber = axis[name]
+        nu, _ = specific_volume(chamber["pressure"], p["oil"]["bulk_modulus"], p["oil"]["air"])
+        chamber["oil"] = volume / nu
+        chamber["hose_pressure"] = chamber["pressure"]
+        axis["transducers"][name] = chamber["pressure"]
+    axis["transducers"]["pipe_pressure"] = axis["b"]["pressure"]

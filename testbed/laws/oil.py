@@ -11,7 +11,9 @@ whose compliance -nu' is 1/beta + a / (1.4 p) (p0 / p)^(1 / 1.4) to first order 
 from __future__ import annotations
 
 import math
+from typing import Any
 
+from testbed.formats.records import Record, quantity
 from testbed.laws.compiling import njit_law
 
 ATMOSPHERE_PA = 1.0e5
@@ -25,6 +27,21 @@ _SERIES_4 = _SERIES_3 * (_POWER + 3.0) / 4.0
 _SERIES_5 = _SERIES_4 * (_POWER + 4.0) / 5.0
 GAS_AT_VAPOUR = (ATMOSPHERE_PA / VAPOUR_PA) ** _POWER
 _SMALL = 0.06
+
+
+class OilParameters(Record):
+    """What an oil is."""
+
+    bulk_modulus = quantity("Pa", "of the oil without air")
+    air = quantity("1", "entrained air, share of the standard volume")
+
+
+class OilNear(Record):
+    """What is known of a chamber's oil at its last pressure, so that a small change needs no division."""
+
+    inverse_pressure = quantity("1/Pa", "1 / pressure")
+    gas = quantity("1", "gas volume of one standard volume")
+    inverse_slope = quantity("Pa/m3", "1 / (oil dnu/dp), negative; 0 in a void")
 
 
 @njit_law
@@ -103,20 +120,18 @@ def pressure_near(
     oil: float,
     guess_pa: float,
     near_pa: float,
-    per_near: float,
-    gas_near: float,
-    inverse: float,
+    near: Any,
     per_bulk: float,
     air: float,
 ) -> tuple[float, float, float, bool]:
     """`pressure_of` without a division, for a small change: p (Pa), gas volume, nu, and whether it holds.
 
-    per_near: 1 / near_pa; inverse: 1 / (oil dnu/dp) near there; per_bulk: 1 / bulk modulus. Where it holds, p is right
-    to 1e-7.
+    near: OilNear at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to 1e-7.
     """
+    per_near, inverse = near.inverse_pressure, near.inverse_slope
     y = (guess_pa - near_pa) * per_near
     series = _SERIES_2 - y * (_SERIES_3 - y * (_SERIES_4 - y * _SERIES_5))
-    gas = gas_near * (1.0 - y * (_POWER - y * series))
+    gas = near.gas * (1.0 - y * (_POWER - y * series))
     x = (guess_pa - ATMOSPHERE_PA) * per_bulk
     nu = (1.0 - air) * (1.0 - x * (1.0 - 0.5 * x)) + gas
     step = (volume - oil * nu) * inverse

@@ -22,6 +22,27 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
+
+XYZ = ("x", "y", "z")
+
+
+class Rope(Record):
+    """A rope from its anchor to the body, and what its traction device does with it."""
+
+    anchor = quantity("m", "place of the anchor, world frame", per=XYZ)
+    attachment = quantity("m", "place of its attachment, body frame", per=XYZ)
+    unstrained = quantity("m", "unstrained length paid out")
+    stiffness_ea = quantity("N", "stiffness by strain")
+    damping = quantity("N s/m", "of a taut rope")
+    weight = quantity("N/m", "weight by length; 0: no sag")
+    clearance = quantity("m", "how far its belly may hang before it rests on the rock")
+    breaking_load = quantity("N", "tension at which it breaks")
+    whole = quantity("1", "1: whole, 0: broken, cut or not there")
+    wanted_rate = quantity("m/s", "of the unstrained length, as control wants it; - hauls in")
+    rate = quantity("m/s", "as the device does it")
+    tension = quantity("N", "tension")
+    force = quantity("N", "on the body, world frame", per=XYZ)
 
 
 @njit
@@ -95,34 +116,26 @@ def unstrained_sagging(
 
 
 @njit
-def rope_wrench(
-    attachment: Any,
-    anchor: Any,
-    velocity: Any,
-    unstrained_m: float,
-    ea_n: float,
-    damping: float,
-    weight_n_m: float,
-    clearance_m: float,
-    out: Any,
-) -> float:
-    """Force on the body in the world frame into out[0:3], N; returns the tension, N.
+def rope_pull(rope: Any, attachment: Any, velocity: Any) -> float:
+    """Force of a rope on the body in the world frame into rope.force, N; returns the tension, N.
 
-    attachment, anchor (3): world positions, m; velocity (3): of the attachment, m/s; weight_n_m: 0 for no sag. The
-    damper of a sagging rope acts by the share of the distance's change that stretches it.
+    rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper of a sagging rope
+    acts by the share of the distance's change that stretches it.
     """
+    anchor = rope.anchor
     dx, dy, dz = anchor[0] - attachment[0], anchor[1] - attachment[1], anchor[2] - attachment[2]
     length = (dx * dx + dy * dy + dz * dz) ** 0.5
     rate = -(dx * velocity[0] + dy * velocity[1] + dz * velocity[2]) / length
+    unstrained, ea = rope.unstrained, rope.stiffness_ea
     tension = 0.0
-    if weight_n_m <= 0.0:
-        tension = rope_tension(length, rate, unstrained_m, ea_n, damping)
+    if rope.weight <= 0.0:
+        tension = rope_tension(length, rate, unstrained, ea, rope.damping)
     else:
-        across = weight_n_m * (dx * dx + dy * dy) ** 0.5 / length
-        tension = sagging_tension(length, unstrained_m, ea_n, max(across, 1e-3), clearance_m)
+        across = rope.weight * (dx * dx + dy * dy) ** 0.5 / length
+        tension = sagging_tension(length, unstrained, ea, max(across, 1e-3), rope.clearance)
         if tension > 0.0:
-            share = 1.0 / (1.0 + (across * unstrained_m) ** 2 * ea_n / (12.0 * tension**3))
-            tension = max(tension + share * damping * rate, 0.0)
+            share = 1.0 / (1.0 + (across * unstrained) ** 2 * ea / (12.0 * tension**3))
+            tension = max(tension + share * rope.damping * rate, 0.0)
     scale = tension / length
-    out[0], out[1], out[2] = scale * dx, scale * dy, scale * dz
+    rope.force[0], rope.force[1], rope.force[2] = scale * dx, scale * dy, scale * dz
     return float(tension)

@@ -3,9 +3,9 @@
 Oil in line and accumulator, standard volume: W = (line volume + accumulator(p)) / nu(p), and
 
     W' = pump - drawn by the axes - traction - relief - leakage (+ make-up from the tank below its pressure)
-    stroke' = (wanted(p) - stroke) / PUMP_TAU, wanted = 1 at PUMP_SET - PUMP_BAND, 0 at PUMP_SET
+    stroke' = (wanted(p) - stroke) / lag, wanted = 1 at the set pressure less the band, 0 at the set pressure
     pump = min(stroke * full flow, power / enthalpy rise)
-    droop' = (-droop - DROOP * drawn) / DROOP_TIME, what the valves see is p + droop
+    droop' = (-droop - by flow * drawn) / time, what the valves see is p + droop
 """
 
 from __future__ import annotations
@@ -13,37 +13,81 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.laws import columns as c
+from testbed.formats.records import Record, part, quantity
 from testbed.laws.chamber import GAMMA
 from testbed.laws.compiling import njit_law
-from testbed.laws.oil import VAPOUR_PA, enthalpy, specific_volume
+from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
 
 TRACTION_BAND_PA = 1.0e5
 """Over this much above the tank the traction devices fade in: nothing is drawn from an empty line."""
 
-# --- working numbers of the unit within one call --------------------------------------------------------------
-(
-    PUMPED_1,
-    RELIEF_1,
-    TRACTION_1,
-    KS_1,
-    KD_1,
-    KR_1,
-    KT_1,
-    STIFF,
-    RELIEF_GAIN,
-    REACH,
-    D_REACH,
-    ENTHALPY,
-    ENTHALPY_TANK,
-    PUMPED,
-    WORK_DONE,
-    RELIEVED,
-    DRAWN,
-    PULLED,
-    PEAK_POWER,
-    UNIT_WORK,
-) = range(20)
+
+class PowerUnit(Record):
+    """Pump with compensator and power limit, relief valve, accumulator, tank. Pressures are absolute."""
+
+    pump_on = quantity("1", "1: the pump runs, 0: it stands")
+    pump_flow = quantity("m3/s", "flow at full stroke")
+    pump_power = quantity("W", "what the motor can give")
+    set_pressure = quantity("Pa", "pressure at which the compensator has taken all stroke back")
+    compensator_band = quantity("Pa", "below it, over which it does so")
+    compensator_lag = quantity("s", "time constant of the stroke")
+    case_leakage = quantity("m3/(s Pa)", "from the line to the tank")
+    relief_pressure = quantity("Pa", "pressure at which the relief valve opens")
+    relief_slope = quantity("m3/(s Pa)", "how it opens further, and the suction check valve")
+    accumulator_volume = quantity("m3", "of the bladder accumulator")
+    accumulator_precharge = quantity("Pa", "of its gas")
+    line_volume = quantity("m3", "of the supply line")
+    tank_pressure = quantity("Pa", "in the tank")
+    oil = part(OilParameters, "in line and accumulator")
+    heat_capacity = quantity("J/K", "of the oil with what warms with it")
+    cooling = quantity("W/K", "of the tank against the air")
+    ambient = quantity("degC", "of the air")
+    viscosity_rate = quantity("1/K", "how viscous friction falls with the oil's temperature")
+    viscosity_reference = quantity("degC", "temperature at which friction is as declared")
+    droop = quantity("Pa s/m3", "undeclared drop of the valves' pressure by the flow drawn")
+    droop_time = quantity("s", "its time constant")
+
+
+class SupplyState(Record):
+    """The oil between pump and valves, and what has been counted since the start."""
+
+    oil = quantity("m3", "in line and accumulator, standard volume")
+    pressure = quantity("Pa", "of the line, absolute")
+    droop = quantity("Pa", "what the valves see beyond it, <= 0")
+    pump_stroke = quantity("1", "of the pump, 0 to 1")
+    tank_oil = quantity("m3", "in the tank, standard volume")
+    temperature = quantity("degC", "of the oil")
+    traction_flow = quantity("m3/s", "that the traction devices ask for")
+    relief_flow = quantity("m3/s", "through relief valve and case leakage, now")
+    pump_power = quantity("W", "that the pump puts in, mean over the last call")
+    pump_work = quantity("J", "that it has put in")
+    traction_work = quantity("J", "that the traction devices took out")
+    loss = quantity("J", "that has turned into heat")
+    throughput = quantity("m3", "that the pump has moved")
+    time = quantity("s", "since the start")
+
+
+class SupplyWork(Record):
+    """Working numbers of the unit within one call; rates are those of the first stage."""
+
+    pumped_rate = quantity("m3/s", "from the pump")
+    relief_rate = quantity("m3/s", "to the tank, at the substep's start")
+    traction_rate = quantity("m3/s", "to the traction devices")
+    oil_rate = quantity("m3/s", "of the oil in the line")
+    droop_rate = quantity("Pa/s", "of the droop")
+    relieved_rate = quantity("m3/s", "to the tank")
+    stroke_rate = quantity("1/s", "of the pump's stroke")
+    stiffness = quantity("Pa/m3", "of the line")
+    relief_gain = quantity("m3/(s Pa)", "slope of the flow to the tank")
+    reach = quantity("Pa/m3", "how the line's pressure answers a flow within the stage")
+    droop_reach = quantity("1", "how the droop does")
+    enthalpy = quantity("J/m3", "of the oil in the line")
+    tank_enthalpy = quantity("J/m3", "of the oil in the tank")
+    drawn = quantity("m3/s", "by the valves, in the first stage")
+    pumped = quantity("m3", "in this call")
+    work_done = quantity("J", "by the pump in this call")
+    relieved = quantity("m3", "in this call")
+    pulled = quantity("m3", "by the traction devices in this call")
 
 
 @njit_law
@@ -58,15 +102,15 @@ def accumulator(p_pa: float, volume_m3: float, precharge_pa: float) -> tuple[flo
 @njit_law
 def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
     """Standard volume of oil in line and accumulator at the absolute pressure p, m3, and its slope by p."""
-    nu, dnu = specific_volume(p_pa, unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])
-    acc, dacc = accumulator(p_pa, unit[c.ACC_VOLUME], unit[c.ACC_PRECHARGE])
-    oil = (unit[c.LINE_VOLUME] + acc) / nu
+    nu, dnu = specific_volume(p_pa, unit.oil.bulk_modulus, unit.oil.air)
+    acc, dacc = accumulator(p_pa, unit.accumulator_volume, unit.accumulator_precharge)
+    oil = (unit.line_volume + acc) / nu
     return oil, (dacc - oil * dnu) / nu
 
 
 @njit_law
 def supply_oil(p_pa: float, unit: Any) -> float:
-    """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit: SUPPLY_PARAMETERS."""
+    """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit: PowerUnit."""
     oil, _ = supply_oil_slope(p_pa, unit)
     return float(oil)
 
@@ -96,147 +140,148 @@ def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, floa
 @njit_law
 def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
     """Flow of the pump, standard m3/s: its stroke's, or what the power allows at this rise of enthalpy."""
-    flow = stroke * unit[c.PUMP_FLOW] * unit[c.PUMP_ON]
-    if flow * rise_j_m3 > unit[c.PUMP_POWER]:
-        return float(unit[c.PUMP_POWER] / rise_j_m3)
+    flow = stroke * unit.pump_flow * unit.pump_on
+    if flow * rise_j_m3 > unit.pump_power:
+        return float(unit.pump_power / rise_j_m3)
     return float(flow)
 
 
 @njit_law
 def wanted_stroke(p_pa: float, unit: Any) -> float:
     """What the compensator asks for, 0..1."""
-    wanted = (unit[c.PUMP_SET] - p_pa) / unit[c.PUMP_BAND]
+    wanted = (unit.set_pressure - p_pa) / unit.compensator_band
     return float(0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted))
 
 
 @njit_law
 def relief(p_pa: float, unit: Any) -> tuple[float, float]:
     """Flow to the tank through relief valve and case leakage (negative: made up from the tank), m3/s, and its slope."""
-    flow, slope = unit[c.PUMP_LEAK] * (p_pa - unit[c.TANK_P]), unit[c.PUMP_LEAK]
-    over = p_pa - unit[c.RELIEF_SET]
-    under = p_pa - unit[c.TANK_P]
+    flow, slope = unit.case_leakage * (p_pa - unit.tank_pressure), unit.case_leakage
+    over = p_pa - unit.relief_pressure
+    under = p_pa - unit.tank_pressure
     if over > 0.0:
-        flow, slope = flow + unit[c.RELIEF_SLOPE] * over, slope + unit[c.RELIEF_SLOPE]
+        flow, slope = flow + unit.relief_slope * over, slope + unit.relief_slope
     elif under < 0.0:  # the suction check valve opens
-        flow, slope = flow + unit[c.RELIEF_SLOPE] * under, slope + unit[c.RELIEF_SLOPE]
+        flow, slope = flow + unit.relief_slope * under, slope + unit.relief_slope
     return flow, slope
 
 
 @njit_law
 def traction(p_pa: float, s: Any, unit: Any) -> float:
     """What the traction devices take, m3/s."""
-    above = (p_pa - unit[c.TANK_P]) / TRACTION_BAND_PA
-    return float(s[c.TRACTION_FLOW] * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above)))
+    above = (p_pa - unit.tank_pressure) / TRACTION_BAND_PA
+    return float(s.traction_flow * (0.0 if above < 0.0 else (1.0 if above > 1.0 else above)))
 
 
 @njit_law
-def begin_supply(s: Any, unit: Any, w: Any) -> None:
+def begin_supply(s: Any, unit: Any, works: Any) -> None:
     """Clear a call's totals; slope and enthalpy at its start."""
-    for k in range(PUMPED, UNIT_WORK):
-        w[k] = 0.0
-    w[ENTHALPY_TANK] = enthalpy(unit[c.TANK_P], unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])
-    s[c.P_SUPPLY], w[STIFF] = supply_pressure(s[c.OIL_SUPPLY], s[c.P_SUPPLY], unit)
-    w[ENTHALPY] = enthalpy(s[c.P_SUPPLY], unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR])
+    w = works[0]
+    w.pumped = w.work_done = w.relieved = w.pulled = w.drawn = 0.0
+    w.tank_enthalpy = enthalpy(unit.tank_pressure, unit.oil.bulk_modulus, unit.oil.air)
+    s.pressure, w.stiffness = supply_pressure(s.oil, s.pressure, unit)
+    w.enthalpy = enthalpy(s.pressure, unit.oil.bulk_modulus, unit.oil.air)
 
 
 @njit_law
 def supply_first(
-    s: Any, unit: Any, w: Any, drawn: float, rise: float, h: float
+    s: Any, unit: Any, works: Any, drawn: float, rise: float, h: float
 ) -> tuple[float, float]:
     """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure at the end (Pa).
 
-    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage).
+    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: array of one SupplyWork.
     """
+    w = works[0]
     gh = GAMMA * h
-    p = s[c.P_SUPPLY]
-    w[PUMPED_1] = pump(s[c.PUMP_STROKE], w[ENTHALPY] - w[ENTHALPY_TANK], unit)
-    w[RELIEF_1], w[RELIEF_GAIN] = relief(p, unit)
-    w[TRACTION_1] = traction(p, s, unit)
-    rate = w[PUMPED_1] - w[RELIEF_1] - w[TRACTION_1]
-    stiff = w[STIFF]
+    p = s.pressure
+    w.pumped_rate = pump(s.pump_stroke, w.enthalpy - w.tank_enthalpy, unit)
+    w.relief_rate, w.relief_gain = relief(p, unit)
+    w.traction_rate = traction(p, s, unit)
+    rate = w.pumped_rate - w.relief_rate - w.traction_rate
+    stiff = w.stiffness
     # An accumulator that empties within this substep leaves a line a hundred times stiffer: take that slope.
-    _, ahead = supply_pressure(
-        s[c.OIL_SUPPLY] + h * (rate - drawn), p + h * stiff * (rate - drawn), unit
-    )
-    w[STIFF] = stiff = ahead if ahead > stiff else stiff
-    w[REACH] = stiff / (1.0 + gh * w[RELIEF_GAIN] * stiff)
-    w[D_REACH] = 1.0 / (1.0 + gh / unit[c.DROOP_TIME])
-    droop = unit[c.DROOP] / unit[c.DROOP_TIME]
-    sag = -s[c.DROOP_P] / unit[c.DROOP_TIME]
-    q = (w[REACH] * (rate - drawn) + w[D_REACH] * (sag - droop * drawn)) / (
-        1.0 + (w[REACH] + w[D_REACH] * droop) * rise
+    _, ahead = supply_pressure(s.oil + h * (rate - drawn), p + h * stiff * (rate - drawn), unit)
+    w.stiffness = stiff = ahead if ahead > stiff else stiff
+    w.reach = stiff / (1.0 + gh * w.relief_gain * stiff)
+    w.droop_reach = 1.0 / (1.0 + gh / unit.droop_time)
+    droop = unit.droop / unit.droop_time
+    sag = -s.droop / unit.droop_time
+    q = (w.reach * (rate - drawn) + w.droop_reach * (sag - droop * drawn)) / (
+        1.0 + (w.reach + w.droop_reach * droop) * rise
     )
     taken = drawn + rise * q
-    w[KS_1] = (rate - taken) / (1.0 + gh * w[RELIEF_GAIN] * stiff)
-    w[KD_1] = w[D_REACH] * (sag - droop * taken)
-    w[KR_1] = w[RELIEF_1] + gh * w[RELIEF_GAIN] * stiff * w[KS_1]
-    w[KT_1] = (wanted_stroke(p, unit) - s[c.PUMP_STROKE]) / (unit[c.PUMP_TAU] + gh)
-    w[DRAWN] = taken
-    ahead_pa, _ = supply_pressure(s[c.OIL_SUPPLY] + h * w[KS_1], p + h * stiff * w[KS_1], unit)
+    w.oil_rate = (rate - taken) / (1.0 + gh * w.relief_gain * stiff)
+    w.droop_rate = w.droop_reach * (sag - droop * taken)
+    w.relieved_rate = w.relief_rate + gh * w.relief_gain * stiff * w.oil_rate
+    w.stroke_rate = (wanted_stroke(p, unit) - s.pump_stroke) / (unit.compensator_lag + gh)
+    w.drawn = taken
+    ahead_pa, _ = supply_pressure(s.oil + h * w.oil_rate, p + h * stiff * w.oil_rate, unit)
     return q, ahead_pa
 
 
 @njit_law
 def supply_second(
-    s: Any, unit: Any, w: Any, ahead_pa: float, drawn: float, rise: float, h: float
+    s: Any, unit: Any, works: Any, ahead_pa: float, drawn: float, rise: float, h: float
 ) -> float:
     """Second stage: returns the second q; oil, pressure, stroke, droop and totals advance."""
+    w = works[0]
     gh = GAMMA * h
-    bulk, air = unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR]
-    rise_1 = w[ENTHALPY] - w[ENTHALPY_TANK]
-    rise_2 = enthalpy(ahead_pa, bulk, air) - w[ENTHALPY_TANK]
-    stroke = s[c.PUMP_STROKE] + h * w[KT_1]
+    bulk, air = unit.oil.bulk_modulus, unit.oil.air
+    rise_1 = w.enthalpy - w.tank_enthalpy
+    rise_2 = enthalpy(ahead_pa, bulk, air) - w.tank_enthalpy
+    stroke = s.pump_stroke + h * w.stroke_rate
     pumped = pump(stroke, rise_2, unit)
     relieved, _ = relief(ahead_pa, unit)
     pulled = traction(ahead_pa, s, unit)
-    droop = unit[c.DROOP] / unit[c.DROOP_TIME]
-    sag = -(s[c.DROOP_P] + h * w[KD_1]) / unit[c.DROOP_TIME] - 2.0 * (w[KD_1] + droop * w[DRAWN])
-    rate = pumped - relieved - pulled - 2.0 * (w[KS_1] + w[DRAWN])
-    q = (w[REACH] * (rate - drawn) + w[D_REACH] * (sag - droop * drawn)) / (
-        1.0 + (w[REACH] + w[D_REACH] * droop) * rise
+    droop = unit.droop / unit.droop_time
+    sag = -(s.droop + h * w.droop_rate) / unit.droop_time - 2.0 * (w.droop_rate + droop * w.drawn)
+    rate = pumped - relieved - pulled - 2.0 * (w.oil_rate + w.drawn)
+    q = (w.reach * (rate - drawn) + w.droop_reach * (sag - droop * drawn)) / (
+        1.0 + (w.reach + w.droop_reach * droop) * rise
     )
     taken = drawn + rise * q
-    slack = gh * w[RELIEF_GAIN] * w[STIFF]
+    slack = gh * w.relief_gain * w.stiffness
     ks = (rate - taken) / (1.0 + slack)
-    kd = w[D_REACH] * (sag - droop * taken)
-    kr = relieved - 2.0 * w[KR_1] + slack * ks
-    kt = ((wanted_stroke(ahead_pa, unit) - stroke) - 2.0 * w[KT_1] * unit[c.PUMP_TAU]) / (
-        unit[c.PUMP_TAU] + gh
+    kd = w.droop_reach * (sag - droop * taken)
+    kr = relieved - 2.0 * w.relieved_rate + slack * ks
+    kt = ((wanted_stroke(ahead_pa, unit) - stroke) - 2.0 * w.stroke_rate * unit.compensator_lag) / (
+        unit.compensator_lag + gh
     )
-    s[c.OIL_SUPPLY] += 0.5 * h * (3.0 * w[KS_1] + ks)
-    s[c.DROOP_P] += 0.5 * h * (3.0 * w[KD_1] + kd)
-    s[c.PUMP_STROKE] += 0.5 * h * (3.0 * w[KT_1] + kt)
-    s[c.P_SUPPLY], w[STIFF] = supply_pressure(
-        s[c.OIL_SUPPLY], s[c.P_SUPPLY] + h * w[STIFF] * w[KS_1], unit
+    s.oil += 0.5 * h * (3.0 * w.oil_rate + ks)
+    s.droop += 0.5 * h * (3.0 * w.droop_rate + kd)
+    s.pump_stroke += 0.5 * h * (3.0 * w.stroke_rate + kt)
+    s.pressure, w.stiffness = supply_pressure(
+        s.oil, s.pressure + h * w.stiffness * w.oil_rate, unit
     )
-    was = w[ENTHALPY]
-    w[ENTHALPY] = enthalpy(s[c.P_SUPPLY], bulk, air)
-    mean = 0.5 * (was + w[ENTHALPY]) - w[ENTHALPY_TANK]
-    flow = 0.5 * h * (w[PUMPED_1] + pumped)
-    w[PUMPED] += flow
-    w[WORK_DONE] += 0.5 * h * (w[PUMPED_1] * rise_1 + pumped * rise_2)
-    given = 0.5 * h * (3.0 * w[KR_1] + kr)
-    w[RELIEVED] += given
-    hauled = 0.5 * h * (w[TRACTION_1] + pulled)
-    w[PULLED] += hauled
-    s[c.LOSS] += given * mean
-    s[c.TRACTION_WORK] += hauled * mean
-    s[c.RELIEF_FLOW] = relieved
+    was = w.enthalpy
+    w.enthalpy = enthalpy(s.pressure, bulk, air)
+    mean = 0.5 * (was + w.enthalpy) - w.tank_enthalpy
+    flow = 0.5 * h * (w.pumped_rate + pumped)
+    w.pumped += flow
+    w.work_done += 0.5 * h * (w.pumped_rate * rise_1 + pumped * rise_2)
+    given = 0.5 * h * (3.0 * w.relieved_rate + kr)
+    w.relieved += given
+    hauled = 0.5 * h * (w.traction_rate + pulled)
+    w.pulled += hauled
+    s.loss += given * mean
+    s.traction_work += hauled * mean
+    s.relief_flow = relieved
     return float(q)
 
 
 @njit_law
 def end_supply(
-    s: Any, unit: Any, w: Any, returned: float, heat_j: float, loss_before: float, dt: float
+    s: Any, unit: Any, works: Any, returned: float, heat_j: float, loss_before: float, dt: float
 ) -> None:
     """Book a call's totals: tank, pump work, losses, temperature, time."""
-    s[c.OIL_TANK] += returned + w[RELIEVED] + w[PULLED] - w[PUMPED]
-    s[c.PUMP_WORK] += w[WORK_DONE]
-    s[c.PUMP_POWER_NOW] = w[WORK_DONE] / dt
-    s[c.THROUGHPUT] += w[PUMPED]
-    s[c.LOSS] += heat_j
-    lost = s[c.LOSS] - loss_before
-    s[c.TEMPERATURE] += (lost - dt * unit[c.COOLING] * (s[c.TEMPERATURE] - unit[c.AMBIENT])) / unit[
-        c.HEAT_CAPACITY
-    ]
-    s[c.TIME] += dt
+    w = works[0]
+    s.tank_oil += returned + w.relieved + w.pulled - w.pumped
+    s.pump_work += w.work_done
+    s.pump_power = w.work_done / dt
+    s.throughput += w.pumped
+    s.loss += heat_j
+    lost = s.loss - loss_before
+    s.temperature += (
+        lost - dt * unit.cooling * (s.temperature - unit.ambient)
+    ) / unit.heat_capacity
+    s.time += dt

@@ -16,15 +16,10 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
 
-# --- state (TRACTION_STATES) --------------------------------------------------------------------------------------
-(MODE, CLOCK, PLACE, OWED, IDLE, WAY, REGRIPS, TRACTION_STATES) = range(8)
-"""Mode, s in it, m of the stroke used, m owed, s without need, way of the last whole stroke (-1 haul, 1 pay out), count
-of regrips."""
 GRIPPED, CLOSING, RETURNING, OPENING = 0.0, 1.0, 2.0, 3.0
-# --- numbers (TRACTION_NUMBERS) -----------------------------------------------------------------------------------
-(AREA, RATING, STROKE, SPEED, CLAMP_S, RETURN_SPEED, SEAT, ANNULUS, TRACTION_NUMBERS) = range(9)
-"""m2, N, m (0: hauls without end, as a winch), m/s, s for a clamp to close, m/s, m, m2."""
+"""Modes of a device."""
 STILL_M_S = 2.0e-3
 IDLE_S = 0.4
 READY_SHARE = 0.9
@@ -34,44 +29,72 @@ RESERVE_M = 0.03
 """Where a stroke begins, from the piston's end: room for corrections of the tension the other way."""
 
 
+class TractionParameters(Record):
+    """A traction device."""
+
+    area = quantity("m2", "piston, while it hauls")
+    annulus = quantity("m2", "piston's other side, while it goes back")
+    rating = quantity("N", "strongest pull")
+    stroke = quantity("m", "of the piston; 0: hauls without end, as a winch")
+    speed = quantity("m/s", "fastest hauling and paying out")
+    return_speed = quantity("m/s", "fastest way back without rope")
+    clamp_time = quantity("s", "for a clamp to close")
+    seat = quantity("m", "what a clamp gives when it takes the load over")
+
+
+class TractionState(Record):
+    """Where a traction device is in its cycle."""
+
+    mode = quantity("1", "GRIPPED, CLOSING, RETURNING or OPENING")
+    clock = quantity("s", "time in this mode")
+    place = quantity("m", "part of the stroke that is used")
+    owed = quantity("m", "what was wanted and is not yet done")
+    idle = quantity("s", "time without need")
+    way = quantity("1", "of the last whole stroke: -1 haul, 1 pay out")
+    regrips = quantity("1", "count of regrips")
+
+
 @njit
 def pull_share(tension_n: float, supply_gauge_pa: float, n: Any) -> float:
     """Share of the wanted hauling rate that the device can do against a tension."""
-    strength = supply_gauge_pa * n[AREA]
-    strength = min(max(strength, 0.0), n[RATING])
+    strength = supply_gauge_pa * n.area
+    strength = min(max(strength, 0.0), n.rating)
     return float(min(1.0, max(0.0, (strength - tension_n) / (0.1 * strength + 1.0))))
 
 
 @njit
 def _owed_rate(s: Any, n: Any, dt: float) -> float:
     """Rate that makes up for what is owed within a step, as far as the device is quick enough."""
-    rate = s[OWED] / dt
-    return float(min(max(rate, -n[SPEED]), n[SPEED]))
+    rate = s.owed / dt
+    return float(min(max(rate, -n.speed), n.speed))
 
 
 @njit
 def traction_step(
     s: Any, n: Any, wanted_m_s: float, tension_n: float, supply_gauge_pa: float, dt: float
 ) -> float:
-    """One step of a device (s: state, n: numbers); returns the rate of the rope's paid-out length, m/s (- hauls in)."""
+    """One step of a device; returns the rate of the rope's paid-out length, m/s (- hauls in).
+
+    s: TractionState; n: TractionParameters.
+    """
     share: float = pull_share(tension_n, supply_gauge_pa, n)
-    if n[STROKE] <= 0.0:
+    if n.stroke <= 0.0:
         return wanted_m_s * share if wanted_m_s < 0.0 else wanted_m_s
-    s[OWED] = min(max(s[OWED] + wanted_m_s * dt, -OWED_MOST_M), OWED_MOST_M)
-    s[CLOCK] += dt
-    if s[MODE] == GRIPPED:
+    s.owed = min(max(s.owed + wanted_m_s * dt, -OWED_MOST_M), OWED_MOST_M)
+    s.clock += dt
+    if s.mode == GRIPPED:
         return float(_gripped(s, n, wanted_m_s, share, dt))
-    if s[MODE] == RETURNING:
-        goal = RESERVE_M if s[WAY] < 0.0 else n[STROKE] - RESERVE_M
-        step = n[RETURN_SPEED] * dt * min(1.0, max(supply_gauge_pa, 0.0) / 2.0e6)
-        s[PLACE] = max(s[PLACE] - step, goal) if goal < s[PLACE] else min(s[PLACE] + step, goal)
-        if s[PLACE] == goal:
-            s[MODE], s[CLOCK] = OPENING, 0.0
+    if s.mode == RETURNING:
+        goal = RESERVE_M if s.way < 0.0 else n.stroke - RESERVE_M
+        step = n.return_speed * dt * min(1.0, max(supply_gauge_pa, 0.0) / 2.0e6)
+        s.place = max(s.place - step, goal) if goal < s.place else min(s.place + step, goal)
+        if s.place == goal:
+            s.mode, s.clock = OPENING, 0.0
         return 0.0
-    if s[CLOCK] >= n[CLAMP_S]:
-        s[MODE] = RETURNING if s[MODE] == CLOSING else GRIPPED
-        s[CLOCK] = 0.0
-        return float(n[SEAT] / dt) if tension_n > 0.0 else 0.0
+    if s.clock >= n.clamp_time:
+        s.mode = RETURNING if s.mode == CLOSING else GRIPPED
+        s.clock = 0.0
+        return float(n.seat / dt) if tension_n > 0.0 else 0.0
     return 0.0
 
 
@@ -82,29 +105,29 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
     if rate < 0.0:
         rate *= share
     if abs(wanted_m_s) > STILL_M_S:
-        s[IDLE] = 0.0
+        s.idle = 0.0
     else:
-        s[IDLE] += dt
-    place = s[PLACE] - rate * dt
-    left = n[STROKE] - s[PLACE] if s[WAY] < 0.0 else s[PLACE]
+        s.idle += dt
+    place = s.place - rate * dt
+    left = n.stroke - s.place if s.way < 0.0 else s.place
     if (
-        place > n[STROKE]
+        place > n.stroke
         or place < 0.0
-        or (s[IDLE] > IDLE_S and left < READY_SHARE * (n[STROKE] - RESERVE_M))
+        or (s.idle > IDLE_S and left < READY_SHARE * (n.stroke - RESERVE_M))
     ):
-        if place > n[STROKE] or place < 0.0:
-            s[WAY] = -1.0 if rate < 0.0 else 1.0
-        s[MODE], s[CLOCK], s[IDLE] = CLOSING, 0.0, 0.0
-        s[REGRIPS] += 1.0
+        if place > n.stroke or place < 0.0:
+            s.way = -1.0 if rate < 0.0 else 1.0
+        s.mode, s.clock, s.idle = CLOSING, 0.0, 0.0
+        s.regrips += 1.0
         return 0.0
-    s[PLACE] = place
-    s[OWED] -= rate * dt
+    s.place = place
+    s.owed -= rate * dt
     return rate
 
 
 @njit
 def oil_taken(s: Any, n: Any, rate_m_s: float, place_before_m: float, dt: float) -> float:
     """Flow from the supply, m3/s: the piston's side while it hauls, the annulus while it goes back."""
-    if s[MODE] == GRIPPED or n[STROKE] <= 0.0:
-        return float(-rate_m_s * n[AREA]) if rate_m_s < 0.0 else 0.0
-    return float(abs(s[PLACE] - place_before_m) / dt * n[ANNULUS])
+    if s.mode == GRIPPED or n.stroke <= 0.0:
+        return float(-rate_m_s * n.area) if rate_m_s < 0.0 else 0.0
+    return float(abs(s.place - place_before_m) / dt * n.annulus)

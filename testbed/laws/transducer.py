@@ -4,9 +4,26 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.laws import columns as c
+from testbed.formats.records import Record, quantity
 from testbed.laws.compiling import njit_law
 from testbed.laws.linear import lag_weights, second_order
+
+
+class TransducerParameters(Record):
+    """The transducers of one axis."""
+
+    pipe_frequency = quantity("rad/s", "natural frequency of the pipe to B's transducer")
+    pipe_damping = quantity("1", "damping ratio of that pipe")
+    lag = quantity("s", "time constant of each transducer")
+
+
+class TransducerState(Record):
+    """What stands at the transducers of one axis, absolute."""
+
+    a = quantity("Pa", "what A's transducer shows, before its own errors")
+    b = quantity("Pa", "what B's transducer shows, before its own errors")
+    pipe_pressure = quantity("Pa", "pressure at the end of B's pipe")
+    pipe_rate = quantity("Pa/s", "its rate")
 
 
 @njit_law
@@ -21,10 +38,13 @@ def transducer_weights(
 
 @njit_law(forceinline=True)
 def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
-    """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n substeps of h."""
+    """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n substeps of h.
+
+    s: TransducerState; p: TransducerParameters; weights: of `transducer_weights`.
+    """
     yy, yr, ry, rr, old, rise = weights
-    behind = 2.0 * p[c.LINE_ZETA] / p[c.LINE_WN]
-    line, rate, sensed_a, sensed_b = s[c.LINE_P], s[c.LINE_RATE], s[c.SENSED_A], s[c.SENSED_B]
+    behind = 2.0 * p.pipe_damping / p.pipe_frequency
+    line, rate, sensed_a, sensed_b = s.pipe_pressure, s.pipe_rate, s.a, s.b
     fresh = 1.0 - old
     for k in range(a.shape[0] - 1):
         sensed_a = old * sensed_a + fresh * a[k] + rise * (a[k + 1] - a[k])
@@ -34,4 +54,4 @@ def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
         line = b[k + 1] - behind * ramp + yy * y + yr * y_rate
         rate = ramp + ry * y + rr * y_rate
         sensed_b = old * sensed_b + fresh * before + rise * (line - before)
-    s[c.LINE_P], s[c.LINE_RATE], s[c.SENSED_A], s[c.SENSED_B] = line, rate, sensed_a, sensed_b
+    s.pipe_pressure, s.pipe_rate, s.a, s.b = line, rate, sensed_a, sensed_b

@@ -9,9 +9,31 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from testbed.laws import columns as c
+from testbed.formats.records import Record, quantity
 from testbed.laws.compiling import njit_law
 from testbed.laws.linear import second_order
+
+
+class ValveParameters(Record):
+    """A proportional valve."""
+
+    deadband = quantity("1", "dead band on either side of the middle, share of the spool's way")
+    hysteresis = quantity("1", "half width of the hysteresis, share of the command's range")
+    frequency = quantity("rad/s", "natural frequency of the spool")
+    damping = quantity("1", "damping ratio of the spool")
+    amplifier_lag = quantity("s", "time constant of the amplifier")
+    leak_to_tank = quantity("m3/(s Pa)", "laminar leakage of a shut edge to the tank")
+    leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of a shut edge from the supply")
+    locked = quantity("1", "1: the valve is shut off, whatever the command")
+
+
+class ValveState(Record):
+    """Where amplifier, hysteresis and spool stand."""
+
+    amplifier = quantity("1", "command as the amplifier has it by now")
+    play = quantity("1", "command behind the hysteresis: what the spool follows")
+    spool = quantity("1", "place of the spool, -1 to 1, + extends")
+    spool_rate = quantity("1/s", "rate of the spool")
 
 
 @njit_law(forceinline=True)
@@ -98,12 +120,12 @@ def spool_weights(
 
 @njit_law(forceinline=True)
 def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any) -> None:
-    """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); state of one axis advances.
+    """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); the valve's state advances.
 
-    s (AXIS_STATES) and p (AXIS_PARAMETERS) of columns.py; `command` is held; `weights` of `spool_weights`.
+    s: ValveState; p: ValveParameters; `command` is held; `weights` of `spool_weights`.
     """
-    width, band, tau = p[c.HYSTERESIS], p[c.DEADBAND], p[c.AMP_TAU]
-    spool, rate, amplifier, state = s[c.SPOOL], s[c.SPOOL_RATE], s[c.AMPLIFIER], s[c.PLAY]
+    width, band, tau = p.hysteresis, p.deadband, p.amplifier_lag
+    spool, rate, amplifier, state = s.spool, s.spool_rate, s.amplifier, s.play
     n = out.shape[0] - 1
     out[0] = opening(spool, band)
     start = engaging_time(amplifier, command, state, width, tau)
@@ -117,7 +139,7 @@ def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any)
         base = state
     for k in range(n):
         if not moving and start < (k + 1) * h:
-            wn, zeta, before = p[c.SPOOL_WN], p[c.SPOOL_ZETA], start - k * h
+            wn, zeta, before = p.frequency, p.damping, start - k * h
             spool, rate = spool_after(spool, rate, base, 0.0, wn, zeta, tau, before)
             base = command - width if command > state else command + width
             swing = state - base
@@ -131,6 +153,6 @@ def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any)
             rate = swing * forced_rate + ry * y + rr * y_rate
         spool, rate = bounded(spool, rate)
         out[k + 1] = opening(spool, band)
-    s[c.SPOOL], s[c.SPOOL_RATE] = spool, rate
-    s[c.AMPLIFIER] = command + (amplifier - command) * decay**n
-    s[c.PLAY] = base + swing
+    s.spool, s.spool_rate = spool, rate
+    s.amplifier = command + (amplifier - command) * decay**n
+    s.play = base + swing

@@ -1,4 +1,4 @@
-"""One array that holds everything a run steps, with a named view for each part.
+"""One record that holds the world outside the engine: everything that a run steps, each part by its name.
 
 A compiled call pays for every array it is handed; on one board they come as one. A copy of the board is a snapshot of
 the world outside the engine.
@@ -6,121 +6,98 @@ the world outside the engine.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from testbed.control.valve_loop import PositionLoop
+from testbed.formats.records import Record, part, quantity
+from testbed.laws.drill import DrillLoads
+from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState
+from testbed.laws.rope import Rope
+from testbed.laws.supply import PowerUnit, SupplyState
+from testbed.laws.traction import TractionParameters, TractionState
+from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.recording.rows import XYZ
+from testbed.robot.loads.foot_forces import BodyMotion, JointMotion, LegNumbers
+from testbed.world.sensing import CHAMBERS, OtherSensors, Transducer
 
-from testbed.control.valve_loop import GAIN_COLUMNS
-from testbed.formats.records import size
-from testbed.laws import columns as c
-from testbed.laws import drill as d
-from testbed.robot.loads.foot_forces import LegNumbers
-from testbed.world import plant, sensing
-
-Array = NDArray[np.float64]
-
-LAYOUT: dict[str, tuple[int, ...]] = {
-    # read from the engine in one go: joints, their rates, base (centre of mass, quaternion of its principal axes)
-    "q": (12,),
-    "qd": (12,),
-    "pose": (7,),
-    # the body's motion: the base's centre of mass, the body frame's quaternion xyzw, linear and angular velocity
-    "base": (13,),
-    "base_turn": (4,),
-    # joints and their rates before the last engine step
-    "q_before": (12,),
-    "qd_before": (12,),
-    "foot_force": (4, 3),
-    "normal_force": (4,),
-    "legs": (4, size(LegNumbers)),
-    "ground_normals": (4, 3),
-    # given to the engine
-    "joint_torque": (12,),
-    "force": (3,),
-    "torque": (3,),
-    # the plant
-    "axes": (12, c.AXIS_STATES),
-    "params": (12, c.AXIS_PARAMETERS),
-    "supply": (c.SUPPLY_STATES,),
-    "unit": (c.SUPPLY_PARAMETERS,),
-    "geometry": (4,),
-    "ropes": (2, plant.ROPE_COLUMNS),
-    "body": (plant.BODY_COLUMNS,),
-    "drill_loads": (d.DRILL_COLUMNS,),
-    "drill_wrench": (6,),
-    "scratch": (5, 12),
-    "rotation": (3, 3),
-    # sensors
-    "transducers": (24, sensing.PRESSURE_COLUMNS),
-    "sensors": (sensing.COMMON_COLUMNS,),
-    "late": (24, sensing.DELAY_LENGTH),
-    "gravity_in_body": (3,),
-    # valve loops
-    "command": (12,),
-    "reference": (12,),
-    "reference_rate": (12,),
-    "integral": (12,),
-    "gains": (12, GAIN_COLUMNS),
-    # the base's centre of mass: acceleration less gravity, and angular acceleration, both in the world frame
-    "change": (6,),
-}
+QUATERNION = ("x", "y", "z", "w")
+LINKAGE = ("body_anchor", "lever", "neutral_angle", "shortest")
+"""RotationLinkage.geometry; the angle in rad."""
 
 
-def _offsets() -> tuple[dict[str, int], int]:
-    start, out = 0, {}
-    for name, shape in LAYOUT.items():
-        out[name] = start
-        start += int(np.prod(shape))
-    return out, start
+class EngineState(Record):
+    """What is read from the engine in one go."""
+
+    joint = quantity("m", "positions of the joints (rotation: rad)", per=AXES)
+    joint_rate = quantity("m/s", "rates of the joints (rotation: rad/s)", per=AXES)
+    position = quantity("m", "centre of mass of the base, world frame", per=XYZ)
+    quaternion = quantity("1", "principal axes of the base to world", per=QUATERNION)
 
 
-OFFSETS, SIZE = _offsets()
+class EngineInput(Record):
+    """What acts on the machine during the next engine step, beside gravity and ground."""
+
+    joint_torque = quantity("N", "forces along the joints (rotation: torque, N m)", per=AXES)
+    force = quantity("N", "on the base at its centre of mass, world frame", per=XYZ)
+    torque = quantity("N m", "on the base, world frame", per=XYZ)
 
 
-class Board:
-    """The array and its views. `board.q`, `board.axes`, ... share memory with `board.array`."""
+class BodyState(Record):
+    """The body's motion, world frame."""
 
-    q: Array
-    qd: Array
-    pose: Array
-    base: Array
-    base_turn: Array
-    q_before: Array
-    qd_before: Array
-    foot_force: Array
-    normal_force: Array
-    legs: Array
-    ground_normals: Array
-    joint_torque: Array
-    force: Array
-    torque: Array
-    axes: Array
-    params: Array
-    supply: Array
-    unit: Array
-    geometry: Array
-    ropes: Array
-    body: Array
-    drill_loads: Array
-    drill_wrench: Array
-    scratch: Array
-    rotation: Array
-    transducers: Array
-    sensors: Array
-    late: Array
-    gravity_in_body: Array
-    command: Array
-    reference: Array
-    reference_rate: Array
-    integral: Array
-    gains: Array
-    change: Array
+    position = quantity("m", "centre of mass of the base", per=XYZ)
+    quaternion = quantity("1", "body frame to world", per=QUATERNION)
+    velocity = quantity("m/s", "of the centre of mass", per=XYZ)
+    angular_velocity = quantity("rad/s", "turning", per=XYZ)
 
-    def __init__(self) -> None:
-        self.array: Array = np.zeros(SIZE)
-        for name, shape in LAYOUT.items():
-            start = OFFSETS[name]
-            setattr(self, name, self.array[start : start + int(np.prod(shape))].reshape(shape))
-        self.engine_state = self.array[: OFFSETS["base"]]
-        """q, qd and pose in one stretch, as the engine fills them."""
-        self.given = self.array[OFFSETS["joint_torque"] : OFFSETS["axes"]]
-        """Joint torques, force and torque on the base in one stretch, as the engine takes them."""
+
+class Clock(Record):
+    """Steps, and where the run is in them."""
+
+    step = quantity("1", "engine steps done", kind="i8")
+    recorded = quantity("1", "rows recorded of this block", kind="i8")
+    step_s = quantity("s", "an engine step")
+    control_step_s = quantity("s", "a step of the position loops")
+    steps_a_sample = quantity("1", "engine steps from one sample to the next", kind="i8")
+    substeps = quantity("1", "of the hydraulics in an engine step", kind="i8")
+
+
+class Board(Record):
+    """The world outside the engine."""
+
+    clock = part(Clock, "steps")
+    engine = part(EngineState, "as last read")
+    given = part(EngineInput, "for the next engine step")
+    body = part(BodyState, "motion of the body")
+    base_turn = quantity("1", "principal axes of the base in the body frame", per=QUATERNION)
+    base_centre = quantity("m", "centre of mass of the base, body frame", per=XYZ)
+    rotation = quantity("1", "body to world", per=(XYZ, XYZ))
+    motion = part(BodyMotion, "change of the base's motion over the last step, world frame")
+    before = part(JointMotion, "the joints before the last engine step, and over it")
+    legs = part(LegNumbers, "masses and axes, hips from the base's centre of mass", per=LEGS)
+    foot_force = quantity("N", "ground on the foot, world frame", per=(LEGS, XYZ))
+    normal_force = quantity("N", "its part along the ground's normal", per=LEGS)
+    ground_normals = quantity("1", "of the ground under the feet, world frame", per=(LEGS, XYZ))
+    axes = part(AxisState, "hydraulics of the joints", per=AXES)
+    parameters = part(AxisParameters, "of these", per=AXES)
+    inputs = part(AxisInput, "what acts on them over the step", per=AXES)
+    extension = quantity("m", "of the rods", per=AXES)
+    arms = quantity("m/rad", "extension by joint position (sliding joints: 1)", per=AXES)
+    linkage = quantity("m", "of the rotation joint", per=LINKAGE, units={"_angle": "rad"})
+    supply = part(SupplyState, "oil between pump and valves")
+    unit = part(PowerUnit, "the power unit")
+    ropes = part(Rope, "the ropes", per=SIDES)
+    devices = part(TractionState, "their traction devices", per=SIDES)
+    traction = part(TractionParameters, "of both devices")
+    drill_point = quantity("m", "where the drill acts, body frame", per=XYZ)
+    drill = part(DrillLoads, "what the drill does")
+    drill_phase = quantity("1", "blows so far")
+    drill_wrench = quantity(
+        "N",
+        "of the drill on the body about the drill point, world frame",
+        per=("fx", "fy", "fz", "tx", "ty", "tz"),
+    )
+    shove = quantity("N", "somebody pushes the base, world frame", per=XYZ)
+    transducers = part(Transducer, "pressure transducers", per=(CHAMBERS, AXES))
+    sensors = part(OtherSensors, "the other sensors")
+    gravity_in_body = quantity("m/s2", "as the inertial unit has it", per=XYZ)
+    loops = part(PositionLoop, "of the valves", per=AXES)
+    valves_locked = quantity("1", "1: no valve answers its command", kind="i8")

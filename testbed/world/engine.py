@@ -5,7 +5,8 @@ from __future__ import annotations
 import contextlib
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from operator import itemgetter
 from pathlib import Path
 from struct import Struct
@@ -24,7 +25,6 @@ from testbed.world.quiet import quiet
 from testbed.world.rotations import quaternion, turning_z_to
 
 Array = NDArray[np.float64]
-_PACK = Struct("31d").pack_into
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1 mm in one)."""
@@ -228,12 +228,13 @@ class Engine:
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
 
-    def read(self, state: Array) -> None:
-        """Fill `state` (31): joint positions (12), rates (12), position and quaternion of the base's principal axes."""
+    def read(self, state: NDArray[Any]) -> None:
+        """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the principal axes."""
         joints = p.getJointStates(self.robot, self.joints, self.client)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         self._centre = position
-        _PACK(state.data, 0, *map(_ANGLE, joints), *map(_RATE, joints), *position, *orientation)
+        pack = _packer(state.dtype)
+        pack(state.data, 0, *map(_ANGLE, joints), *map(_RATE, joints), *position, *orientation)
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
@@ -250,17 +251,22 @@ class Engine:
             physicsClientId=c,
         )
 
-    def apply(self, given: Array) -> None:
-        """What acts during the next step (18): joint torques (12), force (3) and torque (3) on the base, world frame.
+    def apply(self, given: NDArray[Any]) -> None:
+        """What acts during the next step: an array of one EngineInput of board.py.
 
         The force acts at the base's centre of mass as `read` (or `reset`) last saw it.
         """
-        c, values = self.client, given.tolist()
+        c, names = self.client, ("joint_torque", "force", "torque")
+        (joint_torque,), (force,), (torque,) = (given[name].tolist() for name in names)
         p.setJointMotorControlArray(
-            self.robot, self.joints, p.TORQUE_CONTROL, forces=values[:12], physicsClientId=c
+            self.robot,
+            self.joints,
+            p.TORQUE_CONTROL,
+            forces=joint_torque,
+            physicsClientId=c,
         )
-        p.applyExternalForce(self.robot, -1, values[12:15], self._centre, p.WORLD_FRAME, c)
-        p.applyExternalTorque(self.robot, -1, values[15:], p.WORLD_FRAME, c)
+        p.applyExternalForce(self.robot, -1, force, self._centre, p.WORLD_FRAME, c)
+        p.applyExternalTorque(self.robot, -1, torque, p.WORLD_FRAME, c)
 
     def step(self) -> None:
         """One step of the bodies and contacts."""
@@ -450,6 +456,17 @@ class Engine:
             with contextlib.suppress(p.error):
                 p.disconnect(self.client)
             self.client = -1
+
+
+@lru_cache
+def _packer(state: np.dtype[Any]) -> Callable[..., None]:
+    """Writes joints, rates, position and quaternion into a record of this type, wherever it has them."""
+    form, at = "=", 0
+    for name in ("joint", "joint_rate", "position", "quaternion"):
+        kind, offset = state.fields[name][:2]  # type: ignore[index]
+        form += f"{offset - at}x{kind.itemsize // 8}d"
+        at = offset + kind.itemsize
+    return Struct(form).pack_into
 
 
 def matrix(quaternion_xyzw: Any) -> Array:

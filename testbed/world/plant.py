@@ -1,6 +1,7 @@
 """Everything between two engine steps that is not a rigid body, in one compiled call.
 
 Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques -> wrench on the body.
+`board` is always one Board (board.py).
 """
 
 from __future__ import annotations
@@ -11,28 +12,14 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.laws import columns as c
-from testbed.laws import drill as d
-from testbed.laws import traction as tr
+from testbed.laws.drill import axial_force
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.laws.rope import rope_wrench
+from testbed.laws.rope import rope_pull
+from testbed.laws.traction import oil_taken, traction_step
+from testbed.machine.names import GRAVITY_M_S2
 from testbed.robot.linkage import joint_to_cylinder
-from testbed.robot.loads.foot_forces import BODY_MOTION, JOINT_MOTION, foot_forces
-
-# --- columns of a rope (2 x ROPE_COLUMNS) ---------------------------------------------------------------------
-ANCHOR, ATTACH = slice(0, 3), slice(3, 6)
-(UNSTRAINED, EA, DAMPING, BREAKING, WHOLE, RATE_COMMAND, RATE, TENSION) = range(6, 14)
-ROPE_FORCE = slice(14, 17)
-(WEIGHT, CLEARANCE) = range(17, 19)
-TRACTION = slice(19, 19 + tr.TRACTION_STATES)
-ROPE_COLUMNS = 19 + tr.TRACTION_STATES
-# --- body numbers (BODY_COLUMNS) ------------------------------------------------------------------------------
-COM, DRILL_POINT = slice(0, 3), slice(3, 6)
-DRILL_PHASE = 6
-SHOVE = slice(7, 10)
-TRACTION_NUMBERS = slice(10, 10 + tr.TRACTION_NUMBERS)
-BODY_COLUMNS = 10 + tr.TRACTION_NUMBERS
+from testbed.robot.loads.foot_forces import foot_forces
 
 
 @njit
@@ -57,23 +44,24 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
 
 
 @njit
-def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None:
-    """Take over the engine's pose (7) of the base's principal axes (turned by `turn` in the body) into base (13).
+def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> None:
+    """Take over the pose of the base's principal axes (EngineState), turned by `turn` in the body, into a BodyState.
 
     The engine moves a body by its new velocity over the whole step, so the difference of two poses is that velocity,
     exactly; it is not asked for.
     """
-    x, y, z, w = pose[3], pose[4], pose[5], pose[6]
+    pose, before = engine.quaternion, body.quaternion
+    x, y, z, w = pose[0], pose[1], pose[2], pose[3]
     tx, ty, tz, tw = -turn[0], -turn[1], -turn[2], turn[3]
     qx = w * tx + x * tw + y * tz - z * ty
     qy = w * ty - x * tz + y * tw + z * tx
     qz = w * tz + x * ty - y * tx + z * tw
     qw = w * tw - x * tx - y * ty - z * tz
     if at_rest:
-        for i in range(7, 13):
-            base[i] = 0.0
+        for i in range(3):
+            body.velocity[i] = body.angular_velocity[i] = 0.0
     else:
-        px, py, pz, pw = -base[3], -base[4], -base[5], base[6]
+        px, py, pz, pw = -before[0], -before[1], -before[2], before[3]
         dx = qw * px + qx * pw + qy * pz - qz * py
         dy = qw * py - qx * pz + qy * pw + qz * px
         dz = qw * pz + qx * py - qy * px + qz * pw
@@ -81,45 +69,45 @@ def move_base(pose: Any, turn: Any, base: Any, dt: float, at_rest: bool) -> None
         size = (dx * dx + dy * dy + dz * dz) ** 0.5
         rate = 2.0 / dt if size < 1e-12 else 2.0 * math.atan2(size, abs(dw)) / (size * dt)
         rate = rate if dw >= 0.0 else -rate
-        base[10], base[11], base[12] = rate * dx, rate * dy, rate * dz
+        w_now = body.angular_velocity
+        w_now[0], w_now[1], w_now[2] = rate * dx, rate * dy, rate * dz
         for i in range(3):
-            base[7 + i] = (pose[i] - base[i]) / dt
-    base[0], base[1], base[2] = pose[0], pose[1], pose[2]
-    base[3], base[4], base[5], base[6] = qx, qy, qz, qw
-
-
-@njit
-def feet_under_motion(
-    legs: Any,
-    q: Any,
-    qd: Any,
-    qd_after: Any,
-    torque: Any,
-    rotation: Any,
-    w: Any,
-    alpha: Any,
-    lift: Any,
-    normals: Any,
-    foot_force: Any,
-    normal_force: Any,
-    dt: float,
-) -> None:
-    """foot_forces.foot_forces with the joints' accelerations from their rates before and after the step."""
-    joints, body = np.empty(1, JOINT_MOTION), np.empty(1, BODY_MOTION)
-    for i in range(q.shape[0]):
-        joints[0].position[i], joints[0].rate[i], joints[0].torque[i] = q[i], qd[i], torque[i]
-        joints[0].acceleration[i] = (qd_after[i] - qd[i]) / dt
+            body.velocity[i] = (engine.position[i] - body.position[i]) / dt
     for i in range(3):
-        body[0].angular_velocity[i], body[0].angular_acceleration[i] = w[i], alpha[i]
-        body[0].lift[i] = lift[i]
-    _feet(legs, joints, rotation, body, normals, foot_force, normal_force)
+        body.position[i] = engine.position[i]
+    before[0], before[1], before[2], before[3] = qx, qy, qz, qw
 
 
 @njit
-def _feet(
-    legs: Any, joints: Any, rotation: Any, body: Any, normals: Any, force: Any, normal: Any
-) -> None:
-    foot_forces(legs, joints[0], rotation, body[0], normals, force, normal)
+def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
+    """Take over the engine's pose after a step (or, at rest, before the first), with what it tells of the foot forces."""
+    dt, body, motion = board.clock.step_s, board.body, board.motion
+    velocity, turning = np.empty(3), motion.angular_velocity
+    for i in range(3):
+        velocity[i], turning[i] = body.velocity[i], body.angular_velocity[i]
+    move_body(body, board.engine, board.base_turn, dt, at_rest)
+    for i in range(3):
+        motion.lift[i] = 0.0 if at_rest else (body.velocity[i] - velocity[i]) / dt
+        change = 0.0 if at_rest else (body.angular_velocity[i] - turning[i]) / dt
+        motion.angular_acceleration[i] = change
+    motion.lift[2] += GRAVITY_M_S2
+    if not at_rest:
+        board.clock.step += 1
+    if feet:
+        joints = board.before
+        for i in range(12):
+            joints.acceleration[i] = (board.engine.joint_rate[i] - joints.rate[i]) / dt
+            joints.torque[i] = board.given.joint_torque[i]
+        foot_forces(
+            board.legs,
+            joints,
+            board.rotation,
+            motion,
+            board.ground_normals,
+            board.foot_force,
+            board.normal_force,
+        )
+    rotation_matrix(body.quaternion, board.rotation)
 
 
 @njit
@@ -131,180 +119,145 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
 
 
 @njit
-def rope_step(
-    rope: Any, base: Any, rotation: Any, body: Any, supply: Any, dt: float, force: Any, torque: Any
-) -> float:
-    """One rope: haul and pull on the body. Adds to force and torque (about the base's COM); returns oil taken, m3/s."""
-    arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
+def arm_of(board: Any, point: Any, arm: Any) -> None:
+    """Way from the base's centre of mass to a point of the body frame (3), world frame, into `arm` (3)."""
     for i in range(3):
         arm[i] = 0.0
         for j in range(3):
-            arm[i] += rotation[i, j] * (rope[3 + j] - body[j])
-        point[i] = base[i] + arm[i]
-        velocity[i] = base[7 + i]
-    add_cross(base[10:13], arm, velocity)
-    device, numbers = rope[19:], body[10:]
-    place = device[tr.PLACE]
-    rope[RATE] = tr.traction_step(
-        device, numbers, rope[RATE_COMMAND], rope[TENSION], supply[c.P_SUPPLY] - ATMOSPHERE_PA, dt
-    )
-    rope[UNSTRAINED] += dt * rope[RATE]
-    out = rope[14:17]
-    if rope[WHOLE] == 0.0:
-        out[0] = out[1] = out[2] = 0.0
-        rope[TENSION] = 0.0
-        return 0.0
-    rope[TENSION] = rope_wrench(
-        point,
-        rope[0:3],
-        velocity,
-        rope[UNSTRAINED],
-        rope[EA],
-        rope[DAMPING],
-        rope[WEIGHT],
-        rope[CLEARANCE],
-        out,
-    )
-    if rope[TENSION] > rope[BREAKING]:
-        rope[WHOLE] = 0.0
-    for i in range(3):
-        force[i] += out[i]
-    add_cross(arm, out, torque)
-    return float(tr.oil_taken(device, numbers, rope[RATE], place, dt))
+            arm[i] += board.rotation[i, j] * (point[j] - board.base_centre[j])
 
 
 @njit
-def drill_step(
-    drill: Any,
-    base: Any,
-    rotation: Any,
-    body: Any,
-    dt: float,
-    g: float,
-    wrench: Any,
-    force: Any,
-    torque: Any,
-) -> None:
-    """The drill's reaction on the body: adds to force and torque, leaves its own wrench (about the drill point)."""
-    phase = body[DRILL_PHASE] + dt * drill[d.BLOW_HZ]
-    axial = d.axial_force(drill, body[DRILL_PHASE], phase, -g * rotation[2, 2])
-    body[DRILL_PHASE] = phase
+def rope_step(board: Any, k: int) -> float:
+    """Rope k: haul and pull on the body. Adds to the given force and torque; returns oil taken, m3/s."""
+    rope, device, body, dt = board.ropes[k], board.devices[k], board.body, board.clock.step_s
+    arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
+    arm_of(board, rope.attachment, arm)
+    for i in range(3):
+        point[i] = body.position[i] + arm[i]
+        velocity[i] = body.velocity[i]
+    add_cross(body.angular_velocity, arm, velocity)
+    place = device.place
+    supply_gauge = board.supply.pressure - ATMOSPHERE_PA
+    rope.rate = traction_step(
+        device, board.traction, rope.wanted_rate, rope.tension, supply_gauge, dt
+    )
+    rope.unstrained += dt * rope.rate
+    pull = rope.force
+    if rope.whole == 0.0:
+        pull[0] = pull[1] = pull[2] = 0.0
+        rope.tension = 0.0
+        return 0.0
+    rope.tension = rope_pull(rope, point, velocity)
+    if rope.tension > rope.breaking_load:
+        rope.whole = 0.0
+    for i in range(3):
+        board.given.force[i] += pull[i]
+    add_cross(arm, pull, board.given.torque)
+    return float(oil_taken(device, board.traction, rope.rate, place, dt))
+
+
+@njit
+def drill_step(board: Any) -> None:
+    """The drill's reaction on the body: adds to the given force and torque, leaves its own wrench."""
+    drill, rotation, wrench = board.drill, board.rotation, board.drill_wrench
+    phase = board.drill_phase + board.clock.step_s * drill.blow_rate
+    axial = axial_force(drill, board.drill_phase, phase, -GRAVITY_M_S2 * rotation[2, 2])
+    board.drill_phase = phase
     arm = np.empty(3)
+    arm_of(board, board.drill_point, arm)
+    force, torque = wrench[:3], wrench[3:]
     for i in range(3):
-        arm[i] = 0.0
-        for j in range(3):
-            arm[i] += rotation[i, j] * (body[3 + j] - body[j])
-        wrench[i] = axial * rotation[i, 2]
-        wrench[3 + i] = -drill[d.TORQUE] * rotation[i, 2]
-    weight = drill[d.MAST_KG] * g
-    wrench[2] -= weight
-    wrench[3] -= drill[d.MAST_HEIGHT] * rotation[1, 2] * weight
-    wrench[4] += drill[d.MAST_HEIGHT] * rotation[0, 2] * weight
+        force[i] = axial * rotation[i, 2]
+        torque[i] = -drill.torque * rotation[i, 2]
+    weight = drill.mast_mass * GRAVITY_M_S2
+    force[2] -= weight
+    torque[0] -= drill.mast_height * rotation[1, 2] * weight
+    torque[1] += drill.mast_height * rotation[0, 2] * weight
     for i in range(3):
-        force[i] += wrench[i]
-        torque[i] += wrench[3 + i]
-    add_cross(arm, wrench[0:3], torque)
+        board.given.force[i] += force[i]
+        board.given.torque[i] += torque[i]
+    add_cross(arm, force, board.given.torque)
 
 
-@njit(apart=True)
-def plant_step(
-    q: Any,
-    qd: Any,
-    base: Any,
-    command: Any,
-    foot_force: Any,
-    axes: Any,
-    params: Any,
-    supply: Any,
-    unit: Any,
-    geometry: Any,
-    ropes: Any,
-    body: Any,
-    drill: Any,
-    scratch: Any,
-    rotation: Any,
-    joint_torque: Any,
-    force: Any,
-    torque: Any,
-    drill_wrench: Any,
-    dt: float,
-    substeps: int,
-    gravity: float,
-) -> None:
-    """From the engine's state to what the engine is given for the next step.
-
-    In: q, qd (12), base (13, Engine.read), command (12), foot_force (4, 3) of the last step. State, in place: axes,
-    supply, ropes, body. Out: joint_torque (12), force, torque (3) on the base's centre of mass, world frame;
-    drill_wrench (6); scratch (6, 12): extension, rate, arm, axial load, side load, raw rate.
-    """
-    x, v, arms, load, side = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
-    joint_to_cylinder(q, geometry, x, arms)
+@njit
+def move_rods(board: Any) -> None:
+    """Extension, rate and loads of the twelve rods from the joints and the foot forces."""
+    joint_to_cylinder(board.engine.joint, board.linkage, board.extension, board.arms)
+    rotation = board.rotation
     for leg in range(4):
-        f = foot_force[leg]
+        f = board.foot_force[leg]
         along = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
         total = f[0] * f[0] + f[1] * f[1] + f[2] * f[2]
         across = max(total - along * along, 0.0) ** 0.5
         for k in range(3):
             i = 3 * leg + k
-            v[i] = qd[i] * arms[i]
-            load[i] = along if k == 2 else 0.0
-            side[i] = across if k == 2 else abs(along) if k == 1 else 0.0
+            rod = board.inputs[i]
+            rod.extension = board.extension[i]
+            rod.rate = board.engine.joint_rate[i] * board.arms[i]
+            rod.load = along if k == 2 else 0.0
+            rod.side_load = across if k == 2 else abs(along) if k == 1 else 0.0
+
+
+@njit(apart=True)
+def plant_step(board: Any) -> None:
+    """From the engine's state to what the engine is given for the next step."""
+    before, given, clock = board.before, board.given, board.clock
+    for i in range(12):
+        before.position[i], before.rate[i] = board.engine.joint[i], board.engine.joint_rate[i]
+    move_rods(board)
     for i in range(3):
-        force[i] = body[7 + i]
-        torque[i] = 0.0
+        given.force[i] = board.shove[i]
+        given.torque[i] = 0.0
     taken = 0.0
-    for k in range(ropes.shape[0]):
-        taken += rope_step(ropes[k], base, rotation, body, supply, dt, force, torque)
-    supply[c.TRACTION_FLOW] = taken
-    drill_step(drill, base, rotation, body, dt, gravity, drill_wrench, force, torque)
-    hydraulic_step(axes, params, supply, unit, x, v, command, load, side, dt, substeps)
-    for i in range(q.shape[0]):
-        joint_torque[i] = axes[i, c.FORCE] * arms[i]
+    for k in range(2):
+        taken += rope_step(board, k)
+    board.supply.traction_flow = taken
+    drill_step(board)
+    hydraulic_step(
+        board.axes,
+        board.parameters,
+        board.inputs,
+        board.supply,
+        board.unit,
+        clock.step_s,
+        clock.substeps,
+    )
+    for i in range(12):
+        given.joint_torque[i] = board.axes[i].force * board.arms[i]
 
 
 @njit
-def write_truth(
-    row: Any,
-    t: float,
-    base: Any,
-    com: Any,
-    rotation: Any,
-    foot_force: Any,
-    normal: Any,
-    ropes: Any,
-    drill_wrench: Any,
-    axes: Any,
-    supply: Any,
-    drill: Any,
-) -> None:
-    """One row of truth.parquet (columns: simulation.TRUTH_COLUMNS)."""
-    row[0] = t
+def write_truth(row: Any, board: Any, t: float) -> None:
+    """Fill a TruthRow."""
+    rotation, body, centre = board.rotation, board.body, board.base_centre
+    row.t = t
+    pose = row.body_pose_in_world
     for i in range(3):
-        row[1 + i] = base[i] - (
-            rotation[i, 0] * com[0] + rotation[i, 1] * com[1] + rotation[i, 2] * com[2]
+        pose[i] = body.position[i] - (
+            rotation[i, 0] * centre[0] + rotation[i, 1] * centre[1] + rotation[i, 2] * centre[2]
         )
     for i in range(4):
-        row[4 + i] = base[3 + i]
+        pose[3 + i] = body.quaternion[i]
     for leg in range(4):
-        f = foot_force[leg]
+        f = board.foot_force[leg]
         for i in range(3):
-            row[8 + 3 * leg + i] = f[i]
-        row[20 + leg] = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
-        row[24 + leg] = normal[leg]
-    for i in range(3):
-        row[28 + i] = ropes[0, 14 + i]
-        row[31 + i] = ropes[1, 14 + i]
+            row.foot_force_in_world[leg, i] = f[i]
+        row.foot_load[leg] = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
+        row.contact_normal[leg] = board.normal_force[leg]
     for i in range(6):
-        row[34 + i] = drill_wrench[i]
-    n = axes.shape[0]
-    for i in range(n):
-        row[40 + i] = axes[i, c.FRICTION]
-        row[52 + i] = axes[i, c.P_A] - ATMOSPHERE_PA
-        row[64 + i] = axes[i, c.P_B] - ATMOSPHERE_PA
-    row[76] = supply[c.P_SUPPLY] - ATMOSPHERE_PA
-    row[77] = supply[c.TEMPERATURE]
-    row[78] = drill[d.DEPTH]
-    row[79] = drill[d.STRING_KG] + drill[d.MAST_KG]
+        row.drill_wrench_in_world[i] = board.drill_wrench[i]
+    for i in range(12):
+        axis = board.axes[i]
+        row.friction[i] = axis.friction
+        row.chamber_a[i] = axis.a.pressure - ATMOSPHERE_PA
+        row.chamber_b[i] = axis.b.pressure - ATMOSPHERE_PA
+    row.supply_pressure = board.supply.pressure - ATMOSPHERE_PA
+    row.oil_temperature = board.supply.temperature
+    row.hole_depth = board.drill.depth
+    row.drill_string_mass = board.drill.string_mass + board.drill.mast_mass
     for k in range(2):
-        row[80 + k] = ropes[k, 19 + tr.PLACE]
-        row[82 + k] = ropes[k, 19 + tr.MODE]
+        for i in range(3):
+            row.rope_force_in_world[k, i] = board.ropes[k].force[i]
+        row.traction_stroke[k] = board.devices[k].place
+        row.traction_mode[k] = board.devices[k].mode

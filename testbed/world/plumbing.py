@@ -1,136 +1,149 @@
-"""The machine's parameter file turned into the arrays of the hydraulic kernel, effect by effect."""
+"""The machine's parameter file turned into the records of the hydraulics, effect by effect."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.laws import columns as c
-from testbed.laws import traction as tr
+from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.laws.supply import PowerUnit
+from testbed.laws.traction import RESERVE_M, TractionParameters
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.linkage import RotationLinkage, stroke_m
 
-Array = NDArray[np.float64]
+Records = NDArray[Any]
 
 
-def axis_parameters(machine: Machine, *, locked: bool = False) -> Array:
-    """(12, AXIS_PARAMETERS): every cylinder with its valve, hose, seal, stops and transducers, as declared."""
+def axis_parameters(machine: Machine, *, locked: bool = False) -> Records:
+    """AxisParameters (12,): every cylinder with its valve, hoses, seal, stops and transducers, as declared."""
     linkage = RotationLinkage.from_machine(machine)
-    out = np.zeros((len(AXES), c.AXIS_PARAMETERS))
-    for row, axis in zip(out, machine.axes.values(), strict=True):
-        row[:] = _axis(axis, stroke_m(axis.cylinder, linkage))
-        row[c.LOCKED] = float(locked)
-    return out
+    axes = AxisParameters.zeros(len(AXES))
+    for out, axis in zip(axes, machine.axes.values(), strict=True):
+        out["stroke"] = stroke_m(axis.cylinder, linkage)
+        _cylinder(out, axis)
+        _valve(out, axis)
+        _seal(out["seal"], axis)
+        _ends(out["ends"], axis)
+        _transducers(out["transducers"], axis)
+        out["valve"]["locked"] = float(locked)
+    return axes
 
 
-def _axis(axis: Axis, stroke: float) -> Array:
-    cyl, valve, seal, oil = axis.cylinder, axis.valve, axis.seal, axis.oil
-    sensor, stop = axis.sensor, axis.end_stop
-    bore, rod = cyl.bore_m, cyl.rod_m
-    a = np.zeros(c.AXIS_PARAMETERS)
-    a[c.AREA_A] = math.pi / 4 * bore**2
-    a[c.AREA_B] = math.pi / 4 * (bore**2 - rod**2)
-    a[c.STROKE] = stroke
-    a[c.DEAD_A], a[c.DEAD_B] = cyl.dead_volume_a_m3, cyl.dead_volume_b_m3
-    a[c.BULK], a[c.AIR] = oil.bulk_modulus_pa, oil.entrained_air
-    a[c.LEAK_I], a[c.LEAK_O] = oil.internal_leakage_m3_s_pa, oil.outer_leakage_m3_s_pa
-    a[c.HOSE_CAP], a[c.HOSE_CAP_B] = oil.hose_capacity_m3_pa, oil.hose_capacity_b_m3_pa
-    a[c.HOSE_TIME] = oil.hose_time_s
+def _cylinder(out: Any, axis: Axis) -> None:
+    cylinder, oil = axis.cylinder, axis.oil
+    bore, rod = cylinder.bore_m, cylinder.rod_m
+    out["a"]["area"] = math.pi / 4 * bore**2
+    out["b"]["area"] = math.pi / 4 * (bore**2 - rod**2)
+    out["a"]["dead_volume"] = cylinder.dead_volume_a_m3
+    out["b"]["dead_volume"] = cylinder.dead_volume_b_m3
+    out["a"]["hose_capacity"] = oil.hose_capacity_m3_pa
+    out["b"]["hose_capacity"] = oil.hose_capacity_b_m3_pa
+    out["hose_time"] = oil.hose_time_s
+    out["oil"]["bulk_modulus"], out["oil"]["air"] = oil.bulk_modulus_pa, oil.entrained_air
+    out["inner_leakage"] = oil.internal_leakage_m3_s_pa
+    out["outer_leakage"] = oil.outer_leakage_m3_s_pa
+
+
+def _valve(out: Any, axis: Axis) -> None:
+    valve, own = axis.valve, out["valve"]
     gain = axis.rated_flow_m3_s / math.sqrt(valve.rated_drop_per_edge_pa)
-    for column, edge in (
-        (c.K_PA, "edge_pa"),
-        (c.K_AT, "edge_at"),
-        (c.K_PB, "edge_pb"),
-        (c.K_BT, "edge_bt"),
-    ):
-        a[column] = gain * getattr(valve, edge)
-    a[c.DEADBAND], a[c.HYSTERESIS] = valve.deadband, valve.hysteresis
-    a[c.SPOOL_WN] = 2 * math.pi * valve.natural_frequency_hz
-    a[c.SPOOL_ZETA], a[c.AMP_TAU], a[c.EDGE_LEAK] = (
-        valve.damping,
-        valve.amplifier_lag_s,
-        valve.edge_leakage_m3_s_pa,
-    )
-    a[c.EDGE_LEAK_P] = valve.edge_leakage_supply_m3_s_pa
-    a[c.FC_POS], a[c.FS_POS] = cyl.coulomb_out_n, cyl.static_out_n
-    a[c.CS_POS], a[c.VISC_POS] = cyl.stribeck_out_m_s, cyl.viscous_out_n_s_m
-    a[c.FC_NEG], a[c.FS_NEG] = cyl.coulomb_in_n, cyl.static_in_n
-    a[c.CS_NEG], a[c.VISC_NEG] = cyl.stribeck_in_m_s, cyl.viscous_in_n_s_m
-    a[c.BRISTLE_K], a[c.BRISTLE_D] = seal.bristle_stiffness_n_m, seal.bristle_damping_n_s_m
-    a[c.FR_POSITION], a[c.FR_PRESSURE] = seal.position_slope, seal.pressure_coefficient_m2
-    a[c.FR_LOAD], a[c.FR_SIDE] = seal.load_coefficient, seal.side_load_coefficient
-    a[c.DWELL_GAIN], a[c.DWELL_TIME] = seal.dwell_gain, seal.dwell_time_s
-    a[c.CUSHION_LENGTH], a[c.CUSHION_D] = stop.cushion_length_m, stop.cushion_damping_n_s_m
-    a[c.STOP_K], a[c.STOP_D] = stop.stiffness_n_m, stop.damping_n_s_m
-    a[c.LINE_WN] = 2 * math.pi * sensor.line_b_frequency_hz
-    a[c.LINE_ZETA] = sensor.line_b_damping
-    a[c.TRANSDUCER_TAU] = 1.0 / (2 * math.pi * sensor.transducer_bandwidth_hz)
-    return a
+    out["a"]["from_supply"], out["a"]["to_tank"] = gain * valve.edge_pa, gain * valve.edge_at
+    out["b"]["from_supply"], out["b"]["to_tank"] = gain * valve.edge_pb, gain * valve.edge_bt
+    own["deadband"], own["hysteresis"] = valve.deadband, valve.hysteresis
+    own["frequency"] = 2 * math.pi * valve.natural_frequency_hz
+    own["damping"], own["amplifier_lag"] = valve.damping, valve.amplifier_lag_s
+    own["leak_to_tank"] = valve.edge_leakage_m3_s_pa
+    own["leak_from_supply"] = valve.edge_leakage_supply_m3_s_pa
 
 
-def unit_parameters(p: Machine, *, pump_on: bool = True) -> Array:
-    """(SUPPLY_PARAMETERS): the power unit; gauge pressures of the file become absolute here.
-
-    Raises InputError for parameters that cannot be.
-    """
-    unit, oil, seal = p.power_unit, p.oil, p.seal
-    w = np.zeros(c.SUPPLY_PARAMETERS)
-    w[c.PUMP_FLOW], w[c.PUMP_POWER], w[c.PUMP_ON] = (
-        unit.full_flow_m3_s,
-        unit.power_w,
-        float(pump_on),
-    )
-    w[c.PUMP_SET] = unit.supply_pressure_pa + ATMOSPHERE_PA
-    w[c.PUMP_BAND], w[c.PUMP_TAU] = unit.compensator_band_pa, unit.compensator_lag_s
-    w[c.PUMP_LEAK] = unit.case_leakage_m3_s_pa
-    w[c.RELIEF_SET], w[c.RELIEF_SLOPE] = (
-        unit.relief_pressure_pa + ATMOSPHERE_PA,
-        unit.relief_slope_m3_s_pa,
-    )
-    w[c.ACC_VOLUME] = unit.accumulator_volume_m3
-    w[c.ACC_PRECHARGE] = unit.accumulator_precharge_pa + ATMOSPHERE_PA
-    w[c.LINE_VOLUME], w[c.TANK_P] = unit.line_volume_m3, unit.tank_pressure_pa + ATMOSPHERE_PA
-    w[c.SUPPLY_BULK], w[c.SUPPLY_AIR] = oil.bulk_modulus_pa, oil.entrained_air
-    w[c.HEAT_CAPACITY], w[c.COOLING], w[c.AMBIENT] = (
-        oil.heat_capacity_j_k,
-        oil.cooling_w_k,
-        oil.ambient_degc,
-    )
-    w[c.VISC_RATE], w[c.VISC_REFERENCE] = (
-        seal.viscosity_rate_1_k,
-        seal.viscosity_reference_degc,
-    )
-    w[c.DROOP_TIME] = 1.0
-    return w
+def _seal(own: Any, axis: Axis) -> None:
+    cylinder, seal = axis.cylinder, axis.seal
+    out, back = own["outward"], own["inward"]
+    out["coulomb"], out["static"] = cylinder.coulomb_out_n, cylinder.static_out_n
+    out["stribeck_speed"] = cylinder.stribeck_out_m_s
+    out["viscous"] = cylinder.viscous_out_n_s_m
+    back["coulomb"], back["static"] = cylinder.coulomb_in_n, cylinder.static_in_n
+    back["stribeck_speed"] = cylinder.stribeck_in_m_s
+    back["viscous"] = cylinder.viscous_in_n_s_m
+    own["bristle_stiffness"] = seal.bristle_stiffness_n_m
+    own["bristle_damping"] = seal.bristle_damping_n_s_m
+    own["position_slope"] = seal.position_slope
+    own["pressure_coefficient"] = seal.pressure_coefficient_m2
+    own["load_coefficient"] = seal.load_coefficient
+    own["side_load_coefficient"] = seal.side_load_coefficient
+    own["dwell_gain"], own["dwell_time"] = seal.dwell_gain, seal.dwell_time_s
 
 
-def traction_numbers(p: Machine, *, strokes: bool) -> Array:
-    """(TRACTION_NUMBERS): a rope's traction device; without `strokes` a winch that hauls without end.
+def _ends(own: Any, axis: Axis) -> None:
+    stop = axis.end_stop
+    own["cushion_length"] = stop.cushion_length_m
+    own["cushion_damping"] = stop.cushion_damping_n_s_m
+    own["stop_stiffness"], own["stop_damping"] = stop.stiffness_n_m, stop.damping_n_s_m
+
+
+def _transducers(own: Any, axis: Axis) -> None:
+    sensor = axis.sensor
+    own["pipe_frequency"] = 2 * math.pi * sensor.line_b_frequency_hz
+    own["pipe_damping"] = sensor.line_b_damping
+    own["lag"] = 1.0 / (2 * math.pi * sensor.transducer_bandwidth_hz)
+
+
+def unit_parameters(machine: Machine, *, pump_on: bool = True) -> Any:
+    """The PowerUnit; gauge pressures of the file become absolute here."""
+    given, oil, seal = machine.power_unit, machine.oil, machine.seal
+    unit = PowerUnit.zeros()[0]
+    unit["pump_on"] = float(pump_on)
+    unit["pump_flow"], unit["pump_power"] = given.full_flow_m3_s, given.power_w
+    unit["set_pressure"] = given.supply_pressure_pa + ATMOSPHERE_PA
+    unit["compensator_band"] = given.compensator_band_pa
+    unit["compensator_lag"] = given.compensator_lag_s
+    unit["case_leakage"] = given.case_leakage_m3_s_pa
+    unit["relief_pressure"] = given.relief_pressure_pa + ATMOSPHERE_PA
+    unit["relief_slope"] = given.relief_slope_m3_s_pa
+    unit["accumulator_volume"] = given.accumulator_volume_m3
+    unit["accumulator_precharge"] = given.accumulator_precharge_pa + ATMOSPHERE_PA
+    unit["line_volume"] = given.line_volume_m3
+    unit["tank_pressure"] = given.tank_pressure_pa + ATMOSPHERE_PA
+    unit["oil"]["bulk_modulus"], unit["oil"]["air"] = oil.bulk_modulus_pa, oil.entrained_air
+    unit["heat_capacity"], unit["cooling"] = oil.heat_capacity_j_k, oil.cooling_w_k
+    unit["ambient"] = oil.ambient_degc
+    unit["viscosity_rate"] = seal.viscosity_rate_1_k
+    unit["viscosity_reference"] = seal.viscosity_reference_degc
+    unit["droop_time"] = 1.0
+    return unit
+
+
+TRACTION_NAMES = {
+    "area": "piston_area_m2",
+    "annulus": "annulus_area_m2",
+    "rating": "rating_n",
+    "stroke": "stroke_m",
+    "speed": "speed_max_m_s",
+    "return_speed": "return_speed_m_s",
+    "clamp_time": "clamp_s",
+}
+"""Quantity of TractionParameters -> parameter of the machine."""
+
+
+def traction_parameters(machine: Machine, *, strokes: bool) -> Any:
+    """TractionParameters of a rope's device; without `strokes` a winch that hauls without end.
 
     Raises InputError for numbers that cannot be.
     """
-    given, n = p.traction, np.zeros(tr.TRACTION_NUMBERS)
-    for column, name in (
-        (tr.AREA, "piston_area_m2"),
-        (tr.RATING, "rating_n"),
-        (tr.STROKE, "stroke_m"),
-        (tr.SPEED, "speed_max_m_s"),
-        (tr.CLAMP_S, "clamp_s"),
-        (tr.RETURN_SPEED, "return_speed_m_s"),
-        (tr.ANNULUS, "annulus_area_m2"),
-    ):
-        n[column] = getattr(given, name)
-    least = 3.0 * tr.RESERVE_M
+    given, device = machine.traction, TractionParameters.zeros()[0]
+    for quantity, name in TRACTION_NAMES.items():
+        device[quantity] = getattr(given, name)
+    least = 3.0 * RESERVE_M
     if given.stroke_m <= least:
         raise InputError(
             "is impossible", field="traction.stroke_m", value=given.stroke_m, allowed=f"> {least:g}"
         )
-    n[tr.SEAT] = given.seat_m
+    device["seat"] = given.seat_m
     if not strokes:
-        n[tr.STROKE] = 0.0
-    return n
+        device["stroke"] = 0.0
+    return device

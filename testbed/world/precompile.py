@@ -64,7 +64,7 @@ def estimator_calls() -> list[Call]:
 
 def plant_arguments() -> list[Any]:
     """Arguments of between_steps that reach the plant; what the rest would take is left empty."""
-    known = {"flags": MOVE | FEET | PLANT, "board": Board().array}
+    known = {"due": MOVE | FEET | PLANT, "boards": Board.zeros()}
     plain = {"int": 1, "float": 1e-3, "bool": False}
     return [
         known.get(name, plain.get(str(p.annotation)))

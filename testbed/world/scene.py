@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.laws import drill as d
 from testbed.world import plant
 
 if TYPE_CHECKING:
@@ -23,19 +22,17 @@ ROD_COLOUR = (0.62, 0.64, 0.67, 1.0)
 def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
     """(height, width, 3): the robot from the lower left, looking up the slope."""
     m, b, engine = machine, machine.board, machine.engine
-    plant.rotation_matrix(b.base[3:7], b.rotation)
-    origin = b.base[:3] - b.rotation @ b.body[plant.COM]
+    plant.rotation_matrix(b.body.quaternion, b.rotation)
+    origin = m.origin_in_world()
     lines = []
     for rope in b.ropes:
-        if rope[plant.WHOLE]:
-            start = origin + b.rotation @ rope[plant.ATTACH]
-            lines.append(
-                engine.add_line(start, rope[plant.ANCHOR].copy(), ROPE_RADIUS_M, ROPE_COLOUR)
-            )
-    top = origin + b.rotation @ b.body[plant.DRILL_POINT]
+        if rope.whole:
+            start = origin + b.rotation @ rope.attachment
+            lines.append(engine.add_line(start, rope.anchor.copy(), ROPE_RADIUS_M, ROPE_COLOUR))
+    top = origin + b.rotation @ b.drill_point
     lines.append(
         engine.add_line(
-            top, top - b.rotation[:, 2] * (0.35 + m.drill.loads[d.DEPTH]), 0.038, ROD_COLOUR
+            top, top - b.rotation[:, 2] * (0.35 + m.drill.loads.depth), 0.038, ROD_COLOUR
         )
     )
     try:

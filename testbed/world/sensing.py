@@ -9,89 +9,124 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.laws import columns as c
+from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES, SIDES
+from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
+from testbed.recording.rows import XYZ
 from testbed.scenario.parts import Sensors
 
-Array = NDArray[np.float64]
-
-# --- per pressure transducer (24 x PRESSURE_COLUMNS): A of all axes, then B ------------------------------------
-(GAIN, ZERO, DRIFT, THERMAL, NOISE, RESOLUTION, RANGE, DELAY_STEPS, PRESSURE_COLUMNS) = range(9)
-# --- common (COMMON_COLUMNS) ------------------------------------------------------------------------------------
-(
-    COUNT_M,
-    COUNT_RAD,
-    ROPE_NOISE,
-    ATTITUDE_NOISE,
-    RATE_NOISE,
-    SUPPLY_NOISE,
-    TEMPERATURE_STEP,
-    CALIBRATED_AT,
-    FORCE_NOISE,
-    COMMON_COLUMNS,
-) = range(10)
-
-# --- one measurement row ------------------------------------------------------------------------------------------
-POSITION, PRESSURE_A, PRESSURE_B = slice(1, 13), slice(13, 25), slice(25, 37)
-VALVE = slice(37, 49)
-SUPPLY, TEMPERATURE = 49, 50
-ROPE, ATTITUDE, ANGULAR_RATE, SPECIFIC_FORCE = (
-    slice(51, 53),
-    slice(53, 56),
-    slice(56, 59),
-    slice(59, 62),
-)
-MEASURED_COLUMNS: tuple[str, ...] = (
-    "t",
-    *(f"position_{a}" for a in AXES),
-    *(f"pressure_a_{a}" for a in AXES),
-    *(f"pressure_b_{a}" for a in AXES),
-    *(f"valve_{a}" for a in AXES),
-    "supply_pressure",
-    "oil_temperature",
-    *(f"rope_tension_{s}" for s in SIDES),
-    *(f"attitude_{a}" for a in ("roll", "pitch", "yaw")),
-    *(f"angular_rate_{a}" for a in "xyz"),
-    *(f"specific_force_{a}" for a in "xyz"),
-)
-NOISES, ADDED_NOISES = 24 + 2 + 3 + 3 + 1, 3
-"""Normal numbers that one sample takes; those of the accelerometers come from a stream of their own."""
+CHAMBERS = ("a", "b")
+"""Transducers stand in an array (2, 12): chamber by axis."""
 DELAY_LENGTH = 256
+"""Samples that a transducer can hold back."""
 
 
-def sensor_arrays(p: Machine, chosen: Sensors, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Transducer numbers (24, PRESSURE_COLUMNS) and common ones; each transducer draws its own thermal zero."""
-    s = p.sensor
-    t = np.zeros((24, PRESSURE_COLUMNS))
-    t[:, GAIN], t[:, RANGE] = 1.0, s.pressure_range_pa
+class Transducer(Record):
+    """One pressure transducer with its faults."""
+
+    gain = quantity("1", "reading by true pressure")
+    zero = quantity("Pa", "reading at no pressure")
+    drift = quantity("Pa/s", "of the zero by time")
+    thermal = quantity("Pa/K", "of the zero by the oil's temperature")
+    noise = quantity("Pa", "standard deviation")
+    resolution = quantity("Pa", "step of the converter; 0: none")
+    range = quantity("Pa", "highest reading")
+    delay_steps = quantity("1", "samples by which it is late", kind="i8")
+    late = quantity("Pa", "the last true pressures, gauge, by sample", per=DELAY_LENGTH)
+
+
+class OtherSensors(Record):
+    """Encoders, load pins, the inertial unit, supply and oil."""
+
+    count_m = quantity("m", "one count of a linear encoder; 0: none")
+    count_rad = quantity("rad", "one count of a rotary encoder; 0: none")
+    rope_noise = quantity("N", "standard deviation of a rope's load pin")
+    attitude_noise = quantity("rad", "standard deviation of roll, pitch and yaw")
+    rate_noise = quantity("rad/s", "standard deviation of the angular rates")
+    force_noise = quantity("m/s2", "standard deviation of the specific forces")
+    supply_noise = quantity("Pa", "standard deviation of the supply pressure")
+    temperature_step = quantity("K", "step of the oil thermometer; 0: none")
+    calibrated_at = quantity("degC", "oil temperature at which the transducers' zeros hold")
+    joint_offset = quantity("m or rad", "what an encoder reads too much", per=AXES)
+    rope_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
+    rope_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
+    mounted_roll = quantity("rad", "how the inertial unit is turned against the body")
+    mounted_pitch = quantity("rad", "the same, about its y axis before x")
+
+
+class SampleNoise(Record):
+    """Normal numbers (deviation 1) that one sample takes. A new one goes to the end: streams stay as they are."""
+
+    pressure = quantity("1", "of the transducers", per=(CHAMBERS, AXES))
+    rope_tension = quantity("1", "of the load pins", per=SIDES)
+    attitude = quantity("1", "of roll, pitch, yaw", per=("roll", "pitch", "yaw"))
+    angular_rate = quantity("1", "of the body's turning", per=XYZ)
+    supply_pressure = quantity("1", "of the supply pressure")
+
+
+class AddedNoise(Record):
+    """The same, from a stream of their own."""
+
+    specific_force = quantity("1", "of the accelerometers", per=XYZ)
+
+
+class Noise(SampleNoise, AddedNoise):
+    """All normal numbers of one sample."""
+
+
+def draw_noise(
+    samples: int, first: np.random.Generator, added: np.random.Generator
+) -> NDArray[Any]:
+    """Noise (samples,), the parts of either stream by its generator."""
+    noise = Noise.zeros(samples)
+    streams = (
+        (SampleNoise, first.standard_normal((samples, len(SampleNoise.column_names())))),
+        (AddedNoise, added.standard_normal((samples, len(AddedNoise.column_names())))),
+    )
+    for record, numbers in streams:
+        drawn = numbers.view(record.dtype)[:, 0]
+        for name in record.fields:
+            noise[name] = drawn[name]
+    return noise
+
+
+def sensor_records(
+    machine: Machine, chosen: Sensors, rng: np.random.Generator
+) -> tuple[NDArray[Any], Any]:
+    """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero."""
+    s = machine.sensor
+    t = Transducer.zeros(len(CHAMBERS), len(AXES))
+    t["gain"], t["range"] = 1.0, s.pressure_range_pa
     per_kelvin = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k
-    draws = rng.uniform(-1.0, 1.0, 24)
+    draws = rng.uniform(-1.0, 1.0, t.size).reshape(t.shape)
     if "pressure" not in chosen.without:
-        t[:, NOISE] = s.pressure_noise_pa if chosen.noise else 0.0
-        t[:, RESOLUTION] = s.pressure_resolution_pa if chosen.quantisation else 0.0
-        t[:, THERMAL] = per_kelvin * draws if chosen.thermal_drift else 0.0
-    common = np.zeros(COMMON_COLUMNS)
+        t["noise"] = s.pressure_noise_pa if chosen.noise else 0.0
+        t["resolution"] = s.pressure_resolution_pa if chosen.quantisation else 0.0
+        t["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
+    other = OtherSensors.zeros()[0]
+    other["rope_gain"] = 1.0
     noise = float(chosen.noise)
     if chosen.quantisation and "encoder" not in chosen.without:
-        common[COUNT_M] = s.encoder_linear_m
-        common[COUNT_RAD] = 2 * math.pi / s.encoder_counts_per_turn
-    common[ROPE_NOISE] = noise * s.rope_tension_noise_n * ("rope_tension" not in chosen.without)
-    common[ATTITUDE_NOISE] = noise * s.attitude_noise_rad * ("inertial" not in chosen.without)
-    common[RATE_NOISE] = noise * s.rate_noise_rad_s * ("inertial" not in chosen.without)
-    common[FORCE_NOISE] = noise * s.specific_force_noise_m_s2 * ("inertial" not in chosen.without)
-    common[SUPPLY_NOISE] = noise * s.supply_noise_pa * ("supply_pressure" not in chosen.without)
+        other["count_m"] = s.encoder_linear_m
+        other["count_rad"] = 2 * math.pi / s.encoder_counts_per_turn
+    inertial = noise * ("inertial" not in chosen.without)
+    other["attitude_noise"] = inertial * s.attitude_noise_rad
+    other["rate_noise"] = inertial * s.rate_noise_rad_s
+    other["force_noise"] = inertial * s.specific_force_noise_m_s2
+    other["rope_noise"] = noise * s.rope_tension_noise_n * ("rope_tension" not in chosen.without)
+    other["supply_noise"] = noise * s.supply_noise_pa * ("supply_pressure" not in chosen.without)
     if chosen.quantisation and "oil_temperature" not in chosen.without:
-        common[TEMPERATURE_STEP] = s.temperature_resolution_k
-    common[CALIBRATED_AT] = s.calibration_temperature_degc
-    return t, common
+        other["temperature_step"] = s.temperature_resolution_k
+    other["calibrated_at"] = s.calibration_temperature_degc
+    return t, other
 
 
-def fail(transducer: Array, reading_pa: float) -> None:
-    """Let a transducer (PRESSURE_COLUMNS) show the same reading, Pa gauge, from now on."""
-    transducer[[GAIN, DRIFT, THERMAL, NOISE, RESOLUTION]] = 0.0
-    transducer[ZERO] = reading_pa
+def fail(transducer: Any, reading_pa: float) -> None:
+    """Let a Transducer show the same reading, Pa gauge, from now on."""
+    for name in ("gain", "drift", "thermal", "noise", "resolution"):
+        transducer[name] = 0.0
+    transducer["zero"] = reading_pa
 
 
 @njit
@@ -102,78 +137,93 @@ def counted(value: float, count: float) -> float:
 
 @njit
 def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> float:
-    """One pressure reading, Pa gauge, from the true gauge pressure; s = PRESSURE_COLUMNS of this transducer."""
-    value = s[GAIN] * true_pa + s[ZERO] + s[DRIFT] * t + s[THERMAL] * warm_k + s[NOISE] * noise
-    value = counted(value, s[RESOLUTION])
-    return float(min(max(value, 0.0), s[RANGE]))
+    """One reading of the Transducer s, Pa gauge, from the true gauge pressure."""
+    value = s.gain * true_pa + s.zero + s.drift * t + s.thermal * warm_k + s.noise * noise
+    value = counted(value, s.resolution)
+    return float(min(max(value, 0.0), s.range))
 
 
 @njit
-def sense(
-    row: Any,
-    t: float,
-    q: Any,
-    base: Any,
-    rotation: Any,
-    axes: Any,
-    supply: Any,
-    ropes: Any,
-    command: Any,
-    transducers: Any,
-    common: Any,
-    noise: Any,
-    late: Any,
-    step: int,
-    gravity: float,
-    gravity_in_body: Any,
-    change: Any,
-    com: Any,
-) -> None:
-    """Fill one measurement row (MEASURED_COLUMNS) and gravity in the body frame as the inertial unit believes it.
+def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
+    """Fill the sensors' part of a DataRow from the Board, and the board's gravity_in_body as the inertial unit has it.
 
-    `late` (24, DELAY_LENGTH) remembers true pressures for transducers with a delay; `noise` (NOISES + ADDED_NOISES) is
-    this sample's; `change` (6): acceleration less gravity of the base's centre of mass `com` (3, body frame), angular
-    acceleration, world frame. The inertial unit sits at the body's origin.
+    noise: this sample's Noise; sample: how many samples were taken before, for transducers that are late.
     """
-    row[0] = t
-    n = axes.shape[0]
-    warm = supply[c.TEMPERATURE] - common[CALIBRATED_AT]
-    slot = step % DELAY_LENGTH
-    for i in range(n):
-        row[1 + i] = counted(q[i], common[COUNT_RAD] if i % 3 == 0 else common[COUNT_M])
-        late[i, slot] = axes[i, c.SENSED_A] - ATMOSPHERE_PA
-        late[n + i, slot] = axes[i, c.SENSED_B] - ATMOSPHERE_PA
-        row[37 + i] = command[i]
-    for k in range(2 * n):
-        back = min(int(transducers[k, DELAY_STEPS]), step)
-        row[13 + k] = transduce(
-            late[k, (step - back) % DELAY_LENGTH], t, warm, noise[k], transducers[k]
-        )
-    row[49] = (
-        supply[c.P_SUPPLY] + supply[c.DROOP_P] - ATMOSPHERE_PA + common[SUPPLY_NOISE] * noise[32]
+    row.t = t
+    for i in range(12):
+        count = board.sensors.count_rad if i % 3 == 0 else board.sensors.count_m
+        row.position[i] = counted(board.engine.joint[i] + board.sensors.joint_offset[i], count)
+        row.valve[i] = board.inputs[i].command
+    sense_pressures(row, board, noise, t, sample)
+    other, supply = board.sensors, board.supply
+    row.supply_pressure = (
+        supply.pressure + supply.droop - ATMOSPHERE_PA + other.supply_noise * noise.supply_pressure
     )
-    row[50] = counted(supply[c.TEMPERATURE], common[TEMPERATURE_STEP])
+    row.oil_temperature = counted(supply.temperature, other.temperature_step)
     for k in range(2):
-        row[51 + k] = max(ropes[k, 13] + common[ROPE_NOISE] * noise[24 + k], 0.0)
-    a = common[ATTITUDE_NOISE]
-    roll = math.atan2(rotation[2, 1], rotation[2, 2]) + a * noise[26]
-    pitch = -math.asin(min(1.0, max(-1.0, rotation[2, 0]))) + a * noise[27]
-    row[53] = roll
-    row[54] = pitch
-    row[55] = math.atan2(rotation[1, 0], rotation[0, 0]) + a * noise[28]
+        pull = other.rope_gain[k] * board.ropes[k].tension + other.rope_zero[k]
+        pull += other.rope_noise * noise.rope_tension[k]
+        row.rope_tension[k] = max(pull, 0.0)
+    sense_motion(row, board, noise)
+
+
+@njit
+def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
+    """The transducers' readings into a DataRow."""
+    warm = board.supply.temperature - board.sensors.calibrated_at
+    slot = sample % DELAY_LENGTH
+    for i in range(12):
+        shown = board.axes[i].transducers
+        a, b = board.transducers[0, i], board.transducers[1, i]
+        a.late[slot], b.late[slot] = shown.a - ATMOSPHERE_PA, shown.b - ATMOSPHERE_PA
+        late_a = a.late[(sample - min(a.delay_steps, sample)) % DELAY_LENGTH]
+        late_b = b.late[(sample - min(b.delay_steps, sample)) % DELAY_LENGTH]
+        row.pressure_a[i] = transduce(late_a, t, warm, noise.pressure[0, i], a)
+        row.pressure_b[i] = transduce(late_b, t, warm, noise.pressure[1, i], b)
+
+
+@njit
+def sense_motion(row: Any, board: Any, noise: Any) -> None:
+    """The inertial unit, which sits at the body's origin, into a DataRow; gravity as it has it into the Board."""
+    other, rotation, com = board.sensors, board.rotation, board.base_centre
+    a = other.attitude_noise
+    roll = math.atan2(rotation[2, 1], rotation[2, 2]) + a * noise.attitude[0]
+    pitch = -math.asin(min(1.0, max(-1.0, rotation[2, 0]))) + a * noise.attitude[1]
+    roll += other.mounted_roll
+    pitch += other.mounted_pitch
+    row.attitude[0] = roll
+    row.attitude[1] = pitch
+    row.attitude[2] = math.atan2(rotation[1, 0], rotation[0, 0]) + a * noise.attitude[2]
+    force, twist = np.zeros(3), np.zeros(3)
     for k in range(3):
         turn = 0.0
         for j in range(3):
-            turn += rotation[j, k] * base[10 + j]
-        row[56 + k] = turn + common[RATE_NOISE] * noise[29 + k]
-    force, twist = np.zeros(3), np.zeros(3)
+            turn += rotation[j, k] * board.body.angular_velocity[j]
+            force[k] += rotation[j, k] * board.motion.lift[j]
+            twist[k] += rotation[j, k] * board.motion.angular_acceleration[j]
+        row.angular_rate[k] = turn + other.rate_noise * noise.angular_rate[k]
     for k in range(3):
-        for j in range(3):
-            force[k] += rotation[j, k] * change[j]
-            twist[k] += rotation[j, k] * change[3 + j]
-    row[59] = force[0] - (twist[1] * com[2] - twist[2] * com[1]) + common[FORCE_NOISE] * noise[33]
-    row[60] = force[1] - (twist[2] * com[0] - twist[0] * com[2]) + common[FORCE_NOISE] * noise[34]
-    row[61] = force[2] - (twist[0] * com[1] - twist[1] * com[0]) + common[FORCE_NOISE] * noise[35]
-    gravity_in_body[0] = gravity * math.sin(pitch)
-    gravity_in_body[1] = -gravity * math.cos(pitch) * math.sin(roll)
-    gravity_in_body[2] = -gravity * math.cos(pitch) * math.cos(roll)
+        i, j = (k + 1) % 3, (k + 2) % 3
+        row.specific_force[k] = (
+            force[k]
+            - (twist[i] * com[j] - twist[j] * com[i])
+            + other.force_noise * noise.specific_force[k]
+        )
+    turn_into_unit(row.angular_rate, other.mounted_roll, other.mounted_pitch)
+    turn_into_unit(row.specific_force, other.mounted_roll, other.mounted_pitch)
+    gravity = board.gravity_in_body
+    gravity[0] = GRAVITY_M_S2 * math.sin(pitch)
+    gravity[1] = -GRAVITY_M_S2 * math.cos(pitch) * math.sin(roll)
+    gravity[2] = -GRAVITY_M_S2 * math.cos(pitch) * math.cos(roll)
+
+
+@njit
+def turn_into_unit(vector: Any, roll: float, pitch: float) -> None:
+    """A vector (3) of the body frame, in place, as an inertial unit has it that is mounted Ry(pitch) Rx(roll)."""
+    if roll == 0.0 and pitch == 0.0:
+        return
+    x, y, z = vector[0], vector[1], vector[2]
+    x, z = math.cos(pitch) * x - math.sin(pitch) * z, math.sin(pitch) * x + math.cos(pitch) * z
+    vector[0] = x
+    vector[1] = math.cos(roll) * y + math.sin(roll) * z
+    vector[2] = math.cos(roll) * z - math.sin(roll) * y

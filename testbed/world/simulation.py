@@ -19,15 +19,13 @@ from testbed.control.command import Command, SetPoints
 from testbed.control.measured import Measured
 from testbed.errors import SimulationFault
 from testbed.formats.sockets import user_code
-from testbed.laws import columns as c
-from testbed.laws import drill as d
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
+from testbed.machine.names import AXES, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
-from testbed.world import plant, precompile, sensing
+from testbed.world import precompile, sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
     CONTROL,
@@ -39,9 +37,10 @@ from testbed.world.between import (
     RECORD,
     SENSE,
     SLOW,
+    RecordedRow,
     between_steps,
 )
-from testbed.world.board import OFFSETS
+from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
 from testbed.world.verdict import LOOK_TICKS
 
@@ -49,14 +48,8 @@ Array = NDArray[np.float64]
 TICK_HZ = 100
 DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
 TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
-N_SENSED = len(sensing.MEASURED_COLUMNS)
-N_ESTIMATES = 60
-ESTIMATES = slice(N_SENSED, N_SENSED + N_ESTIMATES)
-CONTACT = slice(ESTIMATES.stop, ESTIMATES.stop + 4)
-EXPECTED = slice(CONTACT.stop, CONTACT.stop + 4)
-REFERENCE = slice(EXPECTED.stop, EXPECTED.stop + 12)
-CARRYING = slice(REFERENCE.stop, REFERENCE.stop + 4)
-DRILL = slice(CARRYING.stop, CARRYING.stop + d.KNOWN)
+SAMPLES = 1000
+"""Samples whose noise is drawn at once."""
 LOADS = [
     k
     for k, name in enumerate(TRUTH_COLUMNS)
@@ -64,15 +57,6 @@ LOADS = [
 ]
 MOST_WEIGHTS = 1000.0
 """A load of so many times the weight of the machine is a fault of the simulation, no physics (E)."""
-WATCHED = np.array(
-    [
-        *(OFFSETS["ropes"] + k * plant.ROPE_COLUMNS + plant.WHOLE for k in range(len(SIDES))),
-        OFFSETS["base"],
-        OFFSETS["base"] + 3,
-        OFFSETS["axes"] + 2 * c.AXIS_STATES + c.P_A,
-    ]
-)
-"""Places on the board that every tick looks at: whether the ropes are whole, three states that must be finite."""
 
 
 class Simulation:
@@ -89,7 +73,7 @@ class Simulation:
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False
         self._step = 0
-        self._block = np.zeros((0, len(DATA_COLUMNS))), np.zeros((0, len(TRUTH_COLUMNS)))
+        self._block = RecordedRow.zeros(0)
         rates = scenario.rates
         hz = rates.physics_hz
         self.dt = 1.0 / hz
@@ -100,35 +84,23 @@ class Simulation:
         self._every_sensor = hz // rates.sensor_hz
         self._flags = self._schedule()
         self._every_expected = hz // rates.expected_loads_hz
-        self._control_dt = self.dt * (hz // rates.control_hz)
         self._pending = sorted(scenario.events, key=lambda e: e.at_s)
         self._shoves: list[Shove] = []
-        self._row = np.zeros(len(DATA_COLUMNS))
-        self._noise = np.zeros((0, sensing.NOISES + sensing.ADDED_NOISES))
-        self._samples = 0
+        self._row = DataRow.zeros()
+        self._noise = sensing.Noise.zeros(SAMPLES)
         self._hold = DrillHold()
         m, b = self.machine, self.machine.board
-        self._rope_was_whole = [bool(whole) for whole in b.ropes[:, plant.WHOLE]]
-        self._row[REFERENCE] = m.start_joints
-        self._row[CARRYING] = 1.0
+        self._rope_was_whole = [bool(whole) for whole in b.ropes["whole"]]
+        self._row["reference"] = m.start_joints
+        self._row["carrying"] = 1.0
         self._ticks = -1
         self._command = Command(m.start_joints)
         self._set_points = SetPoints(m.start_joints)
         self._resting = True
-        self._empty = np.zeros((1, len(DATA_COLUMNS))), np.zeros((1, len(TRUTH_COLUMNS)))
-        self._fixed = (
-            self.dt,
-            self._control_dt,
-            rates.hydraulic_substeps,
-            m.locked,
-            GRAVITY_M_S2,
-            b.array,
-            self._row,
-            *m.chain.arrays,
-        )
-        no_noise = np.zeros((1, sensing.NOISES + sensing.ADDED_NOISES))
-        precompile.finish(compiling, (0, 0, 0, 0, *self._fixed, no_noise, *self._empty))
-        m.engine.read(b.engine_state)
+        self._nowhere = RecordedRow.zeros()
+        self._fixed = m.boards, m.chain.arrays, self._noise, self._row
+        precompile.finish(compiling, (*self._fixed, self._nowhere))
+        m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
         self._tick(0.0)
@@ -179,11 +151,11 @@ class Simulation:
 
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
-        engine, board = self.machine.engine, self.machine.board
-        data, truth = np.zeros((rows, len(DATA_COLUMNS))), np.zeros((rows, len(TRUTH_COLUMNS)))
-        self._block = data, truth
+        engine, boards = self.machine.engine, self.machine.boards
+        recorded = self._block = RecordedRow.zeros(rows)
+        boards["clock"]["recorded"] = 0
         apply, advance, read, do = engine.apply, engine.step, engine.read, self._do
-        given, state = board.given, board.engine_state
+        given, state = boards["given"], boards["engine"]
         flags, period, count, k = self._flags, len(self._flags), 0, self._step
         while count < rows and not self.finished:
             apply(given)
@@ -194,61 +166,50 @@ class Simulation:
             due = flags[k % period]
             if due & SLOW:
                 with user_code():
-                    self._slow_step(k, due, data, truth, count)
+                    self._slow_step(k, due, recorded)
             else:
-                do(due, data, truth, count)
+                do(due, recorded)
             if due & RECORD:
                 count += 1
-        self._check_rows(data[:count], truth[:count])
-        return data[:count], truth[:count]
+        data, truth = self._tables(count)
+        self._check_rows(data, truth)
+        return data, truth
 
-    def _slow_step(self, k: int, due: int, data: Array, truth: Array, count: int) -> None:
+    def _tables(self, count: int) -> tuple[Array, Array]:
+        """The first `count` rows of the block as tables of data and truth."""
+        rows = self._block[:count]
+        return RecordedRow.part_as_table(rows, "known"), RecordedRow.part_as_table(rows, "truth")
+
+    def _slow_step(self, k: int, due: int, recorded: NDArray[Any]) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
         if k % self._every_expected == 0:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
             self._expect()
-            self._do(due & RECORD, data, truth, count)
+            self._do(due & RECORD, recorded)
         else:
-            self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), data, truth, count)
+            self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), recorded)
         if k >= self._last:
             self.finished = True
         if k % self._every_tick == 0:
             self._tick(k * self.dt)
         self._do(due & (CONTROL | PLANT))
 
-    def _do(
-        self, flags: int, data: Array | None = None, truth: Array | None = None, count: int = 0
-    ) -> None:
-        """Do what `flags` name; a record goes to row `count` of data and truth."""
-        if flags & SENSE:
-            self._samples += 1
-            if self._samples >= len(self._noise):
-                first = self.machine.noise_rng.standard_normal((1000, sensing.NOISES))
-                added = self.machine.added_noise_rng.standard_normal((1000, sensing.ADDED_NOISES))
-                self._noise = np.hstack([first, added])
-                self._samples = 0
-        k = self._step
-        between_steps(
-            flags,
-            k,
-            k // self._every_sensor,
-            self._samples,
-            count,
-            *self._fixed,
-            self._noise,
-            self._empty[0] if data is None else data,
-            self._empty[1] if truth is None else truth,
-        )
+    def _do(self, due: int, recorded: NDArray[Any] | None = None) -> None:
+        """Do what the flags `due` name; a record goes to the next row of `recorded`."""
+        if due & SENSE and (self._step // self._every_sensor) % SAMPLES == 0:
+            m = self.machine
+            self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
+        between_steps(due, *self._fixed, self._nowhere if recorded is None else recorded)
 
     def _expect(self) -> None:
-        row, m = self._row, self.machine
-        row[EXPECTED] = m.expectation.loads(
-            row[sensing.POSITION],
+        row, m = self._row[0], self.machine
+        row["expected"] = m.expectation.loads(
+            row["position"],
             m.board.gravity_in_body,
-            row[sensing.ROPE],
-            row[sensing.ATTITUDE],
+            row["rope_tension"],
+            row["attitude"],
             m.drill_known(),
-            row[CARRYING],
+            row["carrying"],
         )
 
     # ---- the slow tick -------------------------------------------------------------------------------------
@@ -263,13 +224,13 @@ class Simulation:
         ):
             self.events.append({"t": t, **news})
         m.limit_thrust()
-        self._row[DRILL] = m.drill_known()
+        drill_known(m.drill, self._row[0])
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
         if self._shoves:
             now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
-            m.board.body[plant.SHOVE] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
+            m.board["shove"] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
         self._follow(m.gait.command(t, self._every_tick * self.dt, self._measured()), t)
         self._watch(t)
         if m.footing is not None:
@@ -288,10 +249,11 @@ class Simulation:
         if command is self._command and self._resting and not dithers:
             return
         b, dt = self.machine.board, self._every_tick * self.dt
-        b.reference[:], b.reference_rate[:] = self._set_points.follow(command, dt)
-        b.ropes[:, plant.RATE_COMMAND] = command.rope_rates_m_s
-        self._row[CARRYING] = command.stance
-        self._resting = not b.reference_rate.any()
+        reference, rate = self._set_points.follow(command, dt)
+        b.loops["reference"], b.loops["reference_rate"] = reference, rate
+        b.ropes["wanted_rate"] = command.rope_rates_m_s
+        self._row["carrying"] = command.stance
+        self._resting = not rate.any()
         self._command = command
         if dithers:
             self._dither(t)
@@ -300,9 +262,9 @@ class Simulation:
         """Let the vertical set points wander about where they are."""
         depth = self.scenario.control.dither_m
         turn = 2.0 * math.pi * self.scenario.control.dither_hz
-        b = self.machine.board
-        b.reference[2::3] += depth * math.sin(turn * t)
-        b.reference_rate[2::3] += depth * turn * math.cos(turn * t)
+        vertical = self.machine.board.loops[2::3]
+        vertical["reference"] += depth * math.sin(turn * t)
+        vertical["reference_rate"] += depth * turn * math.cos(turn * t)
 
     def _measured(self) -> Measured:
         """This tick's row of data as control sees it."""
@@ -310,13 +272,14 @@ class Simulation:
 
     def _watch(self, t: float) -> None:
         m = self.machine
-        *whole, x, turn, pressure = m.board.array.take(WATCHED).tolist()
+        board = m.board
         for k, side in enumerate(SIDES):
-            if self._rope_was_whole[k] and whole[k] == 0.0:
+            if self._rope_was_whole[k] and board.ropes[k].whole == 0.0:
                 self._rope_was_whole[k] = False
                 self.events.append({"t": t, "kind": "rope_broke", "rope": side})
                 m.judge.verdict, self.finished = "rope broke", True
-        if not math.isfinite(x + turn + pressure):
+        body, pressure = board.body, board.axes[VERTICAL[0]].a.pressure
+        if not math.isfinite(body.position[0] + body.quaternion[0] + pressure):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
@@ -335,14 +298,16 @@ class Simulation:
         self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
         if isinstance(event, CutRope):
             side = SIDES.index(event.rope)
-            m.board.ropes[side, plant.WHOLE] = 0.0
+            m.board.ropes[side].whole = 0.0
             self._rope_was_whole[side] = False
         elif isinstance(event, SetSupply):
-            m.board.unit[c.PUMP_SET] = event.pressure_pa + ATMOSPHERE_PA
+            m.board.unit.set_pressure = event.pressure_pa + ATMOSPHERE_PA
         elif isinstance(event, FailSensor):
-            number = AXES.index(event.at) + (len(AXES) if event.chamber == "b" else 0)
-            reading = float(self._row[sensing.PRESSURE_A.start + number])
-            sensing.fail(m.board.transducers[number], reading if event.how == "stuck" else 0.0)
+            axis, chamber = AXES.index(event.at), sensing.CHAMBERS.index(event.chamber)
+            reading = float(self._row[0][f"pressure_{event.chamber}"][axis])
+            sensing.fail(
+                m.board.transducers[chamber, axis], reading if event.how == "stuck" else 0.0
+            )
         elif isinstance(event, Shove):
             self._shoves.append(event)
         elif isinstance(event, Payload):
@@ -367,9 +332,12 @@ class Simulation:
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
-        data, truth = self._block
-        count = int(np.count_nonzero(truth[:, 0]))  # the first row's time is above 0
-        return data[:count], truth[:count]
+        return self._tables(int(self.machine.board.clock.recorded))
+
+    @property
+    def row(self) -> Any:
+        """The running row of data: one DataRow, what the electronics know now."""
+        return self._row[0]
 
     # ---- what others ask -----------------------------------------------------------------------------------
 
@@ -387,8 +355,8 @@ class Simulation:
             "tilt_deg": math.degrees(m.judge.tilt_rad),
             **m.drill.summary(),
             **m.settlement(),
-            "pump_work_j": float(m.board.supply[c.PUMP_WORK]),
-            "oil_temperature_degc": float(m.board.supply[c.TEMPERATURE]),
+            "pump_work_j": float(m.board.supply.pump_work),
+            "oil_temperature_degc": float(m.board.supply.temperature),
             "total_mass_kg": float(m.engine.masses().sum()),
             "thrust_reserve_n": m.thrust.reserve_n,
             "body_travel_m": float(np.linalg.norm(m.origin_in_world() - m.start_base)),

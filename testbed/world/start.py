@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +61,7 @@ def find_start(
     model: RobotModel,
     engine: Engine,
     parameters: Machine,
-    drill_known: Array,
+    drill_known: Any,
     hidden: Hidden,
 ) -> Start:
     """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.

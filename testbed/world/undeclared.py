@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,42 +16,42 @@ from testbed.effects import by_name
 from testbed.effects.base import Effect
 from testbed.effects.hidden import Hidden, HiddenCylinder
 from testbed.errors import InputError
-from testbed.laws import columns as c
+from testbed.formats.records import get, put
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import ballasted
 from testbed.scenario.parts import Undeclared
-from testbed.world import sensing
+from testbed.world.sensing import DELAY_LENGTH
 
 Array = NDArray[np.float64]
 
-ADDED: Mapping[str, int] = {
-    "pressure_coefficient_m2": c.FR_PRESSURE,
-    "load_coefficient": c.FR_LOAD,
-    "leakage_m3_s_pa": c.LEAK_I,
-    "air_share": c.AIR,
-    "deadband": c.DEADBAND,
+ADDED: Mapping[str, str] = {
+    "pressure_coefficient_m2": "seal.pressure_coefficient",
+    "load_coefficient": "seal.load_coefficient",
+    "leakage_m3_s_pa": "inner_leakage",
+    "air_share": "oil.air",
+    "deadband": "valve.deadband",
 }
-"""Numbers of a hidden cylinder that are added to the machine's own -> columns of its parameters."""
-REPLACED: Mapping[str, int] = {
-    "position_slope": c.FR_POSITION,
-    "bristle_stiffness_n_m": c.BRISTLE_K,
-    "bristle_damping_n_s_m": c.BRISTLE_D,
-    "thinning_1_k": c.EXTRA_VISC_RATE,
-    "spring_n_m": c.SPRING_K,
-    "spring_rest_m": c.SPRING_REST,
-    "vibration_n": c.PERIODIC_N,
-    "vibration_hz": c.PERIODIC_W,
-    "cushion_n_m": c.XCUSHION_K,
-    "cushion_start_m": c.XCUSHION_START,
-    "hose_m3_pa": c.HOSE_CAP,
-    "hose_s": c.HOSE_TIME,
-    "line_b_hz": c.LINE_WN,
-    "line_b_damping": c.LINE_ZETA,
+"""Numbers of a hidden cylinder that are added to the machine's own -> dotted paths of AxisParameters."""
+REPLACED: Mapping[str, str] = {
+    "position_slope": "seal.position_slope",
+    "bristle_stiffness_n_m": "seal.bristle_stiffness",
+    "bristle_damping_n_s_m": "seal.bristle_damping",
+    "thinning_1_k": "seal.viscosity_rate",
+    "spring_n_m": "extra.spring_stiffness",
+    "spring_rest_m": "extra.spring_rest",
+    "vibration_n": "extra.periodic_force",
+    "vibration_hz": "extra.periodic_frequency",
+    "cushion_n_m": "extra.cushion_stiffness",
+    "cushion_start_m": "extra.cushion_start",
+    "hose_m3_pa": "a.hose_capacity",
+    "hose_s": "hose_time",
+    "line_b_hz": "transducers.pipe_frequency",
+    "line_b_damping": "transducers.pipe_damping",
 }
 """Numbers that take the place of the machine's own; frequencies become angular ones."""
-ANGULAR = (c.PERIODIC_W, c.LINE_WN)
+ANGULAR = ("vibration_hz", "line_b_hz")
 
 
 def hidden_of(entries: Sequence[Undeclared]) -> Hidden:
@@ -100,39 +101,47 @@ def places_of(effect: Effect, place: str, field: str) -> tuple[str, ...]:
     )
 
 
-def put_into_cylinders(world: Hidden, params: Array) -> None:
-    """Change the parameters (12, AXIS_PARAMETERS) of the cylinders, in place."""
+def put_into_cylinders(world: Hidden, params: NDArray[Any]) -> None:
+    """Change the AxisParameters (12,) of the cylinders, in place."""
     for axis, cylinder in world.cylinders.items():
         row = params[AXES.index(axis)]
-        for name, column in ADDED.items():
-            row[column] += getattr(cylinder, name)
-        for name, column in REPLACED.items():
+        for name, path in ADDED.items():
+            put(row, path, get(row, path) + getattr(cylinder, name))
+        for name, path in REPLACED.items():
             value = getattr(cylinder, name)
             if value is not None:
-                row[column] = 2.0 * math.pi * value if column in ANGULAR else value
+                put(row, path, 2.0 * math.pi * value if name in ANGULAR else value)
 
 
-def put_into_supply(world: Hidden, unit: Array) -> None:
-    """Change the power unit (SUPPLY_PARAMETERS), in place."""
-    unit[c.PUMP_FLOW] *= world.pump_flow_factor
+def put_into_supply(world: Hidden, unit: Any) -> None:
+    """Change the PowerUnit, in place."""
+    unit["pump_flow"] *= world.pump_flow_factor
     if world.pump_pressure_factor != 1.0:
-        gauge = unit[c.PUMP_SET] - ATMOSPHERE_PA
-        unit[c.PUMP_SET] = world.pump_pressure_factor * gauge + ATMOSPHERE_PA
+        gauge = unit["set_pressure"] - ATMOSPHERE_PA
+        unit["set_pressure"] = world.pump_pressure_factor * gauge + ATMOSPHERE_PA
     if world.droop_pa_s_m3 is not None:
-        unit[c.DROOP], unit[c.DROOP_TIME] = world.droop_pa_s_m3, world.droop_s
+        unit["droop"], unit["droop_time"] = world.droop_pa_s_m3, world.droop_s
 
 
-def put_into_sensors(world: Hidden, transducers: Array, step_s: float) -> None:
-    """Change the pressure transducers (24, PRESSURE_COLUMNS), sampled every `step_s`, in place."""
+def put_into_other_sensors(world: Hidden, other: Any) -> None:
+    """Change OtherSensors, in place: how the inertial unit sits, encoders' zeros, load pins."""
+    other["mounted_roll"] += world.unit_roll_rad
+    other["mounted_pitch"] += world.unit_pitch_rad
+    other["joint_offset"] += [cylinder.encoder_offset for cylinder in world.cylinders.values()]
+    other["rope_gain"] += [rope.tension_gain_error for rope in world.ropes.values()]
+    other["rope_zero"] += [rope.tension_zero_n for rope in world.ropes.values()]
+
+
+def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) -> None:
+    """Change the pressure transducers (Transducer, (2, 12)), sampled every `step_s`, in place."""
     for axis, cylinder in world.cylinders.items():
-        a = transducers[AXES.index(axis)]
-        b = transducers[AXES.index(axis) + len(AXES)]
-        a[sensing.GAIN] += cylinder.gain_error_a
-        b[sensing.GAIN] += cylinder.gain_error_b
+        a, b = transducers[:, AXES.index(axis)]
+        a["gain"] += cylinder.gain_error_a
+        b["gain"] += cylinder.gain_error_b
         if cylinder.drift_a_pa_s is not None:
-            a[sensing.DRIFT] = cylinder.drift_a_pa_s
+            a["drift"] = cylinder.drift_a_pa_s
         if cylinder.pressure_delay_s:
-            a[sensing.DELAY_STEPS] = b[sensing.DELAY_STEPS] = _delay_steps(cylinder, step_s)
+            a["delay_steps"] = b["delay_steps"] = _delay_steps(cylinder, step_s)
 
 
 @contextmanager
@@ -174,11 +183,11 @@ def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) 
 
 def _delay_steps(cylinder: HiddenCylinder, step_s: float) -> int:
     steps = round(cylinder.pressure_delay_s / step_s)
-    if steps >= sensing.DELAY_LENGTH:
+    if steps >= DELAY_LENGTH:
         raise InputError(
             "is longer than the world can hold back",
             field="undeclared: delay of the pressures",
             value=cylinder.pressure_delay_s,
-            allowed=f"< {sensing.DELAY_LENGTH * step_s:g} s",
+            allowed=f"< {DELAY_LENGTH * step_s:g} s",
         )
     return steps

@@ -1,4 +1,4 @@
-"""The crawl's plan and its pieces, without a world: ranges, paces, ropes, touch and twist."""
+"""The crawl's plan and its pieces, without a world: ranges, paces, ropes, touch and internal."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from testbed.control.gaits.crawl.pace import (
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
-from testbed.robot.loads.foot_load_sets import twist_of
+from testbed.robot.loads.foot_load_sets import internal_force_of
 
 
 def walk(made: CrawlGait, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -115,9 +115,9 @@ def test_ropes_keep_the_pull_along_the_slope_wherever_the_body_goes() -> None:
 
 def test_the_diagonal_has_no_resultant_on_staggered_feet() -> None:
     feet = np.array([[1.4, 1.0], [1.2, -1.0], [-1.0, 1.0], [-1.2, -1.0]])
-    twist = twist_of(feet)
-    np.testing.assert_allclose([twist.sum(), *(twist @ feet)], 0.0, atol=1e-12)
-    assert twist[0] > 0.0 and np.linalg.norm(twist) == pytest.approx(1.0)
+    internal = internal_force_of(feet)
+    np.testing.assert_allclose([internal.sum(), *(internal @ feet)], 0.0, atol=1e-12)
+    assert internal[0] > 0.0 and np.linalg.norm(internal) == pytest.approx(1.0)
 
 
 def test_the_body_shifts_away_from_the_swinging_legs_until_the_margin_is_enough() -> None:

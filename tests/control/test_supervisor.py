@@ -8,7 +8,7 @@ import pytest
 from testbed.control.command import Command
 from testbed.control.layers.supervisor import CALM_S, LOWER_M_S, LOWEST_M, PATIENCE_S, Supervisor
 from testbed.control.measured import Measured
-from testbed.laws import drill as d
+from testbed.laws.drill import DrillLoads
 from testbed.machine.names import VERTICAL
 from testbed.scenario.tasks import Drill, Push
 from testbed.world.drilling.drilling import DrillProgram
@@ -67,14 +67,14 @@ def test_a_drill_that_is_held_fades_stands_still_and_resumes() -> None:
         ramp_s=0.0,
         phases=(Push(kind="push", duration_s=1.0, feed_n=4000.0),),
     )
-    drill, hold, t = DrillProgram(task, np.zeros(d.DRILL_COLUMNS)), DrillHold(), 0.0
+    drill, hold, t = DrillProgram(task, DrillLoads.zeros()[0]), DrillHold(), 0.0
     feed = []
     for k in range(300):
         hold.update(drill, t, DT, 50 <= k < 200)
-        feed.append(drill.loads[d.FEED])
+        feed.append(drill.loads.feed)
         t += DT
     gone = 50 + round(FADE_S / DT)
     assert feed[49] == 4000.0 and np.all(np.diff(feed[49:gone]) < 0.0) and not any(feed[gone:200])
-    assert drill.ordered[0] == drill.loads[d.FEED]
+    assert drill.ordered.thrust == drill.loads.feed
     worked_s = DT * sum(f > 0.0 for f in feed)
     assert worked_s == pytest.approx(1.0, abs=3 * DT)  # the phase lasts 1 s of its own time

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from testbed.control.drilling.thrust_plan import planned_thrust, ramp_share
-from testbed.laws import drill as d
+from testbed.laws.drill import DrillLoads
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, PullOut, Push, Rest
 from testbed.world.drilling.drilling import DrillProgram
@@ -37,7 +37,7 @@ def test_a_trapezoid_by_hand() -> None:
 @pytest.mark.parametrize("repeat", [False, True])
 def test_it_is_what_the_drill_then_orders(repeat: bool) -> None:
     task = Drill(kind="drill", start_s=0.3, ramp_s=0.2, repeat=repeat, phases=PHASES)
-    program, plan = DrillProgram(task, np.zeros(d.DRILL_COLUMNS)), planned_thrust(task, 900, 0.01)
+    program, plan = DrillProgram(task, DrillLoads.zeros()[0]), planned_thrust(task, 900, 0.01)
     ordered = []
     for n in range(900):
         program.update((n + 1) * 0.01, 0.01)

@@ -16,6 +16,7 @@ from testbed.estimation.live.body_belief import OwnTuning, packed, without
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
+from testbed.recording.rows import DrillKnown
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
@@ -104,7 +105,7 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k, tension in enumerate((9e3, 8e3)):
         expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])
-    expected += known_wrench(MODEL, drill, gravity)
+    expected += known_wrench(MODEL, np.array([tuple(drill)], DrillKnown.dtype)[0], gravity)
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
 

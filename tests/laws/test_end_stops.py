@@ -13,9 +13,9 @@ def test_a_leg_driven_against_its_end_stop_pushes_on_the_stop_and_not_on_its_foo
     try:
         board, engine = world.machine.board, world.machine.engine
         world.run_block(300)
-        board.reference[1] = 0.45  # beyond the stroke of 0.4 m
+        board.loops[1].reference = 0.45  # beyond the stroke of 0.4 m
         world.run_block(300)
-        assert 0.4 < board.q[1] < 0.402
+        assert 0.4 < board.engine.joint[1] < 0.402
         contact = np.zeros((4, 3))
         engine.contacts(contact, np.zeros(4))
         assert np.abs(board.foot_force[0] - contact[0]).max() < 5.0

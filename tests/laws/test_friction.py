@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from testbed.laws import columns as c
-from testbed.laws.ends import end_force, extra_force, mean_ramp, share_above
+from testbed.laws.ends import (
+    EndParameters,
+    ExtraForces,
+    end_force,
+    extra_force,
+    mean_ramp,
+    share_above,
+)
 from testbed.laws.friction import (
+    SealParameters,
+    SealState,
+    Sliding,
     bristle_step,
     dwell_step,
     friction_step,
@@ -19,16 +29,36 @@ from testbed.laws.friction import (
     steady_friction,
     stribeck_level,
 )
+from testbed.laws.hydraulics import AxisInput
 
 K, D = 3e7, 1e4
 
 
-def _axis() -> tuple[np.ndarray, np.ndarray]:
-    p, s = np.zeros(c.AXIS_PARAMETERS), np.zeros(c.AXIS_STATES)
-    p[[c.FC_POS, c.FS_POS, c.CS_POS, c.VISC_POS]] = 620.0, 180.0, 0.007, 5200.0
-    p[[c.FC_NEG, c.FS_NEG, c.CS_NEG, c.VISC_NEG]] = 540.0, 160.0, 0.007, 4100.0
-    p[[c.BRISTLE_K, c.BRISTLE_D, c.STROKE, c.DWELL_TIME]] = K, D, 0.5, 20.0
-    return s, p
+STROKE = 0.5
+
+
+def _seal(**changes: float) -> tuple[Any, Any]:
+    """State and parameters of a seal."""
+    p = SealParameters.of(bristle_stiffness=K, bristle_damping=D, dwell_time=20.0, **changes)
+    p.outward = Sliding.of(coulomb=620.0, static=180.0, stribeck_speed=0.007, viscous=5200.0)
+    p.inward = Sliding.of(coulomb=540.0, static=160.0, stribeck_speed=0.007, viscous=4100.0)
+    return SealState.zeros()[0], p
+
+
+def _slide(
+    seal: tuple[Any, Any],
+    v: float,
+    steps: int = 200,
+    place: float = 0.0,
+    pressures: float = 0.0,
+    thinning: float = 1.0,
+    **loads: float,
+) -> float:
+    """Friction after `steps` ms at v, N."""
+    rod = AxisInput.of(rate=v, **loads)
+    for _ in range(steps):
+        force = friction_step(*seal, rod, place, pressures, thinning, 1e-3)
+    return float(force)
 
 
 def test_stribeck_level_by_hand() -> None:
@@ -42,9 +72,7 @@ def test_stribeck_level_by_hand() -> None:
 
 @pytest.mark.parametrize("v", [-0.2, -0.004, 0.003, 0.05])
 def test_steady_sliding_is_equation_5(v: float) -> None:
-    s, p = _axis()
-    for _ in range(400):
-        force = friction_step(s, p, 0.25, v, 1e5, 1e5, 1.0, 0.0, 0.0, 1e-3)
+    force = _slide(_seal(), v, steps=400)
     pos = (620.0, 180.0, 0.007, 5200.0) if v > 0 else (540.0, 160.0, 0.007, 4100.0)
     assert force == pytest.approx(steady_friction(v, *pos), rel=1e-4)
 
@@ -81,43 +109,25 @@ def test_rest_ages_the_contact_and_sliding_renews_it() -> None:
     assert worn < 1e-5
 
 
-def test_position_pressure_load_and_side_raise_the_coulomb_part() -> None:
-    for column, change, kwargs in (
-        (c.FR_POSITION, 0.1 * 0.4 * 620.0, {"x": 0.45}),
-        (c.FR_PRESSURE, 6e-6 * 1.2e7, {"a": 6.1e6, "b": 6.1e6}),
-        (c.FR_LOAD, 0.01 * 5e3, {"load": 5e3}),
-        (c.FR_SIDE, 0.02 * 1e3, {"side": -1e3}),
-    ):
-        value = {c.FR_POSITION: 0.1, c.FR_PRESSURE: 6e-6, c.FR_LOAD: 0.01, c.FR_SIDE: 0.02}[column]
-        forces = []
-        for size in (0.0, value):
-            s, p = _axis()
-            p[column] = size
-            for _ in range(200):
-                forces_now = friction_step(
-                    s,
-                    p,
-                    kwargs.get("x", 0.25),
-                    0.2,
-                    kwargs.get("a", 1e5),
-                    kwargs.get("b", 1e5),
-                    1.0,
-                    kwargs.get("load", 0.0),
-                    kwargs.get("side", 0.0),
-                    1e-3,
-                )
-            forces.append(forces_now)
-        assert forces[1] - forces[0] == pytest.approx(change, rel=1e-6)
+@pytest.mark.parametrize(
+    ("parameter", "value", "acting", "change"),
+    [
+        ("position_slope", 0.1, {"place": 0.4}, 0.1 * 0.4 * 620.0),
+        ("pressure_coefficient", 6e-6, {"pressures": 1.2e7}, 6e-6 * 1.2e7),
+        ("load_coefficient", 0.01, {"load": 5e3}, 0.01 * 5e3),
+        ("side_load_coefficient", 0.02, {"side_load": -1e3}, 0.02 * 1e3),
+    ],
+)
+def test_position_pressure_load_and_side_raise_the_coulomb_part(
+    parameter: str, value: float, acting: dict[str, float], change: float
+) -> None:
+    raised = _slide(_seal(**{parameter: value}), 0.2, **acting)
+    assert raised - _slide(_seal(), 0.2, **acting) == pytest.approx(change, rel=1e-6)
 
 
 def test_warm_oil_scales_the_viscous_part_alone() -> None:
-    forces = []
-    for warm in (1.0, 0.5):
-        s, p = _axis()
-        for _ in range(200):
-            force = friction_step(s, p, 0.25, 0.2, 1e5, 1e5, warm, 0.0, 0.0, 1e-3)
-        forces.append(force)
-    assert forces[0] - forces[1] == pytest.approx(0.5 * 5200.0 * 0.2)
+    cold, warm = (_slide(_seal(), 0.2, thinning=share) for share in (1.0, 0.5))
+    assert cold - warm == pytest.approx(0.5 * 5200.0 * 0.2)
 
 
 def test_ramp_means_by_hand() -> None:
@@ -127,43 +137,38 @@ def test_ramp_means_by_hand() -> None:
     assert share_above(-1.0, 3.0) == 0.75
 
 
-def _ends() -> np.ndarray:
-    _, p = _axis()
-    p[[c.CUSHION_LENGTH, c.CUSHION_D, c.STOP_K, c.STOP_D]] = 0.03, 6e4, 5e7, 3e4
-    return p
+def _end_force(x: float, v: float, dt: float) -> float:
+    ends = EndParameters.of(
+        cushion_length=0.03, cushion_damping=6e4, stop_stiffness=5e7, stop_damping=3e4
+    )
+    return float(end_force(ends, STROKE, x, v, dt))
 
 
 def test_cushion_brakes_the_approach_only() -> None:
-    p = _ends()
-    assert end_force(p, 0.25, -0.1, 1e-3) == 0.0
-    assert end_force(p, 0.015, -0.1, 1e-9) == pytest.approx(6e4 * 0.1 * 0.5, rel=1e-6)
-    assert end_force(p, 0.015, +0.1, 1e-9) == 0.0
-    assert end_force(p, 0.485, +0.1, 1e-9) == pytest.approx(-6e4 * 0.1 * 0.5, rel=1e-6)
+    assert _end_force(0.25, -0.1, 1e-3) == 0.0
+    assert _end_force(0.015, -0.1, 1e-9) == pytest.approx(6e4 * 0.1 * 0.5, rel=1e-6)
+    assert _end_force(0.015, +0.1, 1e-9) == 0.0
+    assert _end_force(0.485, +0.1, 1e-9) == pytest.approx(-6e4 * 0.1 * 0.5, rel=1e-6)
 
 
 def test_stop_is_a_spring_that_never_pulls() -> None:
-    p = _ends()
-    assert end_force(p, -1e-4, 0.0, 1e-3) == pytest.approx(5e3)
-    assert end_force(p, 0.5001, 0.0, 1e-3) == pytest.approx(-5e3)
-    assert end_force(p, -1e-6, 0.5, 1e-9) == 0.0  # leaving faster than the spring follows
+    assert _end_force(-1e-4, 0.0, 1e-3) == pytest.approx(5e3)
+    assert _end_force(0.5001, 0.0, 1e-3) == pytest.approx(-5e3)
+    assert _end_force(-1e-6, 0.5, 1e-9) == 0.0  # leaving faster than the spring follows
 
 
 def test_mean_end_force_is_the_mean_of_its_parts() -> None:
-    p = _ends()
     for x, v in ((2e-4, -0.4), (0.0305, -0.8), (0.4998, 0.5), (-3e-4, 0.6)):
-        parts = [end_force(p, x + v * 1e-5 * k, v, 1e-5) for k in range(100)]
-        assert end_force(p, x, v, 1e-3) == pytest.approx(np.mean(parts), rel=1e-9, abs=1e-6)
+        parts = [_end_force(x + v * 1e-5 * k, v, 1e-5) for k in range(100)]
+        assert _end_force(x, v, 1e-3) == pytest.approx(np.mean(parts), rel=1e-9, abs=1e-6)
 
 
 def test_extra_forces_by_hand() -> None:
-    _, p = _axis()
-    p[[c.SPRING_K, c.SPRING_REST]] = 1e4, 0.2
-    assert extra_force(p, 0.3, 0.0, 0.0, 1e-3) == pytest.approx(-1e3)
-    _, p = _axis()
-    p[[c.PERIODIC_N, c.PERIODIC_W]] = 100.0, 2 * math.pi * 25.0
-    assert extra_force(p, 0.3, 0.0, 0.0, 0.04) == pytest.approx(0.0, abs=1e-9)  # a whole period
-    assert extra_force(p, 0.3, 0.0, 0.0, 0.02) == pytest.approx(100.0 * 2 / math.pi)
-    _, p = _axis()
-    p[[c.XCUSHION_K, c.XCUSHION_START]] = 1e5, 0.1
-    assert extra_force(p, 0.06, 0.0, 0.0, 1e-3) == pytest.approx(4e3)
-    assert extra_force(p, 0.2, 0.0, 0.0, 1e-3) == 0.0
+    spring = ExtraForces.of(spring_stiffness=1e4, spring_rest=0.2)
+    assert extra_force(spring, 0.3, 0.0, 0.0, 1e-3) == pytest.approx(-1e3)
+    band = ExtraForces.of(periodic_force=100.0, periodic_frequency=2 * math.pi * 25.0)
+    assert extra_force(band, 0.3, 0.0, 0.0, 0.04) == pytest.approx(0.0, abs=1e-9)  # a whole period
+    assert extra_force(band, 0.3, 0.0, 0.0, 0.02) == pytest.approx(100.0 * 2 / math.pi)
+    cushion = ExtraForces.of(cushion_stiffness=1e5, cushion_start=0.1)
+    assert extra_force(cushion, 0.06, 0.0, 0.0, 1e-3) == pytest.approx(4e3)
+    assert extra_force(cushion, 0.2, 0.0, 0.0, 1e-3) == 0.0

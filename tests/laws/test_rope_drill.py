@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,16 +12,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from testbed.laws import columns as c
 from testbed.laws import drill as d
 from testbed.laws.rope import (
+    Rope,
+    rope_pull,
     rope_tension,
-    rope_wrench,
     sagging_tension,
     unstrained_length,
     unstrained_sagging,
 )
-from testbed.laws.transducer import sense_path, transducer_weights
+from testbed.laws.transducer import (
+    TransducerParameters,
+    TransducerState,
+    sense_path,
+    transducer_weights,
+)
 
 EA, L0 = 9.8e6, 30.0
 
@@ -57,15 +63,25 @@ def test_paid_out_length_gives_the_tension_back() -> None:
 
 
 def test_wrench_points_to_the_anchor() -> None:
-    out = np.zeros(3)
-    tension = rope_wrench(
-        np.zeros(3), np.array([18.0, 0.0, 24.03]), np.zeros(3), L0, EA, 0.0, 0.0, 0.6, out
-    )
-    assert np.linalg.norm(out) == pytest.approx(tension)
-    assert out[2] / out[0] == pytest.approx(24.03 / 18.0)
+    rope = Rope.of(anchor=(18.0, 0.0, 24.03), unstrained=L0, stiffness_ea=EA, clearance=0.6)
+    tension = rope_pull(rope, np.zeros(3), np.zeros(3))
+    assert np.linalg.norm(rope.force) == pytest.approx(tension)
+    assert rope.force[2] / rope.force[0] == pytest.approx(24.03 / 18.0)
 
 
 W, H = 6.8, 0.6
+
+
+def hung(anchor: Any, paid_out_m: float, weight_n_m: float) -> Any:
+    """A rope with a damper."""
+    return Rope.of(
+        anchor=anchor,
+        unstrained=paid_out_m,
+        stiffness_ea=EA,
+        damping=5e3,
+        weight=weight_n_m,
+        clearance=H,
+    )
 
 
 @pytest.mark.parametrize(("tension", "softer"), [(1e4, 0.033), (5e3, 0.214), (2e3, 0.81)])
@@ -98,12 +114,10 @@ def test_tension_of_a_sagging_rope_grows_with_its_distance_and_ends_in_slack(
 
 def test_slack_of_a_sagging_rope_is_exactly_zero() -> None:
     assert sagging_tension(L0 - 2 * H, L0, EA, W, H) == 0.0
-    out = np.ones(3)
-    assert (
-        rope_wrench(np.zeros(3), np.array([3.0, 0.0, 20.0]), np.ones(3), L0, EA, 5e3, W, H, out)
-        == 0.0
-    )
-    assert not out.any()
+    rope = hung((3.0, 0.0, 20.0), L0, W)
+    rope.force = 1.0
+    assert rope_pull(rope, np.zeros(3), np.ones(3)) == 0.0
+    assert not rope.force.any()
     paid = unstrained_sagging(L0, 0.0, EA, W, H)
     assert sagging_tension(L0, paid, EA, W, H) == 0.0 and paid < L0 + 2 * H + 0.01
 
@@ -121,11 +135,11 @@ def test_a_rope_gives_no_energy_on_any_closed_way(weight: float, seed: int) -> N
     angles = 2 * math.pi * t[:, None, None] * np.arange(1, 4) + phases
     place = (sizes * np.sin(angles)).sum(axis=2)
     speed = (2 * math.pi * np.arange(1, 4) * sizes * np.cos(angles)).sum(axis=2)
-    anchor, out, power = np.array([20.0, 3.0, 22.6]), np.zeros(3), np.zeros(len(t))
-    paid = float(np.linalg.norm(anchor)) - rng.uniform(-0.02, 0.02)
+    anchor, power = np.array([20.0, 3.0, 22.6]), np.zeros(len(t))
+    rope = hung(anchor, float(np.linalg.norm(anchor)) - rng.uniform(-0.02, 0.02), weight)
     for k in range(len(t)):
-        rope_wrench(place[k], anchor, speed[k], paid, EA, 5e3, weight, H, out)
-        power[k] = -out @ speed[k]
+        rope_pull(rope, place[k], speed[k])
+        power[k] = -rope.force @ speed[k]
     assert np.trapezoid(power, t) >= -1e-3 * np.abs(power).max()
 
 
@@ -141,8 +155,7 @@ def test_blow_mean_is_the_integral_of_the_blows(start: float, span: float, width
 
 
 def test_momentum_of_a_blow_by_hand_and_at_any_rate() -> None:
-    loads = np.zeros(d.DRILL_COLUMNS)
-    loads[[d.BLOW_N, d.BLOW_HZ]] = 3000.0, 25.0
+    loads = d.DrillLoads.of(blow=3000.0, blow_rate=25.0)
     for hz in (250, 1000, 4000):
         phases = np.linspace(0.0, 1.0, hz // 25 + 1)
         momentum = sum(d.axial_force(loads, a, b, 0.0) / hz for a, b in itertools.pairwise(phases))
@@ -150,34 +163,33 @@ def test_momentum_of_a_blow_by_hand_and_at_any_rate() -> None:
 
 
 def test_axial_force_signs() -> None:
-    loads = np.zeros(d.DRILL_COLUMNS)
-    loads[[d.FEED, d.PULL, d.STRING_KG]] = 5000.0, 1000.0, 100.0
+    loads = d.DrillLoads.of(feed=5000.0, pull=1000.0, string_mass=100.0)
     assert d.axial_force(loads, 0.0, 0.0, -9.81) == pytest.approx(5000.0 - 1000.0 - 981.0)
 
 
 def test_transducers_lag_and_b_rings_behind_its_pipe() -> None:
-    p, s = np.zeros(c.AXIS_PARAMETERS), np.zeros(c.AXIS_STATES)
-    p[[c.LINE_WN, c.LINE_ZETA, c.TRANSDUCER_TAU]] = 2 * math.pi * 460.0, 0.15, 1e-3
+    p = TransducerParameters.of(pipe_frequency=2 * math.pi * 460.0, pipe_damping=0.15, lag=1e-3)
+    s = TransducerState.zeros()[0]
     one = np.ones(3)
-    weights = transducer_weights(p[c.LINE_WN], p[c.LINE_ZETA], p[c.TRANSDUCER_TAU], 5e-4)
+    weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, 5e-4)
     line = []
     for k in range(300):
         sense_path(s, p, one, one, 5e-4, weights)
-        line.append(s[c.LINE_P])
+        line.append(s.pipe_pressure)
         if k == 0:
-            assert s[c.SENSED_A] == pytest.approx(1 - 1 / math.e)
+            assert s.a == pytest.approx(1 - 1 / math.e)
     assert max(line) == pytest.approx(
         1 + math.exp(-math.pi * 0.15 / math.sqrt(1 - 0.15**2)), abs=0.06
     )
-    assert s[c.SENSED_B] == pytest.approx(1.0, abs=1e-6)
+    assert s.b == pytest.approx(1.0, abs=1e-6)
 
 
 def test_line_passes_a_ramp_late_by_twice_its_damping_over_its_frequency() -> None:
-    p, s = np.zeros(c.AXIS_PARAMETERS), np.zeros(c.AXIS_STATES)
     wn, zeta = 2 * math.pi * 40.0, 0.4
-    p[[c.LINE_WN, c.LINE_ZETA, c.TRANSDUCER_TAU]] = wn, zeta, 1e-9
+    p = TransducerParameters.of(pipe_frequency=wn, pipe_damping=zeta, lag=1e-9)
+    s = TransducerState.zeros()[0]
     weights = transducer_weights(wn, zeta, 1e-9, 1e-3)
     for k in range(1000):
         ramp = np.array([k * 1e-3, (k + 1) * 1e-3])
         sense_path(s, p, ramp, ramp, 1e-3, weights)
-    assert s[c.LINE_P] == pytest.approx(1.0 - 2 * zeta / wn, rel=1e-9)
+    assert s.pipe_pressure == pytest.approx(1.0 - 2 * zeta / wn, rel=1e-9)

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from testbed.laws import columns as c
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine
 from testbed.scenario.scenario import load_scenario
 from testbed.world import plant
-from testbed.world.plumbing import traction_numbers
+from testbed.world.board import Board
+from testbed.world.plumbing import traction_parameters
 from testbed.world.simulation import Simulation
 
 DT = 1e-3
 FULL_PA = 9.0e6
 
 
-def device() -> tuple[np.ndarray, np.ndarray]:
-    state = np.zeros(tr.TRACTION_STATES)
-    state[tr.WAY], state[tr.PLACE] = -1.0, tr.RESERVE_M
-    return state, traction_numbers(build_machine(), strokes=True)
+def device() -> tuple[Any, Any]:
+    state = tr.TractionState.of(way=-1.0, place=tr.RESERVE_M)
+    return state, traction_parameters(build_machine(), strokes=True)
 
 
 def hauled(wanted: np.ndarray, tension: float = 1e4, supply: float = FULL_PA) -> np.ndarray:
@@ -29,9 +30,9 @@ def hauled(wanted: np.ndarray, tension: float = 1e4, supply: float = FULL_PA) ->
     state, numbers = device()
     rates, modes, flows = out = np.zeros((3, len(wanted)))
     for k, rate in enumerate(wanted):
-        before = state[tr.PLACE]
+        before = state.place
         rates[k] = tr.traction_step(state, numbers, rate, tension, supply, DT)
-        modes[k] = state[tr.MODE]
+        modes[k] = state.mode
         flows[k] = tr.oil_taken(state, numbers, rates[k], before, DT)
     return out
 
@@ -49,17 +50,17 @@ def test_half_a_metre_is_hauled_in_two_strokes_with_the_clamps_taking_turns() ->
         tr.RETURNING,
     ]
     assert not (rates[modes != tr.GRIPPED] < 0.0).any()
-    numbers = traction_numbers(build_machine(), strokes=True)
+    numbers = traction_parameters(build_machine(), strokes=True)
     seats = rates > 0.0
-    assert rates[seats] == pytest.approx(np.full(seats.sum(), numbers[tr.SEAT] / DT))
+    assert rates[seats] == pytest.approx(np.full(seats.sum(), numbers.seat / DT))
     first = np.flatnonzero(modes == tr.CLOSING)[0]
     assert -rates[:first].sum() * DT == pytest.approx(0.22, abs=1e-3)
-    assert rates.min() == pytest.approx(-numbers[tr.SPEED])
+    assert rates.min() == pytest.approx(-numbers.speed)
     whole = -rates[~seats].sum() * DT
     assert whole > 0.6 - 0.05 - 0.22
     back = (changes == tr.OPENING).sum() * 0.22
     assert flows.sum() * DT == pytest.approx(
-        whole * numbers[tr.AREA] + back * numbers[tr.ANNULUS], rel=0.02
+        whole * numbers.area + back * numbers.annulus, rel=0.02
     )
 
 
@@ -94,7 +95,7 @@ def test_paying_out_goes_the_other_way_round() -> None:
 
 def test_traction_stalls_at_what_pressure_and_rating_can_pull() -> None:
     """5e-3 m2 at 5 MPa pulls 25 kN; at 9 MPa it would be 45 kN, but the rating is 31.4 kN."""
-    numbers = traction_numbers(build_machine(), strokes=True)
+    numbers = traction_parameters(build_machine(), strokes=True)
     assert tr.pull_share(25.0e3, 5.0e6, numbers) == 0.0
     assert tr.pull_share(10.0e3, 5.0e6, numbers) == 1.0
     assert tr.pull_share(31.0e3, FULL_PA, numbers) == pytest.approx(400.0 / 3141.0)
@@ -105,27 +106,25 @@ def test_traction_stalls_at_what_pressure_and_rating_can_pull() -> None:
 
 def test_a_rope_gives_the_body_no_more_than_its_device_got_from_the_oil() -> None:
     """Energy audit of one rope with its device and a body that swings: spring + work on the body <= oil's work."""
-    numbers = build_machine()
-    rope, body, supply = (
-        np.zeros(plant.ROPE_COLUMNS),
-        np.zeros(plant.BODY_COLUMNS),
-        np.zeros(c.SUPPLY_STATES),
-    )
-    body[plant.TRACTION_NUMBERS] = traction_numbers(numbers, strokes=True)
-    rope[:3], rope[plant.EA], rope[plant.DAMPING] = (30.0, 0.0, 0.0), 9.8e6, 5e3
-    rope[plant.BREAKING], rope[plant.WHOLE], rope[plant.UNSTRAINED] = 1e9, 1.0, 29.99
-    supply[c.P_SUPPLY] = FULL_PA + ATMOSPHERE_PA
-    base, work, oil = np.zeros(13), 0.0, 0.0
+    board = Board.zeros()[0]
+    board.traction = traction_parameters(build_machine(), strokes=True)
+    board.rotation, board.clock.step_s = np.eye(3), DT
+    board.supply.pressure = FULL_PA + ATMOSPHERE_PA
+    rope, body = board.ropes[0], board.body
+    rope.anchor, rope.stiffness_ea, rope.damping = (30.0, 0.0, 0.0), 9.8e6, 5e3
+    rope.breaking_load, rope.whole, rope.unstrained = 1e9, 1.0, 29.99
+    work, oil = 0.0, 0.0
     for k in range(20000):
         t = k * DT
-        base[0], base[7] = 0.01 * np.sin(7.0 * t) + 0.02 * t, 0.07 * np.cos(7.0 * t) + 0.02
-        rope[plant.RATE_COMMAND] = -0.03 + 0.04 * np.sin(0.9 * t)
-        force, torque = np.zeros(3), np.zeros(3)
-        flow = plant.rope_step(rope, base, np.eye(3), body, supply, DT, force, torque)
-        work += float(force @ base[7:10]) * DT
+        body.position[0] = 0.01 * np.sin(7.0 * t) + 0.02 * t
+        body.velocity[0] = 0.07 * np.cos(7.0 * t) + 0.02
+        rope.wanted_rate = -0.03 + 0.04 * np.sin(0.9 * t)
+        board.given.force[:] = 0.0
+        flow = plant.rope_step(board, 0)
+        work += float(board.given.force @ body.velocity) * DT
         oil += flow * FULL_PA * DT
-    stretch = 30.0 - base[0] - rope[plant.UNSTRAINED]
-    spring = 0.5 * 9.8e6 / rope[plant.UNSTRAINED] * max(stretch, 0.0) ** 2
+    stretch = 30.0 - body.position[0] - rope.unstrained
+    spring = 0.5 * 9.8e6 / rope.unstrained * max(stretch, 0.0) ** 2
     first = 0.5 * 9.8e6 / 29.99 * 0.01**2
     assert work + spring <= first + oil
     assert work > 0.0
@@ -139,9 +138,9 @@ def test_hauling_takes_the_legs_oil_and_a_weak_supply_stops_the_haul() -> None:
         supply = f"hydraulics.supply_pressure_pa={pressure}"
         locked = "hydraulics.valves_locked=true"
         world = Simulation(load_scenario("stand_slope_45", [events, supply, locked], duration=2.0))
-        before = world.machine.board.ropes[0, plant.UNSTRAINED]
+        before = world.machine.board.ropes[0].unstrained
         _, truth = world.run_block(1900)
-        lengths.append(before - world.machine.board.ropes[0, plant.UNSTRAINED])
+        lengths.append(before - world.machine.board.ropes[0].unstrained)
         pressure_pa = truth[:, world.truth_columns.index("supply_pressure")]
         lowest.append(pressure_pa[:450].min() - pressure_pa[500:1500].min())
         world.close()

@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from testbed.laws import columns as c
 from testbed.laws.linear import lag_weights, second_order
-from testbed.laws.valve import opening, play, spool_weights, valve_path
+from testbed.laws.valve import ValveParameters, ValveState, opening, play, spool_weights, valve_path
 
 WN, ZETA, TAU = 2 * math.pi * 18.0, 0.95, 0.002
 
 
-def _valve(
-    width: float = 0.0, deadband: float = 0.0, tau: float = TAU
-) -> tuple[np.ndarray, np.ndarray]:
-    p, s = np.zeros(c.AXIS_PARAMETERS), np.zeros(c.AXIS_STATES)
-    p[[c.SPOOL_WN, c.SPOOL_ZETA, c.AMP_TAU]] = WN, ZETA, tau
-    p[c.HYSTERESIS], p[c.DEADBAND] = width, deadband
-    return s, p
+def _valve(width: float = 0.0, deadband: float = 0.0, tau: float = TAU) -> tuple[Any, Any]:
+    p = ValveParameters.of(
+        frequency=WN, damping=ZETA, amplifier_lag=tau, hysteresis=width, deadband=deadband
+    )
+    return ValveState.zeros()[0], p
 
 
-def _run(
-    s: np.ndarray, p: np.ndarray, commands: np.ndarray, dt: float = 1e-3, n: int = 2
-) -> np.ndarray:
+def _run(s: Any, p: Any, commands: np.ndarray, dt: float = 1e-3, n: int = 2) -> np.ndarray:
     """Spool after each step."""
-    weights = spool_weights(p[c.SPOOL_WN], p[c.SPOOL_ZETA], p[c.AMP_TAU], dt / n)
+    weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, dt / n)
     out, spool = np.empty(n + 1), []
     for u in commands:
         valve_path(s, p, float(u), dt / n, weights, out)
-        spool.append(s[c.SPOOL])
+        spool.append(s.spool)
     return np.array(spool)
 
 
@@ -96,7 +92,7 @@ def test_amplifier_play_and_spool_agree_with_an_integrator() -> None:
         r = min(max(r, a - width), a + width)
         expected.append(y[0])
     assert spool == pytest.approx(np.array(expected), abs=3e-6)
-    assert s[c.PLAY] == pytest.approx(r, abs=1e-12)
+    assert s.play == pytest.approx(r, abs=1e-12)
 
 
 def test_the_step_does_not_matter() -> None:
@@ -114,7 +110,7 @@ def test_small_commands_within_the_hysteresis_do_not_move_the_spool() -> None:
 
 def test_an_undamped_spool_stops_at_its_ends() -> None:
     s, p = _valve()
-    p[c.SPOOL_ZETA] = 0.1
+    p.damping = 0.1
     spool = _run(s, p, np.full(200, 1.0))
     assert spool.max() == 1.0
     assert spool[-1] == pytest.approx(1.0, abs=0.2)

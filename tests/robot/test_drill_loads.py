@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 
 from testbed import resources
-from testbed.laws.drill import (
-    IN_HOLE_KG,
-    IN_MAST_KG,
-    KNOWN,
-    MAST_MIDDLE,
-    REACTION,
-    STORED_KG,
-    THRUST,
-)
+from testbed.recording.rows import DrillKnown
 from testbed.robot.loads.drill_loads import known_wrench, rods_wrench
 from testbed.robot.loads.foot_loads import drill_wrench
 from testbed.robot.model import RobotModel
@@ -24,31 +16,18 @@ LEVEL = np.array([0.0, 0.0, -9.81])
 STEEP = np.array([-9.81, 0.0, 0.0])
 
 
-def _known(**numbers: float) -> np.ndarray:
-    places = {
-        "thrust": THRUST,
-        "torque": REACTION,
-        "hole": IN_HOLE_KG,
-        "mast": IN_MAST_KG,
-        "middle": MAST_MIDDLE,
-        "stored": STORED_KG,
-    }
-    known = np.zeros(KNOWN)
-    for name, value in numbers.items():
-        known[places[name]] = value
-    return known
-
-
 def test_without_rods_only_what_was_ordered_acts() -> None:
     np.testing.assert_allclose(
-        known_wrench(MODEL, _known(thrust=5e3, torque=-300.0), LEVEL),
+        known_wrench(MODEL, DrillKnown.of(ordered_thrust=5e3, ordered_torque=-300.0), LEVEL),
         drill_wrench(MODEL, 5e3, -300.0),
     )
 
 
 def test_a_rod_from_the_store_to_the_mast_moves_its_weight_and_adds_none() -> None:
     """90 kg over the way from the store to the drill axis: 882.9 N times that way."""
-    moved = rods_wrench(MODEL, _known(mast=90.0, stored=-90.0, middle=0.75), LEVEL)
+    moved = rods_wrench(
+        MODEL, DrillKnown.of(rods_in_mast=90.0, rods_stored=-90.0, rods_mast_height=0.75), LEVEL
+    )
     way = MODEL.drill_mount_m - MODEL.rod_store_m
     np.testing.assert_allclose(moved[:3], 0.0, atol=1e-9)
     np.testing.assert_allclose(moved[3:], [-882.9 * way[1], 882.9 * way[0], 0.0], atol=1e-9)
@@ -59,10 +38,13 @@ def test_a_rod_from_the_store_to_the_mast_moves_its_weight_and_adds_none() -> No
 
 def test_on_a_wall_the_hole_carries_the_string_and_the_store_is_relieved() -> None:
     """At 90 degrees nothing of the string hangs on the feed: the machine is 60 kg, 588.6 N, lighter along the slope."""
-    moved = rods_wrench(MODEL, _known(hole=60.0, stored=-60.0), STEEP)
+    moved = rods_wrench(MODEL, DrillKnown.of(rods_in_hole=60.0, rods_stored=-60.0), STEEP)
     np.testing.assert_allclose(moved[:3], [588.6, 0.0, 0.0], atol=1e-9)
 
 
 def test_the_height_in_the_mast_tells_on_a_slope() -> None:
-    low, high = (rods_wrench(MODEL, _known(mast=10.0, middle=m), STEEP) for m in (0.0, 2.0))
+    low, high = (
+        rods_wrench(MODEL, DrillKnown.of(rods_in_mast=10.0, rods_mast_height=m), STEEP)
+        for m in (0.0, 2.0)
+    )
     assert (high - low)[4] == pytest.approx(-10.0 * 9.81 * 2.0)

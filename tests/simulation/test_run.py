@@ -15,7 +15,6 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from testbed.laws import columns
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
 from testbed.simulation.runs import read_run
@@ -168,7 +167,7 @@ def test_a_number_that_is_none_ends_the_run_and_its_last_records_are_kept(
 
     def broken(self: Simulation, rows: int) -> object:
         if self._step >= 100:
-            self.machine.board.axes[2, columns.P_A] = np.nan  # a pressure is lost
+            self.machine.board.axes[2].a.pressure = np.nan  # a pressure is lost
         return whole(self, rows)
 
     monkeypatch.setattr(Simulation, "run_block", broken)

@@ -12,12 +12,14 @@ from hypothesis import strategies as st
 from testbed.control.command import Command, SetPoints
 from testbed.control.layers.mast import DEAD_RAD, GAIN_1_S, KeepMast
 from testbed.control.measured import Measured
-from testbed.laws import drill as d
+from testbed.laws.drill import DrillLoads, DrillOrder
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
+from testbed.recording.rows import DrillKnown
 from testbed.scenario.drilling import DrillHole, Rock
 from testbed.world import plant
+from testbed.world.board import Board
 from testbed.world.drilling.cycle import DrillCycle
 from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
@@ -38,12 +40,18 @@ def hole(**changes: object) -> DrillHole:
     return DrillHole.model_validate(given | changes)
 
 
+def rests(record: np.record) -> bool:
+    """Whether a drill's loads, or what its controls ask for, let nothing act."""
+    names = [name for name in record.dtype.names if name in (*DrillOrder.fields, "thrust")]
+    return not any(record[name] for name in names)
+
+
 def drilled(
     task: DrillHole, most_s: float = 300.0
 ) -> tuple[DrillCycle, list[dict], np.ndarray, float]:
     """Run a cycle to its end: the cycle, its events, its loads over time and the mass that went to the store, kg."""
     cycle, events, rows, moved = (
-        DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine()),
+        DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine()),
         [],
         [],
         0.0,
@@ -55,7 +63,7 @@ def drilled(
         rows.append(cycle.loads.copy())
         if cycle.phase == "done":
             break
-    return cycle, events, np.array(rows), moved
+    return cycle, events, np.array(rows, DrillLoads.dtype), moved
 
 
 def test_a_hole_is_drilled_rod_by_rod_and_taken_out_rod_by_rod() -> None:
@@ -73,19 +81,19 @@ def test_a_hole_is_drilled_rod_by_rod_and_taken_out_rod_by_rod() -> None:
         "extract",
         "done",
     ]
-    assert cycle.depth_m == pytest.approx(3.1) and rows[:, d.DEPTH].max() == pytest.approx(3.1)
+    assert cycle.depth_m == pytest.approx(3.1) and rows[:]["depth"].max() == pytest.approx(3.1)
     assert cycle.rods == 1 and cycle.bit_m == pytest.approx(0.0, abs=1e-9)
     # two rods stood in the hole at first, one is in the mast at the end
     assert moved == pytest.approx(10.2)
-    assert rows[-1, d.MAST_KG] == pytest.approx(10.2) and rows[-1, d.STRING_KG] == pytest.approx(
-        0.0
-    )
-    assert not rows[-1, d.FORCES].any() and not cycle.ordered.any()
+    assert rows[-1]["mast_mass"] == pytest.approx(10.2) and rows[-1][
+        "string_mass"
+    ] == pytest.approx(0.0)
+    assert rests(rows[-1]) and rests(cycle.ordered)
 
 
 def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
     cycle, _, rows, _ = drilled(hole(extract=False))
-    assert cycle.phase == "done" and not rows[-1, d.FORCES].any() and not cycle.ordered.any()
+    assert cycle.phase == "done" and rests(rows[-1]) and rests(cycle.ordered)
 
 
 def test_control_counts_every_rod_wherever_it_is() -> None:
@@ -94,15 +102,15 @@ def test_control_counts_every_rod_wherever_it_is() -> None:
     With one left in the string when it is done, the store has gained one: 10.2 kg.
     """
     task = hole()
-    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine())
-    known, counted, most_in_mast = np.zeros(d.KNOWN), set(), 0.0
+    cycle = DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine())
+    known, counted, most_in_mast = DrillKnown.zeros()[0], set(), 0.0
     for k in range(6000):
         cycle.update(k * DT, DT)
         drill_known(cycle, known)
-        counted.add(round(float(known[d.IN_HOLE_KG] + known[d.IN_MAST_KG] + known[d.STORED_KG]), 9))
-        most_in_mast = max(most_in_mast, float(known[d.IN_MAST_KG]))
+        counted.add(round(float(known.rods_in_hole + known.rods_in_mast + known.rods_stored), 9))
+        most_in_mast = max(most_in_mast, float(known.rods_in_mast))
     assert cycle.phase == "done" and counted == {20.4}
-    assert known[d.STORED_KG] == pytest.approx(10.2) and most_in_mast == pytest.approx(10.2)
+    assert known.rods_stored == pytest.approx(10.2) and most_in_mast == pytest.approx(10.2)
 
 
 def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
@@ -124,13 +132,13 @@ def test_expected_loads_carry_the_rods_of_a_string_in_the_hole() -> None:
 
 def test_the_string_weighs_what_its_rods_weigh_at_any_time() -> None:
     task = hole(rod_kg=95.0)
-    cycle = DrillCycle(task, np.zeros(d.DRILL_COLUMNS), 1, build_machine())
+    cycle = DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine())
     store = cycle.store_kg
     for k in range(4000):
         cycle.update(k * DT, DT)
         store += cycle.store_change_kg
         cycle.store_change_kg = 0.0
-        assert store + cycle.loads[d.MAST_KG] + cycle.loads[d.STRING_KG] == pytest.approx(5 * 95.0)
+        assert store + cycle.loads.mast_mass + cycle.loads.string_mass == pytest.approx(5 * 95.0)
 
 
 def test_collaring_is_gentle() -> None:
@@ -138,10 +146,10 @@ def test_collaring_is_gentle() -> None:
     collar, drill = (
         next(e["t"] for e in events if e["kind"] == f"drill_{k}") for k in ("collar", "drill")
     )
-    assert rows[round(collar / DT) + 40 : round(drill / DT), d.FEED].mean() == pytest.approx(
+    assert rows[round(collar / DT) + 40 : round(drill / DT)]["feed"].mean() == pytest.approx(
         2500.0, rel=0.1
     )
-    assert rows[round(drill / DT) + 40 : -10, d.FEED].mean() == pytest.approx(5000.0, rel=0.1)
+    assert rows[round(drill / DT) + 40 : -10]["feed"].mean() == pytest.approx(5000.0, rel=0.1)
 
 
 def test_thrust_is_gone_over_a_void_and_the_string_runs_ahead() -> None:
@@ -160,8 +168,8 @@ def test_thrust_is_gone_over_a_void_and_the_string_runs_ahead() -> None:
     )
     assert landed - fell == pytest.approx(0.06 / task.feed_speed_m_s, abs=2 * DT)
     before, after = rows[round(fell / DT) - 1], rows[round(fell / DT)]
-    assert before[d.FEED] > 3500.0 and before[d.BLOW_N] > 0.0
-    assert after[d.FEED] == 0.0 and after[d.BLOW_N] == 0.0
+    assert before.feed > 3500.0 and before.blow > 0.0
+    assert after.feed == 0.0 and after.blow == 0.0
 
 
 def test_a_stuck_rod_is_pulled_far_above_the_feed_until_it_comes() -> None:
@@ -175,8 +183,8 @@ def test_a_stuck_rod_is_pulled_far_above_the_feed_until_it_comes() -> None:
     cycle, events, rows, _ = drilled(task)
     stuck, freed = (next(e for e in events if e["kind"] == f"rod_{k}") for k in ("stuck", "freed"))
     assert stuck["depth_m"] == pytest.approx(2.0, abs=0.01) and freed["depth_m"] == stuck["depth_m"]
-    assert 2.0 * task.feed_n < rows[:, d.PULL].max() < 18000.0
-    assert rows[round(freed["t"] / DT) + 1, d.PULL] == pytest.approx(task.pull_n)
+    assert 2.0 * task.feed_n < rows[:]["pull"].max() < 18000.0
+    assert rows[round(freed["t"] / DT) + 1]["pull"] == pytest.approx(task.pull_n)
     assert cycle.summary()["drill"]["freed"] == 1 and cycle.phase == "done"
 
 
@@ -192,7 +200,7 @@ def test_a_rod_that_never_comes_is_left_behind_with_the_string() -> None:
     )
     cycle, events, rows, _ = drilled(task)
     assert any(e["kind"] == "rods_lost" for e in events)
-    assert cycle.rods == 0 and rows[-1, d.STRING_KG] == rows[-1, d.MAST_KG] == 0.0
+    assert cycle.rods == 0 and rows[-1]["string_mass"] == rows[-1]["mast_mass"] == 0.0
 
 
 def test_penetration_by_hand() -> None:
@@ -246,13 +254,14 @@ def test_weight_of_a_string_in_the_mast_and_in_the_hole_on_a_slope() -> None:
     """45 degrees: of 100 kg in the hole 981 cos 45 N pull along -z; 50 kg in the mast pull straight down, 0.75 m up."""
     s = math.sqrt(0.5)
     rotation = np.array([[s, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, s]])
-    loads, body, base = np.zeros(d.DRILL_COLUMNS), np.zeros(plant.BODY_COLUMNS), np.zeros(13)
-    loads[[d.STRING_KG, d.MAST_KG, d.MAST_HEIGHT]] = 100.0, 50.0, 0.75
-    wrench, force, torque = np.zeros(6), np.zeros(3), np.zeros(3)
-    plant.drill_step(loads, base, rotation, body, 1e-3, 9.81, wrench, force, torque)
-    assert rotation.T @ wrench[:3] == pytest.approx([-50 * 9.81 * s, 0.0, -150 * 9.81 * s])
-    assert wrench[3:] == pytest.approx([0.0, -0.75 * s * 50 * 9.81, 0.0])
-    assert np.allclose(force, wrench[:3]) and np.allclose(torque, wrench[3:])
+    board = Board.zeros()[0]
+    board.rotation, board.clock.step_s = rotation, 1e-3
+    board.drill = DrillLoads.of(string_mass=100.0, mast_mass=50.0, mast_height=0.75)
+    plant.drill_step(board)
+    force, torque = board.drill_wrench[:3], board.drill_wrench[3:]
+    assert rotation.T @ force == pytest.approx([-50 * 9.81 * s, 0.0, -150 * 9.81 * s])
+    assert torque == pytest.approx([0.0, -0.75 * s * 50 * 9.81, 0.0])
+    assert np.allclose(board.given.force, force) and np.allclose(board.given.torque, torque)
 
 
 def test_the_mast_is_turned_back_by_the_legs_on_its_low_side() -> None:

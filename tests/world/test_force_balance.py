@@ -62,7 +62,8 @@ def residuals(
         world.run_block(400)
         for _ in range(steps):
             before, turning_before = engine.momentum()
-            given, torque, at = board.force.copy(), board.torque.copy(), board.base[:3].copy()
+            given, torque = board.given.force.copy(), board.given.torque.copy()
+            at = board.body.position.copy()
             centre = np.average(
                 [engine.link_position(i) for i in range(-1, len(masses) - 1)],
                 axis=0,

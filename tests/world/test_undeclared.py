@@ -10,10 +10,11 @@ import pytest
 from testbed.effects import ALL, by_name
 from testbed.effects.hidden import Hidden
 from testbed.errors import InputError
-from testbed.laws import columns as c
+from testbed.laws.hydraulics import AxisParameters
+from testbed.laws.supply import PowerUnit
 from testbed.machine.names import AXES
 from testbed.scenario.parts import Undeclared
-from testbed.world import sensing
+from testbed.world.sensing import Transducer
 from testbed.world.undeclared import (
     hidden_of,
     places_of,
@@ -45,41 +46,45 @@ def test_every_effect_changes_what_its_place_has_and_nothing_elsewhere(name: str
 
 def test_an_effect_of_a_cylinder_sits_at_any_of_the_twelve() -> None:
     for number, axis in enumerate(AXES):
-        params = np.zeros((12, c.AXIS_PARAMETERS))
+        params = AxisParameters.zeros(12)
         put_into_cylinders(hidden("friction.load", axis, coefficient=0.05), params)
-        assert params[number, c.FR_LOAD] == 0.05 and np.count_nonzero(params) == 1
+        assert (
+            params[number].seal.load_coefficient == 0.05
+            and np.count_nonzero(AxisParameters.as_table(params)) == 1
+        )
 
 
 def test_frequencies_become_angular_and_what_is_there_already_is_added_to() -> None:
-    params = np.full((12, c.AXIS_PARAMETERS), 2.0)
+    params = AxisParameters.zeros(12)
+    AxisParameters.as_table(params)[:] = 2.0
     world = hidden("force.periodic", "fr_radial", amplitude=90.0, frequency=5.0)
     put_into_cylinders(world, params)
-    assert params[4, c.PERIODIC_W] == pytest.approx(10.0 * math.pi)
+    assert params[4].extra.periodic_frequency == pytest.approx(10.0 * math.pi)
     put_into_cylinders(hidden("valve.deadband", "fr_radial", deadband=0.1), params)
-    assert params[4, c.DEADBAND] == pytest.approx(2.1)
+    assert params[4].valve.deadband == pytest.approx(2.1)
 
 
 def test_sensors_have_their_gain_drift_and_delay_in_samples() -> None:
-    transducers = np.zeros((24, sensing.PRESSURE_COLUMNS))
-    transducers[:, sensing.GAIN] = 1.0
+    transducers = Transducer.zeros(2, 12)
+    transducers["gain"] = 1.0
     for world in (
         hidden("sensor.gain_b", "rl_vertical", gain_error=0.1),
         hidden("sensor.drift_a", "rl_vertical", rate=500.0),
         hidden("sensor.delay", "rl_vertical", delay=0.02),
     ):
         put_into_sensors(world, transducers, 0.001)
-    a, b = transducers[8], transducers[20]
-    assert (a[sensing.GAIN], b[sensing.GAIN]) == (1.0, pytest.approx(1.1))
-    assert (a[sensing.DRIFT], b[sensing.DRIFT]) == (500.0, 0.0)
-    assert a[sensing.DELAY_STEPS] == b[sensing.DELAY_STEPS] == 20.0
+    a, b = transducers[:, 8]
+    assert (a.gain, b.gain) == (1.0, pytest.approx(1.1))
+    assert (a.drift, b.drift) == (500.0, 0.0)
+    assert a.delay_steps == b.delay_steps == 20.0
     with pytest.raises(InputError, match="longer than the world can hold back"):
         put_into_sensors(hidden("sensor.delay", "fl", delay=0.2), transducers, 1e-4)
 
 
 def test_the_one_power_unit_droops_whichever_cylinder_feels_it() -> None:
-    unit = np.zeros(c.SUPPLY_PARAMETERS)
+    unit = PowerUnit.zeros()[0]
     put_into_supply(hidden("supply.droop", "rr_vertical", droop=1e9, time=0.5), unit)
-    assert unit[c.DROOP] == 1e9 and unit[c.DROOP_TIME] == 0.5
+    assert unit.droop == 1e9 and unit.droop_time == 0.5
 
 
 def test_a_leg_stands_for_its_vertical_joint_and_the_body_for_all_cylinders() -> None:

@@ -9,9 +9,9 @@ import pytest
 from shipped import shipped_model
 
 from testbed import resources
-from testbed.control.valve_loop import GAIN_COLUMNS, KP, LIMIT, TOLERANCE, control_step
+from testbed.control.valve_loop import PositionLoop, valve_command
 from testbed.errors import InputError
-from testbed.laws import drill as d
+from testbed.laws.drill import DrillLoads
 from testbed.machine.build import build_machine
 from testbed.robot.kinematics import LegKinematics, length
 from testbed.robot.urdf.merge import merged
@@ -19,7 +19,7 @@ from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.scenario.terrain import Terrain
 from testbed.world import plant, sensing
-from testbed.world.board import SIZE, Board
+from testbed.world.board import Board, BodyState, EngineState
 from testbed.world.drilling.drilling import DrillProgram
 from testbed.world.ground.terrain import make_ground, rough_surface
 from testbed.world.verdict import Judge
@@ -52,25 +52,24 @@ def test_two_boxes_welded_by_hand() -> None:
     assert 'izz="3.3"' in out and 'ixx="0.3' in out
 
 
-def test_board_views_share_one_array() -> None:
-    board = Board()
-    board.q[3] = 7.0
-    board.change[5] = 5.0
-    assert board.array[3] == 7.0
-    assert board.array[-1] == 5.0
-    assert board.array.size == SIZE
+def test_a_copy_of_the_board_is_a_snapshot() -> None:
+    boards = Board.zeros()
+    boards[0].engine.joint[3] = 7.0
+    snapshot = boards.copy()
+    boards[0].axes[2].a.pressure = 1e5
+    assert snapshot[0].engine.joint[3] == 7.0 and snapshot[0].axes[2].a.pressure == 0.0
 
 
 def test_velocities_from_two_poses_are_exact() -> None:
     """A body that turns at 0.3 rad/s about z and moves at (1, 2, 3) m/s for 1 ms."""
-    base, turn = np.zeros(13), np.array([0.0, 0.0, 0.0, 1.0])
-    plant.move_base(np.array([0.0, 0, 0, 0, 0, 0, 1]), turn, base, 1e-3, True)
+    body, turn = BodyState.zeros()[0], np.array([0.0, 0.0, 0.0, 1.0])
+    engine = EngineState.of(quaternion=[0.0, 0.0, 0.0, 1.0])
+    plant.move_body(body, engine, turn, 1e-3, True)
     half = 0.5 * 0.3e-3
-    plant.move_base(
-        np.array([1e-3, 2e-3, 3e-3, 0, 0, math.sin(half), math.cos(half)]), turn, base, 1e-3, False
-    )
-    assert base[7:10] == pytest.approx([1.0, 2.0, 3.0])
-    assert base[10:13] == pytest.approx([0.0, 0.0, 0.3], abs=1e-9)
+    engine.position, engine.quaternion = [1e-3, 2e-3, 3e-3], [0, 0, math.sin(half), math.cos(half)]
+    plant.move_body(body, engine, turn, 1e-3, False)
+    assert body.velocity == pytest.approx([1.0, 2.0, 3.0])
+    assert body.angular_velocity == pytest.approx([0.0, 0.0, 0.3], abs=1e-9)
 
 
 def test_rotation_matrix_of_a_quarter_turn() -> None:
@@ -110,22 +109,20 @@ def test_a_legs_reach_is_rounded_as_pythons_own_hypotenuse() -> None:
     assert length(0.0, 0.0) == 0.0 and length(3.0, 4.0) == 5.0
 
 
-def test_valve_loop_closes_within_its_tolerance_and_saturates() -> None:
-    gain = np.zeros((12, GAIN_COLUMNS))
-    gain[:, KP], gain[:, LIMIT], gain[:, TOLERANCE] = 80.0, 1.0, 2.5e-4
-    position, reference, command = np.zeros(12), np.zeros(12), np.ones(12)
-    reference[0], reference[1], reference[2] = 2e-4, 5e-3, 0.1
-    control_step(position, reference, np.zeros(12), np.zeros(12), gain, False, 1e-3, command)
-    assert command[:4] == pytest.approx([0.0, 0.4, 1.0, 0.0])
-    control_step(position, reference, np.zeros(12), np.zeros(12), gain, True, 1e-3, command)
-    assert not command.any()
+@pytest.mark.parametrize(
+    ("reference", "command"), [(2e-4, 0.0), (5e-3, 0.4), (0.1, 1.0), (-0.1, -1.0), (0.0, 0.0)]
+)
+def test_valve_loop_closes_within_its_tolerance_and_saturates(
+    reference: float, command: float
+) -> None:
+    loop = PositionLoop.of(proportional=80.0, limit=1.0, tolerance=2.5e-4, reference=reference)
+    assert valve_command(loop, 0.0, 1e-3) == pytest.approx(command)
 
 
 def test_encoder_counts_and_transducer_range() -> None:
     assert sensing.counted(0.123456, 1e-4) == pytest.approx(0.1235)
     assert sensing.counted(0.123456, 0.0) == 0.123456
-    numbers = np.zeros(sensing.PRESSURE_COLUMNS)
-    numbers[sensing.GAIN], numbers[sensing.RANGE], numbers[sensing.DRIFT] = 1.02, 1e7, 100.0
+    numbers = sensing.Transducer.of(gain=1.02, range=1e7, drift=100.0)
     assert sensing.transduce(5e6, 10.0, 0.0, 0.0, numbers) == pytest.approx(5.1e6 + 1000.0)
     assert sensing.transduce(2e7, 0.0, 0.0, 0.0, numbers) == 1e7
     assert sensing.transduce(-1e5, 0.0, 0.0, 0.0, numbers) == 0.0
@@ -133,8 +130,7 @@ def test_encoder_counts_and_transducer_range() -> None:
 
 @pytest.mark.parametrize("reading", [4.2e6, 0.0])
 def test_a_failed_transducer_shows_the_same_whatever_the_pressure(reading: float) -> None:
-    numbers = np.zeros(sensing.PRESSURE_COLUMNS)
-    numbers[[sensing.GAIN, sensing.RANGE, sensing.DRIFT, sensing.NOISE]] = 1.0, 1e7, 50.0, 8e3
+    numbers = sensing.Transducer.of(gain=1.0, range=1e7, drift=50.0, noise=8e3)
     sensing.fail(numbers, reading)
     assert [sensing.transduce(p, t, 5.0, 1.3, numbers) for p, t in ((1e6, 0.0), (9e6, 30.0))] == [
         reading,
@@ -149,26 +145,26 @@ def test_drill_program_ramps_moves_rods_and_ends() -> None:
         PullOut(kind="pull_out", duration_s=2.0, pull_n=8000.0),
     )
     program = DrillProgram(
-        Drill(kind="drill", start_s=1.0, ramp_s=0.5, phases=phases), np.zeros(d.DRILL_COLUMNS)
+        Drill(kind="drill", start_s=1.0, ramp_s=0.5, phases=phases), DrillLoads.zeros()[0]
     )
     assert not program.update(0.5, 0.01)
     assert program.update(1.25, 0.01)
-    assert program.loads[d.FEED] == pytest.approx(2500.0)
+    assert program.loads.feed == pytest.approx(2500.0)
     for k in range(125, 700):
         program.update(k / 100, 0.01)
-    assert program.loads[d.STRING_KG] == pytest.approx(10.2)
+    assert program.loads.string_mass == pytest.approx(10.2)
     assert program.store_change_kg == pytest.approx(-10.2)
-    assert program.loads[d.DEPTH] == pytest.approx(0.0375, abs=2e-3)
+    assert program.loads.depth == pytest.approx(0.0375, abs=2e-3)
     program.update(8.0, 0.01)
-    assert program.loads[d.PULL] == pytest.approx(8000.0)
+    assert program.loads.pull == pytest.approx(8000.0)
     assert program.update(9.5, 0.01)
-    assert program.loads[d.PULL] == 0.0 and program.phase == "done"
+    assert program.loads.pull == 0.0 and program.phase == "done"
 
 
 def test_a_drill_that_begins_again_finds_its_phase_where_the_sum_of_times_rounds_up() -> None:
     push = Push(kind="push", duration_s=11.2)
     program = DrillProgram(
-        Drill(kind="drill", start_s=6.4, repeat=True, phases=(push,)), np.zeros(d.DRILL_COLUMNS)
+        Drill(kind="drill", start_s=6.4, repeat=True, phases=(push,)), DrillLoads.zeros()[0]
     )
     assert divmod(40.0 - 6.4, (6.4 + 11.2) - 6.4)[1] + 6.4 >= 6.4 + 11.2
     program.update(40.0, 0.01)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.machine.build import build_machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.report.tables import Table
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.loads.foot_load_sets import (
@@ -98,7 +98,6 @@ def draw(number: int) -> tuple[list[str], float, float]:
 
 def stand(number: int) -> Case | None:
     """One case; None where the drawn stance does not stand."""
-    from testbed.laws import drill as d
     from testbed.world.simulation import Simulation
 
     overrides, thrust, torque = draw(number)
@@ -107,7 +106,7 @@ def stand(number: int) -> Case | None:
     )
     try:
         board = world.machine.board
-        board.drill_loads[d.FEED], board.drill_loads[d.TORQUE] = thrust, torque
+        board.drill.feed, board.drill.torque = thrust, torque
         world.run_block(round(10 * SETTLE_S))
         if world.verdict != "stood" or np.count_nonzero(board.normal_force > GONE_N) < 3:
             return None
@@ -159,19 +158,11 @@ class Look:
 def _look(world: Any, thrust: float, torque: float) -> Look:
     position, gravity, acts = _sensed(world, thrust, torque)
     expected = _nominal()
-    pressures = tuple(
-        np.array(
-            [
-                float(world._row[world.data_columns.index(f"pressure_{side}_{axis}")])
-                for axis in AXES
-            ]
-        )
-        for side in "ab"
-    )
+    pressures = world.row["pressure_a"].copy(), world.row["pressure_b"].copy()
     started = time.perf_counter()
     nominal = expected.solve(position, gravity, **acts)
     call_us = 1e6 * (time.perf_counter() - started)
-    joints = expected.oil.joint_compliance(position, (pressures[0], pressures[1]))
+    joints = expected.oil.joint_compliance(position, pressures)
     low, high = load_interval_n(
         expected, position, gravity, FOOTING_SD_M, joint_compliance=joints, **acts
     )
@@ -180,18 +171,17 @@ def _look(world: Any, thrust: float, torque: float) -> Look:
 
 def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dict[str, Any]]:
     """Joint positions, gravity in the body frame and acting loads as the sensors have them."""
-    row = {name: float(world._row[k]) for k, name in enumerate(world.data_columns)}
-    attitude = np.array([row[f"attitude_{k}"] for k in ("roll", "pitch", "yaw")])
+    row = world.row
+    attitude = row["attitude"].copy()
     directions = world.machine.expectation.rope_directions_in_world @ rotation_from_attitude(
         attitude
     )
-    tension = np.array([row["rope_tension_left"], row["rope_tension_right"]])
     acts = {
-        "rope_forces_in_body": tension[:, None] * directions,
+        "rope_forces_in_body": row["rope_tension"][:, None] * directions,
         "drill_wrench_in_body": drill_wrench(world.machine.belief.model, thrust, -torque),
     }
     return (
-        np.array([row[f"position_{axis}"] for axis in AXES]),
+        row["position"].copy(),
         attitude_gravity(attitude[0], attitude[1]),
         acts,
     )
@@ -199,8 +189,6 @@ def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dic
 
 def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
     """With the feet's true heights under load, the ground's true stiffness and friction, and the true loads."""
-    from testbed.world import plant
-
     machine, board, terrain = world.machine, world.machine.board, world.scenario.terrain
     rotation = board.rotation
     informed = ExpectedLoads(
@@ -212,11 +200,11 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
     normals = np.tile(machine.ground.normal_in_world @ rotation, (len(LEGS), 1))
     return loads_of_measured_posture(
         informed,
-        board.q,
+        board.engine.joint,
         rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2]),
-        heights_under_load(informed, board.q, normals),
+        heights_under_load(informed, board.engine.joint, normals),
         normals_in_body=normals,
-        rope_forces_in_body=np.array([rope[plant.ROPE_FORCE] for rope in board.ropes]) @ rotation,
+        rope_forces_in_body=board.ropes["force"] @ rotation,
         drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust, -torque),
     )
 
@@ -226,16 +214,14 @@ def _first_to_leave(world: Any, torque: float) -> tuple[str | None, float, Look 
 
     Its name, the thrust it took N, what was expected when NEAR of the load was left, and what was left then, N.
     """
-    from testbed.laws import drill as d
-
     board = world.machine.board
     if (board.normal_force <= GONE_N).any():
         return None, float("inf"), None, float("inf")
-    start, total = float(board.drill_loads[d.FEED]), float(board.normal_force.sum())
+    start, total = float(board.drill.feed), float(board.normal_force.sum())
     weight = 4000.0 * GRAVITY_M_S2 * math.cos(math.radians(world.scenario.terrain.slope_deg))
     looks: list[tuple[float, Look]] = []
     for share in np.linspace(0.0, 1.0, round(RAMP_S * 10)):
-        board.drill_loads[d.FEED] = start + share * total
+        board.drill.feed = start + share * total
         world.run_block(1)
         if (board.normal_force <= GONE_N).any():
             leg, reserve = LEGS[int(np.argmin(board.normal_force))], float(share * total)

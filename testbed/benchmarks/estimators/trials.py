@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.laws.drill import KNOWN_COLUMNS
 from testbed.machine.build import build_machine
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.recording.rows import DrillKnown
 from testbed.scenario.scenario import Scenario, load_scenario
 
 Array = NDArray[np.float64]
@@ -178,7 +178,7 @@ MEASURED: tuple[str, ...] = (
     *(f"specific_force_{a}" for a in "xyz"),
     *(f"carrying_{leg}" for leg in LEGS),
     *(f"expected_{leg}" for leg in LEGS),
-    *KNOWN_COLUMNS,
+    *DrillKnown.fields,
 )
 TRUE: tuple[str, ...] = (
     *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.laws import columns as c
-from testbed.laws.hydraulics import hydraulic_step
+from testbed.formats.records import Record, quantity
+from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
@@ -25,7 +25,26 @@ from testbed.world.plumbing import axis_parameters, unit_parameters
 
 Array = NDArray[np.float64]
 STEP_S = 1e-3
-(MECHANICAL, HIGHEST_POWER, LOWEST_PRESSURE, TRAVEL, SLOWEST) = range(5)
+
+
+class Driven(Record):
+    """A mass on a rod, and the command that drives it to and fro."""
+
+    middle = quantity("m", "extension about which it is driven")
+    mass = quantity("kg", "on the rod")
+    external = quantity("N", "pushes it, + out")
+    amplitude = quantity("1", "of the sinusoidal command")
+    turn = quantity("rad/s", "its frequency")
+
+
+class Books(Record):
+    """What has been counted from outside."""
+
+    step = quantity("1", "steps done", kind="i8")
+    mechanical = quantity("J", "work of the rods")
+    highest_power = quantity("W", "of the pump")
+    lowest_pressure = quantity("Pa", "of any chamber, absolute")
+    travel = quantity("m", "of all pistons")
 
 
 @dataclass(frozen=True)
@@ -51,78 +70,68 @@ class Balance:
 def work_loop(
     axes: Any,
     params: Any,
-    supply: Any,
-    unit: Any,
-    x: Any,
-    v: Any,
-    start: Any,
-    mass: Any,
-    external: Any,
-    amplitude: Any,
-    rate: Any,
-    first: int,
+    given: Any,
+    driven: Any,
+    unit: tuple[Any, Any],
     steps: int,
     substeps: int,
-    totals: Any,
+    books: Any,
 ) -> None:
-    """Masses on the rods, pushed by `external` (N) and driven round `start` (m) by sinusoidal commands.
+    """Masses on the rods (Driven), pushed and driven round their middle; unit: a SupplyState and its PowerUnit.
 
     Positions move by the rates that the kernel was given, so that its work and the rods' are the same.
     """
-    n = x.shape[0]
-    command, zero = np.empty(n), np.zeros(n)
-    for k in range(first, first + steps):
-        t = k * STEP_S
+    n = axes.shape[0]
+    supply, power = unit
+    for _ in range(steps):
+        t = books.step * STEP_S
         for i in range(n):
-            wave = math.sin(rate[i] * t)
-            command[i] = (
-                amplitude[i] * wave
-                + math.copysign(params[i, c.DEADBAND], wave)
-                - 0.6 * (x[i] - start[i])
-            )
-        hydraulic_step(axes, params, supply, unit, x, v, command, zero, zero, STEP_S, substeps)
+            d, rod = driven[i], given[i]
+            wave = math.sin(d.turn * t)
+            band = math.copysign(params[i].valve.deadband, wave)
+            rod.command = d.amplitude * wave + band - 0.6 * (rod.extension - d.middle)
+        hydraulic_step(axes, params, given, supply, power, STEP_S, substeps)
         for i in range(n):
+            axis, rod = axes[i], given[i]
             # the atmosphere pushes on the rod's cross-section: work of the pressures, not of the rod
-            air = (params[i, c.AREA_A] - params[i, c.AREA_B]) * ATMOSPHERE_PA
-            totals[MECHANICAL] += STEP_S * v[i] * (axes[i, c.FORCE] + air)
-            totals[TRAVEL] += STEP_S * abs(v[i])
-            x[i] += STEP_S * v[i]
-            v[i] += STEP_S * (axes[i, c.FORCE] + external[i]) / mass[i]
-            lowest = min(axes[i, c.P_A], axes[i, c.P_B])
-            totals[LOWEST_PRESSURE] = min(totals[LOWEST_PRESSURE], lowest)
-        totals[HIGHEST_POWER] = max(totals[HIGHEST_POWER], supply[c.PUMP_POWER_NOW])
+            air = (params[i].a.area - params[i].b.area) * ATMOSPHERE_PA
+            books.mechanical += STEP_S * rod.rate * (axis.force + air)
+            books.travel += STEP_S * abs(rod.rate)
+            rod.extension += STEP_S * rod.rate
+            rod.rate += STEP_S * (axis.force + driven[i].external) / driven[i].mass
+            lowest = min(axis.a.pressure, axis.b.pressure)
+            books.lowest_pressure = min(books.lowest_pressure, lowest)
+        books.highest_power = max(books.highest_power, supply.pump_power)
+        books.step += 1
 
 
-def oil(axes: Array, params: Array, supply: Array) -> float:
+def oil(axes: NDArray[Any], params: NDArray[Any], supply: Any) -> float:
     """Standard volume of all oil, m3."""
-    hoses = (
-        params[:, c.HOSE_CAP] * axes[:, c.HOSE_P] + params[:, c.HOSE_CAP_B] * axes[:, c.HOSE_P_B]
-    )
-    return float(
-        axes[:, c.OIL_A].sum()
-        + axes[:, c.OIL_B].sum()
-        + hoses.sum()
-        + supply[c.OIL_SUPPLY]
-        + supply[c.OIL_TANK]
-    )
+    total = supply.oil + supply.tank_oil
+    for name in ("a", "b"):
+        chambers = axes[name]
+        hoses = params[name]["hose_capacity"] * chambers["hose_pressure"]
+        total += chambers["oil"].sum() + hoses.sum()
+    return float(total)
 
 
-def stored(axes: Array, params: Array, supply: Array, unit: Array) -> float:
+def stored(axes: NDArray[Any], params: NDArray[Any], supply: Any, unit: Any) -> float:
     """Energy in chambers, hoses, line, accumulator and tank, J (its zero does not matter)."""
     total = 0.0
-    for s, p in zip(axes, params, strict=True):
-        for quantity, pressure in ((c.OIL_A, c.P_A), (c.OIL_B, c.P_B)):
-            total += s[quantity] * _energy(s[pressure], p[c.BULK], p[c.AIR])
-        for capacity, pressure in ((c.HOSE_CAP, c.HOSE_P), (c.HOSE_CAP_B, c.HOSE_P_B)):
-            grid = np.linspace(ATMOSPHERE_PA, s[pressure], 400)
-            h = np.array([enthalpy(q, p[c.BULK], p[c.AIR]) for q in grid])
-            total += p[capacity] * float(np.trapezoid(h, grid))
-    bulk, air, ps = unit[c.SUPPLY_BULK], unit[c.SUPPLY_AIR], supply[c.P_SUPPLY]
-    total += supply[c.OIL_SUPPLY] * _energy(ps, bulk, air) + supply[c.OIL_TANK] * enthalpy(
-        unit[c.TANK_P], bulk, air
-    )
-    if ps > unit[c.ACC_PRECHARGE]:
-        total += unit[c.ACC_VOLUME] * unit[c.ACC_PRECHARGE] * math.log(ps / unit[c.ACC_PRECHARGE])
+    for axis, p in zip(axes, params, strict=True):
+        bulk, air = p.oil.bulk_modulus, p.oil.air
+        for name in ("a", "b"):
+            chamber = axis[name]
+            total += chamber.oil * _energy(chamber.pressure, bulk, air)
+            grid = np.linspace(ATMOSPHERE_PA, chamber.hose_pressure, 400)
+            h = np.array([enthalpy(q, bulk, air) for q in grid])
+            total += p[name].hose_capacity * float(np.trapezoid(h, grid))
+    bulk, air, ps = unit.oil.bulk_modulus, unit.oil.air, supply.pressure
+    total += supply.oil * _energy(ps, bulk, air)
+    total += supply.tank_oil * enthalpy(unit.tank_pressure, bulk, air)
+    if ps > unit.accumulator_precharge:
+        gas = unit.accumulator_volume * unit.accumulator_precharge
+        total += gas * math.log(ps / unit.accumulator_precharge)
     return float(total)
 
 
@@ -131,7 +140,7 @@ def _energy(p: float, bulk: float, air: float) -> float:
     return float(enthalpy(p, bulk, air) - p * specific_volume(p, bulk, air)[0])
 
 
-def machine() -> tuple[Array, Array]:
+def machine() -> tuple[NDArray[Any], Any]:
     """Parameters of the twelve axes and of the power unit, as declared."""
     p = build_machine()
     return axis_parameters(p), unit_parameters(p)
@@ -147,49 +156,36 @@ def balance(
     params, unit = machine()
     n = len(params)
     rng = np.random.default_rng(20090716)
-    start = np.tile([0.12, 0.2, 0.25], 4)
-    external = np.tile([0.0, 1500.0, -9000.0], 4)
-    axes = start_axes(params, start, -external)
+    given, driven, books = AxisInput.zeros(n), Driven.zeros(n), Books.zeros()[0]
+    given["extension"] = driven["middle"] = np.tile([0.12, 0.2, 0.25], 4)
+    driven["external"], driven["mass"] = np.tile([0.0, 1500.0, -9000.0], 4), 600.0
+    axes = start_axes(params, driven["middle"], -driven["external"])
     supply = start_supply(unit, 40.0, 0.06)
-    supply[c.TRACTION_FLOW] = 3e-5
-    x, v, mass = start.copy(), np.zeros(n), np.full(n, 600.0)
-    amplitude, rate = rng.uniform(0.3, 1.0, n) * drive, rng.uniform(1.5, 5.0, n)
+    supply.traction_flow = 3e-5
+    driven["amplitude"] = rng.uniform(0.3, 1.0, n) * drive
+    driven["turn"] = rng.uniform(1.5, 5.0, n)
+    books.lowest_pressure = np.inf
     oil_0, stored_0 = oil(axes, params, supply), stored(axes, params, supply, unit)
-    totals = np.array([0.0, 0.0, np.inf, 0.0, 0.0])
     steps, chunk = round(seconds / STEP_S), 10_000
+    each = substeps or Rates().hydraulic_substeps
     for first in range(0, steps, chunk):
-        work_loop(
-            axes,
-            params,
-            supply,
-            unit,
-            x,
-            v,
-            start,
-            mass,
-            external,
-            amplitude,
-            rate,
-            first,
-            min(chunk, steps - first),
-            substeps or Rates().hydraulic_substeps,
-            totals,
-        )
+        count = min(chunk, steps - first)
+        work_loop(axes, params, given, driven, (supply, unit), count, each, books)
         if progress is not None:
             progress(min(first + chunk, steps) * STEP_S)
-    pump = float(supply[c.PUMP_WORK])
+    pump = float(supply.pump_work)
     gained = stored(axes, params, supply, unit) - stored_0
-    spent = totals[MECHANICAL] + supply[c.TRACTION_WORK] + gained + supply[c.LOSS]
+    spent = books.mechanical + supply.traction_work + gained + supply.loss
     return Balance(
         seconds,
-        float((oil(axes, params, supply) - oil_0) / supply[c.THROUGHPUT]),
+        float((oil(axes, params, supply) - oil_0) / supply.throughput),
         pump,
-        float(totals[MECHANICAL]),
-        float(supply[c.TRACTION_WORK]),
+        float(books.mechanical),
+        float(supply.traction_work),
         gained,
-        float(supply[c.LOSS]),
+        float(supply.loss),
         float((pump - spent) / pump),
-        float(totals[HIGHEST_POWER]),
-        float(totals[LOWEST_PRESSURE]),
-        float(totals[TRAVEL]),
+        float(books.highest_power),
+        float(books.lowest_pressure),
+        float(books.travel),
     )

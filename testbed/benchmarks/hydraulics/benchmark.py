@@ -16,8 +16,7 @@ from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.manoeuvres import HOLD_S, Manoeuvre, manoeuvre
 from testbed.benchmarks.hydraulics.reference import solve
 from testbed.formats.files import write_text
-from testbed.laws import columns as c
-from testbed.laws.hydraulics import hydraulic_step
+from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.report.tables import Table
 from testbed.scenario.parts import Rates
 
@@ -57,8 +56,7 @@ def kernel_forces(
 ) -> tuple[Array, float, float]:
     """Mean force of the axes over every step, N, (steps, n); lowest chamber and supply pressure, Pa absolute."""
     axes, supply = m.axes.copy(), m.supply.copy()
-    supply[c.TEMPERATURE] = m.supply[c.TEMPERATURE]
-    zero = np.zeros(len(axes))
+    given = AxisInput.zeros(len(axes))
     steps = round(m.duration_s / step_s)
     per_hold = round(HOLD_S / step_s)
     out = np.empty((steps, len(axes)))
@@ -66,22 +64,13 @@ def kernel_forces(
     x, _ = m.motion(0.0)
     for k in range(steps):
         end, _ = m.motion((k + 1) * step_s)
-        hydraulic_step(
-            axes,
-            m.params,
-            supply,
-            m.unit,
-            x,
-            (end - x) / step_s,
-            m.commands[k // per_hold],
-            zero,
-            zero,
-            step_s,
-            substeps,
-        )
-        out[k] = axes[:, c.FORCE]
-        lowest = min(lowest, float(axes[:, [c.P_A, c.P_B]].min()))
-        lowest_supply = min(lowest_supply, float(supply[c.P_SUPPLY]))
+        given["extension"], given["rate"] = x, (end - x) / step_s
+        given["command"] = m.commands[k // per_hold]
+        hydraulic_step(axes, m.params, given, supply, m.unit, step_s, substeps)
+        out[k] = axes["force"]
+        pressures = axes["a"]["pressure"].min(), axes["b"]["pressure"].min()
+        lowest = min(lowest, *map(float, pressures))
+        lowest_supply = min(lowest_supply, float(supply.pressure))
         x = end
     return out, lowest, lowest_supply
 

@@ -14,9 +14,8 @@ import numpy as np
 
 from testbed.benchmarks.hydraulics.balance import STEP_S, Array, machine
 from testbed.compiled import njit
-from testbed.laws import columns as c
 from testbed.laws.friction import stribeck_level
-from testbed.laws.hydraulics import hydraulic_step
+from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, specific_volume
 
@@ -39,85 +38,86 @@ class Creep:
 
 @njit
 def loaded_loop(
-    axes: Any,
-    params: Any,
-    supply: Any,
-    unit: Any,
-    x: Any,
-    v: Any,
-    load: float,
-    steps: int,
-    zero: Any,
+    axes: Any, params: Any, given: Any, supply: Any, unit: Any, load: float, steps: int
 ) -> None:
     """A mass on the rod of a shut axis under `load` (N, inwards), stepped as the engine does: rate, then position."""
     for _ in range(steps):
-        hydraulic_step(axes, params, supply, unit, x, v, zero, zero, zero, STEP_S, 2)
-        v[0] += STEP_S * (axes[0, c.FORCE] - load) / MASS_KG
-        x[0] += STEP_S * v[0]
+        hydraulic_step(axes, params, given, supply, unit, STEP_S, 2)
+        given[0].rate += STEP_S * (axes[0].force - load) / MASS_KG
+        given[0].extension += STEP_S * given[0].rate
 
 
 def creep(seconds: float = 60.0, share: float = 0.5, leakage: bool = True) -> Creep:
     """A vertical axis at rest, then loaded by `share` of its break-away more, valves shut for `seconds`."""
     params, unit = machine()
     params = params[2:3].copy()
-    params[0, c.LOCKED] = 1.0
+    p, given = params[0], AxisInput.zeros()
+    p.valve.locked = 1.0
     if not leakage:
-        params[0, [c.LEAK_I, c.LEAK_O]] = 0.0
-    p, x, v = params[0], np.array([MIDDLE_M]), np.zeros(1)
-    axes, supply = start_axes(params, x, np.array([CARRIED_N])), start_supply(unit, 40.0, 0.06)
-    extra = share * float(p[c.FC_NEG] + p[c.FS_NEG])
+        p.inner_leakage = p.outer_leakage = 0.0
+    rod = given[0]
+    rod.extension = MIDDLE_M
+    axes = start_axes(params, given["extension"], np.array([CARRIED_N]))
+    supply, axis = start_supply(unit, 40.0, 0.06), axes[0]
+    extra = share * float(p.seal.inward.coulomb + p.seal.inward.static)
     load = CARRIED_N + extra
 
     def run(span_s: float) -> None:
-        loaded_loop(axes, params, supply, unit, x, v, load, round(span_s / STEP_S), np.zeros(1))
+        loaded_loop(axes, params, given, supply, unit, load, round(span_s / STEP_S))
 
     run(SETTLE_S)
-    start, held = float(x[0]), float(axes[0, c.FRICTION])
-    hoses = p[[c.HOSE_CAP, c.HOSE_CAP_B]]
-    oil, hose = axes[0, [c.OIL_A, c.OIL_B]].copy(), axes[0, [c.HOSE_P, c.HOSE_P_B]].copy()
-    leaked, flow, explained, beyond = np.zeros(2), _leaks(axes[0], p, unit), start, 0.0
+    start, held = float(rod.extension), float(axis.friction)
+    hoses = np.array([p.a.hose_capacity, p.b.hose_capacity])
+    oil, hose = _both(axis, "oil"), _both(axis, "hose_pressure")
+    leaked, flow, explained, beyond = np.zeros(2), _leaks(axis, p, unit), start, 0.0
     for k in range(round(seconds / LOOK_S)):
         run(LOOK_S)
-        before, flow = flow, _leaks(axes[0], p, unit)
+        before, flow = flow, _leaks(axis, p, unit)
         leaked += 0.5 * LOOK_S * (before + flow)
         if k % 10 != 9:
             continue
-        now = oil + leaked - hoses * (axes[0, [c.HOSE_P, c.HOSE_P_B]] - hose)
-        explained = _stands_at(
-            now, p, load, held, start, -_level(axes[0], p, float(x[0]), float(v[0]))
-        )
-        beyond = max(beyond, abs(float(x[0]) - explained))
-    return Creep(seconds, extra, float(x[0]) - start, explained - start, beyond)
+        now = oil + leaked - hoses * (_both(axis, "hose_pressure") - hose)
+        level = _level(axis, p, float(rod.extension), float(rod.rate))
+        explained = _stands_at(now, p, load, held, start, -level)
+        beyond = max(beyond, abs(float(rod.extension) - explained))
+    return Creep(seconds, extra, float(rod.extension) - start, explained - start, beyond)
 
 
-def _leaks(s: Array, p: Array, unit: Array) -> Array:
+def _both(axis: Any, name: str) -> Array:
+    """A quantity of both chambers, (2)."""
+    return np.array([axis.a[name], axis.b[name]])
+
+
+def _leaks(s: Any, p: Any, unit: Any) -> Array:
     """Leakage into chambers A and B, m3/s: across the piston and outwards, valve and edges shut."""
-    across = p[c.LEAK_I] * (s[c.P_A] - s[c.P_B])
-    out = p[c.LEAK_O] * (s[[c.P_A, c.P_B]] - unit[c.TANK_P])
+    across = p.inner_leakage * (s.a.pressure - s.b.pressure)
+    out = p.outer_leakage * (_both(s, "pressure") - unit.tank_pressure)
     return np.asarray(np.array([-across, across]) - out)
 
 
-def _level(s: Array, p: Array, x: float, v: float) -> float:
+def _level(s: Any, p: Any, x: float, v: float) -> float:
     """The friction at which the piston slides inwards, N: (4) with its parts along the stroke, by pressure, by rest."""
-    fc = p[c.FC_NEG] * (1.0 + p[c.FR_POSITION] * (x / p[c.STROKE] - 0.5))
-    fc += p[c.FR_PRESSURE] * (s[c.P_A] + s[c.P_B] - 2.0 * ATMOSPHERE_PA)
+    fc = p.seal.inward.coulomb * (1.0 + p.seal.position_slope * (x / p.stroke - 0.5))
+    fc += p.seal.pressure_coefficient * (s.a.pressure + s.b.pressure - 2.0 * ATMOSPHERE_PA)
     return float(
-        stribeck_level(abs(v), fc, p[c.FS_NEG] + fc * s[c.DWELL], p[c.CS_NEG])
-        + p[c.VISC_NEG] * abs(v)
+        stribeck_level(
+            abs(v), fc, p.seal.inward.static + fc * s.seal.dwell, p.seal.inward.stribeck_speed
+        )
+        + p.seal.inward.viscous * abs(v)
     )
 
 
-def _stands_at(oil: Array, p: Array, load: float, held: float, start: float, level: float) -> float:
+def _stands_at(oil: Array, p: Any, load: float, held: float, start: float, level: float) -> float:
     """Extension, m, at which the oil of both chambers balances load and friction, by bisection.
 
     Friction: `held` (N) at `start`, from there a spring with the bristle's stiffness, never beyond `level` (inwards).
     """
 
     def push(x: float) -> float:
-        pa = _pressure((p[c.DEAD_A] + p[c.AREA_A] * x) / oil[0], p)
-        pb = _pressure((p[c.DEAD_B] + p[c.AREA_B] * (p[c.STROKE] - x)) / oil[1], p)
-        friction = max(held + p[c.BRISTLE_K] * (x - start), level)
-        gauge = pa * p[c.AREA_A] - pb * p[c.AREA_B] - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
+        pa = _pressure((p.a.dead_volume + p.a.area * x) / oil[0], p)
+        pb = _pressure((p.b.dead_volume + p.b.area * (p.stroke - x)) / oil[1], p)
+        friction = max(held + p.seal.bristle_stiffness * (x - start), level)
+        gauge = pa * p.a.area - pb * p.b.area - (p.a.area - p.b.area) * ATMOSPHERE_PA
         return float(gauge - friction - load)
 
     low, high = start - 0.1, start + 0.1
@@ -127,11 +127,11 @@ def _stands_at(oil: Array, p: Array, load: float, held: float, start: float, lev
     return 0.5 * (low + high)
 
 
-def _pressure(nu: float, p: Array) -> float:
+def _pressure(nu: float, p: Any) -> float:
     """Absolute pressure, Pa, at which one standard volume takes up `nu`: Newton's iteration."""
     pressure = 5e6
     for _ in range(30):
-        found, slope = specific_volume(pressure, p[c.BULK], p[c.AIR])
+        found, slope = specific_volume(pressure, p.oil.bulk_modulus, p.oil.air)
         step = (nu - found) / slope
         pressure = max(pressure + step, 0.5 * pressure, VAPOUR_PA)
         if abs(step) < 1e-3:

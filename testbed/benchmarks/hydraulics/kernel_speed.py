@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.hydraulics.reference import N_AXIS, Amplifiers, held_rates, pack
 from testbed.compiled import njit
-from testbed.laws import columns as c
-from testbed.laws.hydraulics import hydraulic_step
+from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.machine.build import build_machine
 from testbed.scenario.parts import Rates
@@ -33,10 +32,10 @@ LADDER = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 class Walk:
     """Twelve axes moving: rates and commands (steps, 12) held over each step."""
 
-    params: Array
-    unit: Array
-    axes: Array
-    supply: Array
+    params: NDArray[Any]
+    unit: Any
+    axes: NDArray[Any]
+    supply: Any
     x: Array
     v: Array
     commands: Array
@@ -54,9 +53,9 @@ def walk(steps: int = 150) -> Walk:
     t = (np.arange(steps)[:, None] + 0.5) * STEP_S
     w, phase, speed = rng.uniform(4, 20, 12), rng.uniform(0, 6, 12), rng.uniform(0.01, 0.04, 12)
     v = speed * np.sin(w * t + phase)
-    gain = np.where(v > 0, params[:, c.K_PA], params[:, c.K_AT])
-    commands = 1.2 * v * params[:, c.AREA_A] / (gain * np.sqrt(3e6)) + params[
-        :, c.DEADBAND
+    gain = np.where(v > 0, params["a"]["from_supply"], params["a"]["to_tank"])
+    commands = 1.2 * v * params["a"]["area"] / (gain * np.sqrt(3e6)) + params["valve"][
+        "deadband"
     ] * np.sign(v)
     x = np.tile([0.12, 0.2, 0.25], 4)
     axes, supply = (
@@ -68,32 +67,31 @@ def walk(steps: int = 150) -> Walk:
 
 @njit
 def kernel_loop(
-    axes: Any,
-    params: Any,
-    supply: Any,
-    unit: Any,
-    x: Any,
-    v: Any,
-    commands: Any,
-    zero: Any,
-    substeps: int,
-    out: Any,
+    axes: Any, params: Any, given: Any, unit: tuple[Any, Any], moves: Any, substeps: int, out: Any
 ) -> None:
-    """Forces of every step into out (steps, n): the kernel called from compiled code, as the world does."""
-    for k in range(v.shape[0]):
-        hydraulic_step(
-            axes, params, supply, unit, x, v[k], commands[k], zero, zero, STEP_S, substeps
-        )
-        out[k] = axes[:, c.FORCE]
-        x += STEP_S * v[k]
+    """Forces of every step into out (steps, n): the kernel called from compiled code, as the world does.
+
+    given: AxisInput (n) with the extensions at the start; unit: a SupplyState and its PowerUnit; moves (2, steps, n):
+    rates and commands.
+    """
+    supply, power = unit
+    for k in range(out.shape[0]):
+        for i in range(axes.shape[0]):
+            given[i].rate, given[i].command = moves[0, k, i], moves[1, k, i]
+        hydraulic_step(axes, params, given, supply, power, STEP_S, substeps)
+        for i in range(axes.shape[0]):
+            out[k, i] = axes[i].force
+            given[i].extension += STEP_S * given[i].rate
 
 
 def kernel_run(run: Walk, substeps: int) -> tuple[Array, float]:
     """Forces (steps, 12), N, and processor time, s."""
     out = np.empty_like(run.v)
-    state = run.axes.copy(), run.params, run.supply.copy(), run.unit, run.x.copy()
+    given, unit = AxisInput.zeros(len(run.axes)), (run.supply.copy(), run.unit)
+    given["extension"] = run.x
+    axes, moves = run.axes.copy(), np.stack([run.v, run.commands])
     start = time.thread_time()
-    kernel_loop(*state, run.v, run.commands, np.zeros(12), substeps, out)
+    kernel_loop(axes, run.params, given, unit, moves, substeps, out)
     return out, time.thread_time() - start
 
 
@@ -105,13 +103,15 @@ def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]
     from scipy.integrate import odeint, solve_ivp
 
     y, x = pack(run.axes, run.supply), run.x.copy()
-    amplifiers = Amplifiers(run.params, run.axes[:, c.AMPLIFIER].copy(), run.axes[:, c.PLAY].copy())
-    warmth = float(run.supply[c.TEMPERATURE] - run.unit[c.VISC_REFERENCE])
-    out, spent = np.empty_like(run.v), 0.0
+    amplifiers = Amplifiers(
+        run.params, run.axes["valve"]["amplifier"].copy(), run.axes["valve"]["play"].copy()
+    )
+    warmth = float(run.supply.temperature - run.unit.viscosity_reference)
+    out, spent, units = np.empty_like(run.v), 0.0, np.array([run.unit])
     for k, (v, u) in enumerate(zip(run.v, run.commands, strict=True)):
         arguments = (
             run.params,
-            run.unit,
+            units,
             x,
             v,
             amplifiers.amplifier,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.laws import columns as c
 from testbed.laws.initial import start_axes, start_supply
 from testbed.machine.build import build_machine
 from testbed.world.plumbing import axis_parameters, unit_parameters
@@ -26,10 +26,10 @@ class Manoeuvre:
     """What kernel and reference are both given; way points (m) of all axes at times (s), joined smoothly."""
 
     kind: str
-    axes: Array
-    params: Array
-    supply: Array
-    unit: Array
+    axes: NDArray[Any]
+    params: NDArray[Any]
+    supply: Any
+    unit: Any
     times: Array
     points: Array
     commands: Array
@@ -59,12 +59,12 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     unit = unit_parameters(machine)
     switch_off(["oil_warming"], params, unit)  # the reference holds the oil's temperature
     if kind == "starved supply":
-        unit[c.PUMP_FLOW] *= rng.uniform(0.05, 0.25)
-        unit[c.ACC_VOLUME] *= rng.uniform(0.02, 0.2)
+        unit.pump_flow *= rng.uniform(0.05, 0.25)
+        unit.accumulator_volume *= rng.uniform(0.02, 0.2)
     segments = round(duration_s / HOLD_S)
-    times, points = _way(kind, rng, n, params[0, c.STROKE], duration_s)
+    times, points = _way(kind, rng, n, params[0].stroke, duration_s)
     supply = start_supply(unit, rng.uniform(10.0, 60.0), 0.06)
-    supply[c.TRACTION_FLOW] = rng.uniform(0.0, 1e-4)
+    supply.traction_flow = rng.uniform(0.0, 1e-4)
     mean_pa = rng.uniform(2e6, 5e6) if kind != "near vapour pressure" else rng.uniform(2e5, 6e5)
     axes = start_axes(
         params, points[0], rng.uniform(0.0, 12e3 * min(1.0, mean_pa / 2e6), n), mean_pa
@@ -110,9 +110,9 @@ def _commands(m: Manoeuvre, rng: np.random.Generator) -> Array:
     for k in range(segments):
         _, v = m.motion((k + 0.7) * HOLD_S)
         for i, p in enumerate(m.params):
-            area, gain = (p[c.AREA_A], p[c.K_PA]) if v[i] > 0.0 else (p[c.AREA_A], p[c.K_AT])
+            area, gain = (p.a.area, p.a.from_supply) if v[i] > 0.0 else (p.a.area, p.a.to_tank)
             wanted = v[i] * area / (gain * np.sqrt(3.0e6)) * rng.uniform(0.9, 1.8)
-            band = p[c.DEADBAND]
+            band = p.valve.deadband
             if abs(v[i]) < 2e-4 or m.kind == "near vapour pressure":
                 out[k, i] = band * rng.uniform(-0.9, 0.9)
             elif m.kind == "dead band":

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.laws import columns as c
 
 Array = NDArray[np.float64]
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
@@ -66,8 +65,12 @@ def line_pressure(oil: float, u: Any) -> float:
     low, high = PV, 1.0e8
     for _ in range(200):
         p = 0.5 * (low + high)
-        acc = u[c.ACC_VOLUME] * (1.0 - u[c.ACC_PRECHARGE] / p) if p > u[c.ACC_PRECHARGE] else 0.0
-        if (u[c.LINE_VOLUME] + acc) / volume_of_one(p, u[c.SUPPLY_BULK], u[c.SUPPLY_AIR]) > oil:
+        acc = (
+            u.accumulator_volume * (1.0 - u.accumulator_precharge / p)
+            if p > u.accumulator_precharge
+            else 0.0
+        )
+        if (u.line_volume + acc) / volume_of_one(p, u.oil.bulk_modulus, u.oil.air) > oil:
             high = p
         else:
             low = p
@@ -102,7 +105,9 @@ def held_plays(t: float, a0: Any, u: Any, r0: Any, params: Any) -> Any:
     """`held_play` of n axes, (n)."""
     out = np.empty(len(u))
     for i in range(len(u)):
-        out[i] = held_play(t, a0[i], u[i], r0[i], params[i, c.HYSTERESIS], params[i, c.AMP_TAU])
+        out[i] = held_play(
+            t, a0[i], u[i], r0[i], params[i].valve.hysteresis, params[i].valve.amplifier_lag
+        )
     return out
 
 
@@ -112,20 +117,32 @@ def friction_rates(
 ) -> tuple[float, float, float]:
     """Friction force (N), dz/dt (m/s), d dwell/dt (1/s): equation (5) with a bristle state."""
     if v >= 0.0:
-        fc, fs, cs, sigma = p[c.FC_POS], p[c.FS_POS], p[c.CS_POS], p[c.VISC_POS]
+        fc, fs, cs, sigma = (
+            p.seal.outward.coulomb,
+            p.seal.outward.static,
+            p.seal.outward.stribeck_speed,
+            p.seal.outward.viscous,
+        )
     else:
-        fc, fs, cs, sigma = p[c.FC_NEG], p[c.FS_NEG], p[c.CS_NEG], p[c.VISC_NEG]
-    fc = fc * (1.0 + p[c.FR_POSITION] * (x / p[c.STROKE] - 0.5)) + p[c.FR_PRESSURE] * (
+        fc, fs, cs, sigma = (
+            p.seal.inward.coulomb,
+            p.seal.inward.static,
+            p.seal.inward.stribeck_speed,
+            p.seal.inward.viscous,
+        )
+    fc = fc * (1.0 + p.seal.position_slope * (x / p.stroke - 0.5)) + p.seal.pressure_coefficient * (
         pa + pb - 2.0 * P0
     )
     fc = max(fc, 1.0e-3)
     rate = 0.0
-    if p[c.DWELL_GAIN] > 0.0:
-        rate = (p[c.DWELL_GAIN] - dwell) / p[c.DWELL_TIME] - abs(v) * p[c.BRISTLE_K] / fc * dwell
+    if p.seal.dwell_gain > 0.0:
+        rate = (p.seal.dwell_gain - dwell) / p.seal.dwell_time - abs(
+            v
+        ) * p.seal.bristle_stiffness / fc * dwell
         fs = fs + fc * dwell
     g = fc + fs * math.exp(-abs(v) / cs)
-    dz = v - p[c.BRISTLE_K] * abs(v) * z / g
-    return p[c.BRISTLE_K] * z + p[c.BRISTLE_D] * dz + sigma * warm * v, dz, rate
+    dz = v - p.seal.bristle_stiffness * abs(v) * z / g
+    return p.seal.bristle_stiffness * z + p.seal.bristle_damping * dz + sigma * warm * v, dz, rate
 
 
 @njit
@@ -133,13 +150,13 @@ def stop_force(p: Any, x: float, v: float) -> float:
     """Cushion and stop at both ends, N, along +x."""
     force = 0.0
     for side in (1.0, -1.0):
-        gap = x if side > 0.0 else p[c.STROKE] - x
+        gap = x if side > 0.0 else p.stroke - x
         towards = -side * v
         push = 0.0
-        if gap < p[c.CUSHION_LENGTH] and towards > 0.0:
-            push += p[c.CUSHION_D] * towards * (1.0 - gap / p[c.CUSHION_LENGTH])
+        if gap < p.ends.cushion_length and towards > 0.0:
+            push += p.ends.cushion_damping * towards * (1.0 - gap / p.ends.cushion_length)
         if gap < 0.0:
-            push += max(0.0, -p[c.STOP_K] * gap + p[c.STOP_D] * towards)
+            push += max(0.0, -p.ends.stop_stiffness * gap + p.ends.stop_damping * towards)
         force += side * push
     return force
 
@@ -149,29 +166,29 @@ def axis_rates(
     y: Any, dy: Any, p: Any, x: float, v: float, target: float, ps: float, pt: float, warm: float
 ) -> float:
     """Rates of one axis's states; returns what it draws from the supply, m3/s."""
-    pa = chamber_pressure(p[c.DEAD_A] + p[c.AREA_A] * x, y[0] * CM3, p[c.BULK], p[c.AIR])
+    pa = chamber_pressure(p.a.dead_volume + p.a.area * x, y[0] * CM3, p.oil.bulk_modulus, p.oil.air)
     pb = chamber_pressure(
-        p[c.DEAD_B] + p[c.AREA_B] * (p[c.STROKE] - x), y[1] * CM3, p[c.BULK], p[c.AIR]
+        p.b.dead_volume + p.b.area * (p.stroke - x), y[1] * CM3, p.oil.bulk_modulus, p.oil.air
     )
-    o = math.copysign(max(abs(y[4]) - p[c.DEADBAND], 0.0), y[4]) / (1.0 - p[c.DEADBAND])
+    o = math.copysign(max(abs(y[4]) - p.valve.deadband, 0.0), y[4]) / (1.0 - p.valve.deadband)
     up, down = max(o, 0.0), max(-o, 0.0)
-    leak_p, leak = p[c.EDGE_LEAK_P], p[c.EDGE_LEAK]
-    from_supply_a = edge(p[c.K_PA] * up, ps - pa) + leak_p * (ps - pa)
-    from_supply_b = edge(p[c.K_PB] * down, ps - pb) + leak_p * (ps - pb)
-    to_tank_a = edge(p[c.K_AT] * down, pa - pt) + leak * (pa - pt)
-    to_tank_b = edge(p[c.K_BT] * up, pb - pt) + leak * (pb - pt)
-    inner = p[c.LEAK_I] * (pa - pb)
-    dy[2] = (pa / 1e6 - y[2]) / p[c.HOSE_TIME]
-    dy[3] = (pb / 1e6 - y[3]) / p[c.HOSE_TIME]
-    hose_a, hose_b = p[c.HOSE_CAP] * dy[2] * 1e6, p[c.HOSE_CAP_B] * dy[3] * 1e6
-    dy[0] = (from_supply_a - to_tank_a - inner - p[c.LEAK_O] * (pa - pt) - hose_a) / CM3
-    dy[1] = (from_supply_b - to_tank_b + inner - p[c.LEAK_O] * (pb - pt) - hose_b) / CM3
-    wn = p[c.SPOOL_WN]
+    leak_p, leak = p.valve.leak_from_supply, p.valve.leak_to_tank
+    from_supply_a = edge(p.a.from_supply * up, ps - pa) + leak_p * (ps - pa)
+    from_supply_b = edge(p.b.from_supply * down, ps - pb) + leak_p * (ps - pb)
+    to_tank_a = edge(p.a.to_tank * down, pa - pt) + leak * (pa - pt)
+    to_tank_b = edge(p.b.to_tank * up, pb - pt) + leak * (pb - pt)
+    inner = p.inner_leakage * (pa - pb)
+    dy[2] = (pa / 1e6 - y[2]) / p.hose_time
+    dy[3] = (pb / 1e6 - y[3]) / p.hose_time
+    hose_a, hose_b = p.a.hose_capacity * dy[2] * 1e6, p.b.hose_capacity * dy[3] * 1e6
+    dy[0] = (from_supply_a - to_tank_a - inner - p.outer_leakage * (pa - pt) - hose_a) / CM3
+    dy[1] = (from_supply_b - to_tank_b + inner - p.outer_leakage * (pb - pt) - hose_b) / CM3
+    wn = p.valve.frequency
     dy[4] = 100.0 * y[5]
-    dy[5] = (wn * wn * (target - y[4]) - 2.0 * p[c.SPOOL_ZETA] * wn * 100.0 * y[5]) / 100.0
+    dy[5] = (wn * wn * (target - y[4]) - 2.0 * p.valve.damping * wn * 100.0 * y[5]) / 100.0
     friction, dz, dy[7] = friction_rates(p, x, v, pa, pb, y[6] / 1e3, y[7], warm)
     dy[6] = 1e3 * dz
-    rod = pa * p[c.AREA_A] - pb * p[c.AREA_B] - (p[c.AREA_A] - p[c.AREA_B]) * P0
+    rod = pa * p.a.area - pb * p.b.area - (p.a.area - p.b.area) * P0
     dy[8] = (rod - friction + stop_force(p, x, v)) / 100.0
     return float(from_supply_a + from_supply_b)
 
@@ -179,18 +196,16 @@ def axis_rates(
 @njit
 def unit_rates(y: Any, dy: Any, u: Any, ps: float, drawn: float, taken: float) -> None:
     """Rates of the power unit's states: y = oil in the line (cm3), pump stroke."""
-    pt = u[c.TANK_P]
-    wanted = min(max((u[c.PUMP_SET] - ps) / u[c.PUMP_BAND], 0.0), 1.0)
-    dy[1] = (wanted - y[1]) / u[c.PUMP_TAU]
-    flow = y[1] * u[c.PUMP_FLOW] * u[c.PUMP_ON]
-    power = flow * enthalpy_between(pt, ps, u[c.SUPPLY_BULK], u[c.SUPPLY_AIR])
-    if power > u[c.PUMP_POWER]:
-        flow *= u[c.PUMP_POWER] / power
-    relief = max(ps - u[c.RELIEF_SET], 0.0) + min(ps - pt, 0.0)
+    pt = u.tank_pressure
+    wanted = min(max((u.set_pressure - ps) / u.compensator_band, 0.0), 1.0)
+    dy[1] = (wanted - y[1]) / u.compensator_lag
+    flow = y[1] * u.pump_flow * u.pump_on
+    power = flow * enthalpy_between(pt, ps, u.oil.bulk_modulus, u.oil.air)
+    if power > u.pump_power:
+        flow *= u.pump_power / power
+    relief = max(ps - u.relief_pressure, 0.0) + min(ps - pt, 0.0)
     traction = taken * min(max((ps - pt) / 1.0e5, 0.0), 1.0)
-    dy[0] = (
-        flow - drawn - u[c.RELIEF_SLOPE] * relief - u[c.PUMP_LEAK] * (ps - pt) - traction
-    ) / CM3
+    dy[0] = (flow - drawn - u.relief_slope * relief - u.case_leakage * (ps - pt) - traction) / CM3
 
 
 @njit
@@ -203,10 +218,10 @@ def rates(
     ps = line_pressure(y[N_AXIS * n] * CM3, u)
     drawn = 0.0
     for i in range(n):
-        warm = math.exp(-(u[c.VISC_RATE] + params[i, c.EXTRA_VISC_RATE]) * warmth)
+        warm = math.exp(-(u.viscosity_rate + params[i].seal.viscosity_rate) * warmth)
         part = slice(N_AXIS * i, N_AXIS * (i + 1))
         drawn += axis_rates(
-            y[part], dy[part], params[i], x[i], v[i], target[i], ps, u[c.TANK_P], warm
+            y[part], dy[part], params[i], x[i], v[i], target[i], ps, u.tank_pressure, warm
         )
     unit_rates(y[N_AXIS * n :], dy[N_AXIS * n :], u, ps, drawn, taken)
     return dy
@@ -217,7 +232,7 @@ def held_rates(
     t: float,
     y: Any,
     params: Any,
-    u: Any,
+    units: Any,
     x: Any,
     v: Any,
     a0: Any,
@@ -226,26 +241,27 @@ def held_rates(
     taken: float,
     warmth: float,
 ) -> Any:
-    """`rates` where the pistons' rates v and the commands are held from t = 0 on."""
-    return rates(y, params, u, x + v * t, v, held_plays(t, a0, command, r0, params), taken, warmth)
+    """`rates` where the pistons' rates v and the commands are held from t = 0 on; units: array of one PowerUnit."""
+    played = held_plays(t, a0, command, r0, params)
+    return rates(y, params, units[0], x + v * t, v, played, taken, warmth)
 
 
-def pack(axes: Array, supply: Array) -> Array:
+def pack(axes: NDArray[Any], supply: Any) -> Array:
     """The kernel's state as the reference's."""
     y = np.zeros(N_AXIS * len(axes) + N_SUPPLY)
     for i, s in enumerate(axes):
         y[N_AXIS * i : N_AXIS * (i + 1)] = (
-            s[c.OIL_A] / CM3,
-            s[c.OIL_B] / CM3,
-            s[c.HOSE_P] / 1e6,
-            s[c.HOSE_P_B] / 1e6,
-            s[c.SPOOL],
-            s[c.SPOOL_RATE] / 100.0,
-            s[c.BRISTLE] * 1e3,
-            s[c.DWELL],
+            s.a.oil / CM3,
+            s.b.oil / CM3,
+            s.a.hose_pressure / 1e6,
+            s.b.hose_pressure / 1e6,
+            s.valve.spool,
+            s.valve.spool_rate / 100.0,
+            s.seal.bristle * 1e3,
+            s.seal.dwell,
             0.0,
         )
-    y[-2:] = supply[c.OIL_SUPPLY] / CM3, supply[c.PUMP_STROKE]
+    y[-2:] = supply.oil / CM3, supply.pump_stroke
     return y
 
 
@@ -253,7 +269,7 @@ def pack(axes: Array, supply: Array) -> Array:
 class Amplifiers:
     """Amplifier and play operator of n axes on commands held over whole segments."""
 
-    params: Array
+    params: NDArray[Any]
     amplifier: Array
     played: Array
 
@@ -261,7 +277,7 @@ class Amplifiers:
         """Amplifier and play t seconds after `command` was given, (n) each."""
         out = held_plays(t, self.amplifier, command, self.played, self.params)
         return command + (self.amplifier - command) * np.exp(
-            -t / self.params[:, c.AMP_TAU]
+            -t / self.params["valve"]["amplifier_lag"]
         ), np.asarray(out)
 
 
@@ -270,10 +286,10 @@ Motion = Callable[[float], tuple[Array, Array]]
 
 
 def solve(
-    axes: Array,
-    params: Array,
-    supply: Array,
-    unit: Array,
+    axes: NDArray[Any],
+    params: NDArray[Any],
+    supply: Any,
+    unit: Any,
     motion: Motion,
     commands: Array,
     hold_s: float,
@@ -287,10 +303,10 @@ def solve(
     from scipy.integrate import solve_ivp
 
     y = pack(axes, supply)
-    amplifiers = Amplifiers(params, axes[:, c.AMPLIFIER].copy(), axes[:, c.PLAY].copy())
+    amplifiers = Amplifiers(params, axes["valve"]["amplifier"].copy(), axes["valve"]["play"].copy())
     n, per_segment = len(axes), round(hold_s / step_s)
-    warmth = float(supply[c.TEMPERATURE] - unit[c.VISC_REFERENCE])
-    taken = float(supply[c.TRACTION_FLOW])
+    warmth = float(supply.temperature - unit.viscosity_reference)
+    taken = float(supply.traction_flow)
     integral = [y[8 : N_AXIS * n : N_AXIS].copy()]
     for k, command in enumerate(commands):
         start = k * hold_s

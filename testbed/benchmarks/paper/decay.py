@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.laws import columns as c
-from testbed.laws.hydraulics import hydraulic_step
+from testbed.formats.records import Record, quantity
+from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine
@@ -40,7 +40,15 @@ OVERLAPPED: Mapping[str, float] = {
 }
 """Edges that leak to the tank alone: an overlapped spool whose supply edges are tight (assumed)."""
 SUSPECTS = ("edge_leakage", "internal_leakage", "hose", "air", "dwell", "friction_pressure")
-(X, PA, PB) = range(3)
+
+
+class Moment(Record):
+    """A millisecond of the step."""
+
+    reference = quantity("m", "set point")
+    reference_rate = quantity("m/s", "its rate")
+    position = quantity("m", "of the piston")
+    pressure_a = quantity("Pa", "piston side, gauge")
 
 
 @dataclass(frozen=True)
@@ -70,38 +78,30 @@ class Decay:
 def hold_loop(
     axes: Any,
     params: Any,
+    given: Any,
     supply: Any,
     unit: Any,
-    reference: Any,
-    rate: Any,
-    mass: float,
     tolerance: float,
-    out: Any,
+    moments: Any,
 ) -> None:
-    """Follow reference (m) and rate (m/s), a row of out (n, 3) a millisecond; a valve shut within the tolerance."""
-    x, v, u, zero = np.array([reference[0]]), np.zeros(1), np.zeros(1), np.zeros(1)
-    p = params[0]
-    for k in range(reference.shape[0]):
-        error = reference[k] - x[0]
-        wanted = rate[k] + 8.0 * error
-        if rate[k] == 0.0 and abs(error) < tolerance:
+    """Follow the references of `moments`, a Moment a millisecond, by a valve shut within the tolerance."""
+    p, rod = params[0], given[0]
+    rod.extension, rod.rate = moments[0].reference, 0.0
+    for k in range(moments.shape[0]):
+        now = moments[k]
+        error = now.reference - rod.extension
+        wanted = now.reference_rate + 8.0 * error
+        if now.reference_rate == 0.0 and abs(error) < tolerance:
             wanted = 0.0
-        opening = (
-            wanted * p[c.AREA_A] / ((p[c.K_PA] if wanted > 0.0 else p[c.K_AT]) * math.sqrt(3.0e6))
-        )
-        u[0] = (
-            0.0
-            if wanted == 0.0
-            else opening * (1.0 - p[c.DEADBAND]) + math.copysign(p[c.DEADBAND], wanted)
-        )
-        hydraulic_step(axes, params, supply, unit, x, v, u, zero, zero, STEP_S, 2)
-        v[0] += STEP_S * (axes[0, c.FORCE] / mass - GRAVITY_M_S2)
-        x[0] += STEP_S * v[0]
-        out[k, X], out[k, PA], out[k, PB] = (
-            x[0],
-            axes[0, c.P_A] - ATMOSPHERE_PA,
-            axes[0, c.P_B] - ATMOSPHERE_PA,
-        )
+        edge = p.a.from_supply if wanted > 0.0 else p.a.to_tank
+        opening = wanted * p.a.area / (edge * math.sqrt(3.0e6))
+        band = p.valve.deadband
+        rod.command = 0.0 if wanted == 0.0 else opening * (1.0 - band) + math.copysign(band, wanted)
+        hydraulic_step(axes, params, given, supply, unit, STEP_S, 2)
+        rod.rate += STEP_S * (axes[0].force / CARRIED_KG - GRAVITY_M_S2)
+        rod.extension += STEP_S * rod.rate
+        now.position = rod.extension
+        now.pressure_a = axes[0].a.pressure - ATMOSPHERE_PA
 
 
 def raising_step(
@@ -116,20 +116,20 @@ def raising_step(
     t: Array = STEP_S * np.arange(round((RISE_AT_S + RISE_S + seconds) / STEP_S), dtype=np.float64)
     rising = (t >= RISE_AT_S) & (t < RISE_AT_S + RISE_S)
     rate = np.where(rising, RISE_M / RISE_S, 0.0)
-    reference = START_M + STEP_S * np.cumsum(rate)
-    axes = start_axes(params, reference[:1], np.array([weight]), 6.0e6)
-    out = np.empty((len(t), 3))
+    moments, given = Moment.zeros(len(t)), AxisInput.zeros()
+    moments["reference"], moments["reference_rate"] = START_M + STEP_S * np.cumsum(rate), rate
+    axes = start_axes(params, moments["reference"][:1], np.array([weight]), 6.0e6)
     tolerance = machine.control.tolerance_m
     supply = start_supply(unit, COLD_DEGC, 0.06)
-    hold_loop(axes, params, supply, unit, reference, rate, CARRIED_KG, tolerance, out)
-    force = out[:, PA] * params[0, c.AREA_A]
+    hold_loop(axes, params, given, supply, unit, tolerance, moments)
+    position, force = moments["position"], moments["pressure_a"] * params[0].a.area
     after = t >= RISE_AT_S + RISE_S + 1.0
     held, excess = t[after], force[after] - weight
     end = float(excess[-2000:].mean())
     half = np.nonzero(excess < 0.5 * (excess[0] + end))[0]
     half_time = float(held[half[0]] - held[0]) if len(half) and end < 0.9 * excess[0] else math.nan
     return Decay(
-        t, force, out[:, X], weight, float(excess[0]), end, half_time, float(np.ptp(out[after, X]))
+        t, force, position, weight, float(excess[0]), end, half_time, float(np.ptp(position[after]))
     )
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.paper.machine import changes as machine_changes
 from testbed.compiled import njit
-from testbed.control.valve_loop import control_step, gains
-from testbed.laws import columns as c
-from testbed.laws.hydraulics import hydraulic_step
+from testbed.control.valve_loop import position_loops, valve_command
+from testbed.formats.records import Record, quantity
+from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine
@@ -33,7 +33,29 @@ MASS_KG = 91.7
 CELL_STIFFNESS_N_M, CELL_DAMPING_N_S_M = 1.0e6, 2.0e4
 """Load cell with its seat and the machine above it (E): 1 mm of piston is 1 kN."""
 VERTICAL_AXIS = 2
-(X, V, P_A, P_B, SENSED_A, SENSED_B, FRICTION, LOAD, COMMAND, COLUMNS) = range(10)
+
+
+class Sample(Record):
+    """One sample of the bench: what the leg follows, and what it did. Pressures are gauge."""
+
+    reference = quantity("m", "set point")
+    reference_rate = quantity("m/s", "its rate")
+    position = quantity("m", "of the piston")
+    speed = quantity("m/s", "of the piston")
+    pressure_a = quantity("Pa", "piston side")
+    pressure_b = quantity("Pa", "rod side")
+    sensed_a = quantity("Pa", "at the transducer, piston side")
+    sensed_b = quantity("Pa", "at the transducer, rod side")
+    friction = quantity("N", "mean over the sample")
+    load = quantity("N", "of the load cell, mean over the sample")
+    command = quantity("1", "of the valve")
+
+
+class Cell(Record):
+    """The bench beside the hydraulics."""
+
+    at = quantity("m", "extension at which the load cell waits")
+    count = quantity("m", "one count of the encoder")
 
 
 @dataclass(frozen=True)
@@ -91,43 +113,45 @@ def run(
     machine = build_machine(machine_changes() | dict(changes or {}))
     params = axis_parameters(machine)[[VERTICAL_AXIS]].copy()
     unit = unit_parameters(machine)
-    unit[c.AMBIENT] = COLD_DEGC
+    unit.ambient = COLD_DEGC
     switch_off([*without, "oil_warming"], params, unit)
     start = np.array([reference_m[0]])
     axes = start_axes(params, start, np.array([-MASS_KG * GRAVITY_M_S2]))
     supply = start_supply(unit, COLD_DEGC, machine.power_unit.tank_oil_m3)
-    gain = gains(machine, 1.0)[[VERTICAL_AXIS]].copy()
-    rate = np.gradient(reference_m) * RATE_HZ
-    rate[np.abs(rate) < 1e-9] = 0.0
-    out = np.zeros((len(reference_m), COLUMNS))
-    count_m = machine.sensor.encoder_linear_m
-    _simulate(axes, params, supply, unit, gain, reference_m, rate, cell_at_m, count_m, out)
-    return _trace(out, reference_m, params[0], machine.sensor, np.random.default_rng([4, seed]))
+    loops, given, bench = (
+        position_loops(machine, 1.0)[[VERTICAL_AXIS]].copy(),
+        AxisInput.zeros(),
+        Cell.zeros()[0],
+    )
+    bench.at, bench.count = cell_at_m, machine.sensor.encoder_linear_m
+    samples = Sample.zeros(len(reference_m))
+    samples["reference"] = reference_m
+    samples["reference_rate"] = np.gradient(reference_m) * RATE_HZ
+    samples["reference_rate"][np.abs(samples["reference_rate"]) < 1e-9] = 0.0
+    _simulate(axes, params, given, supply, unit, loops, bench, samples)
+    return _trace(samples, params[0], machine.sensor, np.random.default_rng([4, seed]))
 
 
-def _trace(
-    out: Array, reference_m: Array, p: Array, sensor: Sensor, rng: np.random.Generator
-) -> Trace:
+def _trace(samples: NDArray[Any], p: Any, sensor: Sensor, rng: np.random.Generator) -> Trace:
     reads = []
-    for column in (SENSED_A, SENSED_B):
-        noisy = out[:, column] + sensor.pressure_noise_pa * rng.standard_normal(len(out))
+    for name in ("sensed_a", "sensed_b"):
+        noisy = samples[name] + sensor.pressure_noise_pa * rng.standard_normal(len(samples))
         step = sensor.pressure_resolution_pa
         reads.append(np.clip(np.round(noisy / step) * step, 0.0, sensor.pressure_range_pa))
-    time = (np.arange(len(out)) + 1) / RATE_HZ
     return Trace(
-        time,
-        reference_m,
-        out[:, X],
-        out[:, V],
-        out[:, P_A],
-        out[:, P_B],
-        reads[0],
-        reads[1],
-        out[:, FRICTION],
-        out[:, LOAD],
-        out[:, COMMAND],
-        float(p[c.AREA_A]),
-        float(p[c.AREA_B]),
+        time_s=(np.arange(len(samples)) + 1) / RATE_HZ,
+        reference_m=samples["reference"],
+        position_m=samples["position"],
+        speed_m_s=samples["speed"],
+        pressure_a_pa=samples["pressure_a"],
+        pressure_b_pa=samples["pressure_b"],
+        read_a_pa=reads[0],
+        read_b_pa=reads[1],
+        friction_n=samples["friction"],
+        load_n=samples["load"],
+        command=samples["command"],
+        area_a_m2=float(p.a.area),
+        area_b_m2=float(p.b.area),
     )
 
 
@@ -135,43 +159,35 @@ def _trace(
 def _simulate(
     axes: Any,
     params: Any,
+    given: Any,
     supply: Any,
     unit: Any,
-    gain: Any,
-    reference: Any,
-    rate: Any,
-    cell_at: float,
-    count: float,
-    out: Any,
+    loops: Any,
+    bench: Any,
+    samples: Any,
 ) -> None:
-    """Position loop at RATE_HZ; oil, friction and frame in STEPS steps a sample; pressures in `out` are gauge."""
-    x, v = np.array([reference[0]]), np.zeros(1)
-    shown, wanted, wanted_rate = np.zeros(1), np.zeros(1), np.zeros(1)
-    integral, command, load, side = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1)
+    """Position loop at RATE_HZ; oil, friction and frame in STEPS steps a sample."""
+    axis, rod, loop = axes[0], given[0], loops[0]
+    rod.extension, rod.rate = samples[0].reference, 0.0
     h = 1.0 / RATE_HZ / STEPS
-    for k in range(reference.shape[0]):
-        shown[0], wanted[0], wanted_rate[0] = counted(x[0], count), reference[k], rate[k]
-        control_step(shown, wanted, wanted_rate, integral, gain, False, 1.0 / RATE_HZ, command)
-        friction = mean_load = 0.0
+    for k in range(samples.shape[0]):
+        now = samples[k]
+        loop.reference, loop.reference_rate = now.reference, now.reference_rate
+        rod.command = valve_command(loop, counted(rod.extension, bench.count), 1.0 / RATE_HZ)
         for _ in range(STEPS):
-            depth = x[0] - cell_at
-            load[0] = (
-                max(CELL_STIFFNESS_N_M * depth + CELL_DAMPING_N_S_M * v[0], 0.0)
-                if depth > 0.0
-                else 0.0
-            )
-            hydraulic_step(axes, params, supply, unit, x, v, command, load, side, h, 1)
-            v[0] += h * ((axes[0, c.FORCE] - load[0]) / MASS_KG + GRAVITY_M_S2)
-            x[0] += h * v[0]
-            friction += axes[0, c.FRICTION] / STEPS
-            mean_load += load[0] / STEPS
-        out[k, X], out[k, V] = x[0], v[0]
-        out[k, P_A], out[k, P_B] = axes[0, c.P_A] - ATMOSPHERE_PA, axes[0, c.P_B] - ATMOSPHERE_PA
-        out[k, SENSED_A], out[k, SENSED_B] = (
-            axes[0, c.SENSED_A] - ATMOSPHERE_PA,
-            axes[0, c.SENSED_B] - ATMOSPHERE_PA,
-        )
-        out[k, FRICTION], out[k, LOAD], out[k, COMMAND] = friction, mean_load, command[0]
+            depth = rod.extension - bench.at
+            push = CELL_STIFFNESS_N_M * depth + CELL_DAMPING_N_S_M * rod.rate
+            rod.load = max(push, 0.0) if depth > 0.0 else 0.0
+            hydraulic_step(axes, params, given, supply, unit, h, 1)
+            rod.rate += h * ((axis.force - rod.load) / MASS_KG + GRAVITY_M_S2)
+            rod.extension += h * rod.rate
+            now.friction += axis.friction / STEPS
+            now.load += rod.load / STEPS
+        now.position, now.speed, now.command = rod.extension, rod.rate, rod.command
+        now.pressure_a = axis.a.pressure - ATMOSPHERE_PA
+        now.pressure_b = axis.b.pressure - ATMOSPHERE_PA
+        now.sensed_a = axis.transducers.a - ATMOSPHERE_PA
+        now.sensed_b = axis.transducers.b - ATMOSPHERE_PA
 
 
 def sinusoid(

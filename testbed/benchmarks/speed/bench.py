@@ -115,33 +115,37 @@ def bare_engine(overrides: tuple[str, ...]) -> Any:
     return engine
 
 
+def _hydraulics() -> Any:
+    """The hydraulics of a Board alone, compiled."""
+    from testbed.compiled import njit
+    from testbed.laws.hydraulics import hydraulic_step
+
+    @njit
+    def step(boards: Any, dt: float, substeps: int) -> None:
+        b = boards[0]
+        hydraulic_step(b.axes, b.parameters, b.inputs, b.supply, b.unit, dt, substeps)
+
+    return step
+
+
 def _parts(world: Any, steps: int) -> dict[str, float]:
     """Where the time of a full step goes, microseconds: each part called alone on the running world."""
-    from testbed.laws.hydraulics import hydraulic_step
     from testbed.world import between
 
-    m, b = world.machine, world.machine.board
-    x, v, load, side = (b.scratch[k].copy() for k in (0, 1, 3, 4))
-    axes, supply, force, normal = (
-        b.axes.copy(),
-        b.supply.copy(),
-        b.foot_force.copy(),
-        b.normal_force.copy(),
-    )
-    substeps = world.scenario.rates.hydraulic_substeps
-
-    def hydraulics() -> None:
-        hydraulic_step(axes, b.params, supply, b.unit, x, v, b.command, load, side, 1e-3, substeps)
+    m = world.machine
+    boards, substeps = m.boards.copy(), world.scenario.rates.hydraulic_substeps
+    force, normal = np.zeros((4, 3)), np.zeros(4)
+    hydraulics = _hydraulics()
 
     def engine() -> None:
-        m.engine.apply(b.given)
+        m.engine.apply(m.boards["given"])
         m.engine.step()
 
     jobs: dict[str, Callable[[], Any]] = {
-        "hydraulics_us": hydraulics,
+        "hydraulics_us": lambda: hydraulics(boards, 1e-3, substeps),
         "sensors_us": lambda: world._do(between.SENSE),
         "estimators_us": lambda: world._do(between.ESTIMATE),
-        "read_us": lambda: m.engine.read(b.engine_state),
+        "read_us": lambda: m.engine.read(m.boards["engine"]),
         "contacts_us": lambda: m.engine.contacts(force, normal),
         "expected_us": world._expect,
         "engine_us": engine,

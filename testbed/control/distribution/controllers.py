@@ -27,9 +27,10 @@ CONTROLLERS: dict[str, Callable[[], Controller]] = {
     "drill": DrillSharing,
     "learned": Learned,
 }
+"""The shipped ones; a scenario names them in control.distribution."""
 
 
-def controller(name: str) -> Controller:
+def controller(name: str, field: str = "controller") -> Controller:
     """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained `policy.npz`.
 
     Raises InputError with the names there are.
@@ -39,10 +40,10 @@ def controller(name: str) -> Controller:
     if name.endswith(".npz"):
         return Learned(Path(name))
     if is_user_class(name):
-        own: Controller = load_object(name, Controller, field="controller")
+        own: Controller = load_object(name, Controller, field=field)
         return own
     allowed = f"{', '.join(CONTROLLERS)}, {FORM} or policy.npz"
-    raise InputError("no such controller", field="controller", value=name, allowed=allowed)
+    raise InputError("no such controller", field=field, value=name, allowed=allowed)
 
 
 def distribution(belief: Robot, rope_directions_in_body: Array, chosen: Controller) -> Distribution:

@@ -79,33 +79,30 @@ class Distribution:
         if self._gait is None:
             self._gait = SetPoints(command.joints)
         begin, rates = self._gait.follow(command, dt)
-        command = replace(command, joints=begin + rates * dt, joint_rates=rates)
-        return self._followed(plan, now, dt, measured, command)
-
-    def _followed(
-        self, plan: Plan, now: Balance, dt: float, measured: Measured, command: Command
-    ) -> Command:
-        """The command that brings about what is planned."""
-        measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         if self._pull is None:
             self._pull = now.measured_pull_n.copy()
-        if not plan.feasible:
-            return command
-        rope_rates = command.rope_rates_m_s.copy()
-        add_pull(plan.forces[FEET:], measured_n[FEET:], dt, self._pull, rope_rates)
-        command = replace(command, rope_rates_m_s=rope_rates)
-        if not command.stance.all():
-            return command
-        assert command.joint_rates is not None
+        rope_rates = command.rope_rates_m_s
+        if plan.feasible:
+            rope_rates = rope_rates.copy()
+            add_pull(plan.forces[FEET:], now.measured[FEET:], dt, self._pull, rope_rates)
+            if command.stance.all():
+                begin, rates = self._squeezed(plan, now, dt, begin, rates, measured.position)
+        return replace(
+            command, joints=begin + rates * dt, joint_rates=rates, rope_rates_m_s=rope_rates
+        )
+
+    def _squeezed(
+        self, plan: Plan, now: Balance, dt: float, begin: Array, rates: Array, position: Array
+    ) -> tuple[Array, Array]:
+        """Set points (12) and rates (12) that keep the body's motion and squeeze the feet as planned."""
         self._look_at_posture(now)
-        rates = command.joint_rates.copy()
-        begin = command.joints - rates * dt
-        kept = measured.position + self._whole @ (begin - measured.position)
+        measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
+        rates = rates.copy()
         add_squeeze(
             force, now.compliance, measured_n, plan.forces, dt, self._edge, self._side, rates
         )
-        return replace(command, joints=kept + rates * dt, joint_rates=rates)
+        return position + self._whole @ (begin - position), rates
 
     def _look_at_posture(self, now: Balance) -> None:
         """Work out anew, in another posture: which set points move the body, which forces squeeze the feet."""

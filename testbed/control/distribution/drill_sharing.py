@@ -23,6 +23,7 @@ SURGE_N = 1500.0
 OBSERVER_SHARE = 0.01
 """Part of the missing load that the observer takes over at each plan: 1 s at 100 Hz (E)."""
 OBSERVER_LIMIT_N = 4000.0
+"""No larger missing thrust is believed (E)."""
 
 
 class DrillSharing(Quadratic):

@@ -20,6 +20,7 @@ from testbed.formats.networks import read_network
 
 Array = NDArray[np.float64]
 SHIPPED = Path(__file__).with_suffix(".npz")
+"""The shipped policy."""
 ACTIONS = 6
 """Loads of the four feet and pulls of the two ropes."""
 EVERY = 2

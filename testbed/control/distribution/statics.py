@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.measured import Measured
-from testbed.laws.drill import THRUST
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES, LEGS
+from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.drill_loads import known_wrench
@@ -25,9 +24,13 @@ from testbed.robot.model import RobotModel, attitude_gravity
 
 Array = NDArray[np.float64]
 FEET = 3 * len(LEGS)
-UNKNOWNS = FEET + 2
+"""How many of the unknowns are forces on feet: z, x, y of each."""
+UNKNOWNS = FEET + len(SIDES)
+"""How many unknowns there are."""
 NORMALS = slice(0, FEET, 3)
+"""Which of them are normal loads."""
 ROPES = slice(FEET, UNKNOWNS)
+"""Which of them are the ropes' pulls."""
 _LEG = np.arange(len(LEGS))
 _ORDER = (2, 0, 1)
 """A foot's unknowns are z, x, y."""
@@ -138,7 +141,7 @@ class Statics:
             measured=self._unknowns(measured, p, held[6:]),
             stance=stance.copy(),  # compiled code takes arrays that can be written to
             thrust_map=self._thrust,
-            thrust_n=float(drill[THRUST]),
+            thrust_n=float(drill["ordered_thrust"]),
             rigid=p.rigid,
             inner=p.inner,
             compliance=p.compliance,

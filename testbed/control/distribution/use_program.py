@@ -18,6 +18,7 @@ from testbed.machine.names import AXES, LEGS
 
 Array = NDArray[np.float64]
 SIZE = UNKNOWNS + 1
+"""Unknowns of the program."""
 USE = UNKNOWNS
 """Index of s."""
 JOINTS = len(AXES)

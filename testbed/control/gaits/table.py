@@ -36,7 +36,13 @@ def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
     if chosen != "position_hold":
         from testbed.control.distribution.controllers import controller, distribution
 
-        layers.append(distribution(start.robot, start.rope_directions_in_body, controller(chosen)))
+        layers.append(
+            distribution(
+                start.robot,
+                start.rope_directions_in_body,
+                controller(chosen, "control.distribution"),
+            )
+        )
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait

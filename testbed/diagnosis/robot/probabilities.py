@@ -22,6 +22,7 @@ import numpy as np
 
 from testbed.diagnosis.leg.probabilities import rivalry
 from testbed.diagnosis.leg.search import Search
+from testbed.machine.names import LEGS
 
 FILE = Path(__file__).with_name("calibration.yaml")
 Names = tuple[str, ...]
@@ -75,7 +76,7 @@ def _worst(state: Search) -> float:
         scales = sorted(
             float(np.hypot(v, unsure)) for k, v in best.evidence.scale.items() if k[0] == channel
         )
-        if len(scales) == 4:
+        if len(scales) == len(LEGS):
             worst = max(worst, scales[-1] / (0.5 * (scales[0] + scales[1])))
     return worst
 

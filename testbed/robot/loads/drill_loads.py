@@ -7,24 +7,27 @@ the hole a part of that weight lies on the hole's wall.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from testbed.laws.drill import REACTION, THRUST
 from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
 
 
-def rods_wrench(model: RobotModel, known: ArrayLike, gravity_in_body: ArrayLike) -> Array:
+def rods_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:
     """Weight of the rods on the machine (6,), body frame, beyond what the store carried at the start.
 
-    `known` (KNOWN,); gravity (3,) m/s2. The string in the hole hangs on the feed by its part along the hole; what
-    stands in the mast, and what the store gains or loses, acts with all its weight at its place.
+    `known`: a DrillKnown or a row with its fields; gravity (3,) m/s2. The string in the hole hangs on the feed by its
+    part along the hole; what stands in the mast, and what the store gains or loses, acts with all its weight at its
+    place.
     """
     gravity = np.asarray(gravity_in_body, dtype=float)
-    _, _, in_hole, in_mast, height, stored = np.asarray(known, dtype=float).tolist()
+    in_hole, in_mast = float(known["rods_in_hole"]), float(known["rods_in_mast"])
+    height, stored = float(known["rods_mast_height"]), float(known["rods_stored"])
     if in_hole == 0.0 and in_mast == 0.0 and stored == 0.0:
         return np.zeros(6)
     hanging = drill_wrench(model, in_hole * float(gravity[2]))
@@ -32,8 +35,7 @@ def rods_wrench(model: RobotModel, known: ArrayLike, gravity_in_body: ArrayLike)
     return hanging + standing + point_wrench(stored * gravity, model.rod_store_m)
 
 
-def known_wrench(model: RobotModel, known: ArrayLike, gravity_in_body: ArrayLike) -> Array:
-    """Everything of the drill that controls know of (6,): `known` (KNOWN,), gravity (3,) in the body frame."""
-    numbers = np.asarray(known, dtype=float)
-    ordered = drill_wrench(model, float(numbers[THRUST]), float(numbers[REACTION]))
-    return ordered + rods_wrench(model, numbers, gravity_in_body)
+def known_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:
+    """Everything of the drill that controls know of (6,): `known` as in `rods_wrench`, gravity (3,) in the body frame."""
+    ordered = drill_wrench(model, float(known["ordered_thrust"]), float(known["ordered_torque"]))
+    return ordered + rods_wrench(model, known, gravity_in_body)

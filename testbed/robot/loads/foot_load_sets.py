@@ -1,6 +1,7 @@
 """Expected loads with what is known of the footing: measured under load, or known by its deviation alone.
 
-Three of the four loads' combinations are fixed by equilibrium; the fourth, the twist, by heights and compliances. A
+Three of the four loads' combinations are fixed by equilibrium; the fourth, an internal force that loads one diagonal
+and unloads the other, by heights and compliances. A
 tenth of a millimetre decides hundreds of newtons, so an encoder cannot tell it: then a load is an interval. Where the
 feet's heights under load are known exactly (a survey, a simulator), it is a number.
 """
@@ -19,7 +20,7 @@ from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads
 Array = NDArray[np.float64]
 NORMAL_QUANTILE_90 = 1.645
 FRICTION_HOLD_N = 150.0
-"""Standard deviation of what the cylinders' friction holds of the twist (E; seen in thirty simulated stands)."""
+"""Standard deviation of what the cylinders' friction holds of the internal force (E; seen in thirty simulated stands)."""
 
 
 def heights_under_load(
@@ -79,15 +80,15 @@ def load_interval_n(
 ) -> tuple[Array, Array]:
     """Ends (4,), (4,) of each foot's vertical load, N, between which it lies nine times in ten.
 
-    The feet's height errors are independent and normal with the given deviation; only their part along the twist
+    The feet's height errors are independent and normal with the given deviation; only their part along the internal force
     matters, widened by what the cylinders' friction may hold of it. Lifting feet and sliding ones are reckoned with by
     solving at both ends.
     """
-    twist = twist_of(expected.model.foot_positions_m(positions)[:, :2])
+    internal = internal_force_of(expected.model.foot_positions_m(positions)[:, :2])
     given = acts.get("joint_compliance")
     joints = expected.oil.joint_compliance(positions) if given is None else np.asarray(given)
     held_m = FRICTION_HOLD_N * (joints[list(VERTICAL)].mean() + expected.ground_compliance_m_n)
-    reach = NORMAL_QUANTILE_90 * float(np.hypot(footing_deviation_m, held_m)) * twist
+    reach = NORMAL_QUANTILE_90 * float(np.hypot(footing_deviation_m, held_m)) * internal
     ends = [
         expected.solve(positions, gravity_in_body, height_m=way * reach, **acts).vertical_load_n
         for way in (-1.0, 1.0)
@@ -95,7 +96,7 @@ def load_interval_n(
     return np.minimum(*ends), np.maximum(*ends)
 
 
-def twist_of(feet_xy: Array) -> Array:
+def internal_force_of(feet_xy: Array) -> Array:
     """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr and rl."""
     null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
     return np.asarray(null * np.sign(null[0]))

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.laws import drill as d
+from testbed.laws.drill import scale_order
 from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
+from testbed.world.drilling.drilling import Ordered
 from testbed.world.drilling.strata import VOID, Strata, sticking_places, strata_of
 
 Array = NDArray[np.float64]
@@ -39,11 +40,11 @@ TOUCH_SHARE = 0.1
 class DrillCycle:
     """One hole. `rods` are in the string, `bit_m` is where the bit is, both from the surface down."""
 
-    def __init__(self, task: DrillHole, loads: Array, seed: int, numbers: Machine) -> None:
+    def __init__(self, task: DrillHole, loads: Any, seed: int, numbers: Machine) -> None:
         self.task, self.loads = task, loads
         self.phase = "idle"
         self.store_change_kg = 0.0
-        self.ordered = np.zeros(2)
+        self.ordered = Ordered.zeros()[0]
         self.most_n = math.inf
         rng = np.random.default_rng([seed if task.rock.seed is None else task.rock.seed, 11])
         self.strata: Strata = strata_of(task.rock, task.depth_m, rng)
@@ -100,16 +101,16 @@ class DrillCycle:
             return self._news
         if self.phase == "idle":
             self._begin("position")
-        self.loads[d.FORCES] = 0.0
-        self.ordered[:] = 0.0
+        scale_order(self.loads, 0.0)
+        self.ordered.thrust = self.ordered.torque = 0.0
         before = self.store_kg
         self._phases[self.phase](dt)
         self._since += dt
         self.store_change_kg += self.store_kg - before
-        self._pull_max = max(self._pull_max, float(self.loads[d.PULL]))
+        self._pull_max = max(self._pull_max, float(self.loads.pull))
         if self.phase == "done":
-            self.loads[d.FORCES] = 0.0
-            self.ordered[:] = 0.0
+            scale_order(self.loads, 0.0)
+            self.ordered.thrust = self.ordered.torque = 0.0
         self._weigh()
         return self._news
 
@@ -126,10 +127,10 @@ class DrillCycle:
             max(self.rods * task.rod_length_m - self.bit_m, 0.0), self.rods * task.rod_length_m
         )
         share = out_m / task.rod_length_m
-        self.loads[d.MAST_KG] = (share + self._in_hand) * task.rod_kg
-        self.loads[d.STRING_KG] = (self.rods - share) * task.rod_kg
-        self.loads[d.MAST_HEIGHT] = 0.5 * max(out_m, self._in_hand * task.rod_length_m)
-        self.loads[d.DEPTH] = self.depth_m
+        self.loads.mast_mass = (share + self._in_hand) * task.rod_kg
+        self.loads.string_mass = (self.rods - share) * task.rod_kg
+        self.loads.mast_height = 0.5 * max(out_m, self._in_hand * task.rod_length_m)
+        self.loads.depth = self.depth_m
 
     def _towards(self, wanted_n: float, full_n: float, dt: float) -> float:
         """Force of the feed, which changes by at most `full_n` in ramp_s."""
@@ -153,7 +154,8 @@ class DrillCycle:
     def _drill(self, dt: float) -> None:
         task, kind_bottom = self.task, self.strata.at(self.depth_m)
         gentle = task.collar_share if self.phase == "collar" else 1.0
-        self.ordered[:] = min(gentle * task.feed_n, self.most_n), gentle * task.torque_nm
+        self.ordered.thrust = min(gentle * task.feed_n, self.most_n)
+        self.ordered.torque = gentle * task.torque_nm
         if kind_bottom[0] == VOID:
             self._fall(kind_bottom[1], dt)
         else:
@@ -185,7 +187,7 @@ class DrillCycle:
         feed = min(self._towards(gentle * task.feed_n, task.feed_n, dt), self.most_n)
         built = feed / task.feed_n
         self._push(feed, rock.torque_share * built * task.torque_nm)
-        for k, column in enumerate((d.FEED, d.TORQUE)):
+        for k, load in enumerate(("feed", "torque")):
             self._wander[k] = wandering(
                 self._wander[k],
                 numbers.unsteadiness,
@@ -193,8 +195,8 @@ class DrillCycle:
                 dt,
                 self._rng.normal(),
             )
-            self.loads[column] *= max(0.0, 1.0 + self._wander[k])
-        self.loads[d.BLOW_N], self.loads[d.BLOW_HZ] = (
+            self.loads[load] *= max(0.0, 1.0 + self._wander[k])
+        self.loads.blow, self.loads.blow_rate = (
             rock.blow_share * built * task.blow_n,
             task.blow_hz,
         )
@@ -238,13 +240,13 @@ class DrillCycle:
         share = (self._since + dt) / self.task.rod_change_s
         self._push(self._towards(0.0, self.task.feed_n, dt), 0.0)
         screws = share > GIVE if self.phase == "add_rod" else share < TAKE
-        self.loads[d.TORQUE] = (
+        self.loads.torque = (
             MAKE_UP_SHARE
             * self.task.torque_nm
             * screws
             * (1.0 if self.phase == "add_rod" else -1.0)
         )
-        self.ordered[1] = self.loads[d.TORQUE]
+        self.ordered.torque = self.loads.torque
         return share
 
     def _extract(self, dt: float) -> None:
@@ -274,7 +276,7 @@ class DrillCycle:
         pull = -self._towards(-task.pull_max_n, task.pull_max_n / 10.0, dt)
         jerk = 1.0 - JERK_SHARE + JERK_SHARE * math.sin(2.0 * math.pi * JERK_HZ * self._since)
         self._push(-pull * jerk, 0.0)
-        self.loads[d.BLOW_N], self.loads[d.BLOW_HZ] = 0.5 * task.blow_n, task.blow_hz
+        self.loads.blow, self.loads.blow_rate = 0.5 * task.blow_n, task.blow_hz
         self._hold *= math.exp(-dt / WEAR_S)
         if pull * jerk > self._hold:
             self._hold = None
@@ -291,10 +293,10 @@ class DrillCycle:
 
     def _push(self, force_n: float, torque_nm: float) -> None:
         """Feed (+) or pull (-) and torque of this tick; but for drilling, the controls ordered just that."""
-        self.loads[d.FEED], self.loads[d.PULL] = max(force_n, 0.0), max(-force_n, 0.0)
-        self.loads[d.TORQUE] = torque_nm
+        self.loads.feed, self.loads.pull = max(force_n, 0.0), max(-force_n, 0.0)
+        self.loads.torque = torque_nm
         if self.phase not in ("collar", "drill"):
-            self.ordered[0] = force_n
+            self.ordered.thrust = force_n
 
     def summary(self) -> dict[str, Any]:
         """See drilling.Drilling."""

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.drilling.thrust_plan import ramp_share
-from testbed.laws import drill as d
+from testbed.formats.records import Record, quantity
+from testbed.laws.drill import scale_order
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
@@ -20,15 +21,22 @@ Array = NDArray[np.float64]
 Happened = dict[str, Any]
 
 
-class Drilling(Protocol):
-    """A drill at work. `loads` (DRILL_COLUMNS) is refreshed by `update`."""
+class Ordered(Record):
+    """What the drill's controls ask for."""
 
-    loads: Array
+    thrust = quantity("N", "away from the slope")
+    torque = quantity("N m", "on the rod")
+
+
+class Drilling(Protocol):
+    """A drill at work. `loads` (one DrillLoads) is refreshed by `update`."""
+
+    loads: Any
     phase: str
     store_change_kg: float
     """Mass to be put on the rod store (negative: taken off it); whoever does so sets it back to 0."""
-    ordered: Array
-    """(2,) thrust (N, + away from the slope) and torque on the rod (N m) that the drill's controls ask for."""
+    ordered: Any
+    """What the drill's controls ask for: one Ordered."""
     most_n: float
     """Feed that the stance allows."""
 
@@ -49,12 +57,12 @@ class Drilling(Protocol):
 class DrillProgram:
     """Phases of a scenario one after the other, whatever the rock; None: a drill that rests."""
 
-    def __init__(self, task: Drill | None, loads: Array) -> None:
+    def __init__(self, task: Drill | None, loads: Any) -> None:
         self.loads = loads
         self.phase = "idle"
         self.store_change_kg = 0.0
         self.stored_kg = 0.0
-        self.ordered = np.zeros(2)
+        self.ordered = Ordered.zeros()[0]
         self.most_n = math.inf
         self._task = task
         self._starts = [0.0]
@@ -68,8 +76,8 @@ class DrillProgram:
         """See Drilling."""
         before = self.phase
         self._set(t, dt)
-        self.ordered[0] = self.loads[d.FEED] - self.loads[d.PULL]
-        self.ordered[1] = self.loads[d.TORQUE]
+        self.ordered.thrust = self.loads.feed - self.loads.pull
+        self.ordered.torque = self.loads.torque
         return [{"kind": f"drill_{self.phase}"}] if self.phase != before else []
 
     def _set(self, t: float, dt: float) -> None:
@@ -78,7 +86,7 @@ class DrillProgram:
             return
         length = self._starts[-1] - self._starts[0]
         lap, since = divmod(t - self._starts[0], length)
-        self.loads[d.FORCES] = 0.0
+        scale_order(self.loads, 0.0)
         if lap > 0 and not task.repeat:
             self.phase = "done"
             return
@@ -89,12 +97,12 @@ class DrillProgram:
         begun = since - (self._starts[k] - self._starts[0])
         ramp = ramp_share(begun, phase.duration_s, task.ramp_s)
         if isinstance(phase, Push | Hammer):
-            self.loads[d.FEED], self.loads[d.TORQUE] = ramp * phase.feed_n, ramp * phase.torque_nm
+            self.loads.feed, self.loads.torque = ramp * phase.feed_n, ramp * phase.torque_nm
         if isinstance(phase, Hammer):
-            self.loads[d.BLOW_N], self.loads[d.BLOW_HZ] = ramp * phase.blow_n, phase.blow_hz
-            self.loads[d.DEPTH] += dt * phase.penetration_m_s
+            self.loads.blow, self.loads.blow_rate = ramp * phase.blow_n, phase.blow_hz
+            self.loads.depth += dt * phase.penetration_m_s
         if isinstance(phase, PullOut):
-            self.loads[d.PULL] = ramp * phase.pull_n
+            self.loads.pull = ramp * phase.pull_n
         index = int(lap) * len(task.phases) + k
         if (
             isinstance(phase, RodChange)
@@ -102,25 +110,25 @@ class DrillProgram:
             and begun >= phase.duration_s / 2
         ):
             self._changed = index
-            self.loads[d.STRING_KG] += phase.rod_kg
+            self.loads.string_mass += phase.rod_kg
             self.store_change_kg -= phase.rod_kg
             self.stored_kg -= phase.rod_kg
         self.phase = phase.kind
 
     def summary(self) -> dict[str, Any]:
         """See Drilling."""
-        return {"hole_depth_m": float(self.loads[d.DEPTH])}
+        return {"hole_depth_m": float(self.loads.depth)}
 
 
-def drill_known(drill: Drilling, out: Array) -> Array:
-    """What the drill's controls know of it now, into `out` (KNOWN,) of laws/drill.py."""
-    out[d.THRUST], out[d.REACTION] = drill.ordered[0], -drill.ordered[1]
-    out[d.IN_HOLE_KG], out[d.IN_MAST_KG] = drill.loads[d.STRING_KG], drill.loads[d.MAST_KG]
-    out[d.MAST_MIDDLE], out[d.STORED_KG] = drill.loads[d.MAST_HEIGHT], drill.stored_kg
-    return out
+def drill_known(drill: Drilling, known: Any) -> Any:
+    """What the drill's controls know of it now, into `known` (a DrillKnown, or a row that has its fields)."""
+    known["ordered_thrust"], known["ordered_torque"] = drill.ordered.thrust, -drill.ordered.torque
+    known["rods_in_hole"], known["rods_in_mast"] = drill.loads.string_mass, drill.loads.mast_mass
+    known["rods_mast_height"], known["rods_stored"] = drill.loads.mast_height, drill.stored_kg
+    return known
 
 
-def drilling_of(task: object, loads: Array, seed: int, numbers: Machine) -> Drilling:
+def drilling_of(task: object, loads: Any, seed: int, numbers: Machine) -> Drilling:
     """The drill's program of a scenario's task; `numbers`: the true machine's."""
     if isinstance(task, DrillHole):
         from testbed.world.drilling.cycle import DrillCycle

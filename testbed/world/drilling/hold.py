@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from testbed.laws import drill as d
+from testbed.laws.drill import scale_order
 from testbed.world.drilling.drilling import Drilling
 
 FADE_S, RESUME_S = 0.05, 0.5
@@ -28,6 +28,7 @@ class DrillHold:
         else:
             news = drill.update(t - self._waited_s, dt)
         if self._share < 1.0:
-            drill.loads[d.FORCES] *= self._share
-            drill.ordered[:] *= self._share
+            scale_order(drill.loads, self._share)
+            drill.ordered.thrust *= self._share
+            drill.ordered.torque *= self._share
         return news

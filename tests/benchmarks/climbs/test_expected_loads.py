@@ -12,9 +12,9 @@ from testbed.benchmarks.climbs.expected_loads import QUARTER_N, scores, stand, t
 from testbed.robot.loads.foot_load_sets import (
     fixed_combinations,
     heights_under_load,
+    internal_force_of,
     load_interval_n,
     loads_of_measured_posture,
-    twist_of,
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import slope_gravity
@@ -36,14 +36,14 @@ def test_a_few_stands_of_the_evaluation_keep_its_bounds() -> None:
 
 def test_the_twist_has_no_sum_and_no_moment_and_the_combinations_are_all_the_rest() -> None:
     feet = np.array([[1.4, 1.0], [1.2, -1.0], [-1.0, 1.1], [-1.2, -1.0]])
-    twist, fixed = twist_of(feet), fixed_combinations(feet)
-    np.testing.assert_allclose([twist.sum(), *(twist @ feet)], 0.0, atol=1e-12)
-    np.testing.assert_allclose(fixed @ twist, 0.0, atol=1e-12)
+    internal, fixed = internal_force_of(feet), fixed_combinations(feet)
+    np.testing.assert_allclose([internal.sum(), *(internal @ feet)], 0.0, atol=1e-12)
+    np.testing.assert_allclose(fixed @ internal, 0.0, atol=1e-12)
     np.testing.assert_allclose(fixed @ fixed.T, np.eye(3), atol=1e-12)
 
 
 def test_a_foot_that_reaches_lower_under_load_carries_what_the_ground_gives_for_it() -> None:
-    """Rigid joints, ground of 1e8 N/m: a foot 0.04 mm lower than the plane of the others is a twist of a quarter."""
+    """Rigid joints, ground of 1e8 N/m: a foot 0.04 mm lower than the plane of the others is a internal of a quarter."""
     expected = ExpectedLoads(shipped_model(), MACHINE)
     even = loads_of_measured_posture(expected, STANCE, LEVEL, heights_under_load(expected, STANCE))
     lower = STANCE.copy()
@@ -63,7 +63,7 @@ def test_reserves_of_a_measured_posture_count_the_joints_give() -> None:
     assert found.unloads_first == plain.unloads_first
 
 
-def test_the_interval_is_the_twist_of_the_footing_and_grows_with_it() -> None:
+def test_the_interval_is_the_internal_force_of_the_footing_and_grows_with_it() -> None:
     expected = ExpectedLoads(shipped_model(), MACHINE)
     (low, high), (lower, higher) = (
         load_interval_n(expected, STANCE, LEVEL, sd) for sd in (1.0e-4, 2.0e-4)

@@ -17,8 +17,12 @@ from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
 from testbed.errors import InputError
-from testbed.laws import columns as c
-from testbed.laws.hydraulics import hydraulic_step, mean_of_nodes
+from testbed.laws.hydraulics import (
+    AxisInput,
+    AxisState,
+    hydraulic_step,
+    mean_of_nodes,
+)
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, effective_bulk_modulus, enthalpy
 from testbed.laws.supply import (
@@ -36,7 +40,6 @@ from testbed.world.switches import AXIS_OFF, UNIT_OFF, switch_off
 
 X = np.tile([0.12, 0.2, 0.25], 4)
 LOAD = np.tile([0.0, 0.0, 7000.0], 4)
-ZERO = np.zeros(12)
 
 
 class Rig:
@@ -45,7 +48,8 @@ class Rig:
     def __init__(self, without: tuple[str, ...] = ()) -> None:
         self.params, self.unit = machine()
         switch_off(without, self.params, self.unit)
-        self.x = X.copy()
+        self.given = AxisInput.zeros(12)
+        self.given["extension"] = X
         self.axes, self.supply = (
             start_axes(self.params, X, LOAD),
             start_supply(self.unit, 40.0, 0.06),
@@ -55,13 +59,11 @@ class Rig:
         self, command: float | np.ndarray, v: float | np.ndarray = 0.0, count: int = 1
     ) -> np.ndarray:
         """Forces after `count` ms."""
-        u, rate = np.broadcast_to(command, 12).astype(float), np.broadcast_to(v, 12).astype(float)
+        self.given["command"], self.given["rate"] = command, v
         for _ in range(count):
-            hydraulic_step(
-                self.axes, self.params, self.supply, self.unit, self.x, rate, u, ZERO, ZERO, 1e-3, 2
-            )
-            self.x = self.x + 1e-3 * rate
-        return np.array(self.axes[:, c.FORCE])
+            hydraulic_step(self.axes, self.params, self.given, self.supply, self.unit, 1e-3, 2)
+            self.given["extension"] += 1e-3 * self.given["rate"]
+        return np.array(self.axes["force"])
 
 
 # ---- exact ---------------------------------------------------------------------------------------------------
@@ -86,9 +88,9 @@ def test_manoeuvres_cover_what_they_are_named_after() -> None:
     assert all(m.kind == kind for kind, two in seen.items() for m in two)
     for m in seen["end stop"]:
         x = np.array([m.motion(t)[0][0] for t in np.linspace(0, m.duration_s, 2000)])
-        assert x.min() < 0.0 or x.max() > m.params[0, c.STROKE]
+        assert x.min() < 0.0 or x.max() > m.params[0].stroke
     for m in seen["starved supply"]:
-        assert kernel_forces(m, 2)[2] < 0.5 * m.supply[c.P_SUPPLY]
+        assert kernel_forces(m, 2)[2] < 0.5 * m.supply.pressure
     for m in seen["near vapour pressure"]:
         assert kernel_forces(m, 2)[1] < 1.0e5
     for m in seen["sticking"]:
@@ -98,17 +100,19 @@ def test_manoeuvres_cover_what_they_are_named_after() -> None:
 
 def test_a_locked_cylinder_is_the_spring_of_its_oil() -> None:
     rig = Rig(("friction", "leakage", "hose"))
-    rig.params[:, c.LOCKED] = 1.0
+    rig.params["valve"]["locked"] = 1.0
     before = rig.step(0.0)
     after = rig.step(0.0, 1e-3, 1)  # mean over a push of 1 um: half of it
     p = rig.params[2]
     stiffness = 0.0
     for area, dead, length, pressure in (
-        (p[c.AREA_A], p[c.DEAD_A], 0.25, rig.axes[2, c.P_A]),
-        (p[c.AREA_B], p[c.DEAD_B], 0.25, rig.axes[2, c.P_B]),
+        (p.a.area, p.a.dead_volume, 0.25, rig.axes[2].a.pressure),
+        (p.b.area, p.b.dead_volume, 0.25, rig.axes[2].b.pressure),
     ):
         stiffness += (
-            area**2 * effective_bulk_modulus(pressure, p[c.BULK], p[c.AIR]) / (dead + area * length)
+            area**2
+            * effective_bulk_modulus(pressure, p.oil.bulk_modulus, p.oil.air)
+            / (dead + area * length)
         )
     assert (before - after)[2] == pytest.approx(stiffness * 0.5e-6, rel=2e-3)
     assert 1e7 < stiffness < 3e7
@@ -120,10 +124,14 @@ def test_steady_extension_meets_both_edges_orifice_laws() -> None:
     u[2], v[2] = 0.4, 0.05
     rig.step(u, v, 400)
     p, s = rig.params[2], rig.axes[2]
-    o = (0.4 - p[c.HYSTERESIS] - p[c.DEADBAND]) / (1.0 - p[c.DEADBAND])
-    ps, pt = rig.supply[c.P_SUPPLY], rig.unit[c.TANK_P]
-    assert p[c.K_PA] * o * math.sqrt(ps - s[c.P_A]) == pytest.approx(p[c.AREA_A] * 0.05, rel=0.01)
-    assert p[c.K_BT] * o * math.sqrt(s[c.P_B] - pt) == pytest.approx(p[c.AREA_B] * 0.05, rel=0.01)
+    o = (0.4 - p.valve.hysteresis - p.valve.deadband) / (1.0 - p.valve.deadband)
+    ps, pt = rig.supply.pressure, rig.unit.tank_pressure
+    assert p.a.from_supply * o * math.sqrt(ps - s.a.pressure) == pytest.approx(
+        p.a.area * 0.05, rel=0.01
+    )
+    assert p.b.to_tank * o * math.sqrt(s.b.pressure - pt) == pytest.approx(
+        p.b.area * 0.05, rel=0.01
+    )
 
 
 # ---- conserving ----------------------------------------------------------------------------------------------
@@ -146,53 +154,55 @@ def test_a_starved_machine_balances_too_and_keeps_the_power_limit() -> None:
 
 def test_traction_draws_from_the_same_oil() -> None:
     rig = Rig()
-    rig.supply[c.TRACTION_FLOW] = 3e-4
-    before, tank = oil(rig.axes, rig.params, rig.supply), rig.supply[c.OIL_TANK]
-    pressure = rig.supply[c.P_SUPPLY]
+    rig.supply.traction_flow = 3e-4
+    before, tank = oil(rig.axes, rig.params, rig.supply), rig.supply.tank_oil
+    pressure = rig.supply.pressure
     rig.step(0.0, 0.0, 20)
     assert oil(rig.axes, rig.params, rig.supply) == pytest.approx(before, rel=1e-14)
-    assert rig.supply[c.P_SUPPLY] < pressure
-    assert rig.supply[c.OIL_TANK] - tank > 0.5 * 0.02 * 3e-4
-    assert rig.supply[c.TRACTION_WORK] == pytest.approx(0.02 * 3e-4 * 8.8e6, rel=0.03)
+    assert rig.supply.pressure < pressure
+    assert rig.supply.tank_oil - tank > 0.5 * 0.02 * 3e-4
+    assert rig.supply.traction_work == pytest.approx(0.02 * 3e-4 * 8.8e6, rel=0.03)
 
 
 def test_nothing_is_drawn_from_an_empty_line() -> None:
     rig = Rig()
-    rig.unit[c.PUMP_ON] = 0.0
+    rig.unit.pump_on = 0.0
     rig.supply = start_supply(rig.unit, 40.0, 0.06)
-    rig.supply[c.TRACTION_FLOW] = 1e-3
+    rig.supply.traction_flow = 1e-3
     before = oil(rig.axes, rig.params, rig.supply)
     rig.step(1.0, 0.0, 200)
     assert oil(rig.axes, rig.params, rig.supply) == pytest.approx(before, rel=1e-14)
-    assert rig.supply[c.P_SUPPLY] >= VAPOUR_PA
-    assert rig.supply[c.OIL_SUPPLY] > 0.0
+    assert rig.supply.pressure >= VAPOUR_PA
+    assert rig.supply.oil > 0.0
 
 
 def test_leakage_heats_by_flow_times_enthalpy_drop() -> None:
     rig = Rig(("internal_leakage", "outer_leakage", "edge_leakage", "relief"))
     rig.step(0.0, 0.0, 500)
-    before, rise = rig.supply[c.LOSS], rig.supply[c.P_SUPPLY]
+    before, rise = rig.supply.loss, rig.supply.pressure
     rig.step(0.0, 0.0, 100)
-    drop = rise - rig.unit[c.TANK_P]
+    drop = rise - rig.unit.tank_pressure
     expected = (
         0.1
-        * rig.unit[c.PUMP_LEAK]
+        * rig.unit.case_leakage
         * drop
         * (
-            enthalpy(rise, rig.unit[c.SUPPLY_BULK], rig.unit[c.SUPPLY_AIR])
-            - enthalpy(rig.unit[c.TANK_P], rig.unit[c.SUPPLY_BULK], rig.unit[c.SUPPLY_AIR])
+            enthalpy(rise, rig.unit.oil.bulk_modulus, rig.unit.oil.air)
+            - enthalpy(rig.unit.tank_pressure, rig.unit.oil.bulk_modulus, rig.unit.oil.air)
         )
     )
-    assert rig.supply[c.LOSS] - before == pytest.approx(expected, rel=2e-3)
+    assert rig.supply.loss - before == pytest.approx(expected, rel=2e-3)
 
 
 def test_pressure_never_falls_below_vapour_and_the_void_closes_again() -> None:
     rig = Rig(("leakage", "hose"))
-    rig.params[:, c.LOCKED] = 1.0
+    rig.params["valve"]["locked"] = 1.0
     rig.step(0.0, 0.3, 220)  # 66 mm against shut valves
-    assert rig.axes[:, c.P_A].min() == VAPOUR_PA
+    assert rig.axes["a"]["pressure"].min() == VAPOUR_PA
     rig.step(0.0, -0.3, 220)
-    assert rig.axes[2, c.P_A] == pytest.approx(start_axes(rig.params, X, LOAD)[2, c.P_A], rel=0.02)
+    assert rig.axes[2].a.pressure == pytest.approx(
+        start_axes(rig.params, X, LOAD)[2].a.pressure, rel=0.02
+    )
 
 
 def test_a_stuck_piston_does_not_creep_beyond_its_leakage() -> None:
@@ -214,7 +224,7 @@ def test_axes_starve_each_other_on_one_supply() -> None:
     v = np.where(u > 0, 0.1, 0.0)
     force = alone.step(u, v, 100)[2]
     crowded = together.step(1.0, np.tile([0.0, 0.1, 0.1], 4), 100)[2]
-    assert together.supply[c.P_SUPPLY] < 0.5 * alone.supply[c.P_SUPPLY]
+    assert together.supply.pressure < 0.5 * alone.supply.pressure
     assert crowded < force - 5e3
 
 
@@ -224,23 +234,12 @@ def test_axes_starve_each_other_on_one_supply() -> None:
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2])
 def test_pressures_settle_at_any_step(dt: float) -> None:
     rig = Rig(("hysteresis",))
+    rig.given["command"] = 0.5
     for _ in range(round(10.0 / dt)):
-        hydraulic_step(
-            rig.axes,
-            rig.params,
-            rig.supply,
-            rig.unit,
-            rig.x,
-            ZERO,
-            np.full(12, 0.5),
-            ZERO,
-            ZERO,
-            dt,
-            1,
-        )
-    assert rig.axes[:, c.P_A] == pytest.approx(rig.supply[c.P_SUPPLY], rel=2e-3)
-    assert rig.axes[:, c.P_B] == pytest.approx(
-        rig.unit[c.TANK_P], rel=0.04
+        hydraulic_step(rig.axes, rig.params, rig.given, rig.supply, rig.unit, dt, 1)
+    assert rig.axes["a"]["pressure"] == pytest.approx(rig.supply.pressure, rel=2e-3)
+    assert rig.axes["b"]["pressure"] == pytest.approx(
+        rig.unit.tank_pressure, rel=0.04
     )  # edges leak from the supply
 
 
@@ -284,9 +283,9 @@ def test_pump_by_hand_flow_power_and_compensator() -> None:
     unit = unit_parameters(build_machine())
     assert pump(1.0, 5e6, unit) == 1.6e-3  # 8 kW
     assert pump(1.0, 2e7, unit) == pytest.approx(8e-4)  # 16 kW at 200 bar: 48 L/min
-    assert wanted_stroke(unit[c.PUMP_SET], unit) == 0.0
-    assert wanted_stroke(unit[c.PUMP_SET] - 2e5, unit) == pytest.approx(0.5)
-    flow, slope = relief(unit[c.RELIEF_SET] + 5e5, unit)
+    assert wanted_stroke(unit.set_pressure, unit) == 0.0
+    assert wanted_stroke(unit.set_pressure - 2e5, unit) == pytest.approx(0.5)
+    flow, slope = relief(unit.relief_pressure + 5e5, unit)
     assert flow == pytest.approx(3e-9 * 5e5 + 5e-12 * (9.8e6 + 5e5 - 2e5))
     assert slope == pytest.approx(3e-9 + 5e-12)
 
@@ -295,7 +294,9 @@ def test_supply_settles_within_the_compensator_s_band() -> None:
     rig = Rig()
     rig.step(0.0, 0.0, 3000)
     assert (
-        rig.unit[c.PUMP_SET] - rig.unit[c.PUMP_BAND] < rig.supply[c.P_SUPPLY] < rig.unit[c.PUMP_SET]
+        rig.unit.set_pressure - rig.unit.compensator_band
+        < rig.supply.pressure
+        < rig.unit.set_pressure
     )
 
 
@@ -304,9 +305,9 @@ def test_start_balances_the_load() -> None:
     s = start_axes(params, X, LOAD)
     p = params[2]
     force = (
-        s[2, c.P_A] * p[c.AREA_A]
-        - s[2, c.P_B] * p[c.AREA_B]
-        - (p[c.AREA_A] - p[c.AREA_B]) * ATMOSPHERE_PA
+        s[2].a.pressure * p.a.area
+        - s[2].b.pressure * p.b.area
+        - (p.a.area - p.b.area) * ATMOSPHERE_PA
     )
     assert force == pytest.approx(7000.0)
 
@@ -329,25 +330,20 @@ def test_every_part_can_be_left_out_and_makes_a_difference(part: str) -> None:
     outcomes = []
     for without in ((), (part,)):
         rig = Rig()
-        rig.params[:, c.FR_LOAD] = 0.01
-        rig.unit[c.RELIEF_SET], rig.unit[c.PUMP_POWER] = 8.5e6, 3e3
+        rig.params["seal"]["load_coefficient"] = 0.01
+        rig.unit.relief_pressure, rig.unit.pump_power = 8.5e6, 3e3
         switch_off(without, rig.params, rig.unit)
         rig.axes = start_axes(rig.params, X, LOAD)
         rig.supply = start_supply(rig.unit, 40.0, 0.06)
-        rig.x[2] = 0.02  # in the cushion
-        rig.axes[2] = start_axes(rig.params[2:3], rig.x[2:3], LOAD[2:3])[0]
-        load = np.full(12, 1e3)
+        x = rig.given["extension"]
+        x[2] = 0.02  # in the cushion
+        rig.axes[2] = start_axes(rig.params[2:3], x[2:3], LOAD[2:3])[0]
+        rig.given["load"] = rig.given["side_load"] = 1e3
         for u, v in zip(commands, rates, strict=True):
-            hydraulic_step(
-                rig.axes, rig.params, rig.supply, rig.unit, rig.x, v, u, load, load, 1e-3, 2
-            )
-            rig.x = rig.x + 1e-3 * v
-        assert np.isfinite(rig.axes).all()
-        outcomes.append(
-            np.append(
-                rig.axes[:, [c.FORCE, c.SENSED_A, c.SENSED_B]].ravel(), rig.supply[c.TEMPERATURE]
-            )
-        )
+            rig.step(u, v)
+        assert np.isfinite(AxisState.as_table(rig.axes)).all()
+        sensed = rig.axes["transducers"]
+        outcomes.append(np.r_[rig.axes["force"], sensed["a"], sensed["b"], rig.supply.temperature])
     assert not np.array_equal(*outcomes)
 
 

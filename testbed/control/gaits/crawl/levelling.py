@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.control.measured import Measured
 from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
-from testbed.robot.loads.foot_load_sets import twist_of
+from testbed.robot.loads.foot_load_sets import internal_force_of
 
 Array = NDArray[np.float64]
 LEVEL_GAIN_1_S = 0.3
@@ -35,7 +35,7 @@ class Levelling:
 
     def stand_on(self, feet: Array) -> None:
         """The footholds from which the diagonals are reckoned."""
-        self._diagonal = 2.0 * twist_of(feet[:, :2])
+        self._diagonal = 2.0 * internal_force_of(feet[:, :2])
 
     def correct(
         self,

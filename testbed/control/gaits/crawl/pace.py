@@ -19,9 +19,11 @@ PEAK = 1.0 / (1.0 - RAMP)
 """Highest speed relative to the mean."""
 SWING_RAMP = 0.2
 """The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot across from it."""
-LOADED_SHARE, FREE_SHARE = 0.7, 0.95
-"""Share of a valve's flow at its rated drop that set points may ask for (E), of legs that stand and of a leg in the
-air: the rest is the loops' reserve."""
+LOADED_SHARE = 0.7
+"""Share of a valve's flow at its rated drop that set points of a leg in stance may ask for (E): the rest is the loops'
+reserve."""
+FREE_SHARE = 0.95
+"""The same for a leg in the air (E)."""
 PUMP_SHARE = 0.7
 """Share of the pump's full flow that set points may ask for (E)."""
 TRACTION_SHARE = 0.9

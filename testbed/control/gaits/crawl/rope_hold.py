@@ -24,10 +24,14 @@ CORRECTION_M_S = 0.0018
 goes back for its next stroke, and that little is owed to the rope when it has."""
 MEETING = 0.01
 """Ropes that meet at less than this angle, rad, have no say in the pull across the slope."""
-SLACK_SHARE, TAUT_SHARE = 0.80, 0.92
-"""Of its wanted tension a rope must have this much before the body moves at all, and at full speed (E)."""
-FIRM_SHARE, TIGHT_SHARE = 1.12, 1.30
-"""Above the first the body slows down, above the second it waits: its device cannot pay out just then (E)."""
+SLACK_SHARE = 0.80
+"""Share of its wanted tension that a rope must have before the body moves at all (E)."""
+TAUT_SHARE = 0.92
+"""Share of it that a rope must have before the body moves at full speed (E)."""
+FIRM_SHARE = 1.12
+"""Above this share the body slows down: the rope's device cannot pay out just then (E)."""
+TIGHT_SHARE = 1.30
+"""Above this share the body waits (E)."""
 
 
 @dataclass
