@@ -7,7 +7,7 @@ a load cell.
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
 
 and rivalry among sets of one size falls as a power of how far a set is behind. The numbers are in
-`calibration.yaml`; `testbed lab fit-robot-belief` fits them.
+`calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
