@@ -18,7 +18,7 @@ The thrust that the drill's program orders is drawn again with its scene.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ from testbed.benchmarks.contact_loss.score import (
     NEAR_N,
     stretches,
 )
+from testbed.benchmarks.statistics import wilson
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
 from testbed.estimation.detectors.warning import LOAD, RISING, SIGNALS, THRUST, WARN_AT_N
@@ -129,8 +130,8 @@ def outcomes(scene: Tree, loads: dict[str, Array]) -> Tree:
     }
 
 
-def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
-    """What all scenes say, added up; `intervals(hits, of)` gives the 95 % interval of a share."""
+def marks(found: Sequence[Tree]) -> Tree:
+    """What all scenes say, added up; intervals are those of 95 %."""
     leads = [lead for o in found for lead in o["leads_s"]]
     words = ("lost", "early", "near", "false", "late", "light", "light_lost")
     lost, early, near, false, late, light, light_lost = (
@@ -141,7 +142,7 @@ def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
     return {
         "gradual_losses": len(leads),
         "warned_100_ms_ahead": in_time / len(leads) if leads else None,
-        "warned_interval95": intervals(in_time, len(leads)),
+        "warned_interval95": wilson(in_time, len(leads)),
         "lead_median_s": float(np.median(leads)) if leads else None,
         "warnings": given,
         "lost": lost,
@@ -149,7 +150,7 @@ def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
         "false": false,
         "late": late,
         "precision": lost / given if given else None,
-        "precision_interval95": intervals(lost, given),
+        "precision_interval95": wilson(lost, given),
         "early": early,
         "precision_of_early": early / (early + wrong) if early + wrong else None,
         "light_feet": {"warnings": light, "lost": light_lost},

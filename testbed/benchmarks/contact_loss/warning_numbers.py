@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.loads import unpacked
 from testbed.benchmarks.contact_loss.scenes import Scene, draw
-from testbed.benchmarks.contact_loss.summary import wilson
 from testbed.benchmarks.contact_loss.warning import looked_at, marks, outcome
 from testbed.benchmarks.harness import stored
 from testbed.control.drilling.thrust_plan import planned_thrust
@@ -60,7 +59,7 @@ def kept_scenes(out: Path, split: str) -> list[Kept]:
 
 def line(name: str, outcomes: Sequence[dict[str, Any]]) -> str:
     """One row of the table."""
-    found = marks(outcomes, wilson)
+    found = marks(outcomes)
     right, in_time = found["precision"], found["warned_100_ms_ahead"]
     shares = ["   –" if value is None else f"{value:.3f}" for value in (right, in_time)]
     return f"{name:32s} {shares[0]} of {found['warnings']:4d} right   {shares[1]} of {found['gradual_losses']:3d} in time"

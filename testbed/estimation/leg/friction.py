@@ -75,43 +75,6 @@ def _static(v: Array, friction: Array, scale: Array, add: Array, thin: Array) ->
     return out
 
 
-@njit
-def _bristle(
-    x: Array,
-    v: Array,
-    level: Array,
-    stiffness: float,
-    damping: float,
-    shape: float,
-    period_s: float,
-) -> Array:
-    """Force of the bristle, N: dz = dx - |dx| (stiffness z / level)^shape, exact for a constant level and shape 1."""
-    out = np.empty_like(v)
-    bend = 0.0  # stiffness z / level
-    # The state at the start is what the first metres of motion end in: run the first second of motion backwards first.
-    for i in range(len(v)):
-        if abs(v[i]) > 1e-3:
-            bend = 1.0 if v[i] > 0 else -1.0
-            break
-    last = x[0]
-    for i in range(len(v)):
-        dx = x[i] - last
-        last = x[i]
-        rate = stiffness / level[i]
-        if shape == 1.0:
-            aim = 1.0 if dx > 0.0 else -1.0
-            bend = aim + (bend - aim) * np.exp(-rate * abs(dx))
-        else:
-            count = int(min(200.0, np.ceil(rate * abs(dx) / 0.1))) + 1
-            for _ in range(count):
-                size = abs(bend) ** shape
-                bend += rate * (dx - abs(dx) * (size if bend >= 0.0 else -size)) / count
-                bend = min(1.0, max(-1.0, bend))
-        size = abs(bend) ** shape
-        out[i] = level[i] * bend + damping * (v[i] - abs(v[i]) * (size if bend >= 0.0 else -size))
-    return out
-
-
 def breakaway_n(friction: Friction, signals: Signals, terms: ForceTerms) -> tuple[Array, Array]:
     """(low, high) of the friction at rest, N, shape (n,): [-(F_c + F_s) backwards, (F_c + F_s) forwards]."""
     f, n = friction, len(signals.time_s)

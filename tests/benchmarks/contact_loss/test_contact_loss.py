@@ -11,8 +11,9 @@ import pytest
 from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 from testbed.benchmarks.contact_loss.scenes import Scene, draw, scenes
 from testbed.benchmarks.contact_loss.score import delays_s, find_losses, score_scene
-from testbed.benchmarks.contact_loss.summary import oracle_threshold, poisson, wilson
+from testbed.benchmarks.contact_loss.summary import oracle_threshold
 from testbed.benchmarks.contact_loss.thresholds import read_thresholds
+from testbed.benchmarks.statistics import poisson, wilson
 from testbed.cli import main
 from testbed.errors import InputError
 

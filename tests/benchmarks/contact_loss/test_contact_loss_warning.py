@@ -11,7 +11,6 @@ import pytest
 from testbed.benchmarks.contact_loss.loads import KEPT, means, off_ground, packed, unpacked
 from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import find_losses
-from testbed.benchmarks.contact_loss.summary import wilson
 from testbed.benchmarks.contact_loss.warning import (
     judged,
     looked_at,
@@ -195,7 +194,7 @@ def test_marks_add_up_what_the_scenes_say() -> None:
         "light_lost": 0,
         "leads_s": [0.3],
     }
-    found = marks([one, two], wilson)
+    found = marks([one, two])
     assert found["warnings"] == 5 and found["precision"] == pytest.approx(0.6)
     assert found["warned_100_ms_ahead"] == pytest.approx(2 / 3) and found[
         "lead_median_s"
