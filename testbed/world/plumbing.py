@@ -7,11 +7,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from testbed.errors import InputError
 from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.supply import PowerUnit
 from testbed.laws.traction import RESERVE_M, TractionParameters
-from testbed.machine.limits import require
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.linkage import RotationLinkage, stroke_m
@@ -139,7 +139,10 @@ def traction_parameters(machine: Machine, *, strokes: bool) -> Any:
     for quantity, name in TRACTION_NAMES.items():
         device[quantity] = getattr(given, name)
     least = 3.0 * RESERVE_M
-    require(given.stroke_m > least, "traction.stroke_m", given.stroke_m, f"> {least:g}")
+    if given.stroke_m <= least:
+        raise InputError(
+            "is impossible", field="traction.stroke_m", value=given.stroke_m, allowed=f"> {least:g}"
+        )
     device["seat"] = given.seat_m
     if not strokes:
         device["stroke"] = 0.0
