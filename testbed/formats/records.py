@@ -149,7 +149,7 @@ class Record:
         """
         if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
             raise TypeError(f"{cls.__name__} holds more than floats")
-        return records.view(np.float64).reshape(len(records), -1)
+        return records.view(np.float64).reshape(len(records), size(cls))
 
     @classmethod
     def part_as_table(cls, records: NDArray[Any], name: str) -> NDArray[np.float64]:
