@@ -75,22 +75,23 @@ class Assembled:
 
     def limit_thrust(self) -> None:
         """Hold the feed that the drill orders to what the stance allows; what comes of it may be another thrust."""
-        feed = self.drill.loads.feed
+        feed = self.drill.loads["feed"]
         if feed > self.thrust.most_n:
-            self.drill.ordered.thrust -= feed - self.thrust.most_n
-            self.drill.loads.feed = self.thrust.most_n
-        self.drill.loads.feed *= self.thrust_factor
+            self.drill.ordered["thrust"] -= feed - self.thrust.most_n
+            self.drill.loads["feed"] = self.thrust.most_n
+        self.drill.loads["feed"] *= self.thrust_factor
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
-        b = self.board
-        return np.asarray(b.body.position - b.rotation @ b.base_centre)
+        b = self.boards
+        return np.asarray(b["body"]["position"][0] - b["rotation"][0] @ b["base_centre"][0])
 
     def feet_in_world(self) -> Array:
         """Undersides of the feet, (4, 3), m."""
-        b = self.board
+        b = self.boards
         return np.asarray(
-            self.origin_in_world() + self.kinematics.foot_positions_m(b.engine.joint) @ b.rotation.T
+            self.origin_in_world()
+            + self.kinematics.foot_positions_m(b["engine"]["joint"][0]) @ b["rotation"][0].T
         )
 
     def settlement(self) -> dict[str, dict[str, float]]:

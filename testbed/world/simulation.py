@@ -205,7 +205,7 @@ class Simulation:
         row, m = self._row[0], self.machine
         row["expected"] = m.expectation.loads(
             row["position"],
-            m.board.gravity_in_body,
+            m.boards["gravity_in_body"][0],
             row["rope_tension"],
             row["attitude"],
             m.drill_known(),
@@ -272,14 +272,15 @@ class Simulation:
 
     def _watch(self, t: float) -> None:
         m = self.machine
-        board = m.board
+        whole = m.boards["ropes"]["whole"][0].tolist()
         for k, side in enumerate(SIDES):
-            if self._rope_was_whole[k] and board.ropes[k].whole == 0.0:
+            if self._rope_was_whole[k] and whole[k] == 0.0:
                 self._rope_was_whole[k] = False
                 self.events.append({"t": t, "kind": "rope_broke", "rope": side})
                 m.judge.verdict, self.finished = "rope broke", True
-        body, pressure = board.body, board.axes[VERTICAL[0]].a.pressure
-        if not math.isfinite(body.position[0] + body.quaternion[0] + pressure):
+        body, pressure = m.boards["body"], m.boards["axes"]["a"]["pressure"]
+        watched = body["position"][0, 0] + body["quaternion"][0, 0] + pressure[0, VERTICAL[0]]
+        if not math.isfinite(watched):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
         self._ticks += 1
         if self._ticks % LOOK_TICKS:

@@ -46,7 +46,7 @@ for series, names, table in (
 ):
     assert table.shape[1] == len(names)
     columns |= {f"{series}/{name}": table[:, k].tolist() for k, name in enumerate(names)}
-orders = [0.0] * sum(row.column.startswith(("orders.", "control.")) for row in TABLE)
+orders = {row.column: 0.0 for row in TABLE}
 print(json.dumps({
     "columns": columns,
     "seen": Observer(world.data_columns, TABLE).look(data[-1], orders).tolist(),
