@@ -16,7 +16,7 @@ MOST_LINES = 40
 LONG = {"diagnose"}
 """These take more than a few seconds."""
 SAYS = {
-    "diagnose": "leakage.internal at fr vertical",
+    "diagnose": "sensor.gain_a at fl_vertical",
     "environment": "stood after 2.00 s",
     "own_controller": "CheapRopes",
     "own_detector": "Half says so at",
