@@ -14,6 +14,7 @@ import yaml
 
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.files import check_space, plain, write_text
+from testbed.formats.yaml_files import write_yaml
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.description import recording_meta
 from testbed.simulation.expectations import unmet
@@ -23,6 +24,7 @@ from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
 from testbed.simulation.runs import read_series, same_rows
 from testbed.simulation.stability import stability_summary
+from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 
 SUMMARY_FORMAT = "roboclimber-summary/1"
 Progress = Callable[[float, str], None]
@@ -74,6 +76,8 @@ def _record(
         folder / "scenario.yaml",
         yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False),
     )
+    if scenario.machine.draw is not None:
+        write_yaml(folder / TRUTH_MACHINE, truth_machine(scenario, simulation))
     recorder = RunRecorder(
         folder,
         *columns,
@@ -195,6 +199,7 @@ def _summary(
         "slope_deg": scenario.terrain.slope_deg,
         "task": scenario.task.kind,
         "undeclared": [u.model_dump() for u in scenario.undeclared],
+        "machine": scenario.machine.model_dump(),
     }
     if len(truth["t"]) > 1:
         summary |= run_metrics(data, truth, scenario.terrain.slope_deg)
