@@ -15,7 +15,12 @@ class HiddenPayload(Effect):
     text = "something heavy lies on the platform: rods, tools, mud, snow"
     parameters = (
         ParameterSpec(
-            "mass", "kg", -500.0, 2000.0, (20.0, 400.0), "of the payload; negative: lighter than drawn"
+            "mass",
+            "kg",
+            -500.0,
+            2000.0,
+            (20.0, 400.0),
+            "of the payload; negative: lighter than drawn",
         ),
         ParameterSpec("x", "m", -3.0, 3.0, (-1.0, 1.0), "forward, body frame"),
         ParameterSpec("y", "m", -3.0, 3.0, (-1.0, 1.0), "to the left"),

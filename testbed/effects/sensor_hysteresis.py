@@ -18,7 +18,9 @@ class Hysteresis(Effect):
     )
     rigs = ()
     telling_motion = "raise the load in steps and lower it by the same ones"
-    alike = {"friction.pressure": "friction changes with motion, hysteresis with the pressure's way"}
+    alike = {
+        "friction.pressure": "friction changes with motion, hysteresis with the pressure's way"
+    }
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of both sensors of this cylinder."""

@@ -21,7 +21,9 @@ def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
     """Every drawn number, and what they make of the whole machine's weight."""
     world = simulation.machine
     masses = [world.hidden.cylinders[axis].mass_kg for axis in AXES]
-    weighed = zip(WEIGHED, weigh(world.kinematics, np.array(masses)), ("kg", "m", "m", "m"), strict=True)
+    weighed = zip(
+        WEIGHED, weigh(world.kinematics, np.array(masses)), ("kg", "m", "m", "m"), strict=True
+    )
     return {
         "format": FORMAT,
         "draw": scenario.machine.draw,
