@@ -42,6 +42,8 @@ class ContactLoss(Benchmark[Scene]):
     noun = "scenes"
     hours: float = 8.0
     tune: bool = False
+    draw: str | None = None
+    """Tolerances from which each scene's machine is drawn."""
     own: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -54,9 +56,9 @@ class ContactLoss(Benchmark[Scene]):
 
     def cases(self) -> Mapping[str, Scene]:
         """The scenes of one split."""
-        chosen = scenes("tuning" if self.tune else "scoring", self.hours)
+        chosen = scenes("tuning" if self.tune else "scoring", self.hours, self.draw)
         if self.own and not self.tune:
-            every = scenes("tuning", self.hours)
+            every = scenes("tuning", self.hours, self.draw)
             chosen = [*(s for s in every if s.kind != "supervised"), *chosen]
         return {scene.name: scene for scene in chosen}
 
