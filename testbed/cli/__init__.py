@@ -76,6 +76,10 @@ def estimate(
     causal: Annotated[
         bool, typer.Option("--causal", help="Use only what came before each sample.")
     ] = False,
+    estimator: Annotated[
+        str | None,
+        typer.Option(help="Of a robot: an estimator by name, or FILE.py:Class. [own]"),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Write the external force of a recording.
@@ -85,7 +89,7 @@ def estimate(
     from testbed.report.console import print_json
     from testbed.workflows.estimate import estimate_file
 
-    done = estimate_file(recording, model, out, causal)
+    done = estimate_file(recording, model, out, causal, estimator)
     if json:
         print_json(done)
     else:

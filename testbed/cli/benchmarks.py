@@ -107,13 +107,19 @@ def estimators(
     out: Out,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
     draw: Draw = None,
+    estimator: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="An estimator of your own beside the shipped ones, FILE.py:Class; may be repeated."
+        ),
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
     from testbed.benchmarks.estimators.benchmark import Estimators
 
-    show(Estimators(few, draw), out, jobs, json)
+    show(Estimators(few, draw, tuple(estimator or ())), out, jobs, json)
 
 
 @benchmarks.command()

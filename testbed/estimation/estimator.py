@@ -1,8 +1,11 @@
 """The socket of force estimators: a foot load from every row, live and over a recording.
 
 An estimator is any class with `update(row) -> loads (4,)`, N along the vertical joints' axes, positive when the ground
-pushes a foot up. `row` is a DataRow (recording/rows.py): what was measured, and the shipped estimates beside it. It may
-have `start(dt_s)`, called before the first row with the seconds between two.
+pushes a foot up; or `-> (loads, low, high)` with the ends of its 90 % interval. `row` is a DataRow (recording/rows.py):
+what was measured, and the shipped estimates beside it. It may have `start(dt_s)`, called before the first row with the
+seconds between two.
+
+The shipped methods go by the names of `row.estimate`.
 """
 
 from __future__ import annotations
@@ -12,20 +15,72 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.errors import InputError
+from testbed.formats.sockets import FORM, is_user_class, load_object
 from testbed.machine.names import LEGS
+from testbed.recording.rows import METHODS
 
 Array = NDArray[np.float64]
+SHIPPED = "own"
+"""The method that control goes by unless a scenario says otherwise: the whole-body estimate."""
 
 
 class Estimator(Protocol):
     """The socket."""
 
-    def update(self, row: Any) -> Array:
-        """Loads (4,) of this row, N."""
+    def update(self, row: Any) -> Any:
+        """Loads (4,) of this row, N; or loads, low and high."""
         ...
+
+
+class Method:
+    """A shipped method, which the chain has put into the row already."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def update(self, row: Any) -> Any:
+        """Its loads (4,), N; with the interval where it has one."""
+        loads = row["estimate"][self._name]
+        if self._name != SHIPPED:
+            return loads
+        return loads, row["estimate_own"]["low"], row["estimate_own"]["high"]
+
+
+def estimator_of(name: str, field: str = "estimator") -> Any:
+    """A shipped method by its name, or an object of the class that `FILE.py:Class` names.
+
+    Raises InputError for an unknown name, a file or class that is not there or does not fit (Estimator).
+    """
+    if is_user_class(name):
+        return load_object(name, Estimator, field=field)
+    if name in METHODS:
+        return Method(name)
+    raise InputError(
+        "no such estimator", field=field, value=name, allowed=", ".join([*METHODS, FORM])
+    )
+
+
+def interval_of(answer: Any) -> tuple[Array, Array, Array]:
+    """Loads, low and high (4,) of what an estimator answered; without an interval low and high are the loads.
+
+    Raises ValueError for another shape.
+    """
+    parts = answer if isinstance(answer, tuple) else (answer, answer, answer)
+    loads, low, high = (np.asarray(part, dtype=np.float64) for part in parts)
+    if not loads.shape == low.shape == high.shape == (len(LEGS),):
+        raise ValueError(f"an estimator's loads have the shape {loads.shape}, not ({len(LEGS)},)")
+    return loads, low, high
+
+
+def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
+    """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3, 4)."""
+    by_name = rows.view(np.recarray)
+    told = [interval_of(estimator.update(row)) for row in by_name]
+    return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 
 def loads_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     """An estimator's loads (n, 4), N, over DataRow records (n,), one after the other."""
-    by_name = rows.view(np.recarray)
-    return np.array([estimator.update(row) for row in by_name], float).reshape(-1, len(LEGS))
+    loads: Array = intervals_over(estimator, rows)[:, 0]
+    return loads

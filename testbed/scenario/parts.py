@@ -267,8 +267,15 @@ class Control(Checked):
 
 
 class Estimator(Checked):
-    """The detector of the contact state, and constants of the paper's filters (null: the parameter file's)."""
+    """Estimator, detector of the contact state, constants of the paper's filters (null: the parameter file's)."""
 
+    method: str = Field(
+        default="own",
+        min_length=1,
+        description="estimator of the foot loads that control, supervisor and detectors go by: a shipped one by name "
+        "(one_chamber, two_chamber, friction, kbf, modified_kbf, own), or FILE.py:Class; its loads are recorded as "
+        "estimate_own_<leg>",
+    )
     detector: str = Field(
         default="combined",
         min_length=1,
@@ -289,10 +296,11 @@ class Estimator(Checked):
 
     @model_validator(mode="after")
     def _threshold_has_its_detector(self) -> Estimator:
-        if self.detector != "combined" and self.contact_threshold_n is not None:
+        shipped = (self.detector, self.method) == ("combined", "own")
+        if not shipped and self.contact_threshold_n is not None:
             raise impossible(
-                f"contact_threshold_n is the detector combined's, not {self.detector}'s",
-                "it with estimator.detector: combined; other detectors hold their own threshold",
+                "contact_threshold_n is that of the detector combined on the estimate own",
+                "it with estimator.detector: combined and estimator.method: own; else the detector holds its own",
             )
         return self
 

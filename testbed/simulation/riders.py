@@ -13,8 +13,8 @@ from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector, scores_over, start
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
-from testbed.estimation.estimator import Estimator, loads_over
-from testbed.formats.sockets import load_object, user_code
+from testbed.estimation.estimator import Estimator, estimator_of, loads_over
+from testbed.formats.sockets import user_code
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
@@ -52,7 +52,9 @@ class Riders:
         dt_s: float,
     ) -> None:
         self._detectors = named(detectors, lambda name: detector_of(name, "detectors"), "detectors")
-        self._estimators = named(estimators, _own_estimator, "estimators")
+        self._estimators = named(
+            estimators, lambda name: estimator_of(name, "estimators"), "estimators"
+        )
         self._watch = Watch(belief)
         for rider in (*self._detectors.values(), *self._estimators.values()):
             start(rider, dt_s)
@@ -79,7 +81,3 @@ class Riders:
     def loads(self) -> dict[str, Array]:
         """Loads (n, 4) by every estimator so far, N."""
         return {name: np.concatenate(parts) for name, parts in self._loads.items()}
-
-
-def _own_estimator(name: str) -> Any:
-    return load_object(name, Estimator, field="estimators")

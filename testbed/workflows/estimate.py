@@ -14,7 +14,7 @@ from testbed.errors import InputError, naming
 from testbed.formats.files import check_file
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.model import Machine
-from testbed.machine.names import SIDES
+from testbed.machine.names import LEGS, SIDES
 
 if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
@@ -23,16 +23,23 @@ if TYPE_CHECKING:
     from testbed.recording.robot import RobotRecording
 
 Array = npt.NDArray[np.float64]
+SHIPPED = "own"
+"""The estimate of a robot's feet that is written unless another is named."""
 
 
 def estimate_file(
-    recording: str | Path, model: str | Path | None, out: str | Path, causal: bool = False
+    recording: str | Path,
+    model: str | Path | None,
+    out: str | Path,
+    causal: bool = False,
+    estimator: str | None = None,
 ) -> dict[str, Any]:
     """Estimate a recording's force and write it to `out` (.parquet or .csv); returns what was written.
 
     One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t` and `force_<leg>_n`
-    with `_low` and `_high`; always causal, and without `model` what the recording says the robot believes. Raises
-    InputError for a recording, a model or a place that cannot be used; then nothing is written.
+    with `_low` and `_high`; always causal, without `model` what the recording says the robot believes, and by
+    `estimator` (a shipped one by name, or FILE.py:Class) instead of the whole-body estimate. Raises InputError for a
+    recording, a model or a place that cannot be used; then nothing is written.
     """
     from testbed.formats.table import write_columns
 
@@ -41,7 +48,17 @@ def estimate_file(
     if Path(out).resolve() in _tables(folder):
         raise InputError("is the recording itself", file=out, field="--out", allowed="another file")
     out = check_file(out, (".parquet", ".csv"))
-    columns = _of_robot(folder, model) if is_robot(folder) else _of_leg(folder, model, causal)
+    if is_robot(folder):
+        columns = _of_robot(folder, model, estimator or SHIPPED)
+    elif estimator is not None:
+        raise InputError(
+            "estimates the feet of a robot",
+            field="--estimator",
+            value=estimator,
+            allowed="a robot's recording; a leg has its model file",
+        )
+    else:
+        columns = _of_leg(folder, model, causal)
     write_columns(out, columns)
     return {"rows": len(columns["t"]), "columns": list(columns), "out": str(out)}
 
@@ -137,13 +154,27 @@ def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> No
             )
 
 
-def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
-    from testbed.estimation.live.chain import forces
+def _of_robot(folder: Path, model: str | Path | None, estimator: str) -> Mapping[str, Array]:
+    from testbed.estimation.detectors.base import start
+    from testbed.estimation.estimator import estimator_of, intervals_over
+    from testbed.estimation.live.chain import forces, replay_rows
     from testbed.recording.robot import read_robot
 
     run = read_robot(folder)
+    belief = robot_belief(run, model)
+    if estimator == SHIPPED:
+        with naming(run.file):
+            return forces(run.data, belief)
+    chosen = estimator_of(estimator, "--estimator")
     with naming(run.file):
-        return forces(run.data, robot_belief(run, model))
+        rows = replay_rows(run.data, belief)
+    start(chosen, belief.dt_s)
+    told = intervals_over(chosen, rows)
+    out = {"t": np.asarray(run.data["t"])}
+    for place, leg in enumerate(LEGS):
+        for kind, ending in enumerate(("", "_low", "_high")):
+            out[f"force_{leg}_n{ending}"] = np.ascontiguousarray(told[:, kind, place])
+    return out
 
 
 def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:

@@ -20,6 +20,8 @@ from testbed.control.gaits.table import NOTHING_OWN, OwnParts
 from testbed.control.measured import Measured
 from testbed.errors import SimulationFault
 from testbed.estimation.detectors.table import BEST
+from testbed.estimation.estimator import SHIPPED
+from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -107,7 +109,12 @@ class Simulation:
         self._nowhere = RecordedRow.zeros()
         self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
         detector = scenario.estimator.detector
-        self._judge = None if detector == BEST else Judge(detector, m.chain.belief)
+        method = scenario.estimator.method
+        self._method = self._judge = None
+        if (detector, method) != (BEST, SHIPPED):  # those two the chain steps itself
+            self._judge = Judge(detector, m.chain.belief)
+        if method != SHIPPED:
+            self._method = ChosenEstimator(method, float(m.chain.belief["dt"][0]))
         precompile.finish(compiling, (*self._fixed, self._nowhere))
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
@@ -129,8 +136,9 @@ class Simulation:
             FEET: 1,
         }
         slow: tuple[int, ...] = (self._every_tick, hz // r.expected_loads_hz)
-        if self.scenario.estimator.detector != BEST:
-            slow = (*slow, every[ESTIMATE])  # a detector that the chain does not step itself
+        chosen = self.scenario.estimator
+        if (chosen.detector, chosen.method) != (BEST, SHIPPED):
+            slow = (*slow, every[ESTIMATE])  # what the chain does not step itself
         length = math.lcm(*every.values(), *slow)
         return [
             sum(flag for flag, n in every.items() if k % n == 0)
@@ -207,6 +215,8 @@ class Simulation:
             if k % self._every_expected == 0:
                 self._expect()
             if self._judge is not None and due & ESTIMATE:
+                if self._method is not None:
+                    self._method.estimate(self._row)
                 self._judge.judge(self._row)
             self._do(due & RECORD, recorded)
         else:

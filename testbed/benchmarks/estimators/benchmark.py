@@ -10,6 +10,9 @@ from testbed.benchmarks.estimators.page import page, table, targets
 from testbed.benchmarks.estimators.scores import result, scores
 from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, simulate
 from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.marks import code, digest
+from testbed.estimation.estimator import estimator_of
+from testbed.formats.sockets import split_user_class
 from testbed.machine.build import build_machine
 from testbed.report.tables import Table
 from testbed.robot.model import RobotModel
@@ -17,13 +20,28 @@ from testbed.robot.model import RobotModel
 
 @dataclass(frozen=True)
 class Estimators(Benchmark[Trial]):
-    """All runs; `few`: one of each kind."""
+    """All runs; `few`: one of each kind; `own`: estimators of the user's own, FILE.py:Class, beside the shipped ones.
+
+    Raises InputError for a class that is not there or does not fit.
+    """
 
     name = "estimators"
     noun = "runs"
     few: bool = False
     draw: str | None = None
     """Tolerances from which each run's machine is drawn, beside the errors of friction that it has anyhow."""
+
+    own: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in self.own:
+            split_user_class(name, field="--estimator")
+            estimator_of(name, "--estimator")
+
+    def made_from(self, case: Trial) -> str:
+        """The run, and the user's files."""
+        files = [split_user_class(name, field="--estimator")[0] for name in self.own]
+        return f"{case!r} {self.own} {digest(*map(code, files))}" if files else repr(case)
 
     def cases(self) -> Mapping[str, Trial]:
         """The runs that results come from."""
@@ -38,7 +56,7 @@ class Estimators(Benchmark[Trial]):
             "name": case.name,
             "kind": case.kind,
             "oil_degc": case.oil_degc,
-            "scores": scores(simulate(case.load()), machine, RobotModel(machine.urdf)),
+            "scores": scores(simulate(case.load()), machine, RobotModel(machine.urdf), self.own),
         }
 
     def summarise(self, answers: Answers) -> dict[str, Any]:

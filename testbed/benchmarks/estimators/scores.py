@@ -16,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.estimators.trials import BASE_C, Series
+from testbed.estimation.detectors.base import start
+from testbed.estimation.estimator import estimator_of, loads_over
 from testbed.estimation.filters import persistent
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of, without
-from testbed.estimation.live.chain import replay
+from testbed.estimation.live.chain import replay, replay_rows
+from testbed.formats.sockets import user_code
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.robot.model import RobotModel
@@ -63,8 +66,8 @@ APART = ("dither", "still", "liar")
 WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
-def scores(series: Series, machine: Machine, model: RobotModel) -> Scores:
-    """Sums of one run: estimator -> category -> sums."""
+def scores(series: Series, machine: Machine, model: RobotModel, own: Iterable[str] = ()) -> Scores:
+    """Sums of one run: estimator -> category -> sums. `own`: classes of the user's own, FILE.py:Class."""
     belief = Believed.from_machine(machine, 1e-3)
     late = series.data["t"] > LEFT_OUT_S
     speed = np.array([_speed(series, leg) for leg in LEGS])[:, late]
@@ -90,6 +93,13 @@ def scores(series: Series, machine: Machine, model: RobotModel) -> Scores:
         sideways = np.array([[found[f"own_{k}_{leg}"] for k in "xy"] for leg in LEGS])
         keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
     keep(FLOOR, floor(series, belief))
+    body = body_of(machine, model, belief.legs, 1e-3, series.rope_directions)
+    for name in own:
+        estimator = estimator_of(name, "--estimator")
+        start(estimator, belief.dt_s)
+        with user_code():
+            loads = loads_over(estimator, replay_rows(series.data, replace(belief, body=body)))
+        keep(name, loads.T)
     return out
 
 

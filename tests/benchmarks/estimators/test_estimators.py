@@ -20,6 +20,7 @@ from testbed.benchmarks.estimators.scores import (
 )
 from testbed.benchmarks.estimators.trials import CHOOSE, JUDGE, simulate
 from testbed.benchmarks.harness import write
+from testbed.errors import InputError
 from testbed.scenario.scenario import load_scenario
 
 
@@ -55,7 +56,12 @@ def test_nothing_is_judged_on_what_was_chosen_on() -> None:
 
 def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
     series = simulate(load_scenario("stand_slope_45", ["task={kind: sway}"], seed=5, duration=4.0))
-    found = scores(series, MACHINE, shipped_model())
+    (tmp_path / "mine.py").write_text(
+        "class Mine:\n    def update(self, row):\n        return row.estimate.two_chamber\n"
+    )
+    own = f"{tmp_path / 'mine.py'}:Mine"
+    found = scores(series, MACHINE, shipped_model(), (own,))
+    assert found[own] == found["two_chamber"]
     errors = {name: marks(found[name]["all"])["rmse_n"] or 0.0 for name in found}
     assert (
         errors[FLOOR]
@@ -76,9 +82,18 @@ def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
     }
     assert answer["targets"][0]["wanted"].startswith("load while moving")
     page = (tmp_path / "estimators.html").read_text()
-    assert "All runs, 10 to 50 degC" in page and f'<tr class="best"><td>{WHOLE}</td>' in page
+    assert (
+        own in page
+        and "All runs, 10 to 50 degC" in page
+        and f'<tr class="best"><td>{WHOLE}</td>' in page
+    )
 
 
 def test_the_few_are_one_run_of_each_kind() -> None:
     kinds = [trial.kind for trial in Estimators(few=True).cases().values()]
     assert len(kinds) == len(set(kinds)) == len({t.kind for t in Estimators().cases().values()})
+
+
+def test_an_estimator_of_ones_own_has_to_be_there(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--estimator"):
+        Estimators(own=(f"{tmp_path / 'mine.py'}:Mine",))
