@@ -99,6 +99,15 @@ def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
     return tuple(_labels(names)[0] for names in per)
 
 
+class SingleRecord(np.record):  # type: ignore[misc]
+    """One record in Python: its fields are attributes, whatever else NumPy calls so (`mean`, `sum`)."""
+
+    def __getattribute__(self, name: str) -> Any:
+        """A field before an attribute of NumPy's."""
+        fields = np.void.__getattribute__(self, "dtype").fields
+        return self[name] if fields and name in fields else np.record.__getattribute__(self, name)
+
+
 class Record:
     """Base of all records; see the module. Subclasses hold declarations only; those of their bases come first."""
 
@@ -116,7 +125,7 @@ class Record:
             (name, item.record.dtype if item.record else item.kind, item.shape)
             for name, item in cls.fields.items()
         ]
-        cls.dtype = np.dtype((np.record, kinds))
+        cls.dtype = np.dtype((SingleRecord, kinds))
 
     @classmethod
     def zeros(cls, *shape: int) -> NDArray[Any]:

@@ -54,7 +54,7 @@ def _valve(out: Any, axis: Axis) -> None:
     gain = axis.rated_flow_m3_s / math.sqrt(valve.rated_drop_per_edge_pa)
     out["a"]["from_supply"], out["a"]["to_tank"] = gain * valve.edge_pa, gain * valve.edge_at
     out["b"]["from_supply"], out["b"]["to_tank"] = gain * valve.edge_pb, gain * valve.edge_bt
-    own["deadband"], own["hysteresis"] = valve.deadband, valve.hysteresis
+    own["dead_band"], own["hysteresis"] = valve.deadband, valve.hysteresis
     own["frequency"] = 2 * math.pi * valve.natural_frequency_hz
     own["damping"], own["amplifier_lag"] = valve.damping, valve.amplifier_lag_s
     out["a"]["leak_from_supply"] = valve.edge_pa_leakage_m3_s_pa

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from testbed.control.command import Command, SetPoints
 from testbed.control.measured import Measured
 from testbed.errors import SimulationFault
+from testbed.estimation.detectors.table import BEST
+from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, SIDES, VERTICAL
@@ -99,6 +101,8 @@ class Simulation:
         self._resting = True
         self._nowhere = RecordedRow.zeros()
         self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
+        detector = scenario.estimator.detector
+        self._judge = None if detector == BEST else Judge(detector, m.chain.belief)
         precompile.finish(compiling, (*self._fixed, self._nowhere))
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
@@ -119,7 +123,9 @@ class Simulation:
             MOVE: 1,
             FEET: 1,
         }
-        slow = (self._every_tick, hz // r.expected_loads_hz)
+        slow: tuple[int, ...] = (self._every_tick, hz // r.expected_loads_hz)
+        if self.scenario.estimator.detector != BEST:
+            slow = (*slow, every[ESTIMATE])  # a detector that the chain does not step itself
         length = math.lcm(*every.values(), *slow)
         return [
             sum(flag for flag, n in every.items() if k % n == 0)
@@ -182,9 +188,12 @@ class Simulation:
 
     def _slow_step(self, k: int, due: int, recorded: NDArray[Any]) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
-        if k % self._every_expected == 0:
+        if k % self._every_expected == 0 or self._judge is not None:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
-            self._expect()
+            if k % self._every_expected == 0:
+                self._expect()
+            if self._judge is not None and due & ESTIMATE:
+                self._judge.judge(self._row)
             self._do(due & RECORD, recorded)
         else:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), recorded)

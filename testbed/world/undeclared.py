@@ -31,7 +31,7 @@ ADDED: Mapping[str, str] = {
     "load_coefficient": "seal.load_coefficient",
     "leakage_m3_s_pa": "inner_leakage",
     "air_share": "oil.air",
-    "deadband": "valve.deadband",
+    "deadband": "valve.dead_band",
 }
 """Numbers of a hidden cylinder that are added to the machine's own -> dotted paths of AxisParameters."""
 REPLACED: Mapping[str, str] = {

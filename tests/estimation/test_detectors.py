@@ -178,3 +178,14 @@ def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
     load = np.concatenate([np.full(300, 6000.0), np.full(300, 6000.0 - step)])
     friction = np.concatenate([np.zeros(300), np.full(300, step - seen)])
     assert _carried(load, friction)[-1] == pytest.approx(6000.0 - step, abs=0.03 * step)
+
+
+def test_a_believed_drift_of_a_sensor_is_taken_out_of_what_detectors_look_at() -> None:
+    """100 kPa/s for 10 s on A would read as 3.85 kN; the load that it stands on stays what it is."""
+    belief = _leak_free()
+    belief["legs"]["cylinder"]["sensor_a"]["drift"] = 1.0e5
+    rows = DataRow.zeros(10_000)
+    rows["pressure_a"] = (3.0e6 + 1.0e5 * 1e-3 * np.arange(10_000))[:, None]
+    rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
+    balance = Watch(belief).samples(rows)["derived"]["balance"][:, 0]
+    assert np.ptp(balance) < 1.0

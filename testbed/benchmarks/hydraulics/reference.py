@@ -170,7 +170,7 @@ def axis_rates(
     pb = chamber_pressure(
         p.b.dead_volume + p.b.area * (p.stroke - x), y[1] * CM3, p.oil.bulk_modulus, p.oil.air
     )
-    o = math.copysign(max(abs(y[4]) - p.valve.deadband, 0.0), y[4]) / (1.0 - p.valve.deadband)
+    o = math.copysign(max(abs(y[4]) - p.valve.dead_band, 0.0), y[4]) / (1.0 - p.valve.dead_band)
     up, down = max(o, 0.0), max(-o, 0.0)
     from_supply_a = edge(p.a.from_supply * up, ps - pa) + p.a.leak_from_supply * (ps - pa)
     from_supply_b = edge(p.b.from_supply * down, ps - pb) + p.b.leak_from_supply * (ps - pb)

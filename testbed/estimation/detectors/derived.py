@@ -195,8 +195,9 @@ def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
     axis, dt, valve = VERTICAL[leg], belief.dt, belief.valve
     mine = belief.legs[leg]
     c = mine.cylinder
-    pa = true_pressure(row.pressure_a[axis], c.sensor_a, 0.0)
-    pb = true_pressure(row.pressure_b[axis], c.sensor_b, 0.0)
+    pa = true_pressure(row.pressure_a[axis], c.sensor_a, state.time)
+    pb = true_pressure(row.pressure_b[axis], c.sensor_b, state.time)
+    state.time += dt
     if not (math.isfinite(pa) and math.isfinite(pb)):
         return
     x, command = row.position[axis], row.valve[axis]
