@@ -244,14 +244,13 @@ def identify(
     json: Json = False,
 ) -> None:
     """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot show."""
-    from testbed.estimation.friction.identification import identify_rig
     from testbed.formats.files import check_file
-    from testbed.recording.axis import read_rig
     from testbed.recording.leg_model import write_model
     from testbed.report.console import print_identification, print_json
+    from testbed.workflows.identify import identify as identified
 
     check_file(out)
-    result = identify_rig(read_rig(rig))
+    result = identified(rig)
     write_model(out, result.model)
     if json:
         print_json(result.tree())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
-from testbed.control.gaits.table import gait_of
+from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
@@ -108,7 +108,11 @@ class Assembled:
 
 
 def assemble(
-    scenario: Scenario, machines: Machines, model: str | Path | None, gui: bool
+    scenario: Scenario,
+    machines: Machines,
+    model: str | Path | None,
+    gui: bool,
+    own: OwnParts = NOTHING_OWN,
 ) -> Assembled:
     """Build the world of a scenario and start it in equilibrium.
 
@@ -141,7 +145,7 @@ def assemble(
         boards = furnish(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
-        electronics = _electronics(scenario, model, belief, start)
+        electronics = _electronics(scenario, model, belief, start, own)
     except BaseException:
         engine.close()
         raise
@@ -165,7 +169,7 @@ def assemble(
 
 
 def _electronics(
-    scenario: Scenario, model: str | Path | None, belief: Robot, start: Start
+    scenario: Scenario, model: str | Path | None, belief: Robot, start: Start, own: OwnParts
 ) -> dict[str, Any]:
     """What the machine's electronics run, and what people worked out before the run: fields of Assembled."""
     expected = ExpectedLoads(belief.model, belief.machine)
@@ -177,7 +181,7 @@ def _electronics(
         "thrust": thrust,
         "chain": _chain(scenario, model, belief, start.surveyed_directions),
         "expectation": Expectation(expected, start.surveyed_directions),
-        "gait": gait_of(scenario, _believed_start(belief, start)),
+        "gait": gait_of(scenario, _believed_start(belief, start), own),
     }
 
 
