@@ -85,6 +85,12 @@ def _words(summary: Mapping[str, Any], named: Suspect | None) -> list[str]:
     expectations = summary.get("expectations")
     if expectations is not None and not expectations["met"]:
         lines.append("Not as expected: " + "; ".join(expectations["unmet"]) + ".")
+    machine = summary.get("machine") or {}
+    if machine.get("draw"):
+        lines.append(
+            f"This world's machine was drawn ({machine['draw']}, seed {machine['seed']}; truth_machine.yaml has its "
+            "numbers); the model knows its drawing alone."
+        )
     for effect in summary.get("undeclared") or []:
         numbers = ", ".join(f"{k} {v:g}" for k, v in effect["parameters"].items())
         lines.append(

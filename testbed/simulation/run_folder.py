@@ -12,11 +12,13 @@ import yaml
 
 from testbed.errors import InputError
 from testbed.formats.files import check_space, plain, write_text
+from testbed.formats.yaml_files import write_yaml
 from testbed.simulation.description import recording_meta
 from testbed.simulation.metrics import wanted_columns
 from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
 from testbed.simulation.runs import Columns, read_series
+from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 
 Array = npt.NDArray[np.float64]
 
@@ -32,6 +34,8 @@ class RunFolder:
         check_space(folder, size_bytes(rows, self._columns))
         spelt = yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False)
         write_text(folder / "scenario.yaml", spelt)
+        if scenario.machine.draw is not None:
+            write_yaml(folder / TRUTH_MACHINE, truth_machine(scenario, simulation))
         meta = recording_meta(
             scenario, simulation.machines.belief, self._columns[0], simulation.surveyed()
         )

@@ -48,6 +48,7 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "slope_deg": scenario.terrain.slope_deg,
         "task": scenario.task.kind,
         "undeclared": [u.model_dump() for u in scenario.undeclared],
+        "machine": scenario.machine.model_dump(),
     }
     if len(truth["t"]) > 1:
         summary |= run_metrics(data, truth, scenario.terrain.slope_deg)

@@ -33,6 +33,8 @@ class ContactLoss(Benchmark[Scene]):
     noun = "scenes"
     hours: float = 8.0
     tune: bool = False
+    draw: str | None = None
+    """Tolerances from which each scene's machine is drawn."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.hours <= 1000.0:
@@ -42,7 +44,7 @@ class ContactLoss(Benchmark[Scene]):
     def cases(self) -> Mapping[str, Scene]:
         """The scenes of one split."""
         split: Split = "tuning" if self.tune else "scoring"
-        return {scene.name: scene for scene in scenes(split, self.hours)}
+        return {scene.name: scene for scene in scenes(split, self.hours, self.draw)}
 
     def work(self, case: Scene) -> Tree:
         """See watch.run_scene."""
