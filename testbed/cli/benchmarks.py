@@ -195,13 +195,20 @@ def contact_loss(
     tune: Annotated[
         bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")
     ] = False,
+    detector: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A detector of your own beside the shipped ones, FILE.py:Class; may be repeated. The tuning scenes "
+            "set its threshold."
+        ),
+    ] = None,
     draw: Draw = None,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
-    show(ContactLoss(hours, tune, draw), out, jobs, json)
+    show(ContactLoss(hours, tune, draw, tuple(detector or ())), out, jobs, json)
 
 
 @benchmarks.command()
