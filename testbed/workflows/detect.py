@@ -86,7 +86,7 @@ def _scale(feet: RecordedFeet, foot: str, given_n: float | None) -> FootScale:
     if given_n is not None:
         nominal, nominal_from = given_n, "--scale"
     elif feet.nominal_load_n is not None:
-        nominal, nominal_from = feet.nominal_load_n, "declared"
+        nominal, nominal_from = feet.nominal_load_n, feet.nominal_load_from
     else:
         nominal, nominal_from = scales.nominal_load_n(force), "estimated from the force"
     if feet.breakaway_n is not None:

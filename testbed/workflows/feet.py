@@ -45,6 +45,7 @@ class RecordedFeet:
     force_from: str
     """In words."""
     nominal_load_n: float | None = None
+    nominal_load_from: str = "declared"
     breakaway_n: float | None = None
     """Declared; None: nobody has."""
     reference: Mapping[str, Array] = field(default_factory=dict)
@@ -89,6 +90,7 @@ def _of_foot(folder: Path, force: str | None, reference: str | None) -> Recorded
         {FOOT: read.force_n if force is None else column(force, "--force")},
         force or "channel force",
         known.nominal_load_n,
+        "declared",
         known.breakaway_n,
         against,
         told,
@@ -114,7 +116,7 @@ def _of_axis(
         against = {FOOT: column(reference, "--reference")}
     elif read.reference_force_n is not None:
         against, told = {FOOT: read.reference_force_n}, "reference_force"
-    return RecordedFeet(folder, read.time_s, {FOOT: load}, said, None, breakaway, against, told)
+    return RecordedFeet(folder, read.time_s, {FOOT: load}, said, None, "", breakaway, against, told)
 
 
 def _of_robot(
@@ -147,6 +149,7 @@ def _of_robot(
         loads,
         force or "the whole-body estimate from the pressures",
         weight_n / len(LEGS),
+        "a quarter of the believed weight",
         None,
         against,
         reference,

@@ -4,7 +4,8 @@ Nothing here is in newtons: every bound is a share of the foot's nominal load or
 
     load      force, smoothed just as much as its noise asks for; a step that the noise cannot explain is followed at once
     lost      load below the flight level + a loss's share of the nominal load + how far the level may have drifted
-    loaded    load above the lowest of this flight + a loss's share of the nominal load, or the break-away force
+    loaded    load above the level of this flight + a loss's share of the nominal load, or the break-away force; until
+              it has risen clearly further, falling back is the same flight still
 
 The flight level (what the force reads in the air: a zero offset, friction) is learnt from every flight. How far it may
 have moved by the next one starts with the break-away force, and is then what it moved from flight to flight.
@@ -48,11 +49,12 @@ class FootState(Record):
     load = quantity("N", "smoothed force")
     jump = quantity("N", "last sample's deviation, where noise could not explain it; else 0")
     settled = quantity(
-        "1", "1 once the load has risen clearly above the flight level since touchdown"
+        "1", "1 once the load has been clearly above what is lost since the touchdown"
     )
     since = quantity("s", "for how long the load has contradicted the state")
     lowest = quantity("N", "level of the flight that is on")
     flying = quantity("s", "for how long it is on")
+    fallen = quantity("s", "for how long the load has been below that of the last touchdown")
     flight = quantity("N", "level of the flights so far")
     spread = quantity("N", "how far that may have moved by the next flight")
     flights = quantity("1", "how many there were")
@@ -74,13 +76,15 @@ MARGIN_SD = 4.0
 """The bounds lie so many standard deviations of the smoothed noise further out (E)."""
 BACK = 0.6
 """A foot that touches down slowly is lost again only when it has gone back so far of the way to the flight level (E)."""
-RISE_S = 1.0
-"""The level of a flight follows a falling load at once, a rising one with this time constant (E)."""
-FIRST_SPREAD, LEAST_SPREAD, MOST_SPREAD = 0.15, 0.02, 0.30
+NEARLY, FALLEN_S = 0.8, 0.05
+"""... or when it has been below this share of the way for so long, s (E)."""
+FALL_S, RISE_S = 0.02, 1.0
+"""The level of a flight follows a falling and a rising load with these time constants (E)."""
+FIRST_SPREAD, LEAST_SPREAD, MOST_SPREAD = 0.12, 0.02, 0.30
 """How far a flight level may move, shares of the nominal load: before any flight was seen, at least, at most (E)."""
 HIGHEST_BOUND = 0.4
 """A load above this share of the nominal load is never a loss (E)."""
-MOVED, FORGET = 1.5, 0.7
+MOVED, FORGET = 1.5, 0.5
 """The spread is this multiple of what the level last moved, and shrinks to this share by every flight (E)."""
 FIRST_TRUST, TRUST = 0.8, 0.5
 """So much of a flight's own level goes into that of the flights so far (E)."""
@@ -209,20 +213,25 @@ def judge(state: Any, dt: float, foot: Any) -> None:
     lost = min(state.flight + share + max(spread_of(state, foot), noise), HIGHEST_BOUND * nominal)
     rise = max(share, min(foot.breakaway, MOST_SPREAD * nominal)) + noise
     if state.contact > 0.5:
-        if state.load > lost:
+        if state.load > lost + rise:
             state.settled = 1.0
-        contradicts = state.load < (lost if state.settled != 0.0 else state.lowest + BACK * rise)
+        fell_back = state.settled == 0.0 and state.load < state.lowest + NEARLY * rise
+        state.fallen = state.fallen + dt if fell_back else 0.0
+        again = state.lowest + (NEARLY if state.fallen >= FALLEN_S else BACK) * rise
+        contradicts = state.load < (lost if state.settled != 0.0 else again)
     else:
         state.flying += dt
         above = state.load - state.lowest
-        state.lowest += above if above < 0.0 else above * dt / (RISE_S + dt)
+        state.lowest += above * dt / ((FALL_S if above < 0.0 else RISE_S) + dt)
         state.lowest = min(state.lowest, lost)
         contradicts = state.load > state.lowest + rise
     state.since = state.since + dt if contradicts else 0.0
     if not contradicts or (state.since < DWELL_S and dt < DWELL_S):
         return
     if state.contact > 0.5:
-        state.lowest, state.flying = state.load, 0.0
+        if state.settled != 0.0:  # else it is the flight before that goes on
+            state.lowest = state.load
+        state.flying = 0.0
     elif state.flying >= SHORTEST_FLIGHT_S:
         learn(state, foot)
     state.contact, state.since, state.settled = 1.0 - state.contact, 0.0, 0.0
