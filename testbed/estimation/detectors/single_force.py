@@ -180,8 +180,7 @@ def follow(state: Any, t: float, force: float, foot: Any) -> None:
         state.noise = min(size, 0.1 * foot.nominal_load)
     seen = min(size, 3.0 * state.noise + 1e-6 * foot.nominal_load)  # a step is no noise
     state.noise += min(state.step / NOISE_S, 0.2) * (seen - state.noise)
-    quiet = QUIET * LOSS_SHARE * foot.nominal_load
-    smoothing = min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S)
+    smoothing = smoothing_s(state, foot)
     off = force - state.load
     if abs(off) > JUMP * state.noise and off * state.jump > 0.0:
         state.load, state.jump = 0.5 * (force + state.force), 0.0
@@ -191,10 +190,16 @@ def follow(state: Any, t: float, force: float, foot: Any) -> None:
 
 
 @njit
+def smoothing_s(state: Any, foot: Any) -> float:
+    """Time constant that leaves just as much noise as a loss can bear, s."""
+    quiet = QUIET * LOSS_SHARE * foot.nominal_load
+    return float(min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S))
+
+
+@njit
 def smoothed_noise(state: Any, foot: Any) -> float:
     """Standard deviation of the smoothed load, N."""
-    quiet = QUIET * LOSS_SHARE * foot.nominal_load
-    smoothing = min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S)
+    smoothing = smoothing_s(state, foot)
     return float(state.noise * math.sqrt(state.step / (2.0 * smoothing + state.step)))
 
 
