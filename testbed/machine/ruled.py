@@ -15,6 +15,12 @@ _BODIES = (
     r"|joints\.rotation\.(effort|velocity)_.*|legs\.((rotation|radial)_mass_kg|\w+_inertia_\w+)"
     r"|legs\.foot(_plate)?_radius_m"
 )
+_ARM = r"axes\.\w+_(radial|rotation)"
+_NO_LOAD: Rules = (
+    (rf"{_ARM}\.seal\.load_coefficient", UNREAD),
+    (r"axes\.\w+_rotation\.seal\.side_load_coefficient", UNREAD),
+)
+"""The load along a cylinder is a foot's, the load across it too: an arm feels the one, a turntable neither."""
 COMMON: Rules = (
     (_BODIES, URDF),
     (r"drill\.feed_n", "task.feed_n"),
@@ -39,8 +45,13 @@ WORLD: Rules = (
     (r"ground\.friction", "terrain.friction"),
     (r"ground\.stiffness_n_m", "terrain.stiffness_n_m"),
     (r"(control\..*)", r"model.parameters.\1"),
+    (r"power_unit\.tank_oil_m3", UNREAD),
+    *_NO_LOAD,
 )
-"""The same for the world alone: position loops are the electronics', which work with the model."""
+"""The same for the world alone: position loops are the electronics', which work with the model.
+
+The tank's content is only counted: what leaves it comes back, and no run can empty it.
+"""
 MODEL: Rules = (
     (r"rope\..*|drill\..*|rock\..*|drill_body\..*|legs\.hip_z_m", UNREAD),
     (r"seal\.bristle_damping_n_s_m|end_stop\.(stiffness|damping)_\w+", UNREAD),
@@ -49,6 +60,8 @@ MODEL: Rules = (
     (r"sensor\.(pressure_(noise|resolution)_pa|line_b_\w+|\w+_noise_\w+)", UNREAD),
     (r"sensor\.(transducer_bandwidth_hz|temperature_resolution_k)", UNREAD),
     (r"traction\.(stroke_m|annulus_area_m2|return_speed_m_s|clamp_s|seat_m)", UNREAD),
+    (rf"{_ARM}\.(oil\..*|valve\.(?!rated_flow).*|seal\.bristle_stiffness_n_m)", UNREAD),
+    *_NO_LOAD,
 )
 """The same for the model alone: what no estimator, no controller and no diagnosis reads."""
 SHARED_ONLY = re.compile(
@@ -66,7 +79,8 @@ def check_effective(path: str, value: object, believed: bool, file: object, sect
     if shared is not None and path.startswith("axes.") and SHARED_ONLY.fullmatch(shared):
         _refuse("all axes share it", shared, path, value, file, section)
     for pattern, ruler in (*COMMON, *(MODEL if believed else WORLD)):
-        if not (found := re.fullmatch(pattern, number)):
+        found = re.fullmatch(pattern, number) or re.fullmatch(pattern, path)
+        if found is None:
             continue
         if ruler == URDF:
             allowed = "another URDF in robot.urdf, or a load in robot.payload_kg"
