@@ -12,13 +12,14 @@ from testbed.world.simulation import Simulation
 
 BLOCK = 100
 """Rows that are compared at a time; a run ends at the first block that differs."""
-Changes = tuple[str, ...]
+Run = tuple[str, tuple[str, ...]]
+"""A scenario and what is changed in it."""
 
 
-@lru_cache(maxsize=32)
-def rows_of(name: str, changes: Changes) -> NDArray[np.float64]:
+@lru_cache(maxsize=64)
+def rows_of(run: Run) -> NDArray[np.float64]:
     """Data and truth of a run, side by side: (rows, columns)."""
-    simulation = Simulation(load_scenario(name, changes))
+    simulation = Simulation(load_scenario(*run))
     try:
         blocks = []
         while not simulation.finished:
@@ -28,11 +29,12 @@ def rows_of(name: str, changes: Changes) -> NDArray[np.float64]:
         simulation.close()
 
 
-def changes_recording(name: str, base: Changes, change: Changes) -> bool:
-    """Whether a run with `change` on top of `base` records other bits. Raises InputError where it is refused."""
-    scenario = load_scenario(name, (*base, *change))
-    plain = rows_of(name, base)
-    simulation, first = Simulation(scenario), 0
+def changes_recording(run: Run, *changes: str) -> bool:
+    """Whether `run` with further changes records other bits. Raises InputError where it is refused."""
+    name, given = run
+    scenario = load_scenario(name, (*given, *changes))
+    plain, first = rows_of(run), 0
+    simulation = Simulation(scenario)
     try:
         while not simulation.finished:
             rows = np.hstack(simulation.run_block(BLOCK))
