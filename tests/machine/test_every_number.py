@@ -20,6 +20,7 @@ from testbed.errors import InputError
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import NEEDED, rows_of
 from testbed.machine.model import AXIS_GROUPS, shared_path
+from testbed.world.plumbing import axis_parameters
 
 HERE = Path(__file__).parent
 AXES, LEGS = ("fl_vertical", "rr_radial", "fr_rotation"), ("fl", "rr")
@@ -69,7 +70,9 @@ def _own() -> list[str]:
         for name in type(getattr(MACHINE.axes[axis], group)).model_fields
     ]
     paths += [f"each_leg.{leg}.{name}" for leg in LEGS for name in type(MACHINE.legs).model_fields]
-    return [path for path in paths if shared_path(path) in set(_shared())]
+    parts = _plan()["parts_of_an_axis"]
+    known = set(_shared())
+    return [p for p in paths if shared_path(p) in known and p.rpartition(".")[2] not in parts]
 
 
 def _fates(section: str, paths: Iterable[str]) -> dict[str, list[str]]:
@@ -112,6 +115,13 @@ def test_a_sample_of_numbers_changes_a_run_or_is_refused(section: str) -> None:
     fates = _fates(section, paths)
     assert not [p for p in fates["idle"] if p not in _allowed_idle(section, paths)]
     assert fates["changed"]
+
+
+@pytest.mark.parametrize("number", _plan()["parts_of_an_axis"])
+def test_an_axis_has_a_load_holding_valve_of_its_own(number: str) -> None:
+    other = axis_parameters(MACHINE.replaced({f"axes.fr_radial.valve.{number}": 2}))
+    differs = [a != b for a, b in zip(other, axis_parameters(MACHINE), strict=True)]
+    assert [list(MACHINE.axes)[k] for k in np.flatnonzero(differs)] == ["fr_radial"]
 
 
 @pytest.mark.parametrize("number", ["amplifier_lag_s", "hysteresis"])
