@@ -51,8 +51,12 @@ def every_field() -> list[str]:
         f"{kind.__name__}.{name}"
         for kind in seen
         for name, field in kind.model_fields.items()
-        if name != "kind" and not _is_group(field.annotation)
+        if not _is_group(field.annotation) and not _tells_the_class(name, field.annotation)
     ]
+
+
+def _tells_the_class(name: str, kind: Any) -> bool:
+    return name == "kind" and len(get_args(kind)) == 1
 
 
 def _is_group(kind: Any) -> bool:
