@@ -114,6 +114,8 @@ def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None)
     todo = [(key, case) for key, case in cases.items() if key not in found]
     kept = closing(Lines(out / LINES)) if out is not None else nullcontext()
     with kept as lines, counting_progress(len(cases), benchmark.noun) as tell:
+        if tell is not None:
+            tell(len(found))
         for key, answer in work_through(partial(_work, benchmark), todo, jobs):
             if lines is not None:
                 lines.add(_text({"case": key, "mark": marks[key], "answer": answer}))

@@ -289,8 +289,8 @@ Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders o
 File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
 
 
-@lab.command("fit-belief")
-def fit_belief(folders: Folders, out: File = None) -> None:
+@lab.command("fit-diagnosis")
+def fit_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs from then on."""
     from testbed.benchmarks.diagnosis.calibration import fit_file
 
@@ -313,16 +313,16 @@ def bench_diagnosis(
     show(BenchTest(rigs, first_seed), out, jobs, json)
 
 
-@lab.command("fit-bench-belief")
-def fit_bench_belief(folders: Folders, out: File = None) -> None:
+@lab.command("fit-bench-diagnosis")
+def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab bench-diagnosis`."""
     from testbed.benchmarks.diagnosis.bench_trials import fit_file
 
     print(fit_file(folders, out))
 
 
-@lab.command("fit-robot-belief")
-def fit_robot_belief(folders: Folders, out: File = None) -> None:
+@lab.command("fit-robot-diagnosis")
+def fit_robot_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""
     from testbed.benchmarks.diagnosis.robot_calibration import fit_file
 

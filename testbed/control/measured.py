@@ -61,10 +61,9 @@ class Measured:
 
     def __getattr__(self, name: str) -> Any:
         """A field of the row."""
-        try:
+        if name in DataRow.fields:
             return self._row[name]
-        except ValueError:
-            raise AttributeError(f"a row of data has no {name}") from None
+        raise AttributeError(f"a row of data has no {name}")
 
     @property
     def load(self) -> Array:

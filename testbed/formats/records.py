@@ -70,7 +70,7 @@ def quantity(
     """Declare a number, or an array of them with names along its axes.
 
     per: names along one axis (`per=LEGS`, `per=("x", "y")`), a tuple of such tuples for several axes
-    (`per=(LEGS, ("x", "y", "z"))`), or a plain length.
+    (`per=(LEGS, ("x", "y", "z"))`), or a plain length in the place of names.
     kind: NumPy's kind of number, "f8" or "i8".
     units: how a label ends -> its unit, where that is not `unit` (`units={"_rotation": "rad"}`).
     """
@@ -96,7 +96,16 @@ def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
         return (tuple(str(k) for k in range(per)),)
     if all(isinstance(names, str) for names in per):
         return (tuple(per),) if per else ()
-    return tuple(tuple(names) for names in per)
+    return tuple(_labels(names)[0] for names in per)
+
+
+class SingleRecord(np.record):  # type: ignore[misc]
+    """One record in Python: its fields are attributes, whatever else NumPy calls so (`mean`, `sum`)."""
+
+    def __getattribute__(self, name: str) -> Any:
+        """A field before an attribute of NumPy's."""
+        fields = np.void.__getattribute__(self, "dtype").fields
+        return self[name] if fields and name in fields else np.record.__getattribute__(self, name)
 
 
 class Record:
@@ -116,12 +125,26 @@ class Record:
             (name, item.record.dtype if item.record else item.kind, item.shape)
             for name, item in cls.fields.items()
         ]
-        cls.dtype = np.dtype((np.record, kinds))
+        cls.dtype = np.dtype((SingleRecord, kinds))
 
     @classmethod
     def zeros(cls, *shape: int) -> NDArray[Any]:
         """An array of such records, all numbers zero; shape (1,) if none is given."""
         return np.zeros(shape or (1,), cls.dtype)
+
+    @classmethod
+    def one(cls, **values: Any) -> NDArray[Any]:
+        """An array of one such record with these values; every field must be given.
+
+        Raises TypeError for a field that is missing or that there is not.
+        """
+        if set(values) != set(cls.fields):
+            wrong = sorted(set(values) ^ set(cls.fields))
+            raise TypeError(f"{cls.__name__}: {', '.join(wrong)} missing or unknown")
+        out = cls.zeros()
+        for name, value in values.items():
+            out[name][0] = value
+        return out
 
     @classmethod
     def of(cls, **values: Any) -> Any:
@@ -149,7 +172,7 @@ class Record:
         """
         if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
             raise TypeError(f"{cls.__name__} holds more than floats")
-        return records.view(np.float64).reshape(len(records), -1)
+        return records.view(np.float64).reshape(len(records), size(cls))
 
     @classmethod
     def part_as_table(cls, records: NDArray[Any], name: str) -> NDArray[np.float64]:
@@ -166,6 +189,20 @@ class Record:
         if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
             raise TypeError(f"{cls.__name__} holds more than floats")
         return np.ascontiguousarray(table).view(cls.dtype).reshape(len(table))
+
+
+def from_columns(
+    record: type[Record], columns: Mapping[str, NDArray[np.float64]], rows: int, **defaults: Any
+) -> NDArray[Any]:
+    """Records (rows,) from a table's columns by name; a field whose columns are missing is its default, or 0."""
+    out = record.zeros(rows)
+    for name, value in defaults.items():
+        out[name] = value
+    table = record.as_table(out)
+    for k, name in enumerate(record.column_names()):
+        if name in columns:
+            table[:, k] = columns[name]
+    return out
 
 
 def _leaf_types(record: type[Record]) -> Iterator[np.dtype[Any]]:

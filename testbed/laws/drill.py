@@ -13,7 +13,6 @@ from typing import Any
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
-from testbed.recording.rows import DrillKnown
 
 
 class DrillOrder(Record):
@@ -39,16 +38,6 @@ def scale_order(loads: Any, share: float) -> None:
     """Scale what DrillLoads let act, in place; where the string is stays as it is."""
     for name in DrillOrder.fields:
         loads[name] *= share
-
-
-KNOWN_COLUMNS = tuple(DrillKnown.fields)
-"""What the drill's own controls know, by the names of its columns."""
-KNOWN = len(KNOWN_COLUMNS)
-THRUST = KNOWN_COLUMNS.index("ordered_thrust")
-REACTION = KNOWN_COLUMNS.index("ordered_torque")
-IN_HOLE_KG, IN_MAST_KG = KNOWN_COLUMNS.index("rods_in_hole"), KNOWN_COLUMNS.index("rods_in_mast")
-MAST_MIDDLE = KNOWN_COLUMNS.index("rods_mast_height")
-STORED_KG = KNOWN_COLUMNS.index("rods_stored")
 
 
 @njit

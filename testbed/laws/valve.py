@@ -17,7 +17,7 @@ from testbed.laws.linear import second_order
 class ValveParameters(Record):
     """A proportional valve."""
 
-    deadband = quantity("1", "dead band on either side of the middle, share of the spool's way")
+    dead_band = quantity("1", "dead band on either side of the middle, share of the spool's way")
     hysteresis = quantity("1", "half width of the hysteresis, share of the command's range")
     frequency = quantity("rad/s", "natural frequency of the spool")
     damping = quantity("1", "damping ratio of the spool")
@@ -124,7 +124,7 @@ def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any)
 
     s: ValveState; p: ValveParameters; `command` is held; `weights` of `spool_weights`.
     """
-    width, band, tau = p.hysteresis, p.deadband, p.amplifier_lag
+    width, band, tau = p.hysteresis, p.dead_band, p.amplifier_lag
     spool, rate, amplifier, state = s.spool, s.spool_rate, s.amplifier, s.play
     n = out.shape[0] - 1
     out[0] = opening(spool, band)

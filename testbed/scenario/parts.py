@@ -248,8 +248,13 @@ class Control(Checked):
 
 
 class Estimator(Checked):
-    """Constants of the paper's filters; null: the parameter file's."""
+    """The detector of the contact state, and constants of the paper's filters (null: the parameter file's)."""
 
+    detector: str = Field(
+        default="combined",
+        min_length=1,
+        description="detector of the contact state: a shipped one by name, or FILE.py:Class",
+    )
     process_variance_n2: float | None = Field(
         default=None, gt=0, description="Q of the random walk, per step [N2]"
     )
@@ -262,6 +267,15 @@ class Estimator(Checked):
     contact_threshold_n: float | None = Field(
         default=None, gt=0, description="load below which a foot counts as lost [N]"
     )
+
+    @model_validator(mode="after")
+    def _threshold_has_its_detector(self) -> Estimator:
+        if self.detector != "combined" and self.contact_threshold_n is not None:
+            raise impossible(
+                f"contact_threshold_n is the detector combined's, not {self.detector}'s",
+                "it with estimator.detector: combined; other detectors hold their own threshold",
+            )
+        return self
 
 
 class Undeclared(Checked):

@@ -13,9 +13,9 @@ from testbed.errors import InputError, naming
 from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
 from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
-from testbed.machine.limits import only_in_urdf
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
+from testbed.machine.ruled import check_effective
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.machines import machines_of
@@ -150,6 +150,7 @@ def load_scenario(
     _find_class(data, path, "control", "distribution")
     scenario = _on_its_slope(checked(Scenario, data, path))
     _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
+    _check_one_supply(scenario.hydraulics, path)
     _check_effect(scenario.model.parameters, path, "model.parameters")
     truth = machines_of(scenario, path).truth
     _check_store(scenario, truth, path)
@@ -201,14 +202,20 @@ def _on_its_slope(scenario: Scenario) -> Scenario:
 def _check_effect(changes: Numbers, file: Path, section: str) -> None:
     """Refuse a change of a number that does nothing."""
     for name, value in changes.items():
-        if only_in_urdf(name, believed=section.startswith("model.")):
-            raise InputError(
-                "would have no effect: the URDF alone gives it",
-                file=file,
-                field=f"{section}.{name}",
-                value=value,
-                allowed="another URDF in robot.urdf, or a load in robot.payload_kg",
-            )
+        check_effective(name, value, section.startswith("model."), file, section)
+
+
+def _check_one_supply(hydraulics: Hydraulics, file: Path) -> None:
+    """Refuse two set pressures of the pump."""
+    path = "power_unit.supply_pressure_pa"
+    if hydraulics.supply_pressure_pa is not None and path in hydraulics.parameters:
+        raise InputError(
+            "would have no effect: hydraulics.supply_pressure_pa rules it",
+            file=file,
+            field=f"hydraulics.parameters.{path}",
+            value=hydraulics.parameters[path],
+            allowed="one of both",
+        )
 
 
 def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:

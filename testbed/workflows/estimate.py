@@ -133,7 +133,7 @@ def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) 
 
     Raises InputError where the survey cannot be understood.
     """
-    from testbed.estimation.live.body_belief import packed
+    from testbed.estimation.live.body_belief import body_of
     from testbed.robot.model import Payload, RobotModel
 
     if surveyed is None:
@@ -153,5 +153,5 @@ def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) 
         ) from error
     payload = Payload(mass_kg, machine.rod_store_body.position_m) if mass_kg > 0.0 else None
     return replace(
-        belief, body=packed(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes)
+        belief, body=body_of(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes)
     )

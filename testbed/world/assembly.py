@@ -14,7 +14,7 @@ from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import gait_of
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import packed
+from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
 from testbed.laws.drill import DrillLoads
@@ -75,22 +75,23 @@ class Assembled:
 
     def limit_thrust(self) -> None:
         """Hold the feed that the drill orders to what the stance allows; what comes of it may be another thrust."""
-        feed = self.drill.loads.feed
+        feed = self.drill.loads["feed"]
         if feed > self.thrust.most_n:
-            self.drill.ordered.thrust -= feed - self.thrust.most_n
-            self.drill.loads.feed = self.thrust.most_n
-        self.drill.loads.feed *= self.thrust_factor
+            self.drill.ordered["thrust"] -= feed - self.thrust.most_n
+            self.drill.loads["feed"] = self.thrust.most_n
+        self.drill.loads["feed"] *= self.thrust_factor
 
     def origin_in_world(self) -> Array:
         """Origin of the body frame, (3), m."""
-        b = self.board
-        return np.asarray(b.body.position - b.rotation @ b.base_centre)
+        b = self.boards
+        return np.asarray(b["body"]["position"][0] - b["rotation"][0] @ b["base_centre"][0])
 
     def feet_in_world(self) -> Array:
         """Undersides of the feet, (4, 3), m."""
-        b = self.board
+        b = self.boards
         return np.asarray(
-            self.origin_in_world() + self.kinematics.foot_positions_m(b.engine.joint) @ b.rotation.T
+            self.origin_in_world()
+            + self.kinematics.foot_positions_m(b["engine"]["joint"][0]) @ b["rotation"][0].T
         )
 
     def settlement(self) -> dict[str, dict[str, float]]:
@@ -215,5 +216,5 @@ def _chain(
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
     changes = {name: value for name, value in wanted.items() if value is not None}
-    body = packed(robot.machine, robot.model, belief.legs, dt, rope_directions)
+    body = body_of(robot.machine, robot.model, belief.legs, dt, rope_directions)
     return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))

@@ -6,7 +6,7 @@ import contextlib
 import math
 import tempfile
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import partial
 from operator import itemgetter
 from pathlib import Path
 from struct import Struct
@@ -55,6 +55,8 @@ class Engine:
         if self.client < 0:
             raise SimulationFault("the physics engine gave no client")
         self._dressed = False
+        self._state: NDArray[Any] | None = None
+        self._given: NDArray[Any] | None = None
         self._foot_grounds: list[int] = []
         self._centre: Sequence[float] = (0.0, 0.0, 0.0)
         c = self.client
@@ -233,8 +235,9 @@ class Engine:
         joints = p.getJointStates(self.robot, self.joints, self.client)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         self._centre = position
-        pack = _packer(state.dtype)
-        pack(state.data, 0, *map(_ANGLE, joints), *map(_RATE, joints), *position, *orientation)
+        if state is not self._state:
+            self._state, self._pack = state, _packer(state)
+        self._pack(*map(_ANGLE, joints), *map(_RATE, joints), *position, *orientation)
 
     def hold_with_motors(self, joints: Array) -> None:
         """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
@@ -256,17 +259,19 @@ class Engine:
 
         The force acts at the base's centre of mass as `read` (or `reset`) last saw it.
         """
-        c, names = self.client, ("joint_torque", "force", "torque")
-        (joint_torque,), (force,), (torque,) = (given[name].tolist() for name in names)
+        if given is not self._given:
+            names = ("joint_torque", "force", "torque")
+            self._given, self._given_parts = given, tuple(given[name][0] for name in names)
+        c, (joint_torque, force, torque) = self.client, self._given_parts
         p.setJointMotorControlArray(
             self.robot,
             self.joints,
             p.TORQUE_CONTROL,
-            forces=joint_torque,
+            forces=joint_torque.tolist(),
             physicsClientId=c,
         )
-        p.applyExternalForce(self.robot, -1, force, self._centre, p.WORLD_FRAME, c)
-        p.applyExternalTorque(self.robot, -1, torque, p.WORLD_FRAME, c)
+        p.applyExternalForce(self.robot, -1, force.tolist(), self._centre, p.WORLD_FRAME, c)
+        p.applyExternalTorque(self.robot, -1, torque.tolist(), p.WORLD_FRAME, c)
 
     def step(self) -> None:
         """One step of the bodies and contacts."""
@@ -458,15 +463,14 @@ class Engine:
             self.client = -1
 
 
-@lru_cache
-def _packer(state: np.dtype[Any]) -> Callable[..., None]:
-    """Writes joints, rates, position and quaternion into a record of this type, wherever it has them."""
+def _packer(state: NDArray[Any]) -> Callable[..., None]:
+    """Writes joints, rates, position and quaternion into this array of one record, wherever it has them."""
     form, at = "=", 0
     for name in ("joint", "joint_rate", "position", "quaternion"):
-        kind, offset = state.fields[name][:2]  # type: ignore[index]
+        kind, offset = state.dtype.fields[name][:2]  # type: ignore[index]
         form += f"{offset - at}x{kind.itemsize // 8}d"
         at = offset + kind.itemsize
-    return Struct(form).pack_into
+    return partial(Struct(form).pack_into, state.view(np.uint8).data, 0)
 
 
 def matrix(quaternion_xyzw: Any) -> Array:

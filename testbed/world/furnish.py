@@ -23,7 +23,12 @@ from testbed.world.plumbing import axis_parameters, traction_parameters, unit_pa
 from testbed.world.sensing import sensor_records
 from testbed.world.start import Start
 from testbed.world.switches import switch_off
-from testbed.world.undeclared import put_into_cylinders, put_into_sensors, put_into_supply
+from testbed.world.undeclared import (
+    put_into_cylinders,
+    put_into_other_sensors,
+    put_into_sensors,
+    put_into_supply,
+)
 
 
 @dataclass(frozen=True)
@@ -132,4 +137,5 @@ def _fit_sensors(board: Any, truth: Truth) -> None:
         truth.robot.machine, truth.scenario.sensors, truth.sensor_rng
     )
     put_into_sensors(truth.hidden, transducers, 1.0 / truth.scenario.rates.sensor_hz)
+    put_into_other_sensors(truth.hidden, others)
     board["transducers"], board["sensors"] = transducers, others

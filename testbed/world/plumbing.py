@@ -7,11 +7,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from testbed.errors import InputError
 from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.supply import PowerUnit
 from testbed.laws.traction import RESERVE_M, TractionParameters
-from testbed.machine.limits import require
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.linkage import RotationLinkage, stroke_m
@@ -54,7 +54,7 @@ def _valve(out: Any, axis: Axis) -> None:
     gain = axis.rated_flow_m3_s / math.sqrt(valve.rated_drop_per_edge_pa)
     out["a"]["from_supply"], out["a"]["to_tank"] = gain * valve.edge_pa, gain * valve.edge_at
     out["b"]["from_supply"], out["b"]["to_tank"] = gain * valve.edge_pb, gain * valve.edge_bt
-    own["deadband"], own["hysteresis"] = valve.deadband, valve.hysteresis
+    own["dead_band"], own["hysteresis"] = valve.deadband, valve.hysteresis
     own["frequency"] = 2 * math.pi * valve.natural_frequency_hz
     own["damping"], own["amplifier_lag"] = valve.damping, valve.amplifier_lag_s
     own["leak_to_tank"] = valve.edge_leakage_m3_s_pa
@@ -139,7 +139,10 @@ def traction_parameters(machine: Machine, *, strokes: bool) -> Any:
     for quantity, name in TRACTION_NAMES.items():
         device[quantity] = getattr(given, name)
     least = 3.0 * RESERVE_M
-    require(given.stroke_m > least, "traction.stroke_m", given.stroke_m, f"> {least:g}")
+    if given.stroke_m <= least:
+        raise InputError(
+            "is impossible", field="traction.stroke_m", value=given.stroke_m, allowed=f"> {least:g}"
+        )
     device["seat"] = given.seat_m
     if not strokes:
         device["stroke"] = 0.0

@@ -18,7 +18,10 @@ from typing import Any
 import numpy as np
 
 from testbed import compiled
-from testbed.estimation.live.own_kernel import balance
+from testbed.estimation.live.chain_step import ChainBelief, ChainState
+from testbed.estimation.live.whole_body import balance
+from testbed.machine.names import AXES
+from testbed.recording.rows import DataRow
 from testbed.world.between import FEET, MOVE, PLANT, between_steps
 from testbed.world.board import Board
 
@@ -58,8 +61,8 @@ def calls(arguments: Sequence[Any]) -> list[Call]:
 
 def estimator_calls() -> list[Call]:
     """The kernels apart within the estimator's step."""
-    row = np.zeros(1)
-    return [(balance, (row, row, row, row, row, row, 0.0, row, row))]
+    row, belief, state = DataRow.zeros()[0], ChainBelief.zeros()[0], ChainState.zeros()[0]
+    return [(balance, (row, np.zeros(len(AXES)), belief["body"], state["body"]))]
 
 
 def plant_arguments() -> list[Any]:

@@ -48,6 +48,11 @@ class OtherSensors(Record):
     supply_noise = quantity("Pa", "standard deviation of the supply pressure")
     temperature_step = quantity("K", "step of the oil thermometer; 0: none")
     calibrated_at = quantity("degC", "oil temperature at which the transducers' zeros hold")
+    joint_offset = quantity("m or rad", "what an encoder reads too much", per=AXES)
+    rope_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
+    rope_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
+    mounted_roll = quantity("rad", "how the inertial unit is turned against the body")
+    mounted_pitch = quantity("rad", "the same, about its y axis before x")
 
 
 class SampleNoise(Record):
@@ -100,6 +105,7 @@ def sensor_records(
         t["resolution"] = s.pressure_resolution_pa if chosen.quantisation else 0.0
         t["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
     other = OtherSensors.zeros()[0]
+    other["rope_gain"] = 1.0
     noise = float(chosen.noise)
     if chosen.quantisation and "encoder" not in chosen.without:
         other["count_m"] = s.encoder_linear_m
@@ -146,7 +152,7 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
     row.t = t
     for i in range(12):
         count = board.sensors.count_rad if i % 3 == 0 else board.sensors.count_m
-        row.position[i] = counted(board.engine.joint[i], count)
+        row.position[i] = counted(board.engine.joint[i] + board.sensors.joint_offset[i], count)
         row.valve[i] = board.inputs[i].command
     sense_pressures(row, board, noise, t, sample)
     other, supply = board.sensors, board.supply
@@ -155,7 +161,8 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
     )
     row.oil_temperature = counted(supply.temperature, other.temperature_step)
     for k in range(2):
-        pull = board.ropes[k].tension + other.rope_noise * noise.rope_tension[k]
+        pull = other.rope_gain[k] * board.ropes[k].tension + other.rope_zero[k]
+        pull += other.rope_noise * noise.rope_tension[k]
         row.rope_tension[k] = max(pull, 0.0)
     sense_motion(row, board, noise)
 
@@ -182,6 +189,8 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
     a = other.attitude_noise
     roll = math.atan2(rotation[2, 1], rotation[2, 2]) + a * noise.attitude[0]
     pitch = -math.asin(min(1.0, max(-1.0, rotation[2, 0]))) + a * noise.attitude[1]
+    roll += other.mounted_roll
+    pitch += other.mounted_pitch
     row.attitude[0] = roll
     row.attitude[1] = pitch
     row.attitude[2] = math.atan2(rotation[1, 0], rotation[0, 0]) + a * noise.attitude[2]
@@ -200,7 +209,21 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
             - (twist[i] * com[j] - twist[j] * com[i])
             + other.force_noise * noise.specific_force[k]
         )
+    turn_into_unit(row.angular_rate, other.mounted_roll, other.mounted_pitch)
+    turn_into_unit(row.specific_force, other.mounted_roll, other.mounted_pitch)
     gravity = board.gravity_in_body
     gravity[0] = GRAVITY_M_S2 * math.sin(pitch)
     gravity[1] = -GRAVITY_M_S2 * math.cos(pitch) * math.sin(roll)
     gravity[2] = -GRAVITY_M_S2 * math.cos(pitch) * math.cos(roll)
+
+
+@njit
+def turn_into_unit(vector: Any, roll: float, pitch: float) -> None:
+    """A vector (3) of the body frame, in place, as an inertial unit has it that is mounted Ry(pitch) Rx(roll)."""
+    if roll == 0.0 and pitch == 0.0:
+        return
+    x, y, z = vector[0], vector[1], vector[2]
+    x, z = math.cos(pitch) * x - math.sin(pitch) * z, math.sin(pitch) * x + math.cos(pitch) * z
+    vector[0] = x
+    vector[1] = math.cos(roll) * y + math.sin(roll) * z
+    vector[2] = math.cos(roll) * z - math.sin(roll) * y

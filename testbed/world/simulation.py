@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from testbed.control.command import Command, SetPoints
 from testbed.control.measured import Measured
 from testbed.errors import SimulationFault
+from testbed.estimation.detectors.table import BEST
+from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, SIDES, VERTICAL
@@ -98,7 +100,9 @@ class Simulation:
         self._set_points = SetPoints(m.start_joints)
         self._resting = True
         self._nowhere = RecordedRow.zeros()
-        self._fixed = m.boards, m.chain.arrays, self._noise, self._row
+        self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
+        detector = scenario.estimator.detector
+        self._judge = None if detector == BEST else Judge(detector, m.chain.belief)
         precompile.finish(compiling, (*self._fixed, self._nowhere))
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
@@ -119,7 +123,9 @@ class Simulation:
             MOVE: 1,
             FEET: 1,
         }
-        slow = (self._every_tick, hz // r.expected_loads_hz)
+        slow: tuple[int, ...] = (self._every_tick, hz // r.expected_loads_hz)
+        if self.scenario.estimator.detector != BEST:
+            slow = (*slow, every[ESTIMATE])  # a detector that the chain does not step itself
         length = math.lcm(*every.values(), *slow)
         return [
             sum(flag for flag, n in every.items() if k % n == 0)
@@ -182,9 +188,12 @@ class Simulation:
 
     def _slow_step(self, k: int, due: int, recorded: NDArray[Any]) -> None:
         """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
-        if k % self._every_expected == 0:
+        if k % self._every_expected == 0 or self._judge is not None:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
-            self._expect()
+            if k % self._every_expected == 0:
+                self._expect()
+            if self._judge is not None and due & ESTIMATE:
+                self._judge.judge(self._row)
             self._do(due & RECORD, recorded)
         else:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), recorded)
@@ -205,7 +214,7 @@ class Simulation:
         row, m = self._row[0], self.machine
         row["expected"] = m.expectation.loads(
             row["position"],
-            m.board.gravity_in_body,
+            m.boards["gravity_in_body"][0],
             row["rope_tension"],
             row["attitude"],
             m.drill_known(),
@@ -272,14 +281,15 @@ class Simulation:
 
     def _watch(self, t: float) -> None:
         m = self.machine
-        board = m.board
+        whole = m.boards["ropes"]["whole"][0].tolist()
         for k, side in enumerate(SIDES):
-            if self._rope_was_whole[k] and board.ropes[k].whole == 0.0:
+            if self._rope_was_whole[k] and whole[k] == 0.0:
                 self._rope_was_whole[k] = False
                 self.events.append({"t": t, "kind": "rope_broke", "rope": side})
                 m.judge.verdict, self.finished = "rope broke", True
-        body, pressure = board.body, board.axes[VERTICAL[0]].a.pressure
-        if not math.isfinite(body.position[0] + body.quaternion[0] + pressure):
+        body, pressure = m.boards["body"], m.boards["axes"]["a"]["pressure"]
+        watched = body["position"][0, 0] + body["quaternion"][0, 0] + pressure[0, VERTICAL[0]]
+        if not math.isfinite(watched):
             raise SimulationFault(f"a state is not finite at t = {t:.3f} s")
         self._ticks += 1
         if self._ticks % LOOK_TICKS:

@@ -51,7 +51,7 @@ AXIS_OFF: dict[str, dict[str, float]] = {
     "edge_leakage": {"valve.leak_to_tank": 0.0, "valve.leak_from_supply": 0.0},
     "air": {"oil.air": 0.0},
     "hose": {"a.hose_capacity": 0.0, "b.hose_capacity": 0.0},
-    "deadband": {"valve.deadband": 0.0},
+    "deadband": {"valve.dead_band": 0.0},
     "hysteresis": {"valve.hysteresis": 0.0},
     "valve_dynamics": {
         "valve.frequency": QUICK_RAD_S,

@@ -31,7 +31,7 @@ ADDED: Mapping[str, str] = {
     "load_coefficient": "seal.load_coefficient",
     "leakage_m3_s_pa": "inner_leakage",
     "air_share": "oil.air",
-    "deadband": "valve.deadband",
+    "deadband": "valve.dead_band",
 }
 """Numbers of a hidden cylinder that are added to the machine's own -> dotted paths of AxisParameters."""
 REPLACED: Mapping[str, str] = {
@@ -121,6 +121,15 @@ def put_into_supply(world: Hidden, unit: Any) -> None:
         unit["set_pressure"] = world.pump_pressure_factor * gauge + ATMOSPHERE_PA
     if world.droop_pa_s_m3 is not None:
         unit["droop"], unit["droop_time"] = world.droop_pa_s_m3, world.droop_s
+
+
+def put_into_other_sensors(world: Hidden, other: Any) -> None:
+    """Change OtherSensors, in place: how the inertial unit sits, encoders' zeros, load pins."""
+    other["mounted_roll"] += world.unit_roll_rad
+    other["mounted_pitch"] += world.unit_pitch_rad
+    other["joint_offset"] += [cylinder.encoder_offset for cylinder in world.cylinders.values()]
+    other["rope_gain"] += [rope.tension_gain_error for rope in world.ropes.values()]
+    other["rope_zero"] += [rope.tension_zero_n for rope in world.ropes.values()]
 
 
 def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) -> None:

@@ -17,6 +17,8 @@ from testbed.recording.known import Known
 
 PACKAGE = Path(testbed.__file__).parent
 MOST_LITERALS = 20
+RECORD_PATHS = {("world", "valve.deadband")}
+"""The dead band among a cylinder's parameters stands at a path that reads like the effect's name."""
 REFERENCE = "benchmarks/reference_leg"
 """The independent leg that hides effects to judge the diagnosis by: it must not ask the objects it judges."""
 
@@ -29,6 +31,8 @@ def test_names_of_effects_stand_in_their_files_and_hardly_anywhere_else() -> Non
         if where.startswith("effects/"):
             continue
         for node in ast.walk(ast.parse(path.read_text())):
+            if (where.split("/")[0], getattr(node, "value", None)) in RECORD_PATHS:
+                continue
             if isinstance(node, ast.Constant) and node.value in names:
                 found.append(f"{where}:{node.lineno} {node.value}")
     assert len(found) <= MOST_LITERALS, found

@@ -1,4 +1,4 @@
-"""The live chain: the paper's equations by hand, the friction set, contact words, speed."""
+"""The live chain: the paper's equations by hand, the friction set, contact states, speed."""
 
 import math
 import time
@@ -8,15 +8,15 @@ import pytest
 from shipped import MACHINE
 
 from testbed.errors import InputError
-from testbed.estimation.detectors import signals
-from testbed.estimation.detectors.table import BEST, STEP_S, by_name
+from testbed.estimation.cylinder import Conditions, friction_set, friction_value, stribeck_of
+from testbed.estimation.detectors.derived import valve_of
 from testbed.estimation.live import contact, encoder
 from testbed.estimation.live.believed import Believed, Leg, Tuning
-from testbed.estimation.live.chain import COLUMNS, EstimatorChain, forces, gravity_in_body, replay
-from testbed.estimation.live.chain_kernel import COMBINED, WATCH
-from testbed.estimation.live.friction_set import friction_set, published
+from testbed.estimation.live.chain import EstimatorChain, forces, replay, replay_rows
+from testbed.estimation.live.whole_body import gravity_in_body
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry, Friction
+from testbed.recording.rows import DataRow
 
 AREA_A = 0.25 * math.pi * 0.07**2
 AREA_B = AREA_A - 0.25 * math.pi * 0.04**2
@@ -30,9 +30,9 @@ FRICTION = Friction(
     stribeck_minus_n=150.0,
     stribeck_speed_minus_m_s=0.008,
 )
-EIGHT = Leg(AREA_A, AREA_B, FRICTION).packed()[:8]
-STILL = gravity_in_body(0.0, 0.0)
-VALVE = signals.parameters(MACHINE, 1e-3)
+VALVE = valve_of(MACHINE)
+FIVE = stribeck_of(FRICTION)[0]
+PLAIN = Conditions(1.0, 0.0, 1.0, 0.0)
 
 
 def believed(**changes):
@@ -40,8 +40,19 @@ def believed(**changes):
     return Believed((leg, leg, leg, leg), VALVE)
 
 
-def axes(value):
-    return np.full(12, value)
+def measured(pressure_a=4.0e6, pressure_b=2.0e6, position=0.1, pitch=0.0):
+    """One row of data before it is estimated."""
+    row = DataRow.zeros()
+    row["pressure_a"], row["pressure_b"], row["position"] = pressure_a, pressure_b, position
+    row["attitude"][0, 1] = pitch
+    row["oil_temperature"], row["supply_pressure"], row["carrying"] = 20.0, 9.0e6, 1.0
+    return row
+
+
+def estimated(believed, row):
+    """The same row after one step of a fresh chain; its estimates by name."""
+    EstimatorChain(believed).step(row)
+    return row["estimate"][0]
 
 
 def air_motion(speed, seconds=6.0, pb=2.0e6, load=None):
@@ -49,7 +60,7 @@ def air_motion(speed, seconds=6.0, pb=2.0e6, load=None):
     t = np.arange(0.0, seconds, 1e-3)
     v = speed(t)
     x = 0.25 + np.cumsum(v) * 1e-3
-    f = np.array([published(w, EIGHT, 0.0, 1.0) for w in v])
+    f = np.array([friction_value(w, FIVE, PLAIN) for w in v])
     external = np.zeros_like(t) if load is None else load(t)
     pa = (external + pb * AREA_B + f - 91.7 * 9.81 + 91.7 * np.gradient(v, 1e-3)) / AREA_A
     columns = {"t": t, "attitude_roll": 0 * t, "attitude_pitch": 0 * t}
@@ -62,73 +73,70 @@ def air_motion(speed, seconds=6.0, pb=2.0e6, load=None):
 
 def test_one_and_two_chamber_forces_equal_pressure_times_area():
     # 4 MPa on 38.48 cm2 = 15394 N; 2 MPa on 25.92 cm2 = 5184 N
-    chain = EstimatorChain(believed())
-    chain.step(axes(4.0e6), axes(2.0e6), axes(0.1), STILL, axes(0.0))
-    assert chain.method("one_chamber") == pytest.approx(np.full(4, 15393.80), abs=0.01)
-    assert chain.method("two_chamber") == pytest.approx(np.full(4, 10210.18), abs=0.01)
+    estimate = estimated(believed(), measured())
+    assert estimate["one_chamber"] == pytest.approx(np.full(4, 15393.80), abs=0.01)
+    assert estimate["two_chamber"] == pytest.approx(np.full(4, 10210.18), abs=0.01)
 
 
 def test_only_the_vertical_joints_are_read():
-    chain = EstimatorChain(believed())
-    pa = np.arange(12) * 1e5
-    chain.step(pa, axes(0.0), axes(0.1), STILL, axes(0.0))
-    assert chain.method("one_chamber") == pytest.approx(np.array([2, 5, 8, 11]) * 1e5 * AREA_A)
+    estimate = estimated(believed(), measured(np.arange(12) * 1e5, 0.0))
+    assert estimate["one_chamber"] == pytest.approx(np.array([2, 5, 8, 11]) * 1e5 * AREA_A)
 
 
 @pytest.mark.parametrize("slope_deg", [0.0, 30.0, 45.0, 80.0])
 def test_frame_weight_counts_with_the_cosine_of_the_slope(slope_deg):
-    chain = EstimatorChain(believed())
-    chain.step(
-        axes(1e6), axes(1e6), axes(0.1), gravity_in_body(0.0, -math.radians(slope_deg)), axes(0.0)
-    )
-    weight = chain.method("friction") - chain.method("two_chamber")
+    estimate = estimated(believed(), measured(1e6, 1e6, pitch=-math.radians(slope_deg)))
+    weight = estimate["friction"] - estimate["two_chamber"]
     assert weight == pytest.approx(
         np.full(4, 91.7 * 9.81 * math.cos(math.radians(slope_deg))), abs=1e-6
     )
 
 
 def test_gravity_points_downhill_on_a_slope_that_rises_towards_x():
-    g = gravity_in_body(0.0, -math.radians(30.0))
+    g = np.empty(3)
+    gravity_in_body(np.array([0.0, -math.radians(30.0), 0.0]), 9.81, g)
     assert g == pytest.approx([-4.905, 0.0, -8.4957], abs=1e-4)
 
 
 def test_roll_to_the_right_tilts_gravity_to_the_right():
     # positive roll turns y (left) upwards, so that gravity leans towards -y
-    assert gravity_in_body(0.1, 0.0)[1] == pytest.approx(-9.81 * math.sin(0.1))
+    g = np.empty(3)
+    gravity_in_body(np.array([0.1, 0.0, 0.0]), 9.81, g)
+    assert g[1] == pytest.approx(-9.81 * math.sin(0.1))
 
 
 def test_friction_of_equation_5_equals_the_hand_computed_value():
     # 5000 * 0.02 + 600 + 200 exp(-0.02 / 0.007) = 711.49; -(4000 * 0.02 + 500 + 150 exp(-2.5)) = -592.31
-    assert published(0.02, EIGHT, 0.0, 1.0) == pytest.approx(711.487, abs=1e-3)
-    assert published(-0.02, EIGHT, 0.0, 1.0) == pytest.approx(-592.313, abs=1e-3)
-    assert published(0.0, EIGHT, 0.0, 1.0) == 0.0
+    assert friction_value(0.02, FIVE, PLAIN) == pytest.approx(711.487, abs=1e-3)
+    assert friction_value(-0.02, FIVE, PLAIN) == pytest.approx(-592.313, abs=1e-3)
+    assert friction_value(0.0, FIVE, PLAIN) == 0.0
 
 
 def test_friction_at_rest_is_the_set_between_both_break_away_forces():
-    assert friction_set(0.0, 1.0, 0.0, EIGHT, 0.0, 1.0) == pytest.approx((-650.0, 800.0))
-    low, high = friction_set(0.02, 1.0, 1.0, EIGHT, 0.0, 1.0)
+    assert friction_set(0.0, 1.0, 0.0, FIVE, PLAIN) == pytest.approx((-650.0, 800.0))
+    low, high = friction_set(0.02, 1.0, 1.0, FIVE, PLAIN)
     assert low == high == pytest.approx(711.487, abs=1e-3)
 
 
 def test_encoder_observer_follows_a_constant_speed_within_two_mm_s():
-    s = np.zeros(encoder.STATE_SIZE)
+    s = encoder.EncoderState.zeros()[0]
     speeds = []
     for k in range(4000):
         encoder.observe(s, round(0.005 * k * 1e-3 / 1e-4) * 1e-4, 1e-4, 1e-3, 60.0)
-        speeds.append(s[encoder.V])
+        speeds.append(s["speed"])
     assert np.abs(np.array(speeds[1000:]) - 0.005).max() < 0.002
     assert encoder.sliding(s, 1e-4, 0.001, 0.003) == 1.0
 
 
 def test_one_count_to_and_fro_is_rest():
-    s = np.zeros(encoder.STATE_SIZE)
+    s = encoder.EncoderState.zeros()[0]
     for k in range(400):
         encoder.observe(s, 1e-4 * (k // 20 % 2), 1e-4, 1e-3, 60.0)
         assert encoder.sliding(s, 1e-4, 0.001, 0.003) == 0.0
 
 
 def test_silent_encoder_reads_as_exactly_no_speed():
-    s = np.zeros(encoder.STATE_SIZE)
+    s = encoder.EncoderState.zeros()[0]
     for k in range(600):
         encoder.observe(s, round(min(0.02 * k * 1e-3, 0.002) / 1e-4) * 1e-4, 1e-4, 1e-3, 60.0)
     assert encoder.bounded_speed(s, 1e-4, 0.001) == 0.0
@@ -169,53 +177,48 @@ def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
     assert abs(out["estimate_own_fl"][2050] - load[2050]) < 60.0
 
 
-def test_contact_word_changes_after_its_dwell_and_not_before():
+def contact_states(load, first):
+    """Contact states over loads (n,), N, with an upper limit of 1500 and a lower one of 700 N, 20 ms each."""
+    limits = contact.ContactLimits.one(on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02)[0]
+    state = contact.ContactState.one(contact=first, since=0.0)[0]
+    return np.array([contact.step(state, value, 1e-3, limits) for value in load])
+
+
+def test_contact_state_changes_after_its_dwell_and_not_before():
     load = np.concatenate([np.full(100, 5000.0), np.full(100, 0.0)])
-    words = contact.run(load, 1e-3, np.array([1500.0, 700.0, 0.02, 0.02]), 0.0)
-    assert words[18] == 0.0 and words[19] == 1.0
-    assert words[118] == 1.0 and words[119] == 0.0
+    states = contact_states(load, 0.0)
+    assert states[18] == 0.0 and states[19] == 1.0
+    assert states[118] == 1.0 and states[119] == 0.0
 
 
-def test_load_between_both_thresholds_keeps_the_contact_word():
+def test_load_between_both_thresholds_keeps_the_contact_state():
     middle = np.full(500, 1000.0)
-    p = np.array([1500.0, 700.0, 0.02, 0.02])
-    assert np.all(contact.run(middle, 1e-3, p, 1.0) == 1.0)
-    assert np.all(contact.run(middle, 1e-3, p, 0.0) == 0.0)
+    assert np.all(contact_states(middle, 1.0) == 1.0)
+    assert np.all(contact_states(middle, 0.0) == 0.0)
 
 
 def test_replay_equals_the_live_steps():
     columns, _, _ = air_motion(lambda t: 0.05 * np.sin(2 * np.pi * 0.5 * t), 1.0)
     b = believed()
-    out, chain = replay(columns, b), EstimatorChain(b)
+    whole, chain = replay_rows(columns, b), EstimatorChain(b)
+    row = measured()
     for k in range(1000):
-        a, c, q = (
-            axes(columns[f"{stem}_fl_vertical"][k])
-            for stem in ("pressure_a", "pressure_b", "position")
-        )
-        chain.step(a, c, q, STILL, axes(0.0))
-    assert [out[name][-1] for name in COLUMNS] == list(chain.row)
-
-
-def test_numbers_of_the_contact_word_are_where_the_kernel_reads_them() -> None:
-    b, best = believed(), by_name(BEST)
-    common = EstimatorChain(b).arrays[1]
-    assert len(best.numbers) == WATCH - COMBINED and best.numbers[-1] == STEP_S
-    assert list(common[COMBINED:WATCH]) == [
-        *best.numbers[:-1],
-        b.dt_s,
-    ]  # its step is the chain's, the rest the table's
-    assert list(common[WATCH:]) == list(b.valve)
+        for stem in ("pressure_a", "pressure_b", "position"):
+            row[stem][0, 2::3] = columns[f"{stem}_fl_vertical"][k]
+        chain.step(row)
+    for name in ("estimate", "estimate_own", "own", "contact"):
+        assert whole[name][-1].tobytes() == row[name][0].tobytes()
 
 
 def test_believed_gain_error_is_taken_out():
     effect = EffectEntry(name="sensor.gain_a", parameters={"gain_error": 0.05}, place="fr")
     b = believed()
     legs = tuple(leg.with_effect(effect) if i == 1 else leg for i, leg in enumerate(b.legs))
-    chain = EstimatorChain(Believed(legs, VALVE))
-    pa = axes(4.0e6)
-    pa[5] *= 1.05
-    chain.step(pa, axes(2.0e6), axes(0.1), STILL, axes(0.0))
-    assert chain.method("one_chamber") == pytest.approx(np.full(4, 4.0e6 * AREA_A))
+    row = measured()
+    row["pressure_a"][0, 5] *= 1.05
+    assert estimated(Believed(legs, VALVE), row)["one_chamber"] == pytest.approx(
+        np.full(4, 4.0e6 * AREA_A)
+    )
 
 
 def test_forces_of_a_robot_recording_have_value_and_set_per_leg():
@@ -238,15 +241,15 @@ def test_chain_refuses_a_step_that_is_not_positive():
         Believed((leg, leg, leg, leg), VALVE, dt_s=0.0)
 
 
-def test_step_of_four_legs_with_their_contact_words_takes_less_than_thirty_microseconds():
+def test_step_of_four_legs_with_their_contact_states_takes_less_than_thirty_microseconds():
     chain = EstimatorChain(Believed(believed().legs, VALVE, tuning=Tuning()))
-    pa, pb, q, u = axes(4e6), axes(2e6), axes(0.1), axes(0.0)
-    chain.step(pa, pb, q, STILL, u)
+    row = measured()
+    chain.step(row)
     best = math.inf
     for _ in range(10):
         start = time.perf_counter()
         for _ in range(2000):
-            chain.step(pa, pb, q, STILL, u)
+            chain.step(row)
         best = min(best, (time.perf_counter() - start) / 2000)
     assert best < 30e-6  # what a step of four feet may take; on a fast, quiet machine it is 5 to 8
 

@@ -2,33 +2,44 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 from testbed.errors import InputError
-from testbed.estimation.detectors import combined, cusum, glr, momentum, signals
-from testbed.estimation.detectors.table import BEST, DETECTORS, by_name
+from testbed.estimation.detectors import derived
+from testbed.estimation.detectors.base import scores_over
+from testbed.estimation.detectors.combined import Combined
+from testbed.estimation.detectors.cusum import Cusum
+from testbed.estimation.detectors.glr import Glr
+from testbed.estimation.detectors.momentum import Momentum
+from testbed.estimation.detectors.sample import Sample, Watch
+from testbed.estimation.detectors.table import BEST, DETECTORS, detector_of
 from testbed.estimation.live.believed import Believed
+from testbed.estimation.live.chain import belief_of
 from testbed.machine.build import build_machine
+from testbed.recording.rows import METHODS, DataRow
 
 MACHINE = build_machine()
-LEG = Believed.from_machine(MACHINE, 1e-3).legs[0].packed()
-NUMBERS = signals.parameters(MACHINE, 1e-3)
+BELIEF = belief_of(Believed.from_machine(MACHINE, 1e-3))
+CYLINDER = BELIEF["legs"]["cylinder"][0, 0]
 
 
-def _signals(load: np.ndarray) -> np.ndarray:
+def _samples(load: np.ndarray) -> Any:
     """Every rung reads `load` (n,) on all four feet; 5 kN are expected."""
-    out = np.zeros((len(load), len(signals.SIGNALS), 4))
-    for row in (*range(signals.OWN_SD), signals.CARRIED, signals.REFERENCE, signals.BALANCE):
-        out[:, row] = load[:, None]
-    out[:, signals.EXPECTED] = 5000.0
-    return out
+    out = Sample.zeros(len(load))
+    for name in METHODS:
+        out["row"]["estimate"][name] = load[:, None]
+    for name in ("carried", "balance"):
+        out["derived"][name] = load[:, None]
+    out["row"]["expected"] = 5000.0
+    return out.view(np.recarray)
 
 
 def _scores(name: str, load: np.ndarray) -> np.ndarray:
-    detector, score = by_name(name), np.zeros((len(load), 4))
-    detector.run(_signals(load), detector.start(), np.array(detector.numbers), score)
-    return score
+    return scores_over(detector_of(name), _samples(load))
 
 
 @pytest.mark.parametrize("name", [d.name for d in DETECTORS])
@@ -47,18 +58,37 @@ def test_a_score_does_not_depend_on_what_comes_later(name: str) -> None:
     assert np.array_equal(_scores(name, load)[:300], _scores(name, other)[:300])
 
 
-def test_one_detector_is_the_best_and_an_unknown_name_is_refused() -> None:
-    assert [d.name for d in DETECTORS if d.best] == [BEST]
-    with pytest.raises(InputError, match="no such detector"):
-        by_name("combinde")
+@pytest.mark.parametrize("name", [d.name for d in DETECTORS])
+def test_sample_by_sample_gives_the_scores_of_the_whole(name: str) -> None:
+    load = 2000.0 + np.random.default_rng(4).normal(0.0, 900.0, 100)
+    detector, samples = detector_of(name), _samples(load)
+    one_by_one = np.array([detector.update(sample) for sample in samples])
+    np.testing.assert_array_equal(one_by_one, _scores(name, load))
+
+
+def test_an_unknown_name_is_refused_with_those_there_are() -> None:
+    with pytest.raises(InputError, match=r"no such detector.*combined.*FILE\.py:Class"):
+        detector_of("combinde")
+
+
+def test_a_class_of_ones_own_is_a_detector_by_its_file(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "class Mine:\n    def update(self, sample):\n        return -sample.row.estimate.own\n"
+        "class Other:\n    pass\n"
+    )
+    load = np.linspace(5000.0, 0.0, 50)
+    found = scores_over(detector_of(f"{mine}:Mine"), _samples(load))
+    np.testing.assert_array_equal(found, np.repeat(-load[:, None], 4, axis=1))
+    with pytest.raises(InputError, match="has no method update"):
+        detector_of(f"{mine}:Other")
 
 
 def _combined(own: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Load that the combined detector sees where `balance` and `carried` read `others` (n,) and the estimate `own`."""
-    rows, score = _signals(others), np.zeros((len(own), 4))
-    rows[:, signals.OWN] = own[:, None]
-    combined.run(rows, by_name(BEST).start(), np.array(by_name(BEST).numbers), score)
-    return -score[:, 0]
+    samples = _samples(others)
+    samples["row"]["estimate"]["own"] = own[:, None]
+    return -Combined().scores(samples)[:, 0]
 
 
 def test_a_drifting_sensor_is_given_back_what_friction_cannot_explain() -> None:
@@ -77,49 +107,50 @@ def test_a_foot_lost_after_a_drift_is_still_seen_within_a_hundredth_of_a_second(
     assert seen[60_010] < seen[59_999] - 3900.0
 
 
+def test_the_live_contact_state_is_judged_by_the_shipped_best() -> None:
+    """What the chain steps in its own compiled call carries the numbers of that detector's file."""
+    assert Combined.name == BEST
+    names = BELIEF["combined"].dtype.names
+    assert {name: BELIEF["combined"][name][0] for name in names} == Combined.numbers
+
+
 def test_cusum_gains_the_log_likelihood_ratio_of_each_sample() -> None:
     """m0 = 1000, s = 500, load 250: -1000 / 250 000 (250 - 500) = 1 nat a sample; it cannot fall below 0."""
-    p, state, score = (
-        np.array([signals.OWN, 1000.0, 500.0, 5.0]),
-        np.zeros((4, 1)),
-        np.zeros((5, 4)),
-    )
-    cusum.run(_signals(np.array([3000.0, 250.0, 250.0, 250.0, 750.0])), state, p, score)
+    cusum = Cusum(least_load=1000.0, sd=500.0, limit=5.0)
+    score = cusum.scores(_samples(np.array([3000.0, 250.0, 250.0, 250.0, 750.0])))
     assert score[:, 0] == pytest.approx([0.0, 1.0, 2.0, 3.0, 2.0])
 
 
 def test_glr_of_white_noise_is_the_textbook_ratio() -> None:
     """Uncoloured, m0 = 1000, m1 = 0, s = 100: 40 samples of 0 N give 40 / 2 (1000 / 100)^2 = 2000 nats."""
-    p = np.array([signals.OWN, 1000.0, 0.0, 0.0, 0.0, 100.0])
-    state, score = np.zeros((4, glr.STATE_SIZE)), np.zeros((100, 4))
-    glr.run(_signals(np.concatenate([np.full(60, 5000.0), np.zeros(40)])), state, p, score)
+    glr = Glr(least_load=1000.0, most_lost=0.0, colour_1=0.0, colour_2=0.0, sd=100.0)
+    score = glr.scores(_samples(np.concatenate([np.full(60, 5000.0), np.zeros(40)])))
     assert score[-1, 0] == pytest.approx(2000.0)
     assert score[59, 0] < 0.0
 
 
 def test_the_momentum_observer_follows_the_force_with_its_time_constant() -> None:
-    p, state, score = (
-        np.array([100.0, 91.7, 1e-3]),
-        np.zeros((4, momentum.STATE_SIZE)),
-        np.zeros((1000, 4)),
-    )
-    momentum.run(_signals(np.concatenate([np.full(500, 5000.0), np.zeros(500)])), state, p, score)
+    momentum = Momentum(gain=100.0)
+    score = momentum.scores(_samples(np.concatenate([np.full(500, 5000.0), np.zeros(500)])))
     assert -score[499, 0] == pytest.approx(5000.0, rel=1e-6)
     assert -score[510, 0] == pytest.approx(5000.0 * (1.0 - 100.0 * 1e-3) ** 11)  # e^(-t K) in steps
 
 
+def _leak_free() -> np.ndarray:
+    belief = BELIEF.copy()
+    for name in ("leakage", "edge_leakage", "edge_leakage_supply"):
+        belief["valve"][name] = 0.0
+    return belief
+
+
 def _carried(load: np.ndarray, friction: np.ndarray) -> np.ndarray:
-    """CARRIED for a still, shut cylinder whose pressures bear `load` plus `friction` (n,), N; B at 2 MPa."""
-    area_a, area_b, weight = LEG[8], LEG[9], LEG[10] * 9.81
-    state, out = np.zeros(signals.STATE_SIZE), np.zeros((len(signals.SIGNALS), 4))
-    numbers = NUMBERS.copy()
-    numbers[[signals.LEAK, signals.EDGE_LEAK, signals.EDGE_LEAK_P]] = 0.0
-    found = []
-    for force in load + friction - weight:
-        pa = (force + 2.0e6 * area_b) / area_a
-        signals.step_leg(pa, 2.0e6, 0.25, 0.0, 9.0e6, 9.81, LEG, numbers, state, out, 0)
-        found.append(out[signals.CARRIED, 0])
-    return np.array(found)
+    """`carried` for a still, shut cylinder whose pressures bear `load` plus `friction` (n,), N; B at 2 MPa."""
+    rows = DataRow.zeros(len(load))
+    weight = BELIEF["legs"]["mass"][0, 0] * 9.81
+    force = load + friction - weight
+    rows["pressure_a"] = ((force + 2.0e6 * CYLINDER["area_b"]) / CYLINDER["area_a"])[:, None]
+    rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
+    return np.array(Watch(_leak_free()).samples(rows)["derived"]["carried"][:, 0])
 
 
 @pytest.mark.parametrize("before", [-700.0, 0.0, 800.0])
@@ -136,14 +167,25 @@ def test_after_a_loss_of_twice_the_break_away_the_load_is_known_whatever_frictio
 
 def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
     """Unloading by dF lengthens oil and seal together: the pressures show k_oil / (k_oil + k_seal) of it."""
-    leak_free = NUMBERS.copy()
-    leak_free[[signals.LEAK, signals.EDGE_LEAK, signals.EDGE_LEAK_P]] = 0.0
-    dp = 1.0e4
-    travel = signals.oil_travel(-dp, 0.0, 3.0e6, 2.0e6, 9.0e6, 0.25, 0.0, LEG, leak_free)
-    k_oil = dp * LEG[8] / travel
+    dp, state = 1.0e4, derived.OilState.zeros()[0]
+    state["pressure_a"], state["pressure_b"] = 3.0e6, 2.0e6
+    valve = _leak_free()["valve"][0]
+    travel = derived.oil_travel((-dp, 0.0), 9.0e6, 0.25, state, CYLINDER, valve, 1e-3)
+    k_oil = dp * CYLINDER["area_a"] / travel
     assert 1.0e7 < k_oil < 3.0e7
     step = 200.0
-    seen = step * k_oil / (k_oil + LEG[31])
+    seen = step * k_oil / (k_oil + CYLINDER["seal_stiffness"])
     load = np.concatenate([np.full(300, 6000.0), np.full(300, 6000.0 - step)])
     friction = np.concatenate([np.zeros(300), np.full(300, step - seen)])
     assert _carried(load, friction)[-1] == pytest.approx(6000.0 - step, abs=0.03 * step)
+
+
+def test_a_believed_drift_of_a_sensor_is_taken_out_of_what_detectors_look_at() -> None:
+    """100 kPa/s for 10 s on A would read as 3.85 kN; the load that it stands on stays what it is."""
+    belief = _leak_free()
+    belief["legs"]["cylinder"]["sensor_a"]["drift"] = 1.0e5
+    rows = DataRow.zeros(10_000)
+    rows["pressure_a"] = (3.0e6 + 1.0e5 * 1e-3 * np.arange(10_000))[:, None]
+    rows["pressure_b"], rows["position"], rows["supply_pressure"] = 2.0e6, 0.25, 9.0e6
+    balance = Watch(belief).samples(rows)["derived"]["balance"][:, 0]
+    assert np.ptp(balance) < 1.0

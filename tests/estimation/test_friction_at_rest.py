@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from testbed.estimation.cylinder import Cylinder, oil_stiffness
 from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
 
 
 def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
-    s = np.zeros(at_rest.STATE_SIZE)
+    s = at_rest.RestMemory.zeros()[0]
     if start is not None:
         at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, 1e-3)
     return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, 1e-3) for p in piston_n])
@@ -18,7 +19,11 @@ def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
 def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
     # x = 0.25 m of 0.5: V_A = 1.362e-3, V_B = 1.048e-3;
     # 1.4e9 (1.481e-5 / 1.362e-3 + 6.718e-6 / 1.048e-3) = 24.2 MN/m
-    k = at_rest.oil_stiffness(0.25, 0.5, 3.8485e-3, 2.5918e-3, 4.0e-4, 4.0e-4, 1.4e9)
+    cylinder = Cylinder.zeros()[0]
+    cylinder["area_a"], cylinder["area_b"], cylinder["stroke"] = 3.8485e-3, 2.5918e-3, 0.5
+    cylinder["dead_volume_a"] = cylinder["dead_volume_b"] = 4.0e-4
+    cylinder["bulk_modulus"] = 1.4e9
+    k = oil_stiffness(0.25, cylinder)
     assert k == pytest.approx(24.2e6, rel=2e-3)
 
 
@@ -63,5 +68,5 @@ def test_friction_never_leaves_its_set(push):
 
 
 def test_sliding_piston_has_the_friction_of_its_set_of_one():
-    s = np.zeros(at_rest.STATE_SIZE)
+    s = at_rest.RestMemory.zeros()[0]
     assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, 1e-3) == 650.0

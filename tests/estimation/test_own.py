@@ -1,4 +1,4 @@
-"""The own estimator: its geometry against Pinocchio's, its balance against the statics, what it learns from what."""
+"""The whole-body estimate: its geometry against Pinocchio's, its balance against the statics, what it learns from what."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
-from testbed.estimation.live import axis_kernel as ax
-from testbed.estimation.live import fusion_kernel as fu
-from testbed.estimation.live import own_kernel as own
+from testbed.estimation.live import fusion as fu
+from testbed.estimation.live import whole_body as own
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, packed, without
+from testbed.estimation.live.body_belief import OwnTuning, body_of, without
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.recording.rows import DrillKnown
+from testbed.recording.rows import DataRow, DrillKnown
 from testbed.robot.linkage import RotationLinkage
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
@@ -31,7 +30,7 @@ AREA_A, AREA_B = BELIEF.legs[0].area_a_m2, BELIEF.legs[0].area_b_m2
 
 
 def body(tuning: OwnTuning | None = None) -> np.ndarray:
-    return packed(MACHINE, MODEL, BELIEF.legs, 1e-3, np.zeros((2, 3)), tuning)
+    return body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, np.zeros((2, 3)), tuning)
 
 
 def arms(q: np.ndarray) -> np.ndarray:
@@ -51,22 +50,37 @@ def standing(
     )
     force = torque / arms(STANCE)
     pa, pb = np.empty(12), np.full(12, vertical_b_pa)
-    beliefs = body()[own.AXES_AT :].reshape(12, ax.AXIS_BELIEFS)
+    cylinders = body()["axes"]["cylinder"][0]
     for i in range(12):
         force[i] += (lies or {}).get(i, 0.0)
-        pa[i] = (force[i] + pb[i] * beliefs[i, ax.AREA_B]) / beliefs[i, ax.AREA_A]
+        pa[i] = (force[i] + pb[i] * cylinders["area_b"][i]) / cylinders["area_a"][i]
     return pa, pb
+
+
+def standing_row(lies: dict[int, float] | None = None) -> np.ndarray:
+    """A row of data (1,) of the still machine, not yet estimated."""
+    row = DataRow.zeros()
+    row["pressure_a"], row["pressure_b"] = standing(lies)
+    row["position"], row["specific_force"] = STANCE, -LEVEL
+    row["oil_temperature"], row["supply_pressure"], row["carrying"] = 40.0, 9.0e6, 1.0
+    return row
 
 
 def settled(
     tuning: OwnTuning, lies: dict[int, float] | None = None, steps: int = 4000
-) -> EstimatorChain:
-    chain = EstimatorChain(replace(BELIEF, body=body(tuning)))
-    pa, pb = standing(lies)
-    inertial = np.r_[np.zeros(3), -LEVEL]
+) -> tuple[EstimatorChain, np.ndarray]:
+    """A chain that has seen the still machine for so many steps, and its row."""
+    chain, row = EstimatorChain(replace(BELIEF, body=body(tuning))), standing_row(lies)
     for _ in range(steps):
-        chain.step(pa, pb, STANCE, LEVEL, np.zeros(12), 40.0, inertial=inertial)
-    return chain
+        chain.step(row)
+    return chain, row
+
+
+def own_loads(
+    tuning: OwnTuning, lies: dict[int, float] | None = None, steps: int = 4000
+) -> np.ndarray:
+    """The own estimate (4,), N, after that."""
+    return settled(tuning, lies, steps)[1]["estimate"]["own"][0]
 
 
 def test_map_from_cylinders_to_foot_is_the_inverse_of_pinocchios_jacobian() -> None:
@@ -88,7 +102,7 @@ def test_feet_stand_where_pinocchio_has_them() -> None:
     q = np.random.default_rng(2).uniform(*MODEL.limits.T)
     numbers, legs, point = body(), MODEL.leg_numbers(), np.empty(3)
     for k in range(4):
-        own.foot_point(legs[k], q[3 * k : 3 * k + 3], numbers[own.FOOT_Z + k], point)
+        own.foot_point(legs[k], q[3 * k : 3 * k + 3], numbers["foot_height"][0, k], point)
         np.testing.assert_allclose(point, MODEL.foot_positions_m(q)[k], atol=1e-12)
 
 
@@ -97,11 +111,13 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     gravity = attitude_gravity(0.05, -0.6)
     ropes = np.array([[0.98, 0.17, 0.1], [0.98, -0.17, 0.1]])
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]
-    numbers = packed(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
     drill = np.array([5e3, -300.0, 40.0, 20.0, 1.5, -60.0])
-    found = own.other_wrench(
-        q, gravity, -gravity, np.zeros(3), np.array([9e3, 8e3]), np.eye(3), drill, numbers
-    )
+    row, means = DataRow.zeros(), own.Gathered.zeros()
+    row["position"], means["rope_tension"], means["specific_force"] = q, (9e3, 8e3), -gravity
+    for name, value in zip(DrillKnown.fields, drill, strict=True):
+        row[name] = value
+    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
+    found = own.other_wrench(row[0], gravity, np.zeros(3), means[0], numbers[0])
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k, tension in enumerate((9e3, 8e3)):
         expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])
@@ -110,64 +126,60 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
 
 
 def test_a_still_machine_is_read_as_the_statics_have_it() -> None:
-    chain = settled(OwnTuning())
+    found = settled(OwnTuning())[1]["own"][0]
     true = (
         ExpectedLoads(MODEL, MACHINE)
         .solve(STANCE, LEVEL, joint_compliance=np.zeros(12))
         .force_in_body_n
     )
-    for r, name in enumerate(("own_x", "own_y", "own_z")):
+    for r, name in enumerate("xyz"):
         # the middle of friction's set is not 0: what is left is inside its standard deviation
-        off = np.abs(chain.method(name) - true[:, r])
-        assert (off < 1.5 * chain.method(f"{name}_sd")).all() and off.max() < 150.0
+        off = np.abs(found[name] - true[:, r])
+        assert (off < 1.5 * found[f"{name}_sd"]).all() and off.max() < 150.0
 
 
 def test_a_sensor_that_lies_beyond_what_friction_can_hide_carries_the_blame_alone() -> None:
     lie = {LEGS.index("fl") * 3 + 2: 4000.0}
-    true = settled(OwnTuning()).method("own").copy()
-    alone = settled(without(OwnTuning(), "balance"), lie).method("own") - true
-    fused = settled(OwnTuning(), lie, steps=20_000).method("own") - true
-    stiff = settled(without(OwnTuning(), "robust"), lie, steps=20_000).method("own") - true
+    true = own_loads(OwnTuning())
+    alone = own_loads(without(OwnTuning(), "balance"), lie) - true
+    fused = own_loads(OwnTuning(), lie, steps=20_000) - true
+    stiff = own_loads(without(OwnTuning(), "robust"), lie, steps=20_000) - true
     assert alone[0] > 3500.0
     assert np.abs(fused).max() < 500.0
     assert np.abs(fused).max() < 0.7 * np.abs(stiff).max()
 
 
+def started(zero_sd: float, spread: float, balance_sd: float) -> np.void:
+    """A filter that knows nothing beyond these sizes."""
+    filter_ = fu.Fusion.zeros()[0]
+    sizes = filter_["sizes"]
+    sizes["zero_sd"], sizes["spread"], sizes["balance_sd"] = zero_sd, spread, balance_sd
+    sizes["keep"], sizes["balance_keep"], sizes["dt"] = 1.0, 1.0, 0.01
+    fu.start(filter_)
+    return filter_
+
+
 def test_a_foot_that_moves_both_ways_in_the_air_tells_the_zero_from_friction() -> None:
     """A zero of 150 N, and friction 30 N more than believed, against the motion."""
-    x, p = np.zeros(fu.N), np.zeros((fu.N, fu.N))
-    fu.start(x, p, np.full(12, 200.0), np.full(12, 50.0), np.full(6, 200.0))
-    h = np.zeros(fu.N)
-    h[fu.Z + 2] = h[fu.D + 2] = 1.0
+    filter_ = started(zero_sd=200.0, spread=50.0, balance_sd=200.0)
+    h, x, p = np.zeros(fu.N), filter_["x"], filter_["p"]
+    h[fu.ZERO + 2] = h[fu.DEVIATION + 2] = 1.0
     for _ in range(50):  # extending: friction 30 N more than believed; then retracting: 30 N less
-        fu.observe(x, p, h, 180.0, 400.0, 1e9)
-    fresh = np.ones(12)
-    fresh[2] = 0.0  # the piston has turned: what friction deviated by is forgotten, the zero stays
-    fu.predict(
-        x,
-        p,
-        fresh,
-        np.full(12, 50.0),
-        np.zeros(12),
-        np.full(12, 200.0),
-        np.zeros(12),
-        np.full(6, 200.0),
-        1.0,
-        0.01,
-        0.0,
-    )
+        fu.observe(filter_, h, 180.0, 400.0, 1e9)
+    # the piston has turned: what friction deviated by is forgotten, the zero stays
+    filter_["sizes"]["keep"][2] = 0.0
+    fu.predict(filter_)
     for _ in range(50):
-        fu.observe(x, p, h, 120.0, 400.0, 1e9)
-    assert x[fu.Z + 2] == pytest.approx(150.0, abs=15.0)
-    assert np.sqrt(p[fu.Z + 2, fu.Z + 2]) < 45.0
+        fu.observe(filter_, h, 120.0, 400.0, 1e9)
+    assert x[fu.ZERO + 2] == pytest.approx(150.0, abs=15.0)
+    assert np.sqrt(p[fu.ZERO + 2, fu.ZERO + 2]) < 45.0
 
 
 def test_one_observation_is_the_textbook_kalman_update() -> None:
-    x, p = np.zeros(fu.N), np.zeros((fu.N, fu.N))
-    fu.start(x, p, np.full(12, 3.0), np.full(12, 4.0), np.ones(6))
-    h = np.zeros(fu.N)
+    filter_ = started(zero_sd=3.0, spread=4.0, balance_sd=1.0)
+    h, x, p = np.zeros(fu.N), filter_["x"], filter_["p"]
     h[0] = h[12] = 1.0  # z and d of one axis: variances 9 and 16, noise 25: gain 9 / 50 and 16 / 50
-    fu.observe(x, p, h, 10.0, 25.0, 1e9)
+    fu.observe(filter_, h, 10.0, 25.0, 1e9)
     assert x[0] == pytest.approx(1.8) and x[12] == pytest.approx(3.2)
     assert p[0, 0] == pytest.approx(9.0 - 81.0 / 50.0) and p[0, 12] == pytest.approx(
         -9.0 * 16.0 / 50.0
@@ -175,37 +187,25 @@ def test_one_observation_is_the_textbook_kalman_update() -> None:
 
 
 def test_a_missing_sample_is_bridged_and_teaches_nothing() -> None:
-    chain = settled(OwnTuning(), steps=500)
-    before = chain.method("own").copy()
-    pa, pb = standing()
-    pa[2] = np.nan
+    chain, row = settled(OwnTuning(), steps=500)
+    before = row["estimate"]["own"].copy()
+    row["pressure_a"][0, 2] = np.nan
     for _ in range(7):
-        chain.step(pa, pb, STANCE, LEVEL, np.zeros(12), 40.0, inertial=np.r_[np.zeros(3), -LEVEL])
-    names = (
-        "own",
-        "own_low",
-        "own_high",
-        "own_sd",
-        "own_x",
-        "own_y",
-        "own_z",
-        "own_x_sd",
-        "own_y_sd",
-        "own_z_sd",
-    )
-    assert all(np.isfinite(chain.method(name)).all() for name in names)
-    assert np.abs(chain.method("own") - before).max() < 30.0
+        chain.step(row)
+    for part in ("estimate_own", "own"):
+        assert all(np.isfinite(row[part][name]).all() for name in row[part].dtype.names)
+    assert np.isfinite(row["estimate"]["own"]).all()
+    assert np.abs(row["estimate"]["own"] - before).max() < 30.0
 
 
 def test_four_legs_take_less_than_thirty_microseconds_a_step() -> None:
     import time
 
-    chain = settled(OwnTuning(), steps=10)
-    pa, pb = standing()
+    chain, row = settled(OwnTuning(), steps=10)
     quickest = np.inf
     for _ in range(5):
         began = time.thread_time()
         for _ in range(400):
-            chain.step(pa, pb, STANCE, LEVEL, np.zeros(12), 40.0, inertial=np.zeros(6))
+            chain.step(row)
         quickest = min(quickest, (time.thread_time() - began) / 400)
     assert quickest < 30e-6

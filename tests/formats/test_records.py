@@ -74,3 +74,13 @@ def test_a_compiled_function_reads_and_writes_by_name() -> None:
     step(machines)
     np.testing.assert_array_equal(machines["springs"]["length"][0], [1.0, 2.0])
     np.testing.assert_array_equal(machines["springs"]["force"][0], [[0.0, 2.0], [0.0, 4.0]])
+
+
+def test_no_records_are_an_empty_table_and_back() -> None:
+    class Pair(Record):
+        left = quantity("m", "left")
+        right = quantity("m", "right")
+
+    assert Pair.as_table(Pair.zeros(0)).shape == (0, 2)
+    assert Pair.from_table(np.zeros((0, 2))).shape == (0,)
+    assert Pair.from_table(np.array([[1.0, 2.0]]))["right"].tolist() == [2.0]

@@ -18,7 +18,7 @@ WN, ZETA, TAU = 2 * math.pi * 18.0, 0.95, 0.002
 
 def _valve(width: float = 0.0, deadband: float = 0.0, tau: float = TAU) -> tuple[Any, Any]:
     p = ValveParameters.of(
-        frequency=WN, damping=ZETA, amplifier_lag=tau, hysteresis=width, deadband=deadband
+        frequency=WN, damping=ZETA, amplifier_lag=tau, hysteresis=width, dead_band=deadband
     )
     return ValveState.zeros()[0], p
 

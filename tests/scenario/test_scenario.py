@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,6 @@ from testbed.errors import InputError
 from testbed.formats.schema import rows
 from testbed.formats.yaml_files import parse_yaml
 from testbed.machine.build import build_machine
-from testbed.machine.limits import only_in_urdf
 from testbed.scenario.scenario import Scenario, load_scenario
 
 HEAD = "format: roboclimber-scenario/1\n"
@@ -69,16 +69,31 @@ def test_what_estimators_reckon_with_may_differ_from_the_urdf_in_the_model(write
     assert believed.model.parameters == {"legs.foot_mass_kg": 20, "legs.hip_x_m": 0.91}
 
 
-def test_no_number_that_the_world_reads_counts_as_the_urdfs() -> None:
-    groups = {
-        path.split(".")[0]
-        for path, _ in build_machine().leaves()
-        if only_in_urdf(path, believed=False)
-    }
-    bodies = {"body", "power_unit_body", "drill_body", "rod_store_body", "traction_body"}
-    assert groups == bodies | {"total_mass_kg", "legs", "joints"}
-    read = ("rod_store_body.position_m", "drill_body.hole_diameter_m", "joints.rotation.lower_rad")
-    assert not any(only_in_urdf(path, believed=False) for path in read)
+RULED = {
+    "hydraulics.parameters.ground.friction=0.3": "terrain.friction rules it",
+    "hydraulics.parameters.drill.rod_mass_kg=12": "task.rod_kg rules it",
+    "hydraulics.parameters.drill.blow_n=100": "task.blow_n rules it",
+    "hydraulics.parameters.rope.stiffness_ea_n=1e6": "ropes.stiffness_ea_n rules it",
+    "hydraulics.parameters.oil.start_temperature_degc=20": "hydraulics.oil_temperature_degc rules it",
+    "hydraulics.parameters.control.loop_gain_1_s=9": "model.parameters.control.loop_gain_1_s rules it",
+    "hydraulics.parameters.legs.hip_x_m=0.95": "the URDF alone gives it",
+    "hydraulics.parameters.each_leg.fl.hip_x_m=0.95": "the URDF alone gives it",
+    "hydraulics.parameters.axes.fl_radial.oil.cooling_w_k=9": "all axes share it",
+    "model.parameters.sensor.line_b_length_m=0.9": "nothing reads it",
+}
+
+
+@pytest.mark.parametrize("change", RULED)
+def test_a_number_that_another_field_rules_is_refused_with_its_name(change: str) -> None:
+    with pytest.raises(InputError, match=f"would have no effect: {re.escape(RULED[change])}"):
+        load_scenario("stand_flat", [change])
+
+
+def test_two_pressures_of_the_pump_are_refused() -> None:
+    path = "hydraulics.parameters.power_unit.supply_pressure_pa=8e6"
+    assert load_scenario("stand_flat", [path])
+    with pytest.raises(InputError, match=r"hydraulics\.supply_pressure_pa rules it"):
+        load_scenario("stand_flat", [path, "hydraulics.supply_pressure_pa=8e6"])
 
 
 def test_nested_parameters_are_dotted_ones(write) -> None:

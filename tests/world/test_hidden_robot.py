@@ -91,7 +91,7 @@ def test_ropes_of_another_stiffness_pull_as_told_at_the_start() -> None:
         for side in ("left", "right"):
             name = f"rope_tension_{side}"
             assert other[name][0] == pytest.approx(first[name][0], rel=1e-3)
-        stiffness = [s.machine.board.ropes[:, 7] for s in (sound, soft)]
+        stiffness = [s.machine.board.ropes["stiffness_ea"] for s in (sound, soft)]
         assert stiffness[1] == pytest.approx(0.5 * stiffness[0])
 
 
@@ -169,8 +169,50 @@ def test_the_drill_pushes_otherwise_than_ordered() -> None:
 def test_a_worn_pump_holds_a_lower_pressure_and_gives_less() -> None:
     with world("stand_flat") as sound:
         declared = columns(sound, 300)["supply_pressure"][-1]
-        flow = sound.machine.board.unit[0]
+        flow = float(sound.machine.board.unit.pump_flow)
     with world("stand_flat", "supply.pump", "supply", flow_factor=0.6, pressure_factor=0.8) as worn:
         held = columns(worn, 300)["supply_pressure"][-1]
-        assert worn.machine.board.unit[0] == pytest.approx(0.6 * flow)
+        assert worn.machine.board.unit.pump_flow == pytest.approx(0.6 * flow)
     assert held == pytest.approx(0.8 * declared, rel=0.02)
+
+
+def first_reading(name: str, **hidden: float | str) -> dict[str, float]:
+    """What the sensors read first, before anything answers to it."""
+    exact = ("sensors.quantisation=false",)
+    effect, at = str(hidden.pop("effect", "")), str(hidden.pop("at", "body"))
+    numbers = {key: float(value) for key, value in hidden.items()}
+    with world(name, effect, at, exact, **numbers) as simulation:
+        return {key: float(values[0]) for key, values in columns(simulation, 1).items()}
+
+
+def test_an_encoder_reads_its_offset_too_much() -> None:
+    sound = first_reading("stand_flat")
+    shifted = first_reading(
+        "stand_flat", effect="sensor.encoder_offset", at="rl_radial", offset=0.01
+    )
+    assert shifted["position_rl_radial"] - sound["position_rl_radial"] == pytest.approx(
+        0.01, abs=1e-4
+    )
+    assert shifted["position_rl_vertical"] == pytest.approx(sound["position_rl_vertical"], abs=1e-4)
+
+
+def test_a_load_pin_reads_another_tension_than_the_rope_has() -> None:
+    sound = first_reading("stand_slope_45")
+    wrong = first_reading(
+        "stand_slope_45", effect="rope.tension_gain", at="rope_right", gain_error=0.1, zero=300.0
+    )
+    assert wrong["rope_tension_right"] == pytest.approx(
+        1.1 * sound["rope_tension_right"] + 300.0, rel=1e-3
+    )
+    assert wrong["rope_tension_left"] == pytest.approx(sound["rope_tension_left"], rel=1e-3)
+
+
+def test_a_unit_askew_reads_another_attitude_and_gravity_along_other_axes() -> None:
+    sound = first_reading("stand_slope_45")
+    askew = first_reading("stand_slope_45", effect="robot.attitude", roll=0.03, pitch=-0.05)
+    assert askew["attitude_roll"] - sound["attitude_roll"] == pytest.approx(0.03, abs=1e-4)
+    assert askew["attitude_pitch"] - sound["attitude_pitch"] == pytest.approx(-0.05, abs=1e-4)
+    force = np.array([askew[f"specific_force_{axis}"] for axis in "xyz"])
+    roll, pitch = askew["attitude_roll"], askew["attitude_pitch"]
+    upward = [-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)]
+    assert force / np.linalg.norm(force) == pytest.approx(np.array(upward), abs=5e-3)

@@ -61,7 +61,7 @@ def test_frequencies_become_angular_and_what_is_there_already_is_added_to() -> N
     put_into_cylinders(world, params)
     assert params[4].extra.periodic_frequency == pytest.approx(10.0 * math.pi)
     put_into_cylinders(hidden("valve.deadband", "fr_radial", deadband=0.1), params)
-    assert params[4].valve.deadband == pytest.approx(2.1)
+    assert params[4].valve.dead_band == pytest.approx(2.1)
 
 
 def test_sensors_have_their_gain_drift_and_delay_in_samples() -> None:

@@ -11,11 +11,10 @@ from testbed.benchmarks.contact_loss.loads import unpacked
 from testbed.benchmarks.contact_loss.page import curves, page
 from testbed.benchmarks.contact_loss.scenes import Scene, Split, scenes
 from testbed.benchmarks.contact_loss.summary import summarise, table, tuned
-from testbed.benchmarks.contact_loss.thresholds import SHIPPED, read_thresholds, thresholds_text
+from testbed.benchmarks.contact_loss.thresholds import shipped_thresholds, thresholds_text
 from testbed.benchmarks.contact_loss.warning import outcomes
 from testbed.benchmarks.contact_loss.watch import run_scene
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.marks import code
 from testbed.errors import InputError
 from testbed.formats.files import whole, write_text
 from testbed.report.tables import Table
@@ -56,17 +55,12 @@ class ContactLoss(Benchmark[Scene]):
         return (
             *(f"benchmarks/contact_loss/{name}" for name in own),
             f"{detectors}/warning.py",
-            f"{detectors}/{SHIPPED.name}",
         )
-
-    def made_from(self, case: Scene) -> str:
-        """The scene; the supervisor's acts depend on the thresholds too."""
-        return repr(case) + (code(SHIPPED) if case.kind == "supervised" else "")
 
     def summarise(self, answers: Answers) -> Tree:
         """See summary.summarise; the result carries the thresholds that it was scored with."""
         scored = [a | {"warning": outcomes(a, unpacked(a["loads"]))} for a in answers.values()]
-        thresholds = tuned(scored) if self.tune else read_thresholds()
+        thresholds = tuned(scored) if self.tune else shipped_thresholds()
         return summarise(scored, self.hours, thresholds)
 
     def tables(self, result: Tree) -> Sequence[Table]:

@@ -10,20 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.score import LOSS_N, Flags, stretches
-from testbed.estimation.detectors import signals as sg
-from testbed.estimation.detectors.table import WARNING_STEP_S
+from testbed.estimation.detectors.warning import STEP_S
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int16]
 KEPT = ("own", "carried", "balance", "true")
-ROWS = (sg.OWN, sg.CARRIED, sg.BALANCE)
 UNIT_N = 5.0
 """Resolution of what is kept."""
 
 
 def means(values: Array, dt_s: float) -> NDArray[np.int16]:
     """Means of 5 ms of (n, feet) or (n, kinds, feet), in UNIT_N; what is left over at the end is dropped."""
-    each = max(round(WARNING_STEP_S / dt_s), 1)
+    each = max(round(STEP_S / dt_s), 1)
     whole = len(values) // each
     mean = values[: whole * each].reshape(whole, each, *values.shape[1:]).mean(axis=1)
     return np.asarray(np.clip(np.round(mean / UNIT_N), -32767, 32767), dtype=np.int16)

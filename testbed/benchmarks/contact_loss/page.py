@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from testbed import __version__
@@ -9,6 +10,7 @@ from testbed.report.page import Filters, render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
 
 Tree = dict[str, Any]
+RATE = "false_alarms_per_hour"
 LOOKS: dict[str, tuple[str, str]] = {
     "combined": (VERMILION, "-"),
     "threshold_own": (BLUE, "-"),
@@ -57,66 +59,32 @@ def _span(value: list[float] | None, scale: float = 1.0) -> str:
 
 
 def targets(result: Tree, best: Tree) -> list[tuple[str, str, str, bool | None]]:
-    """(what, target, measured, met) of the best detector; None where there was nothing to measure."""
-    warning, rate = result["warning"], best["false_alarms_per_hour"]
-    mean, floor = best["delay_mean_s"], best["delay_floor_s"]
-    fell = None
-    if best["declared"]["recall"] is not None and best["undeclared"]["recall"] is not None:
-        fell = best["declared"]["recall"] - best["undeclared"]["recall"]
-
-    def met(value: float | None, good: bool) -> bool | None:
-        return None if value is None else good
-
-    return [
-        (
-            "recall",
-            "at least 99.5 %",
-            _share(best["recall"]),
-            met(best["recall"], (best["recall"] or 0) >= 0.995),
-        ),
-        (
-            "false alarms an hour and foot",
-            "at most 0.125",
-            _rate(rate),
-            met(rate, (rate or 0) <= 0.125),
-        ),
-        (
-            "delay, median",
-            "at most 20 ms",
-            _ms(best["delay_median_s"]),
-            met(best["delay_median_s"], (best["delay_median_s"] or 0) <= 0.020),
-        ),
-        (
-            "delay, 95th percentile",
-            "at most 40 ms",
-            _ms(best["delay_p95_s"]),
-            met(best["delay_p95_s"], (best["delay_p95_s"] or 0) <= 0.040),
-        ),
-        (
-            "mean delay over the floor",
-            "at most 2",
-            "–" if mean is None or not floor else f"{mean / floor:.2f}",
-            None if mean is None or not floor else mean <= 2.0 * floor,
-        ),
-        (
-            "gradual losses warned of 100 ms ahead",
-            "at least 80 %",
-            _share(warning["warned_100_ms_ahead"]),
-            met(warning["warned_100_ms_ahead"], (warning["warned_100_ms_ahead"] or 0) >= 0.8),
-        ),
-        (
-            "warnings followed by a loss",
-            "at least 90 %",
-            _share(warning["precision"]),
-            met(warning["precision"], (warning["precision"] or 0) >= 0.9),
-        ),
-        (
-            "recall lost to an undeclared effect",
-            "at most 2 points",
-            _share(fell),
-            met(fell, (fell or 0) <= 0.02),
-        ),
+    """(what, target, measured, met) of the best detector; met is None where there was nothing to measure."""
+    warning, mean, floor = result["warning"], best["delay_mean_s"], best["delay_floor_s"]
+    over = None if mean is None or not floor else mean / floor
+    with_effect, without = best["undeclared"]["recall"], best["declared"]["recall"]
+    fell = None if with_effect is None or without is None else without - with_effect
+    ahead, right = warning["warned_100_ms_ahead"], warning["precision"]
+    rows: list[tuple[str, str, float | None, Callable[..., str], float]] = [
+        ("recall", "at least 99.5 %", best["recall"], _share, 0.995),
+        ("false alarms an hour and foot", "at most 0.125", best[RATE], _rate, 0.125),
+        ("delay, median", "at most 20 ms", best["delay_median_s"], _ms, 0.020),
+        ("delay, 95th percentile", "at most 40 ms", best["delay_p95_s"], _ms, 0.040),
+        ("mean delay over the floor", "at most 2", over, _rate, 2.0),
+        ("gradual losses warned of 100 ms ahead", "at least 80 %", ahead, _share, 0.8),
+        ("warnings followed by a loss", "at least 90 %", right, _share, 0.9),
+        ("recall lost to an undeclared effect", "at most 2 points", fell, _share, 0.02),
     ]
+    return [
+        (what, target, form(value), _met(value, limit, target.startswith("at least")))
+        for what, target, value, form, limit in rows
+    ]
+
+
+def _met(value: float | None, limit: float, least: bool) -> bool | None:
+    if value is None:
+        return None
+    return value >= limit if least else value <= limit
 
 
 def curves(result: Tree) -> Any:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from testbed.benchmarks.contact_loss.score import GRADUAL_S, LOADED_N, LOSS_N, NEAR_N, delays_s
 from testbed.benchmarks.contact_loss.warning import CURVE_N, LEAD_S, WITHIN_S, gradual, marks
 from testbed.benchmarks.contact_loss.watch import ORACLE, ORACLE_NOISE_N
-from testbed.estimation.detectors.table import BEST, DETECTORS, WARNING
-from testbed.estimation.detectors.warning import WARN_AT_N
+from testbed.benchmarks.statistics import poisson, wilson
+from testbed.estimation.detectors.table import BEST, DETECTORS
+from testbed.estimation.detectors.warning import NUMBERS
 from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
@@ -249,26 +250,6 @@ def _alarm_marks(r: Records, name: str, threshold: float, mask: NDArray[np.bool_
     }
 
 
-def wilson(hits: int, of: int, z: float = 1.959964) -> list[float] | None:
-    """95 % interval of a share (Wilson's score); None of nothing."""
-    if of == 0:
-        return None
-    share, shrink = hits / of, 1.0 + z * z / of
-    middle = (share + z * z / (2 * of)) / shrink
-    half = z / shrink * float(np.sqrt(share * (1 - share) / of + z * z / (4.0 * of * of)))
-    return [max(0.0, middle - half), min(1.0, middle + half)]
-
-
-def poisson(count: int, hours: float) -> list[float] | None:
-    """Exact 95 % interval of a rate an hour from `count` events; None of no time."""
-    from scipy.stats import chi2
-
-    if hours <= 0.0:
-        return None
-    low = float(chi2.ppf(0.025, 2 * count)) / 2.0 if count else 0.0
-    return [low / hours, float(chi2.ppf(0.975, 2 * count + 2)) / 2.0 / hours]
-
-
 def _curve(r: Records, name: str) -> list[list[float | None]]:
     """[false alarms an hour and foot, median delay, recall] at thresholds from never to always."""
     quiet = r.windows[name][r.low_n >= LOADED_N]
@@ -295,13 +276,12 @@ def _curve(r: Records, name: str) -> list[list[float | None]]:
 def _warning(scenes: Sequence[Tree]) -> Tree:
     """The early warning, on the true load, without the thrust's plan, and the trade-off over the load to warn at."""
     curve = [
-        {"warn_at_n": n} | marks([s["warning"]["curve"][str(n)] for s in scenes], wilson)
-        for n in CURVE_N
+        {"warn_at_n": n} | marks([s["warning"]["curve"][str(n)] for s in scenes]) for n in CURVE_N
     ]
-    return marks([s["warning"]["own"] for s in scenes], wilson) | {
-        "warn_at_n": WARNING.numbers[WARN_AT_N],
-        "on_true_load": marks([s["warning"]["true"] for s in scenes], wilson),
-        "without_plan": marks([s["warning"]["unplanned"] for s in scenes], wilson),
+    return marks([s["warning"]["own"] for s in scenes]) | {
+        "warn_at_n": NUMBERS["warn_at"],
+        "on_true_load": marks([s["warning"]["true"] for s in scenes]),
+        "without_plan": marks([s["warning"]["unplanned"] for s in scenes]),
         "curve": curve,
     }
 

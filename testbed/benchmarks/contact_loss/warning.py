@@ -18,7 +18,7 @@ The thrust that the drill's program orders is drawn again with its scene.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,9 +34,10 @@ from testbed.benchmarks.contact_loss.score import (
     NEAR_N,
     stretches,
 )
+from testbed.benchmarks.statistics import wilson
 from testbed.control.drilling.thrust_plan import planned_thrust
-from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
-from testbed.estimation.detectors.warning import LOAD, RISING, SIGNALS, THRUST, WARN_AT_N
+from testbed.estimation.detectors import warning as rule
+from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
@@ -45,23 +46,20 @@ CURVE_N = (250, 300, 350, 400, 450, 500, 560, 600, 700, 800)
 """Predicted loads to warn at, for the trade-off of precision against time, N."""
 
 
-def looked_at(loads_n: Array, plan: Array | None = None) -> Array:
-    """What the warning looks at, [m, SIGNALS, 4]: loads (m, 4) and the thrust's plan (m, 2); None: unknown."""
-    signals = np.zeros((len(loads_n), len(SIGNALS), 4))
-    signals[:, LOAD] = loads_n
+def looked_at(loads_n: Array, plan: Array | None = None) -> NDArray[Any]:
+    """What the warning looks at, `Seen` (m,): loads (m, 4) and the thrust's plan (m, 2); None: unknown."""
+    seen = rule.Seen.zeros(len(loads_n))
+    seen["load"] = loads_n
     if plan is not None:
-        signals[:, THRUST], signals[:, RISING] = plan[:, :1], plan[:, 1:]
-    return signals
+        seen["thrust"], seen["rising"] = plan.T
+    return seen
 
 
-def raised(signals: Array, numbers: Sequence[float]) -> list[tuple[int, float]]:
+def raised(seen: NDArray[Any], numbers: Mapping[str, float]) -> list[tuple[int, float]]:
     """The warnings a rule with these numbers raises on what it looks at: foot, time s."""
-    score = np.zeros((len(signals), 4))
-    WARNING.run(signals, WARNING.start(), np.array(numbers), score)
+    score = rule.raised(seen, numbers)
     found = [
-        (foot, (a + 1) * WARNING_STEP_S)
-        for foot in range(4)
-        for a, _ in stretches(score[:, foot] > 0.5)
+        (foot, (a + 1) * STEP_S) for foot in range(4) for a, _ in stretches(score[:, foot] > 0.5)
     ]
     return [(foot, round(t, 3)) for foot, t in found if t >= SETTLE_S]
 
@@ -76,8 +74,8 @@ def judged(
     mine = [s for s in off if s[0] == foot]
     if any(start <= t and end > t - CARRIED_S for _, start, end, _ in mine):
         return True, "late"
-    at, ahead = round(t / WARNING_STEP_S), round(WITHIN_S / WARNING_STEP_S)
-    before = true_n[max(0, at - round(LOADED_BEFORE_S / WARNING_STEP_S)) : at, foot]
+    at, ahead = round(t / STEP_S), round(WITHIN_S / STEP_S)
+    before = true_n[max(0, at - round(LOADED_BEFORE_S / STEP_S)) : at, foot]
     loaded = bool(before.max(initial=0.0) >= LOADED_N)
     if at + ahead > len(true_n):
         return None
@@ -88,9 +86,9 @@ def judged(
     return loaded, "near" if soon or true_n[at : at + ahead, foot].min() < NEAR_N else "false"
 
 
-def outcome(scene: Tree, signals: Array, true_n: Array, numbers: Sequence[float]) -> Tree:
+def outcome(scene: Tree, seen: NDArray[Any], true_n: Array, numbers: Mapping[str, float]) -> Tree:
     """What a scene says of a rule on what it looks at: counts, and the lead before each gradual loss, s."""
-    given = raised(signals, numbers)
+    given = raised(seen, numbers)
     words = [judged(foot, t, scene["off"], true_n) for foot, t in given]
     counts = {
         word: sum(w == (True, word) for w in words)
@@ -115,22 +113,19 @@ def gradual(loss: Tree) -> bool:
 def outcomes(scene: Tree, loads: dict[str, Array]) -> Tree:
     """What a scene says of the warning, of other thresholds, and of what it would be with more and with less known."""
     true = loads["true"]
-    plan = planned_thrust(draw(Scene(**scene["scene"])).scenario.task, len(true), WARNING_STEP_S)
-    own, seen = list(WARNING.numbers), looked_at(loads["own"], plan)
-    curve = {
-        str(n): outcome(scene, seen, true, [*own[:WARN_AT_N], n, *own[WARN_AT_N + 1 :]])
-        for n in CURVE_N
-    }
+    plan = planned_thrust(draw(Scene(**scene["scene"])).scenario.task, len(true), STEP_S)
+    seen = looked_at(loads["own"], plan)
+    curve = {str(n): outcome(scene, seen, true, {**NUMBERS, "warn_at": n}) for n in CURVE_N}
     return {
-        "own": outcome(scene, seen, true, own),
-        "unplanned": outcome(scene, looked_at(loads["own"]), true, own),
-        "true": outcome(scene, looked_at(true, plan), true, WARNING_ON_TRUTH),
+        "own": outcome(scene, seen, true, NUMBERS),
+        "unplanned": outcome(scene, looked_at(loads["own"]), true, NUMBERS),
+        "true": outcome(scene, looked_at(true, plan), true, NUMBERS_ON_TRUTH),
         "curve": curve,
     }
 
 
-def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
-    """What all scenes say, added up; `intervals(hits, of)` gives the 95 % interval of a share."""
+def marks(found: Sequence[Tree]) -> Tree:
+    """What all scenes say, added up; intervals are those of 95 %."""
     leads = [lead for o in found for lead in o["leads_s"]]
     words = ("lost", "early", "near", "false", "late", "light", "light_lost")
     lost, early, near, false, late, light, light_lost = (
@@ -141,7 +136,7 @@ def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
     return {
         "gradual_losses": len(leads),
         "warned_100_ms_ahead": in_time / len(leads) if leads else None,
-        "warned_interval95": intervals(in_time, len(leads)),
+        "warned_interval95": wilson(in_time, len(leads)),
         "lead_median_s": float(np.median(leads)) if leads else None,
         "warnings": given,
         "lost": lost,
@@ -149,7 +144,7 @@ def marks(found: Sequence[Tree], intervals: Callable[[int, int], Any]) -> Tree:
         "false": false,
         "late": late,
         "precision": lost / given if given else None,
-        "precision_interval95": intervals(lost, given),
+        "precision_interval95": wilson(lost, given),
         "early": early,
         "precision_of_early": early / (early + wrong) if early + wrong else None,
         "light_feet": {"warnings": light, "lost": light_lost},

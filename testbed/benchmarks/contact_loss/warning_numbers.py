@@ -9,7 +9,7 @@ were set by hand along such tables on the tuning split alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +18,11 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.loads import unpacked
 from testbed.benchmarks.contact_loss.scenes import Scene, draw
-from testbed.benchmarks.contact_loss.summary import wilson
 from testbed.benchmarks.contact_loss.warning import looked_at, marks, outcome
 from testbed.benchmarks.harness import stored
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.errors import InputError
-from testbed.estimation.detectors.table import WARNING, WARNING_ON_TRUTH, WARNING_STEP_S
-from testbed.estimation.detectors.warning import GONE_N, NUMBERS, STEP_S
+from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 
 Array = NDArray[np.float64]
 CHANGES = (0.8, 1.25)
@@ -38,9 +36,11 @@ class Kept:
     def __init__(self, tree: dict[str, Any], loads: dict[str, Array]) -> None:
         self.tree, self.loads = tree, loads
         task = draw(Scene(**tree["scene"])).scenario.task
-        self.plan = planned_thrust(task, len(loads["true"]), WARNING_STEP_S)
+        self.plan = planned_thrust(task, len(loads["true"]), STEP_S)
 
-    def outcome(self, kind: str, numbers: Sequence[float], planned: bool = True) -> dict[str, Any]:
+    def outcome(
+        self, kind: str, numbers: Mapping[str, float], planned: bool = True
+    ) -> dict[str, Any]:
         """See warning.outcome."""
         seen = looked_at(self.loads[kind], self.plan if planned else None)
         return outcome(self.tree, seen, self.loads["true"], numbers)
@@ -60,23 +60,21 @@ def kept_scenes(out: Path, split: str) -> list[Kept]:
 
 def line(name: str, outcomes: Sequence[dict[str, Any]]) -> str:
     """One row of the table."""
-    found = marks(outcomes, wilson)
+    found = marks(outcomes)
     right, in_time = found["precision"], found["warned_100_ms_ahead"]
     shares = ["   –" if value is None else f"{value:.3f}" for value in (right, in_time)]
     return f"{name:32s} {shares[0]} of {found['warnings']:4d} right   {shares[1]} of {found['gradual_losses']:3d} in time"
 
 
-def neighbours() -> list[tuple[str, list[float]]]:
+def neighbours() -> list[tuple[str, dict[str, float]]]:
     """The rule's numbers with one at a time changed."""
     found = []
-    for k, name in enumerate(NUMBERS):
-        changed = [WARNING.numbers[k] * factor for factor in CHANGES]
-        if k == GONE_N:
-            changed = [WARNING.numbers[k] + change for change in GONE_CHANGES_N]
-        for value in changed if k != STEP_S else []:
-            found.append(
-                (f"{name} = {value:.4g}", [*WARNING.numbers[:k], value, *WARNING.numbers[k + 1 :]])
-            )
+    for name, number in NUMBERS.items():
+        changed = [number * factor for factor in CHANGES]
+        if name == "gone":
+            changed = [number + change for change in GONE_CHANGES_N]
+        for value in changed if name != "step" else []:
+            found.append((f"{name} = {value:.4g}", {**NUMBERS, name: value}))
     return found
 
 
@@ -86,11 +84,11 @@ def report(out: Path, split: str) -> Iterator[str]:
     Raises InputError where there are none.
     """
     scenes = kept_scenes(out, split)
-    yield line("as it is", [s.outcome("own", WARNING.numbers) for s in scenes])
+    yield line("as it is", [s.outcome("own", NUMBERS) for s in scenes])
     yield line(
         "without the thrust's plan",
-        [s.outcome("own", WARNING.numbers, planned=False) for s in scenes],
+        [s.outcome("own", NUMBERS, planned=False) for s in scenes],
     )
-    yield line("on the true load", [s.outcome("true", WARNING_ON_TRUTH) for s in scenes])
+    yield line("on the true load", [s.outcome("true", NUMBERS_ON_TRUTH) for s in scenes])
     for name, numbers in neighbours():
         yield line(name, [s.outcome("own", numbers) for s in scenes])

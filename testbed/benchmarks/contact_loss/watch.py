@@ -6,62 +6,51 @@ that the early warning is judged on: neither other thresholds nor another warnin
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss.loads import KEPT, ROWS, means, off_ground, packed
+from testbed.benchmarks.contact_loss.loads import KEPT, means, off_ground, packed
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Moves, Scene, draw
 from testbed.benchmarks.contact_loss.score import LOSS_N, score_scene
 from testbed.control.gait import Layered
 from testbed.errors import SimulationFault
-from testbed.estimation.detectors import signals as sg
+from testbed.estimation.detectors.base import scores_over, start
+from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import DETECTORS
-from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
+from testbed.recording.rows import DataRow
 
 Array = NDArray[np.float64]
 BLOCK_ROWS = 1000
 ORACLE = "oracle"
 ORACLE_LAG_S, ORACLE_NOISE_N = 1.0 / (2.0 * np.pi * 250.0), 37.0
 """The oracle knows the true load, through the transducers' bandwidth, with their noise through the areas, sampled."""
-STARTS = (
-    "position_fl_rotation",
-    "pressure_a_fl_rotation",
-    "pressure_b_fl_rotation",
-    "valve_fl_rotation",
-    "supply_pressure",
-    "estimate_one_chamber_fl",
-    "expected_fl",
-    "attitude_roll",
-    "angular_rate_x",
-)
 
 
-class Watch:
-    """All detectors over a run, block by block; keeps their scores, and the loads that the warning looks at."""
+class Watching:
+    """All detectors over a run, block by block; keeps their scores, and the loads that the warning looks at.
 
-    def __init__(self, data_columns: list[str], legs: Array, dt_s: float) -> None:
-        self._columns = np.array([data_columns.index(name) for name in STARTS])
-        self._legs, self._numbers = legs, sg.parameters(build_machine(), dt_s)
-        self._state = np.zeros((len(LEGS), sg.STATE_SIZE))
-        self._dt_s = dt_s
-        self._states = [d.start() for d in DETECTORS]
+    `belief`: the run's ChainBelief, shape (1,).
+    """
+
+    def __init__(self, belief: NDArray[Any], dt_s: float, detectors: Mapping[str, Any]) -> None:
+        self._watch, self._dt_s, self._detectors = Watch(belief), dt_s, detectors
+        for detector in detectors.values():
+            start(detector, dt_s)
         self._loads: list[NDArray[np.int16]] = []
         self._parts: list[NDArray[np.float32]] = []
 
-    def take(self, data: Array) -> None:
-        """The next rows (n, columns)."""
-        n = len(data)
-        out, score = np.zeros((n, len(sg.SIGNALS), len(LEGS))), np.zeros((n, len(LEGS)))
-        sg.run(data, self._columns, self._legs, self._numbers, self._state, out)
-        kept = np.empty((n, len(DETECTORS), len(LEGS)), dtype=np.float32)
-        for k, (detector, state) in enumerate(zip(DETECTORS, self._states, strict=True)):
-            detector.run(out, state, np.array(detector.numbers), score)
-            kept[:, k] = score
-        self._parts.append(kept)
-        self._loads.append(means(out[:, ROWS], self._dt_s))
+    def take(self, rows: NDArray[Any]) -> None:
+        """The next rows (n,) of DataRow."""
+        samples = self._watch.samples(rows)
+        kept = [scores_over(detector, samples) for detector in self._detectors.values()]
+        self._parts.append(np.stack(kept, axis=1).astype(np.float32))
+        own, derived = samples["row"]["estimate"]["own"], samples["derived"]
+        loads = np.stack([own, derived["carried"], derived["balance"]], axis=1)
+        self._loads.append(means(loads, self._dt_s))
 
     def loads(self, true_n: Array) -> dict[str, NDArray[np.int16]]:
         """Loads by kind (m, 4) for the early warning, with the true normal force (n, 4) of the run."""
@@ -71,7 +60,7 @@ class Watch:
     def scores(self) -> dict[str, NDArray[np.float32]]:
         """Every detector's scores (n, 4)."""
         whole = np.concatenate(self._parts)
-        return {detector.name: whole[:, k] for k, detector in enumerate(DETECTORS)}
+        return {name: whole[:, k] for k, name in enumerate(self._detectors)}
 
 
 def run_scene(scene: Scene) -> dict[str, Any]:
@@ -82,7 +71,8 @@ def run_scene(scene: Scene) -> dict[str, Any]:
     simulation = Simulation(drawn.scenario)
     try:
         simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
-        watch = Watch(simulation.data_columns, simulation.machine.chain.arrays[0], simulation.dt)
+        detectors = {detector.name: detector() for detector in DETECTORS}
+        watch = Watching(simulation.machine.chain.belief, simulation.dt, detectors)
         truth, carrying, fault = _rows(simulation, watch)
     finally:
         simulation.close()
@@ -106,7 +96,7 @@ def _off_s(normal_n: Array, carrying: NDArray[np.bool_], dt_s: float) -> float:
     return round(float(off[round(SETTLE_S / dt_s) :].sum()) * dt_s, 3)
 
 
-def _rows(simulation: Any, watch: Watch) -> tuple[Array, NDArray[np.bool_], str]:
+def _rows(simulation: Any, watch: Watching) -> tuple[Array, NDArray[np.bool_], str]:
     """Normal force (n, 4) and foot load (n, 4) side by side, which feet are meant to carry, and what broke down."""
     names, given = simulation.truth_columns, simulation.data_columns
     wanted = [
@@ -124,14 +114,19 @@ def _rows(simulation: Any, watch: Watch) -> tuple[Array, NDArray[np.bool_], str]
         except SimulationFault as error:
             fault = str(error)
             break
-        watch.take(data)
+        watch.take(data.view(DataRow.dtype)[:, 0])
         truth.append(true[:, wanted])
         carrying.append(data[:, carry] > 0.5)
     return np.concatenate(truth), np.concatenate(carrying), fault
 
 
 def _scored(
-    truth: Array, carrying: NDArray[np.bool_], watch: Watch, simulation: Any, drawn: Any, seed: int
+    truth: Array,
+    carrying: NDArray[np.bool_],
+    watch: Watching,
+    simulation: Any,
+    drawn: Any,
+    seed: int,
 ) -> dict[str, Any]:
     dt, scores = simulation.dt, watch.scores()
     scores[ORACLE] = _oracle(truth[:, 4:], dt, seed)

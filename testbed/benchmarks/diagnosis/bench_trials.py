@@ -173,7 +173,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     numbers, judged = fit(trials), left_out(trials)
     stated = float(np.mean([t["probability"] for t in judged]))
     row = {
-        "fitted_by": "testbed lab fit-bench-belief DIR, DIR of testbed lab bench-diagnosis",
+        "fitted_by": "testbed lab fit-bench-diagnosis DIR, DIR of testbed lab bench-diagnosis",
         "rigs": len(trials),
         "seeds": f"{min(t['seed'] for t in trials)}-{max(t['seed'] for t in trials)}",
         "families_left_out_in_turn": {

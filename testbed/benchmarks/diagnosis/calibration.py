@@ -1,4 +1,4 @@
-"""Fit the numbers of `testbed.diagnosis.leg.probabilities`: `testbed lab fit-belief DIR`.
+"""Fit the numbers of `testbed.diagnosis.leg.probabilities`: `testbed lab fit-diagnosis DIR`.
 
 DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
 What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
@@ -7,7 +7,7 @@ by a small ridge. It is fitted on one half of the rigs and judged on the other, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from testbed.diagnosis.leg.probabilities import (
     second_signs,
 )
 from testbed.diagnosis.leg.signs import Signs
+from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
 
 Array = npt.NDArray[np.float64]
@@ -60,11 +61,11 @@ LAPSES = tuple(f"{question}_{kind}" for question in LAPSING for kind in ("missed
 LAPSE_START = -3.5
 """Logarithm of the odds of a lapse from which the fit starts: one in 33."""
 QUESTIONS = ("left", "generic", "flow_terms", "presence", "second")
-COMMAND = "testbed lab fit-belief"
+COMMAND = "testbed lab fit-diagnosis"
 
 
 def read_trials(folders: Sequence[Path]) -> list[Trial]:
-    """The single rigs in folders of `testbed evaluate-diagnosis`. Raises InputError without any."""
+    """The single trials in folders of a blind test. Raises InputError where a folder has none."""
     return [trial for folder in folders for trial in stored(folder)]
 
 
@@ -95,22 +96,33 @@ def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
 
 def fit(trials: Sequence[Trial]) -> Calibration:
     """The numbers with the least loss on these rigs."""
-    from scipy.optimize import minimize
-
     rigs = [(Signs.from_json(t["signs"]), truth_set(t)) for t in trials]
     names = names_of(rigs[0][0])
     others = len(START["rivals"]) + len(LAPSES)
-    held = np.array([name != "one" for signs in names.values() for name in signs] + [True] * others)
+    held = [name != "one" for signs in names.values() for name in signs] + [True] * others
+
+    def chances(moved: Array) -> Iterator[float]:
+        numbers = unpacked(moved, names)
+        return (given(distribution(signs, numbers), truth) for signs, truth in rigs)
+
+    return unpacked(least_loss(chances, held), names)
+
+
+def least_loss(chances: Callable[[Array], Iterator[float]], held: Sequence[bool]) -> Array:
+    """Where the mean logarithm of `chances` (probabilities given to the truth) is best, from zero, under the ridge.
+
+    `held`: which numbers the whole ridge holds; the others are constants.
+    """
+    from scipy.optimize import minimize
+
+    ridge = np.where(held, RIDGE + SLIGHT, SLIGHT)
 
     def loss(moved: Array) -> float:
-        c = unpacked(moved, names)
-        total = sum(np.log(max(given(distribution(s, c), truth), LEAST)) for s, truth in rigs)
-        return float(-total + RIDGE * np.sum(moved[held] ** 2) + SLIGHT * np.sum(moved**2))
+        total = sum(np.log(max(chance, LEAST)) for chance in chances(moved))
+        return float(np.sum(ridge * moved**2) - total)
 
-    return unpacked(
-        np.asarray(minimize(loss, np.zeros(len(held)), method="BFGS", options={"maxiter": 200}).x),
-        names,
-    )
+    found = minimize(loss, np.zeros(len(held)), method="BFGS", options={"maxiter": 200})
+    return np.asarray(found.x)
 
 
 def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
@@ -120,23 +132,29 @@ def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
 
 def restated(trials: Sequence[Trial], c: Calibration) -> list[Trial]:
     """The trials with the probabilities, the verdict and the names that these numbers would give."""
-    out = []
-    for t in trials:
-        ranked = sorted(
-            distribution(Signs.from_json(t["signs"]), c).items(), key=lambda item: -item[1]
-        )
-        top = ranked[0][0]
-        verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
-        hypotheses = [{"names": list(n), "probability": p} for n, p in ranked]
-        names = list(top) if verdict == "effect" else []
-        out.append({**t, "hypotheses": hypotheses, "verdict": verdict, "names": names})
-    return out
+    return [restate(t, distribution(Signs.from_json(t["signs"]), c)) for t in trials]
 
 
-def halves(trials: Sequence[Trial]) -> list[Trial]:
-    """Every rig restated by numbers that were fitted on the other half (rigs of every kind in each)."""
-    parts = [[t for t in trials if (t["seed"] // 8) % 2 == k] for k in (0, 1)]
-    return restated(parts[0], fit(parts[1])) + restated(parts[1], fit(parts[0]))
+def restate(trial: Trial, chances: Mapping[tuple[str, ...], float]) -> Trial:
+    """A trial with these probabilities of sets of names, and the verdict and names that they give."""
+    ranked = sorted(chances.items(), key=lambda item: -item[1])
+    top = ranked[0][0]
+    verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
+    hypotheses = [{"names": list(names), "probability": p} for names, p in ranked]
+    names = list(top) if verdict == "effect" else []
+    return {**trial, "hypotheses": hypotheses, "verdict": verdict, "names": names}
+
+
+def halves(trials: Sequence[Trial], every: int, fitted: Callable[..., list[Trial]]) -> list[Trial]:
+    """Every trial as numbers that were fitted on the other half have it; in turn `every` seeds to each half.
+
+    `fitted(judged, on)`: the trials `judged`, restated by what the trials `on` say. Raises InputError for too few.
+    """
+    one, other = ([t for t in trials if (t["seed"] // every) % 2 == k] for k in (0, 1))
+    if not one or not other:
+        allowed = f"at least {2 * every}"
+        raise InputError("holds too few", field="trials", value=len(trials), allowed=allowed)
+    return fitted(one, other) + fitted(other, one)
 
 
 def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -> str:
@@ -178,7 +196,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     """
     out = check_file(out or FILE)
     trials = read_trials(folders)
-    held_out = calibration(halves(trials))
+    held_out = calibration(halves(trials, 8, lambda judged, on: restated(judged, fit(on))))
     text = as_yaml(fit(trials), trials, held_out)
     write_text(out, text)
     return text

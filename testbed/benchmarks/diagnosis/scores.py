@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.reference_leg.rigs import ANSWERS
+from testbed.benchmarks.statistics import wilson
 
 Trial = dict[str, Any]
 BINS = 10
@@ -86,13 +87,11 @@ def closed_of_added(t: Trial) -> float | None:
 
 def rate(hits: Sequence[bool]) -> dict[str, float]:
     """Share of hits, their number and the 95 % interval (Wilson)."""
-    n = len(hits)
-    if n == 0:
+    interval = wilson(sum(hits), len(hits), z=1.96)
+    if interval is None:
         return {"share": float("nan"), "of": 0}
-    p, z = sum(hits) / n, 1.96
-    middle = (p + z * z / (2 * n)) / (1 + z * z / n)
-    half = z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
-    return {"share": p, "of": n, "low95": float(middle - half), "high95": float(middle + half)}
+    low, high = interval
+    return {"share": sum(hits) / len(hits), "of": len(hits), "low95": low, "high95": high}
 
 
 def quantiles(values: Sequence[float]) -> dict[str, float]:

@@ -19,7 +19,7 @@ from testbed.benchmarks.estimators.trials import BASE_C, Series
 from testbed.estimation.filters import persistent
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, packed, without
+from testbed.estimation.live.body_belief import OwnTuning, body_of, without
 from testbed.estimation.live.chain import replay
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
@@ -85,7 +85,7 @@ def scores(series: Series, machine: Machine, model: RobotModel) -> Scores:
         keep(method, _legs(alone, f"estimate_{method}"))
     keep(ALONE, _legs(alone, "estimate_own"), _legs(alone, "own_sd"))
     for name, tuning in OWN.items():
-        body = packed(machine, model, belief.legs, 1e-3, series.rope_directions, tuning)
+        body = body_of(machine, model, belief.legs, 1e-3, series.rope_directions, tuning)
         found = replay(series.data, replace(belief, body=body))
         sideways = np.array([[found[f"own_{k}_{leg}"] for k in "xy"] for leg in LEGS])
         keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
@@ -99,13 +99,19 @@ def floor(series: Series, belief: Believed) -> Array:
     What the readings differ from the chambers by, less its mean (the thermal zero), through the areas.
     """
     tuning, out = OwnTuning(), []
-    p = np.array([tuning.filter_q_n2, tuning.filter_r_n2, tuning.e_max_n, tuning.hold_samples])
+    constants = {
+        "process_variance": tuning.filter_q_n2,
+        "measurement_variance": tuning.filter_r_n2,
+        "innovation_limit": tuning.e_max_n,
+        "hold_samples": tuning.hold_samples,
+    }
     for leg, numbers in zip(LEGS, belief.legs, strict=True):
         noise = np.zeros(len(series.data["t"]))
         for side, area in (("a", numbers.area_a_m2), ("b", -numbers.area_b_m2)):
             joint = f"{side}_{leg}_vertical"
             noise += area * (series.data[f"pressure_{joint}"] - series.truth[f"chamber_{joint}"])
-        out.append(persistent.run(series.truth[f"foot_load_{leg}"] + noise - noise.mean(), p))
+        read = series.truth[f"foot_load_{leg}"] + noise - noise.mean()
+        out.append(persistent.run(read, **constants))
     return np.array(out)
 
 

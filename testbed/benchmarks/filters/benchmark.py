@@ -33,7 +33,7 @@ class SceneResult:
 
     scene: str
     rmse_n: dict[str, float]
-    constants: dict[str, list[float]]
+    constants: dict[str, dict[str, float]]
     ratio: float
 
 
@@ -49,12 +49,12 @@ class StepResult:
     delay_worst_ms: float
 
 
-def rmse_n(filter_: Filter, constant: tuple[float, ...], name: str, seeds: int) -> float:
+def rmse_n(filter_: Filter, constants: dict[str, float], name: str, seeds: int) -> float:
     """Root mean square error in N over `seeds` runs of a scene."""
     squares = []
     for seed in range(seeds):
         truth, measured = scene(name, seed)
-        error = (filter_(measured, Q_N2, R_N2, constant) - truth)[SETTLE:]
+        error = (filter_(measured, Q_N2, R_N2, constants) - truth)[SETTLE:]
         squares.append(float(np.mean(error**2)))
     return float(np.sqrt(np.mean(squares)))
 
@@ -63,14 +63,12 @@ def compare_scene(name: str, seeds: int = 5) -> SceneResult:
     """All filters on one scene."""
     errors, constants = {}, {}
     for rival in RIVALS:
-        tried = [(rmse_n(rival, c, name, seeds), c) for c in rival.constants]
-        errors[rival.name], best = min(tried)
-        constants[rival.name] = list(best)
-    ours = rmse_n(OWN, OWN.constants[0], name, seeds)
+        tried = [(rmse_n(rival, choice, name, seeds), choice) for choice in rival.choices]
+        errors[rival.name], constants[rival.name] = min(tried, key=lambda result: result[0])
+    usual = OWN.choices[0]
+    ours = rmse_n(OWN, usual, name, seeds)
     ratio = ours / min(errors.values())
-    return SceneResult(
-        name, errors | {OWN.name: ours}, constants | {OWN.name: list(OWN.constants[0])}, ratio
-    )
+    return SceneResult(name, errors | {OWN.name: ours}, constants | {OWN.name: usual}, ratio)
 
 
 def half_height_delays(

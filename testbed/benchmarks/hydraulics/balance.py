@@ -88,7 +88,7 @@ def work_loop(
         for i in range(n):
             d, rod = driven[i], given[i]
             wave = math.sin(d.turn * t)
-            band = math.copysign(params[i].valve.deadband, wave)
+            band = math.copysign(params[i].valve.dead_band, wave)
             rod.command = d.amplitude * wave + band - 0.6 * (rod.extension - d.middle)
         hydraulic_step(axes, params, given, supply, power, STEP_S, substeps)
         for i in range(n):

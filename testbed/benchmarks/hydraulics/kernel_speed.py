@@ -55,7 +55,7 @@ def walk(steps: int = 150) -> Walk:
     v = speed * np.sin(w * t + phase)
     gain = np.where(v > 0, params["a"]["from_supply"], params["a"]["to_tank"])
     commands = 1.2 * v * params["a"]["area"] / (gain * np.sqrt(3e6)) + params["valve"][
-        "deadband"
+        "dead_band"
     ] * np.sign(v)
     x = np.tile([0.12, 0.2, 0.25], 4)
     axes, supply = (

@@ -112,7 +112,7 @@ def _commands(m: Manoeuvre, rng: np.random.Generator) -> Array:
         for i, p in enumerate(m.params):
             area, gain = (p.a.area, p.a.from_supply) if v[i] > 0.0 else (p.a.area, p.a.to_tank)
             wanted = v[i] * area / (gain * np.sqrt(3.0e6)) * rng.uniform(0.9, 1.8)
-            band = p.valve.deadband
+            band = p.valve.dead_band
             if abs(v[i]) < 2e-4 or m.kind == "near vapour pressure":
                 out[k, i] = band * rng.uniform(-0.9, 0.9)
             elif m.kind == "dead band":

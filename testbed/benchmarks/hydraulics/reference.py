@@ -170,7 +170,7 @@ def axis_rates(
     pb = chamber_pressure(
         p.b.dead_volume + p.b.area * (p.stroke - x), y[1] * CM3, p.oil.bulk_modulus, p.oil.air
     )
-    o = math.copysign(max(abs(y[4]) - p.valve.deadband, 0.0), y[4]) / (1.0 - p.valve.deadband)
+    o = math.copysign(max(abs(y[4]) - p.valve.dead_band, 0.0), y[4]) / (1.0 - p.valve.dead_band)
     up, down = max(o, 0.0), max(-o, 0.0)
     leak_p, leak = p.valve.leak_from_supply, p.valve.leak_to_tank
     from_supply_a = edge(p.a.from_supply * up, ps - pa) + leak_p * (ps - pa)

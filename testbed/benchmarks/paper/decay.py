@@ -95,7 +95,7 @@ def hold_loop(
             wanted = 0.0
         edge = p.a.from_supply if wanted > 0.0 else p.a.to_tank
         opening = wanted * p.a.area / (edge * math.sqrt(3.0e6))
-        band = p.valve.deadband
+        band = p.valve.dead_band
         rod.command = 0.0 if wanted == 0.0 else opening * (1.0 - band) + math.copysign(band, wanted)
         hydraulic_step(axes, params, given, supply, unit, STEP_S, 2)
         rod.rate += STEP_S * (axes[0].force / CARRIED_KG - GRAVITY_M_S2)

@@ -45,7 +45,13 @@ def experiment() -> Experiment:
     q, r = tuning.kbf_q_n2, tuning.kbf_r_n2
     rested = _rms(modified_kbf(at_rest, q, r, E_MAX_N)) / _rms(kbf(at_rest, q, r))
     plain, modified = kbf(z, q, r), modified_kbf(z, q, r, E_MAX_N)
-    own = persistent.run(z, np.array([q, r, E_MAX_N, 10.0]))
+    robust = {
+        "process_variance": q,
+        "measurement_variance": r,
+        "innovation_limit": E_MAX_N,
+        "hold_samples": tuning.hold_samples,
+    }
+    own = persistent.run(z, **robust)
     # the filters answer some hundredths of a second late: the peaks belong to the slow stretch and what follows it
     slow = np.convolve(np.abs(v) < SLOW_M_S, np.ones(301), "same") > 0.5
     peaks = [float(np.abs(x[slow]).max()) for x in (plain, modified)]
@@ -62,7 +68,11 @@ def experiment() -> Experiment:
         + np.random.default_rng(13).normal(0.0, 60.0, 3000)
     )
     lock_t = np.arange(3000) / RATE_HZ
-    rows = [["Q", f"{q:g}", "N2"], ["R", f"{r:g}", "N2"], ["e_max", f"{E_MAX_N:g}", "N"]]
+    rows = [
+        ["Q", f"{tuning.kbf_q_n2:g}", "N2"],
+        ["R", f"{tuning.kbf_r_n2:g}", "N2"],
+        ["e_max", f"{E_MAX_N:g}", "N"],
+    ]
     return Experiment(
         "12",
         "The two Kalman filters (Table IV)",
@@ -129,7 +139,7 @@ def experiment() -> Experiment:
                     Line(lock_t, modified_kbf(x, q, r, E_MAX_N), "modified", 1),
                     Line(
                         lock_t,
-                        persistent.run(x, np.array([q, r, E_MAX_N, 10.0])),
+                        persistent.run(x, **robust),
                         "the testbed's own",
                         2,
                         "--",

@@ -121,6 +121,3 @@ class Corrected(Quadratic):
         self._planned = plan.forces
         self._lacks = -(now.balance @ self._measured + now.load)
         self._thrust_n = now.thrust_n
-
-
-assert len(VIEW) == 2 * UNKNOWNS + 6 + 1 + 6 and FEET == 12

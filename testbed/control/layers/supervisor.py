@@ -38,7 +38,7 @@ class Supervisor:
 
     def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
         """See Layer."""
-        carries = measured.contact > 0.5
+        carries = measured.contact.astype(bool)
         self._carried = (self._carried | carries) & command.stance
         lost = self._carried & ~carries
         self._watch(bool(lost.any()), dt)

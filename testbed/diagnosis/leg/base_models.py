@@ -32,6 +32,8 @@ from testbed.recording.axis import Rig
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
+FEWEST_SAMPLES = 30
+"""Sliding samples, either way, without which no friction shows."""
 MOVED_BY_EDGES = ("flow", "supply")
 EDGE = (
     Coordinate(NUISANCE, "gain", 1.0, 0.8, 1.25, 0.004, moves=MOVED_BY_EDGES, prior=(1.0, 0.004)),
@@ -80,7 +82,7 @@ def first_friction(
         total.append(y[s.trusted])
         speed.append(s.signals.velocity_m_s[s.trusted])
     y, v = np.concatenate(total), np.concatenate(speed)
-    if (v > 0).sum() < 30 or (v < 0).sum() < 30:
+    if min((v > 0).sum(), (v < 0).sum()) < FEWEST_SAMPLES:
         raise InputError(
             f"position hardly moves: {len(v)} samples faster than 3 mm/s, both directions needed",
             allowed="recordings in which the piston slides both ways",

@@ -6,7 +6,7 @@ Three questions, each a logistic regression on a few signs of the names that are
     P(this set | an effect) = (1 - stray) * share of the bootstrap's draws that it wins + stray * equal shares
 
 The numbers are in `bench_calibration.yaml`, with the simulated rigs they were fitted on and how well they do on kinds of
-law that were left out; `testbed lab fit-bench-belief` fits them.
+law that were left out; `testbed lab fit-bench-diagnosis` fits them.
 """
 
 from __future__ import annotations

@@ -11,6 +11,11 @@ from testbed.effects import by_name
 from testbed.formats.table import write_columns
 from testbed.recording.known import Known
 
+FAST_FROM, FAST_M = 0.5, 0.006
+"""Share of the motion after which small fast sinusoids come on top, and their amplitude."""
+STEPS_UNTIL = 0.25
+"""Share of it that has steps."""
+
 
 def experiments(names: Iterable[str]) -> list[tuple[str, str]]:
     """(name, the motion that shows it alone) for the names of an ambiguous group."""
@@ -27,6 +32,6 @@ def write_motion(path: Path, known: Known, seconds: float = 60.0, rate_hz: float
     t = np.arange(round(seconds * rate_hz)) / rate_hz
     phase = t / seconds
     slow = 0.5 + 0.3 * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * np.pi * 3.0 * phase))
-    fast = np.where(phase > 0.5, 0.006, 0.0) * np.sin(2.0 * np.pi * (1.0 + 3.0 * phase) * t)
-    steps = 0.05 * np.sign(np.sin(2.0 * np.pi * t / 7.0)) * (phase < 0.25)
+    fast = np.where(phase > FAST_FROM, FAST_M, 0.0) * np.sin(2.0 * np.pi * (1.0 + 3.0 * phase) * t)
+    steps = 0.05 * np.sign(np.sin(2.0 * np.pi * t / 7.0)) * (phase < STEPS_UNTIL)
     write_columns(path, {"t": t, "position": stroke * np.clip(slow + steps, 0.1, 0.9) + fast})

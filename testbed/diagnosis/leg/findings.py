@@ -21,6 +21,7 @@ from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, LegModel, write_model
 
 FORMAT = "roboclimber-findings/1"
+LEAST_PROBABILITY = 5e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +110,8 @@ def write_models(models: Mapping[str, LegModel], out: Path) -> None:
 
 
 def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
-    """Sets with a probability above 0.0005, rounded so that they add up to 1 exactly."""
-    kept = [(names, p) for names, p in verdict.hypotheses if p > 5e-4]
+    """Sets with a probability above LEAST_PROBABILITY, rounded so that they add up to 1 exactly."""
+    kept = [(names, p) for names, p in verdict.hypotheses if p > LEAST_PROBABILITY]
     total = sum(p for _, p in kept)
     rounded = [round(p / total, 4) for _, p in kept]
     rounded[0] = round(rounded[0] + 1.0 - sum(rounded), 4)

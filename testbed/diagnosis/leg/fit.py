@@ -15,6 +15,10 @@ from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
 HUBER = 3.0
+FEWEST_BINS = 20
+"""Of a group, without which its noise is not known and it does not count."""
+RESCALED = 12
+"""Iterations in which the noise of the groups is estimated anew; then it stays, so that a fit comes to an end."""
 FOLDS = 8
 LEAST_GAIN = 0.3
 """A fall of the cost, in units of log-likelihood of bins that are far from independent, that ends a fit."""
@@ -59,7 +63,7 @@ def group_scale(
     out = np.full(groups, np.inf)
     for g in range(groups):
         here = np.abs(residual[(group == g) & (count > 0)])
-        if here.size > 20:
+        if here.size > FEWEST_BINS:
             # Between the median and the root mean square: tails count, single bursts do not.
             clipped = np.minimum(here, 4.0 * 1.48 * np.median(here))
             out[g] = max(float(np.sqrt(np.mean(clipped**2))), floor)
@@ -182,7 +186,7 @@ def solve(
         theta, r = trial, r_trial
         damping = max(damping / 6.0, 1e-7)
         jac = jacobian(problem, coordinates, theta, fixed, r)
-        if rescale and iteration < 12:
+        if rescale and iteration < RESCALED:
             scale = scales(problem, r)
         if gain < LEAST_GAIN and iteration > 0:
             break

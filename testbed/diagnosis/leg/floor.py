@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.evidence import Key, student
+from testbed.diagnosis.leg.evidence import FEWEST, Key, student
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.estimation.leg.force import estimate
@@ -117,7 +117,7 @@ def group_floors(
 def _floor(out: dict[Key, float], key: Key, binned: tuple[Array, Array], noise: Array) -> None:
     mean, count = binned
     here = count > 0
-    if here.sum() < 30:
+    if here.sum() < FEWEST:
         return
     typical = float(np.mean(noise[here] ** 2))
     relative = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +10,14 @@ import numpy.typing as npt
 from testbed.compiled import njit
 from testbed.diagnosis.leg.series import Series
 from testbed.effects.terms import ForceTerms, Signals
-from testbed.estimation.leg.friction import static_one_n, static_parts
+from testbed.estimation.cylinder import (
+    EXTENDING,
+    RETRACTING,
+    Conditions,
+    friction_value,
+    stribeck_of,
+)
+from testbed.estimation.leg.friction import conditions_over
 from testbed.recording.leg_model import Friction
 
 Array = npt.NDArray[np.float64]
@@ -26,8 +33,8 @@ class PlainRows(NamedTuple):
     velocity_m_s: Array
     reference_n: Array
     used: npt.NDArray[np.bool_]
-    friction: Array
-    """The eight numbers of equation (5), `Friction.packed`."""
+    friction: npt.NDArray[Any]
+    """Equation (5): one record `Stribeck`, shape (1,)."""
     coulomb_scale: Array
     coulomb_add_n: Array
     viscous_scale: Array
@@ -49,7 +56,8 @@ def plain_rows(s: Series, balance: Balance, friction: Friction) -> PlainRows:
         signals.velocity_m_s,
         reference,
         s.trusted & s.clear,
-        *static_parts(friction, signals, terms),
+        stribeck_of(friction),
+        *conditions_over(signals, terms),
         float(terms.load_coefficient),
     )
 
@@ -64,13 +72,10 @@ def binned_error_n(rows: PlainRows, width: int) -> Array:
             if not rows.used[i]:
                 continue
             speed = rows.velocity_m_s[i]
-            force = rows.total_n[i] - static_one_n(
-                speed,
-                rows.friction,
-                rows.coulomb_scale[i],
-                rows.coulomb_add_n[i],
-                rows.viscous_scale[i],
+            now = Conditions(
+                rows.coulomb_scale[i], rows.coulomb_add_n[i], rows.viscous_scale[i], 0.0
             )
+            force = rows.total_n[i] - friction_value(speed, rows.friction[0], now)
             if force > 0.0:
                 force /= 1.0 + np.sign(speed) * rows.load_coefficient
             total += force - rows.reference_n[i]
@@ -93,12 +98,12 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
                 continue
             count += 1
             speed, scale, thin = rows.velocity_m_s[i], rows.coulomb_scale[i], rows.viscous_scale[i]
-            column, first = (0, 0) if speed >= 0.0 else (3, 4)
+            column = 0 if speed >= 0.0 else 3
             way = np.sign(speed) if speed >= 0.0 else -1.0
-            viscous, coulomb, stribeck, stribeck_speed = rows.friction[first : first + 4]
-            fade = np.exp(-abs(speed) / stribeck_speed)
-            level = coulomb * scale + rows.coulomb_add_n[i] + stribeck * fade
-            force = rows.total_n[i] - viscous * thin * speed - way * level
+            now = Conditions(scale, rows.coulomb_add_n[i], thin, 0.0)
+            force = rows.total_n[i] - friction_value(speed, rows.friction[0], now)
+            side = rows.friction[0].sides[EXTENDING if speed >= 0.0 else RETRACTING]
+            fade = np.exp(-abs(speed) / side.stribeck_speed)
             share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0
             out[b, column] += share * thin * speed
             out[b, column + 1] += share * way * scale

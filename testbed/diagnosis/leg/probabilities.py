@@ -11,7 +11,7 @@ missed + (1 - missed - ghost) L, with the rates at which a sure "no" and a sure 
 
 The last falls as a power, not exponentially: the noise's model is not exact, and a leader far ahead may still be the
 wrong name for a law of another form. The numbers are in `calibration.yaml`, with the rigs they were fitted on;
-`testbed lab fit-belief` fits them.
+`testbed lab fit-diagnosis` fits them.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ a load cell.
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
 
 and rivalry among sets of one size falls as a power of how far a set is behind. The numbers are in
-`calibration.yaml`; `testbed lab fit-robot-belief` fits them.
+`calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 
 from testbed.diagnosis.leg.probabilities import rivalry
 from testbed.diagnosis.leg.search import Search
+from testbed.machine.names import LEGS
 
 FILE = Path(__file__).with_name("calibration.yaml")
 Names = tuple[str, ...]
@@ -75,7 +76,7 @@ def _worst(state: Search) -> float:
         scales = sorted(
             float(np.hypot(v, unsure)) for k, v in best.evidence.scale.items() if k[0] == channel
         )
-        if len(scales) == 4:
+        if len(scales) == len(LEGS):
             worst = max(worst, scales[-1] / (0.5 * (scales[0] + scales[1])))
     return worst
 

@@ -1,36 +1,100 @@
-"""What every detector is: a compiled step over four feet at once, from signals to scores; causal, no truth.
+"""What a detector of contact loss is, and how one is written with a compiled step.
 
-`step(signals, state, p, score)`: signals [SIGNALS, 4] of this sample, state [4, n] of the detector's own, numbers p,
-score [4] out: the higher, the surer that the foot has lost its load. An alarm stands while score >= threshold, so one
-pass over a run gives the answers at every threshold. `run` is the same over many samples.
+A detector is any class with
+
+    update(sample) -> scores (4,): the higher, the surer that the foot has lost its load (`sample`: sample.py)
+
+and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss` sets it) and
+`start(dt_s)`, called before the first sample with the seconds between two. Causal, no truth. The same object serves live
+and over a recording, sample by sample. Numbers and threshold live in the detector's own file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.compiled import njit
+from testbed.estimation.detectors.sample import Sample
+from testbed.estimation.filters.base import named_after
+from testbed.formats.records import Record
+from testbed.machine.names import LEGS
+
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Detector:
-    """One detector of the table."""
+class Detector(Protocol):
+    """The socket."""
 
-    name: str
-    text: str
+    def update(self, sample: Any) -> Array:
+        """Scores (4,) of this sample."""
+        ...
+
+
+class Nothing(Record):
+    """No state."""
+
+
+class CompiledDetector:
+    """A detector from a compiled `step(sample, foot, numbers, state, dt_s) -> score`, one foot at a time."""
+
+    name: ClassVar[str]
+    text: ClassVar[str]
     """What it does, in half a sentence."""
-    run: Callable[[Any, Any, Any, Any], None]
-    """run(signals [n, SIGNALS, 4], state [4, state_size], numbers, score [n, 4])."""
-    state_size: int
-    numbers: tuple[float, ...]
-    """Constants; set on the tuning scenes where they are not given by the machine."""
-    best: bool = False
+    threshold: float
+    Numbers: ClassVar[type[Record]]
+    State: ClassVar[type[Record]]
+    numbers: ClassVar[dict[str, float]]
+    """Values of `Numbers`; set on the tuning scenes where they are not given by the machine."""
+    _loop: ClassVar[Any]
 
-    def start(self) -> Array:
-        """A state that has seen nothing."""
-        return np.zeros((4, max(self.state_size, 1)))
+    def __init_subclass__(cls, step: Any) -> None:
+        """Compile the loop over samples and feet when it is first needed."""
+        cls._loop = staticmethod(_loop_over(step))
+
+    def __init__(self, **numbers: float) -> None:
+        self._numbers = self.Numbers.one(**(self.numbers | numbers))
+        self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
+        self.start(1.0e-3)
+
+    def start(self, dt_s: float) -> None:
+        """Forget everything; `dt_s` lies between two samples."""
+        self._dt_s, self._state = dt_s, self.State.zeros(len(LEGS))
+
+    def update(self, sample: Any) -> Array:
+        """Scores (4,) of this sample."""
+        self._one[:] = np.frombuffer(sample, self._one.dtype)
+        self._loop(self._one, self._numbers, self._state, self._dt_s, self._scores)
+        return np.array(self._scores[0])
+
+    def scores(self, samples: NDArray[Any]) -> Array:
+        """`update` over samples (n,): (n, 4)."""
+        out = np.empty((len(samples), len(LEGS)))
+        self._loop(
+            np.asarray(samples).view(Sample.dtype), self._numbers, self._state, self._dt_s, out
+        )
+        return out
+
+
+def _loop_over(step: Any) -> Any:
+    def detect(samples: Any, numbers: Any, state: Any, dt_s: float, scores: Any) -> None:
+        for k in range(samples.shape[0]):
+            for foot in range(scores.shape[1]):
+                scores[k, foot] = step(samples[k], foot, numbers[0], state[foot], dt_s)
+
+    return njit(named_after(detect, step))
+
+
+def start(detector: Any, dt_s: float) -> None:
+    """Tell a detector that a run begins, if it wishes to know."""
+    if hasattr(detector, "start"):
+        detector.start(dt_s)
+
+
+def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
+    """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better itself."""
+    if hasattr(detector, "scores"):
+        return np.asarray(detector.scores(samples))
+    return np.array([detector.update(sample) for sample in samples]).reshape(-1, len(LEGS))

@@ -12,16 +12,31 @@ seconds, is taken for the sensor's and given back.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, ClassVar
 
 from testbed.compiled import njit
-from testbed.estimation.detectors.signals import BALANCE, CARRIED, OWN
+from testbed.estimation.detectors.base import CompiledDetector
+from testbed.formats.records import Record, quantity
 
-Array = NDArray[np.float64]
-MEAN, STARTED, BEHIND_BALANCE, BEHIND_CARRIED, STATE_SIZE = range(5)
-NUMBERS = 7
-"""How many numbers `step` takes."""
+
+class CombinedNumbers(Record):
+    """Of the mean."""
+
+    mean_time = quantity("s", "time of the mean")
+    weight_balance = quantity("1", "weight of `balance`")
+    weight_own = quantity("1", "weight of `own`")
+    weight_carried = quantity("1", "weight of `carried`")
+    drift_time = quantity("s", "over which a difference is taken for a sensor's")
+    break_away = quantity("N", "what friction explains of a difference")
+
+
+class CombinedState(Record):
+    """Of one foot."""
+
+    mean = quantity("N", "the load")
+    behind_balance = quantity("N", "`own` less `balance`, over the drift's time")
+    behind_carried = quantity("N", "`own` less `carried`, likewise")
+    started = quantity("1", "1 once there was a sample")
 
 
 @njit
@@ -33,25 +48,39 @@ def beyond(difference_n: float, break_away_n: float) -> float:
 
 
 @njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [time of the mean s, weights of balance, own and carried, time over which a difference is taken for a
-    sensor's s, break-away force N, step s]."""
-    share, slow = p[6] / (p[0] + p[6]), p[6] / (p[4] + p[6])
-    for foot in range(4):
-        s = state[foot]
-        balance, own, carried = signals[BALANCE, foot], signals[OWN, foot], signals[CARRIED, foot]
-        s[BEHIND_BALANCE] += slow * (own - balance - s[BEHIND_BALANCE])
-        s[BEHIND_CARRIED] += slow * (own - carried - s[BEHIND_CARRIED])
-        balance += beyond(s[BEHIND_BALANCE], p[5])
-        carried += beyond(s[BEHIND_CARRIED], p[5])
-        load = p[1] * balance + p[2] * own + p[3] * carried
-        s[MEAN] = load if s[STARTED] == 0.0 else s[MEAN] + share * (load - s[MEAN])
-        s[STARTED] = 1.0
-        score[foot] = -s[MEAN]
+def step_on(own: float, derived: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot: the own estimate (N) and `Derived`."""
+    share, slow = dt_s / (numbers.mean_time + dt_s), dt_s / (numbers.drift_time + dt_s)
+    balance, carried = derived.balance[foot], derived.carried[foot]
+    state.behind_balance += slow * (own - balance - state.behind_balance)
+    state.behind_carried += slow * (own - carried - state.behind_carried)
+    balance += beyond(state.behind_balance, numbers.break_away)
+    carried += beyond(state.behind_carried, numbers.break_away)
+    load = numbers.weight_balance * balance + numbers.weight_own * own
+    load += numbers.weight_carried * carried
+    state.mean = load if state.started == 0.0 else state.mean + share * (load - state.mean)
+    state.started = 1.0
+    return float(-state.mean)
 
 
 @njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    own = sample.row.estimate.own[foot]
+    return float(step_on(own, sample.derived, foot, numbers, state, dt_s))
+
+
+class Combined(CompiledDetector, step=step):
+    """800 N is the believed break-away force, 620 + 180 N."""
+
+    name, text = "combined", "mean of three loads"
+    threshold = -912.263
+    Numbers, State = CombinedNumbers, CombinedState
+    numbers: ClassVar[dict[str, float]] = {
+        "mean_time": 6.7e-4,
+        "weight_balance": 0.3,
+        "weight_own": 0.35,
+        "weight_carried": 0.35,
+        "drift_time": 10.0,
+        "break_away": 800.0,
+    }

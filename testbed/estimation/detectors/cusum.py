@@ -7,28 +7,44 @@ One sample adds no more than `limit`, so that a spike alone is no alarm. In nats
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, ClassVar
 
 from testbed.compiled import njit
+from testbed.estimation.detectors.base import CompiledDetector
+from testbed.formats.records import Record, quantity
 
-Array = NDArray[np.float64]
-STATE_SIZE = 1
 HIGHEST = 60.0
+"""The sum goes no higher, nats: else it would take as long to come back."""
+
+
+class CusumNumbers(Record):
+    """What is expected of the own estimate."""
+
+    least_load = quantity("N", "m0: the least load still carried")
+    sd = quantity("N", "s: standard deviation of the estimate")
+    limit = quantity("1", "nats that one sample may add")
+
+
+class CusumState(Record):
+    """Of one foot."""
+
+    sum = quantity("1", "S, nats")
 
 
 @njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [row, m0 N, s N, limit]."""
-    row = int(p[0])
-    for foot in range(4):
-        gain = -p[1] / (p[2] * p[2]) * (signals[row, foot] - 0.5 * p[1])
-        state[foot, 0] = min(max(state[foot, 0] + min(max(gain, -p[3]), p[3]), 0.0), HIGHEST)
-        score[foot] = state[foot, 0]
+def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    m0 = numbers.least_load
+    gain = -m0 / (numbers.sd * numbers.sd) * (sample.row.estimate.own[foot] - 0.5 * m0)
+    gain = min(max(gain, -numbers.limit), numbers.limit)
+    state.sum = min(max(state.sum + gain, 0.0), HIGHEST)
+    return float(state.sum)
 
 
-@njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+class Cusum(CompiledDetector, step=step):
+    """On the own estimate. 1600 N is twice the believed break-away force, 620 + 180 N."""
+
+    name, text = "cusum", "CUSUM on the own estimate"
+    threshold = 4.94066e-324
+    Numbers, State = CusumNumbers, CusumState
+    numbers: ClassVar[dict[str, float]] = {"least_load": 1600.0, "sd": 300.0, "limit": 2.0}

@@ -11,50 +11,73 @@ m0 the least load still carried, m1 the most that counts as lost, N. In nats, of
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, ClassVar
 
 from testbed.compiled import njit
+from testbed.estimation.detectors.base import CompiledDetector
+from testbed.formats.records import Record, quantity
 
-Array = NDArray[np.float64]
 LENGTHS = (2, 5, 10, 20, 40)
+"""Windows, samples."""
 LONGEST = 40
-LAST, BEFORE, COUNT, RING = range(4)
-SUMS = RING + LONGEST
-STATE_SIZE = SUMS + len(LENGTHS)
 LOWEST = -1.0e4
+"""Score before the shortest window is full, nats."""
+
+
+class GlrNumbers(Record):
+    """What is expected of the own estimate and its noise."""
+
+    least_load = quantity("N", "m0: the least load still carried")
+    most_lost = quantity("N", "m1: the most that counts as lost")
+    colour_1 = quantity("1", "c1: what the noise keeps of the last sample's")
+    colour_2 = quantity("1", "c2: and of the one before")
+    sd = quantity("N", "s: standard deviation of the white part")
+
+
+class GlrState(Record):
+    """Of one foot."""
+
+    last = quantity("N", "load one sample ago")
+    before = quantity("N", "load two samples ago")
+    count = quantity("1", "samples so far")
+    ring = quantity("N", "the last whitened samples, in a ring", per=LONGEST)
+    sums = quantity("N", "their sums over each window", per=len(LENGTHS))
 
 
 @njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [row, m0 N, m1 N, c1, c2, s N]."""
-    row = int(p[0])
-    gain = 1.0 - p[3] - p[4]
-    for foot in range(4):
-        s = state[foot]
-        load = signals[row, foot]
-        if s[COUNT] == 0.0:
-            s[LAST] = s[BEFORE] = load
-        y = (load - p[3] * s[LAST] - p[4] * s[BEFORE]) / gain
-        s[BEFORE], s[LAST] = s[LAST], load
-        count = int(s[COUNT])
-        best = LOWEST
-        for k in range(len(LENGTHS)):
-            n = LENGTHS[k]
-            s[SUMS + k] += y
-            if count >= n:
-                s[SUMS + k] -= s[RING + (count - n) % LONGEST]
-            if count + 1 >= n:
-                mean = s[SUMS + k] / n
-                far, near = mean - max(mean, p[1]), mean - min(mean, p[2])
-                best = max(best, 0.5 * n * (gain / p[5]) ** 2 * (far * far - near * near))
-        s[RING + count % LONGEST] = y
-        s[COUNT] += 1.0
-        score[foot] = best
+def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    load, m0, m1 = sample.row.estimate.own[foot], numbers.least_load, numbers.most_lost
+    gain = 1.0 - numbers.colour_1 - numbers.colour_2
+    if state.count == 0.0:
+        state.last = state.before = load
+    y = (load - numbers.colour_1 * state.last - numbers.colour_2 * state.before) / gain
+    state.before, state.last = state.last, load
+    count, best = int(state.count), LOWEST
+    for k in range(len(LENGTHS)):
+        n = LENGTHS[k]
+        state.sums[k] += y
+        if count >= n:
+            state.sums[k] -= state.ring[(count - n) % LONGEST]
+        if count + 1 >= n:
+            mean = state.sums[k] / n
+            far, near = mean - max(mean, m0), mean - min(mean, m1)
+            best = max(best, 0.5 * n * (gain / numbers.sd) ** 2 * (far * far - near * near))
+    state.ring[count % LONGEST] = y
+    state.count += 1.0
+    return best
 
 
-@njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+class Glr(CompiledDetector, step=step):
+    """On the own estimate. 1600 N is twice the believed break-away force, 620 + 180 N."""
+
+    name, text = "glr", "whitened likelihood ratio"
+    threshold = 1140.7
+    Numbers, State = GlrNumbers, GlrState
+    numbers: ClassVar[dict[str, float]] = {
+        "least_load": 1600.0,
+        "most_lost": 0.0,
+        "colour_1": 0.76,
+        "colour_2": 0.22,
+        "sd": 47.0,
+    }

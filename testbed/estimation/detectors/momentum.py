@@ -7,35 +7,46 @@ balance = pA A_A - pB A_B + m g, F_f the published friction (5), F_ext the groun
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, ClassVar
 
 from testbed.compiled import njit
-from testbed.estimation.detectors.signals import BALANCE, PUBLISHED, VELOCITY
-
-Array = NDArray[np.float64]
-INTEGRAL, RESIDUAL, STARTED, STATE_SIZE = range(4)
+from testbed.estimation.detectors.base import CompiledDetector
+from testbed.formats.records import Record, quantity
 
 
-@njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [K 1/s, moving mass kg, step s]."""
-    for foot in range(4):
-        s = state[foot]
-        force, momentum = (
-            signals[BALANCE, foot] - signals[PUBLISHED, foot],
-            p[1] * signals[VELOCITY, foot],
-        )
-        if s[STARTED] == 0.0:
-            s[INTEGRAL], s[STARTED] = momentum + force / p[0], 1.0
-        else:
-            s[INTEGRAL] += p[2] * (force - s[RESIDUAL])
-        s[RESIDUAL] = p[0] * (s[INTEGRAL] - momentum)
-        score[foot] = -s[RESIDUAL]
+class MomentumNumbers(Record):
+    """Of the observer."""
+
+    gain = quantity("1/s", "K")
+    mass = quantity("kg", "m: what moves with the vertical joint")
+
+
+class MomentumState(Record):
+    """Of one foot."""
+
+    integral = quantity("N s", "the integral")
+    residual = quantity("N", "r")
+    started = quantity("1", "1 once there was a sample")
 
 
 @njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    derived = sample.derived
+    force = derived.balance[foot] - derived.published[foot]
+    momentum = numbers.mass * derived.velocity[foot]
+    if state.started == 0.0:
+        state.integral, state.started = momentum + force / numbers.gain, 1.0
+    else:
+        state.integral += dt_s * (force - state.residual)
+    state.residual = numbers.gain * (state.integral - momentum)
+    return float(-state.residual)
+
+
+class Momentum(CompiledDetector, step=step):
+    """With the mass of frame and foot."""
+
+    name, text = "momentum", "momentum observer"
+    threshold = -1.499
+    Numbers, State = MomentumNumbers, MomentumState
+    numbers: ClassVar[dict[str, float]] = {"gain": 150.0, "mass": 91.7}

@@ -7,15 +7,33 @@ judged with the spread s of estimates, a walk of q N a sample. The score is the 
 from __future__ import annotations
 
 import math
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, ClassVar
 
 from testbed.compiled import njit
+from testbed.estimation.detectors.base import CompiledDetector
+from testbed.formats.records import Record, quantity
 
-Array = NDArray[np.float64]
-LOAD, VARIANCE, ODDS, STARTED, STATE_SIZE = range(5)
-LARGEST = 60.0
+LARGEST = 30.0
+"""Log odds are kept within this."""
+
+
+class ModelNumbers(Record):
+    """Of the two models."""
+
+    least_load = quantity("N", "m0: the least load still carried")
+    sd = quantity("N", "s: standard deviation of the estimate")
+    walk = quantity("N", "q: standard deviation of the load's walk over a sample")
+    chance = quantity("1", "of changing over from one model to the other, a sample")
+    limit = quantity("1", "nats that one sample may add")
+
+
+class ModelState(Record):
+    """Of one foot."""
+
+    load = quantity("N", "where the load is, if it is carried")
+    variance = quantity("N2", "how well that is known")
+    odds = quantity("1", "log of the odds of `lost`")
+    started = quantity("1", "1 once there was a sample")
 
 
 @njit
@@ -27,29 +45,35 @@ def changed_over(odds: float, chance: float) -> float:
 
 
 @njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [row, m0 N, s N, q N, chance, limit of one sample in nats]."""
-    row = int(p[0])
-    for foot in range(4):
-        s, z = state[foot], signals[row, foot]
-        if s[STARTED] == 0.0:
-            s[LOAD], s[VARIANCE], s[STARTED], s[ODDS] = max(z, p[1]), p[2] ** 2, 1.0, -LARGEST / 2.0
-        s[VARIANCE] += p[3] ** 2
-        spread = s[VARIANCE] + p[2] ** 2
-        carried, lost = z - s[LOAD], max(z, 0.0)
-        gain = 0.5 * (
-            carried * carried / spread - lost * lost / p[2] ** 2 + math.log(spread / p[2] ** 2)
-        )
-        s[ODDS] = changed_over(s[ODDS], p[4]) + min(max(gain, -p[5]), p[5])
-        s[ODDS] = min(max(s[ODDS], -LARGEST / 2.0), LARGEST / 2.0)
-        share = s[VARIANCE] / spread
-        s[LOAD] = max(s[LOAD] + share * carried, p[1])
-        s[VARIANCE] *= 1.0 - share
-        score[foot] = s[ODDS]
+def step(sample: Any, foot: int, numbers: Any, state: Any, dt_s: float) -> float:
+    """One sample of one foot."""
+    z, noise = sample.row.estimate.own[foot], numbers.sd**2
+    if state.started == 0.0:
+        state.load, state.variance = max(z, numbers.least_load), noise
+        state.started, state.odds = 1.0, -LARGEST
+    state.variance += numbers.walk**2
+    spread = state.variance + noise
+    carried, lost = z - state.load, max(z, 0.0)
+    gain = 0.5 * (carried * carried / spread - lost * lost / noise + math.log(spread / noise))
+    gain = min(max(gain, -numbers.limit), numbers.limit)
+    odds = changed_over(state.odds, numbers.chance) + gain
+    state.odds = min(max(odds, -LARGEST), LARGEST)
+    share = state.variance / spread
+    state.load = max(state.load + share * carried, numbers.least_load)
+    state.variance *= 1.0 - share
+    return float(state.odds)
 
 
-@njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+class MultipleModel(CompiledDetector, step=step):
+    """On the own estimate. 1600 N is twice the believed break-away force, 620 + 180 N."""
+
+    name, text = "multiple_model", "two models, Bayes"
+    threshold = -15.2788
+    Numbers, State = ModelNumbers, ModelState
+    numbers: ClassVar[dict[str, float]] = {
+        "least_load": 1600.0,
+        "sd": 250.0,
+        "walk": 60.0,
+        "chance": 1.0e-6,
+        "limit": 4.0,
+    }

@@ -1,26 +1,91 @@
-"""Threshold on one rung of the paper's ladder: the score is how far the estimate lies below zero, N."""
+"""Threshold on one rung of the paper's ladder: the score is how far the load lies below zero, N."""
 
 from __future__ import annotations
+
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.compiled import njit
-
 Array = NDArray[np.float64]
-STATE_SIZE = 0
 
 
-@njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """p = [row of the signal]."""
-    row = int(p[0])
-    for foot in range(4):
-        score[foot] = -signals[row, foot]
+class Threshold:
+    """On one estimate of the load; no numbers, no state."""
+
+    name: ClassVar[str]
+    text: ClassVar[str]
+    threshold: float
+    load: ClassVar[str]
+    """The estimate's name in `row.estimate`."""
+
+    def update(self, sample: Any) -> Array:
+        """Scores (4,)."""
+        return -np.asarray(sample["row"]["estimate"][self.load])
+
+    def scores(self, samples: NDArray[Any]) -> Array:
+        """`update` over samples (n,): (n, 4)."""
+        return -np.asarray(samples["row"]["estimate"][self.load])
 
 
-@njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+class OneChamber(Threshold):
+    """Equation (1)."""
+
+    name, text = "threshold_one_chamber", "threshold on one chamber (1)"
+    load = "one_chamber"
+    threshold = -8747.3
+
+
+class TwoChamber(Threshold):
+    """Equation (3)."""
+
+    name, text = "threshold_two_chamber", "threshold on two chambers (3)"
+    load = "two_chamber"
+    threshold = -62.893
+
+
+class LessFriction(Threshold):
+    """Equation (7)."""
+
+    name, text = "threshold_friction", "threshold on the force less friction (7)"
+    load = "friction"
+    threshold = 125.61
+
+
+class PublishedFilter(Threshold):
+    """Equation (6)."""
+
+    name, text = "threshold_kbf", "threshold on the published filter"
+    load = "kbf"
+    threshold = -166.89
+
+
+class PublishedModifiedFilter(Threshold):
+    """Figure 10."""
+
+    name, text = "threshold_modified_kbf", "threshold on the published modified filter"
+    load = "modified_kbf"
+    threshold = 846.29
+
+
+class Own(Threshold):
+    """The whole-body estimate."""
+
+    name, text = "threshold_own", "threshold on the own estimate"
+    load = "own"
+    threshold = -854.451
+
+
+class Carried:
+    """The load with the friction that the oil tells (derived.py)."""
+
+    name, text = "threshold_carried", "threshold on the load with sliding seals"
+    threshold = -705.8
+
+    def update(self, sample: Any) -> Array:
+        """Scores (4,)."""
+        return -np.asarray(sample["derived"]["carried"])
+
+    def scores(self, samples: NDArray[Any]) -> Array:
+        """`update` over samples (n,): (n, 4)."""
+        return -np.asarray(samples["derived"]["carried"])

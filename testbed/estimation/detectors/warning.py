@@ -17,105 +17,163 @@ A warning stands for two seconds at least, and until the load is back. The score
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, part, quantity
+from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
-SIGNALS = ("load", "thrust", "rising")
-LOAD, THRUST, RISING = range(len(SIGNALS))
-"""What the warning looks at, means of one step: a load N; the ordered thrust N and how long it still rises s, the
-same for all feet, 0 where nothing is known of them."""
-LEVEL, SLOPE, PUSH, PUSH_RATE, MEAN, WAS, USUAL, STARTED, STANDS_S, STATE_SIZE = range(10)
-NUMBERS = (
-    "smooth_s",
-    "share",
-    "look_s",
-    "look_thrust_s",
-    "warn_at_n",
-    "usual_s",
-    "gone_n",
-    "kappa",
-    "step_s",
-    "least_n",
-)
-SMOOTH_S, SHARE, LOOK_S, LOOK_THRUST_S, WARN_AT_N, USUAL_S, GONE_N, KAPPA, STEP_S, LEAST_N = range(
-    len(NUMBERS)
-)
-"""Time constant of the filter; share of the usual load below which a foot is low; how far to look ahead, and under a
-rising thrust; predicted load below which to warn; time over which a load is usual; load at which the foot across counts
-as gone; largest share of a thrust that a foot feels; step; what a foot must have borne."""
 BACK = 2.0
 """A warning ends once the load is back at this many times the share of what is usual."""
-STANDS_LEAST_S, MEAN_S, MEMORY_S = 2.0, 0.02, 15.0
-"""How long a warning speaks for; time constants of a foot's mean and of the memory of the most that it bore."""
+STANDS_LEAST_S = 2.0
+"""How long a warning speaks for."""
+MEAN_S = 0.02
+"""Time constant of a foot's mean."""
+MEMORY_S = 15.0
+"""Time constant of the memory of the most that a foot bore."""
+
+
+class Seen(Record):
+    """What the warning looks at, means of one step; 0 where nothing is known of the thrust."""
+
+    load = quantity("N", "of the foot", per=LEGS)
+    thrust = quantity("N", "ordered thrust")
+    rising = quantity("s", "how long it still rises")
+
+
+class WarningNumbers(Record):
+    """Of the rule."""
+
+    smooth = quantity("s", "time constant of the filter")
+    share = quantity("1", "of the usual load, below which a foot is low")
+    look = quantity("s", "how far to look ahead")
+    look_thrust = quantity("s", "the same under a rising thrust")
+    warn_at = quantity("N", "predicted load below which to warn")
+    usual = quantity("s", "time over which a load is usual")
+    gone = quantity("N", "load at which the foot across counts as gone")
+    kappa = quantity("1", "largest share of a thrust that a foot feels")
+    step = quantity("s", "between two means")
+    least = quantity("N", "what a foot must have borne")
+
+
+class Line(Record):
+    """A level and its slope, by an alpha-beta filter."""
+
+    level = quantity("N", "level")
+    slope = quantity("N/s", "its change")
+
+
+class WarningState(Record):
+    """Of one foot."""
+
+    load = part(Line, "its load")
+    thrust = part(Line, "the ordered thrust")
+    mean = quantity("N", "mean load")
+    was = quantity("N", "the most that the foot bore of late")
+    usual = quantity("N", "usual load")
+    stands = quantity("s", "for how long a warning has stood; 0: none does")
+    started = quantity("1", "1 once there was a sample")
+
+
+STEP_S = 5.0e-3
+NUMBERS: Mapping[str, float] = MappingProxyType(
+    {
+        "smooth": 0.08,
+        "share": 0.325,
+        "look": 0.2,
+        "look_thrust": 0.35,
+        "warn_at": 560.0,
+        "usual": 3.0,
+        "gone": 0.0,
+        "kappa": 0.7,
+        "step": STEP_S,
+        "least": 1600.0,
+    }
+)
+"""On means of five milliseconds of the own estimate; set on a hundred tuning scenes so that four fifths
+of the gradual losses are warned of in time (benchmarks/contact_loss/warning_numbers.py)."""
+NUMBERS_ON_TRUTH: Mapping[str, float] = MappingProxyType(
+    {**NUMBERS, "smooth": 0.06, "share": 0.25, "warn_at": 350.0, "gone": 20.0}
+)
+"""The same rule's numbers for one who knows the true load: what perfect sensors would bring it."""
 
 
 @njit
-def alpha_beta(s: Array, at: int, value: float, p: Array) -> None:
-    """One sample into the level s[at] and the slope s[at + 1]."""
-    keep = math.exp(-p[STEP_S] / p[SMOOTH_S])
-    foreseen = s[at] + s[at + 1] * p[STEP_S]
-    s[at] = foreseen + (1.0 - keep * keep) * (value - foreseen)
-    s[at + 1] += (1.0 - keep) ** 2 * (value - foreseen) / p[STEP_S]
+def alpha_beta(line: Any, value: float, numbers: Any) -> None:
+    """One sample into the level and its slope."""
+    keep = math.exp(-numbers.step / numbers.smooth)
+    foreseen = line.level + line.slope * numbers.step
+    line.level = foreseen + (1.0 - keep * keep) * (value - foreseen)
+    line.slope += (1.0 - keep) ** 2 * (value - foreseen) / numbers.step
 
 
 @njit
-def follow(s: Array, load: float, thrust: float, p: Array) -> None:
+def follow(state: Any, load: float, thrust: float, numbers: Any) -> None:
     """One sample into the state of one foot."""
-    if s[STARTED] == 0.0:
-        s[LEVEL] = s[MEAN] = s[WAS] = s[USUAL] = load
-        s[PUSH], s[STARTED] = thrust, 1.0
-    alpha_beta(s, LEVEL, load, p)
-    alpha_beta(s, PUSH, thrust, p)
-    s[MEAN] += (load - s[MEAN]) * min(p[STEP_S] / MEAN_S, 1.0)
-    s[WAS] = max(s[MEAN], s[WAS] * (1.0 - p[STEP_S] / MEMORY_S))
-    s[USUAL] += (load - s[USUAL]) * p[STEP_S] / p[USUAL_S]
+    if state.started == 0.0:
+        state.load.level = state.mean = state.was = state.usual = load
+        state.thrust.level, state.started = thrust, 1.0
+    alpha_beta(state.load, load, numbers)
+    alpha_beta(state.thrust, thrust, numbers)
+    state.mean += (load - state.mean) * min(numbers.step / MEAN_S, 1.0)
+    state.was = max(state.mean, state.was * (1.0 - numbers.step / MEMORY_S))
+    state.usual += (load - state.usual) * numbers.step / numbers.usual
 
 
 @njit
-def time_left_s(across: Array, p: Array) -> float:
+def time_left_s(across: Any, numbers: Any) -> float:
     """Seconds until the foot across is gone, at most the longest look."""
-    left = max(p[LOOK_S], p[LOOK_THRUST_S])
-    if across[MEAN] <= p[GONE_N]:
+    left = max(numbers.look, numbers.look_thrust)
+    if across.mean <= numbers.gone:
         left = 0.0
-    elif across[SLOPE] < 0.0:
-        left = min(left, max(across[LEVEL] - p[GONE_N], 0.0) / -across[SLOPE])
+    elif across.load.slope < 0.0:
+        left = min(left, max(across.load.level - numbers.gone, 0.0) / -across.load.slope)
     return float(left)
 
 
 @njit
-def foreseen_n(s: Array, left_s: float, rising_s: float, p: Array) -> float:
+def foreseen_n(state: Any, left_s: float, rising_s: float, numbers: Any) -> float:
     """Load at the end of the look ahead, N."""
-    rest = min(s[SLOPE] + p[KAPPA] * max(s[PUSH_RATE], 0.0), 0.0)
-    by_thrust = min(s[SLOPE], 0.0) - rest
-    thrust_s = min(p[LOOK_THRUST_S], min(rising_s, left_s))
-    return float(s[LEVEL] + by_thrust * thrust_s + rest * min(p[LOOK_S], left_s))
+    slope = state.load.slope
+    rest = min(slope + numbers.kappa * max(state.thrust.slope, 0.0), 0.0)
+    by_thrust = min(slope, 0.0) - rest
+    thrust_s = min(numbers.look_thrust, min(rising_s, left_s))
+    return float(state.load.level + by_thrust * thrust_s + rest * min(numbers.look, left_s))
 
 
 @njit
-def step(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """signals [SIGNALS, 4]; p = SMOOTH_S .. LEAST_N."""
+def step(seen: Any, states: Any, numbers: Any, score: Any) -> None:
+    """One sample: Seen, WarningState (4) -> score (4)."""
     for foot in range(4):
-        follow(state[foot], signals[LOAD, foot], signals[THRUST, foot], p)
+        follow(states[foot], seen.load[foot], seen.thrust, numbers)
     for foot in range(4):
-        s = state[foot]
-        low = p[SHARE] * s[USUAL]
-        if s[STANDS_S] > 0.0:
-            s[STANDS_S] += p[STEP_S]
-            if s[STANDS_S] > STANDS_LEAST_S and s[LEVEL] > BACK * low:
-                s[STANDS_S] = 0.0
-        elif s[WAS] >= p[LEAST_N] and s[LEVEL] < low and s[SLOPE] < 0.0:
-            left = time_left_s(state[3 - foot], p)
-            if left > 0.0 and foreseen_n(s, left, signals[RISING, foot], p) < p[WARN_AT_N]:
-                s[STANDS_S] = p[STEP_S]
-        score[foot] = 1.0 if s[STANDS_S] > 0.0 else 0.0
+        state = states[foot]
+        low = numbers.share * state.usual
+        if state.stands > 0.0:
+            state.stands += numbers.step
+            if state.stands > STANDS_LEAST_S and state.load.level > BACK * low:
+                state.stands = 0.0
+        elif state.was >= numbers.least and state.load.level < low and state.load.slope < 0.0:
+            left = time_left_s(states[3 - foot], numbers)
+            if left > 0.0 and foreseen_n(state, left, seen.rising, numbers) < numbers.warn_at:
+                state.stands = numbers.step
+        score[foot] = 1.0 if state.stands > 0.0 else 0.0
 
 
 @njit
-def run(signals: Array, state: Array, p: Array, score: Array) -> None:
-    """`step` over n samples [n, SIGNALS, 4]."""
-    for n in range(signals.shape[0]):
-        step(signals[n], state, p, score[n])
+def _run(seen: Any, states: Any, numbers: Any, score: Any) -> None:
+    for n in range(seen.shape[0]):
+        step(seen[n], states, numbers[0], score[n])
+
+
+def raised(seen: NDArray[Any], numbers: Mapping[str, float] = NUMBERS) -> Array:
+    """1 while a warning of a foot stands, else 0, (n, 4); `seen`: Seen (n,)."""
+    score = np.zeros((len(seen), len(LEGS)))
+    _run(seen, WarningState.zeros(len(LEGS)), WarningNumbers.one(**numbers), score)
+    return score

@@ -6,31 +6,36 @@ R is replaced by R |r| / c where |r| = |e| / sqrt(P + Q + R) > c.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
+from testbed.estimation.filters.base import over
+from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
+from testbed.formats.records import Record, quantity
+
+
+class Numbers(Record):
+    """The filter's constants."""
+
+    process_variance = quantity("N2", "Q: variance of one step of the random walk")
+    measurement_variance = quantity("N2", "R: variance of a sample")
+    corner = quantity(
+        "1", "c: standard deviations up to which a sample counts in full; usually 1.345"
+    )
 
 
 @njit
-def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
-    """One sample. p = [Q, R, c]: N2, N2, 1 (1.345 is the usual c)."""
-    if state[2] == 0.0:
-        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
+def step(state: Any, z: float, numbers: Any) -> float:
+    """One sample."""
+    q, r = numbers.process_variance, numbers.measurement_variance
+    if state.started == 0.0:
+        return float(start(state, z, r))
     if not np.isfinite(z):
-        state[1] += p[0]
-        return float(state[0])
-    r = abs(z - state[0]) / math.sqrt(state[1] + p[0] + p[1])
-    return float(predict_and_update(state, z, p[0], p[1] * max(1.0, r / p[2])))
+        return float(only_predict(state, q))
+    deviations = abs(z - state.value) / math.sqrt(state.variance + q + r)
+    return float(predict_and_update(state, z, q, r * max(1.0, deviations / numbers.corner)))
 
 
-@njit
-def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The filter over an array z[n] in N; returns x[n] in N."""
-    state = np.zeros(STATE_SIZE)
-    x = np.empty(z.size)
-    for k in range(z.size):
-        x[k] = step(state, z[k], p)
-    return x
+run = over(step, KalmanState, Numbers)

@@ -6,50 +6,66 @@ x_k = x_(k-1) + w, w ~ N(0, Q);  z_k = x_k + n, n ~ N(0, R)  (the paper's equati
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.estimation.filters.base import over
+from testbed.formats.records import Record, quantity
 
-STATE_SIZE = 3
-"""state[0] = x, state[1] = P, state[2] = 1 once a first sample has been seen."""
+
+class KalmanState(Record):
+    """Of a scalar Kalman filter."""
+
+    value = quantity("N", "x: the estimate")
+    variance = quantity("N2", "P: its variance")
+    started = quantity("1", "1 once there was a sample")
+
+
+class Numbers(Record):
+    """The filter's constants."""
+
+    process_variance = quantity("N2", "Q: variance of one step of the random walk")
+    measurement_variance = quantity("N2", "R: variance of a sample")
 
 
 @njit
-def predict_and_update(state: NDArray[np.float64], z: float, q: float, r: float) -> float:
+def predict_and_update(state: Any, z: float, q: float, r: float) -> float:
     """One full Kalman step (Joseph form, as filterpy's); units of z, q and r are N, N2, N2."""
-    prior = state[1] + q
+    prior = state.variance + q
     gain = prior / (prior + r)
-    state[0] += gain * (z - state[0])
-    state[1] = (1.0 - gain) * (1.0 - gain) * prior + gain * gain * r
-    return float(state[0])
+    state.value += gain * (z - state.value)
+    state.variance = (1.0 - gain) * (1.0 - gain) * prior + gain * gain * r
+    return float(state.value)
 
 
 @njit
-def start(state: NDArray[np.float64], z: float, r: float) -> float:
-    """The first sample is the first estimate, known as well as one measurement: P = R."""
-    for k in range(state.shape[0]):
-        state[k] = 0.0
-    state[0], state[1], state[2] = z, r, 1.0
+def only_predict(state: Any, q: float) -> float:
+    """A step without a sample: the variance grows."""
+    state.variance += q
+    return float(state.value)
+
+
+@njit
+def start(state: Any, z: float, r: float) -> float:
+    """The first sample is the first estimate, known as well as one measurement: P = R; no number starts nothing."""
+    if not np.isfinite(z):
+        return 0.0
+    state.value, state.variance, state.started = z, r, 1.0
     return z
 
 
 @njit
-def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
-    """One sample through the KBF. p = [Q, R, ...] in N2; a sample that is not a number only propagates P."""
-    if state[2] == 0.0:
-        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
+def step(state: Any, z: float, numbers: Any) -> float:
+    """One sample through the KBF; a sample that is not a number only propagates P."""
+    if state.started == 0.0:
+        return float(start(state, z, numbers.measurement_variance))
     if not np.isfinite(z):
-        state[1] += p[0]
-        return float(state[0])
-    return float(predict_and_update(state, z, p[0], p[1]))
+        return float(only_predict(state, numbers.process_variance))
+    return float(
+        predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
+    )
 
 
-@njit
-def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The KBF over an array z[n] in N; returns x[n] in N."""
-    state = np.zeros(STATE_SIZE)
-    x = np.empty(z.size)
-    for k in range(z.size):
-        x[k] = step(state, z[k], p)
-    return x
+run = over(step, KalmanState, Numbers)

@@ -6,29 +6,32 @@ e_max every later sample is rejected too, for ever (lock-out). Kept as it is, to
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from testbed.compiled import njit
-from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
+from testbed.estimation.filters.base import over
+from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
+from testbed.formats.records import Record, quantity
+
+
+class Numbers(Record):
+    """The filter's constants."""
+
+    process_variance = quantity("N2", "Q: variance of one step of the random walk")
+    measurement_variance = quantity("N2", "R: variance of a sample")
+    innovation_limit = quantity("N", "e_max: a sample farther off is not used")
 
 
 @njit
-def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
-    """One sample. p = [Q, R, e_max, ...] in N2, N2, N; a sample that is not a number is rejected."""
-    if state[2] == 0.0:
-        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
-    if not abs(z - state[0]) <= p[2]:
-        state[1] += p[0]
-        return float(state[0])
-    return float(predict_and_update(state, z, p[0], p[1]))
+def step(state: Any, z: float, numbers: Any) -> float:
+    """One sample; one that is not a number is rejected."""
+    if state.started == 0.0:
+        return float(start(state, z, numbers.measurement_variance))
+    if not abs(z - state.value) <= numbers.innovation_limit:
+        return float(only_predict(state, numbers.process_variance))
+    return float(
+        predict_and_update(state, z, numbers.process_variance, numbers.measurement_variance)
+    )
 
 
-@njit
-def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The modified KBF over an array z[n] in N; returns x[n] in N."""
-    state = np.zeros(STATE_SIZE)
-    x = np.empty(z.size)
-    for k in range(z.size):
-        x[k] = step(state, z[k], p)
-    return x
+run = over(step, KalmanState, Numbers)

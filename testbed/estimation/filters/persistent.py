@@ -12,72 +12,91 @@ Three rules on top of the KBF:
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.filters.kbf import predict_and_update, start
-
-STATE_SIZE = 9
-X, P, STARTED, HELD_X, HELD_P, HELD_STARTED, COUNT, LIVELY, REJECTED = range(STATE_SIZE)
-"""Estimate N, its variance N2, 0/1; the same of what is held back; samples held back (signed by side);
-how lively the load is 0..1; share of samples outside of late."""
+from testbed.estimation.filters.base import over
+from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
+from testbed.formats.records import Record, part, quantity
 
 FORGET = 0.8
+"""What a sample inside the gate leaves of the count of those outside, as noise may interrupt a small step."""
 LIVELY_HOLD = 3.0
+"""Samples in a row outside the gate that are enough while the load is lively."""
 LIVELY_DECAY = 1.0 - 1.0 / 60.0
+"""What a sample leaves of a load's liveliness: some tens of ms at 1 kHz."""
 LIVELY_FROM = 0.05
-LIVELY_SIGMAS, REFRESH_SIGMAS = 5.0, 2.5
-SHARE_LIMIT, SHARE_RATE = 0.15, 1.0 / 150.0
-"""FORGET: what a sample inside the gate leaves of the count, as noise may interrupt a small step. The rest in samples
-at 1 kHz: a load stays lively for some tens of ms, the share is counted over 150 ms."""
+"""A load this lively has just moved."""
+LIVELY_SIGMAS = 5.0
+"""Gate of a lively load, standard deviations of the innovation."""
+REFRESH_SIGMAS = 2.5
+"""Innovation that keeps a lively load lively, standard deviations."""
+SHARE_LIMIT = 0.15
+"""Share of samples outside the gate beyond which it is the load that moves."""
+SHARE_RATE = 1.0 / 150.0
+"""What a sample weighs in that share: 150 ms at 1 kHz."""
+
+
+class PersistentState(Record):
+    """What the filter knows."""
+
+    estimate = part(KalmanState, "what is believed")
+    held = part(KalmanState, "what is held back")
+    count = quantity("1", "samples held back, signed by the side they are on")
+    lively = quantity("1", "how lively the load is, 0 to 1")
+    rejected = quantity("1", "share of samples outside the gate of late")
+
+
+class Numbers(Record):
+    """The filter's constants."""
+
+    process_variance = quantity("N2", "Q: variance of one step of the random walk")
+    measurement_variance = quantity("N2", "R: variance of a sample")
+    innovation_limit = quantity("N", "e_max: gate of a quiet load")
+    hold_samples = quantity("1", "samples in a row outside the gate that are a true step")
 
 
 @njit
-def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
-    """One sample. p = [Q, R, e_max, hold]: N2, N2, N, samples; a sample that is not a number only propagates P."""
+def step(state: Any, z: float, numbers: Any) -> float:
+    """One sample; one that is not a number only propagates P."""
+    now, q, r = state.estimate, numbers.process_variance, numbers.measurement_variance
     if not np.isfinite(z):
-        state[P] += p[0]
-        return float(state[X])
-    if state[STARTED] == 0.0:
-        return float(start(state, z, p[1]))
-    state[LIVELY] *= LIVELY_DECAY
-    lively = state[LIVELY] > LIVELY_FROM
-    q = p[0] + state[LIVELY] * p[1]
-    sigma = math.sqrt(state[P] + q + p[1])
-    error = z - state[X]
-    outside = abs(error) > (max(p[2], LIVELY_SIGMAS * sigma) if lively else p[2])
-    state[REJECTED] += ((1.0 if outside else 0.0) - state[REJECTED]) * SHARE_RATE
-    restless = state[REJECTED] > SHARE_LIMIT
+        return float(only_predict(now, q))
+    if now.started == 0.0:
+        state.lively = 0.0
+        return float(start(now, z, r))
+    state.lively *= LIVELY_DECAY
+    lively = state.lively > LIVELY_FROM
+    q += state.lively * r
+    sigma = math.sqrt(now.variance + q + r)
+    error, gate = z - now.value, numbers.innovation_limit
+    outside = abs(error) > (max(gate, LIVELY_SIGMAS * sigma) if lively else gate)
+    state.rejected += ((1.0 if outside else 0.0) - state.rejected) * SHARE_RATE
+    restless = state.rejected > SHARE_LIMIT
     if restless or (lively and not outside and abs(error) > REFRESH_SIGMAS * sigma):
-        state[LIVELY] = 1.0
+        state.lively = 1.0
     if restless or not outside:
-        state[COUNT] *= FORGET
-        return float(predict_and_update(state, z, q, p[1]))
-    state[P] += q
-    hold_back(state, z, 1.0 if error > 0.0 else -1.0, p)
-    if abs(state[COUNT]) >= (LIVELY_HOLD if lively else p[3]):
-        state[X], state[P] = state[HELD_X], state[HELD_P]
-        state[COUNT], state[LIVELY], state[REJECTED] = 0.0, 1.0, 0.0
-    return float(state[X])
+        state.count *= FORGET
+        return float(predict_and_update(now, z, q, r))
+    now.variance += q
+    hold_back(state, z, 1.0 if error > 0.0 else -1.0, numbers)
+    if abs(state.count) >= (LIVELY_HOLD if lively else numbers.hold_samples):
+        now.value, now.variance = state.held.value, state.held.variance
+        state.count, state.lively, state.rejected = 0.0, 1.0, 0.0
+    return float(now.value)
 
 
 @njit
-def hold_back(state: NDArray[np.float64], z: float, side: float, p: NDArray[np.float64]) -> None:
+def hold_back(state: Any, z: float, side: float, numbers: Any) -> None:
     """Let the rejected sample join those before it on the same side, or open a new row of them."""
-    if state[COUNT] * side > 0.5:
-        predict_and_update(state[HELD_X:COUNT], z, p[0] + p[1], p[1])
-        state[COUNT] += side
+    q, r = numbers.process_variance, numbers.measurement_variance
+    if state.count * side > 0.5:
+        predict_and_update(state.held, z, q + r, r)
+        state.count += side
     else:
-        state[HELD_X], state[HELD_P], state[COUNT] = z, p[1], side
+        state.held.value, state.held.variance, state.count = z, r, side
 
 
-@njit
-def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The filter over an array z[n] in N; returns x[n] in N."""
-    state = np.zeros(STATE_SIZE)
-    x = np.empty(z.size)
-    for k in range(z.size):
-        x[k] = step(state, z[k], p)
-    return x
+run = over(step, PersistentState, Numbers)

@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.filters.kbf import STATE_SIZE, predict_and_update, start
+from testbed.estimation.filters.base import over
+from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
+from testbed.formats.records import Record, quantity
+
+
+class Numbers(Record):
+    """The filter's constants."""
+
+    process_variance = quantity("N2", "Q: variance of one step of the random walk")
+    measurement_variance = quantity("N2", "R: variance of a sample")
+    limit = quantity("N", "an innovation pulls no more than this one")
 
 
 @njit
-def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
-    """One sample. p = [Q, R, limit]: N2, N2, N."""
-    if state[2] == 0.0:
-        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
+def step(state: Any, z: float, numbers: Any) -> float:
+    """One sample."""
+    q, r = numbers.process_variance, numbers.measurement_variance
+    if state.started == 0.0:
+        return float(start(state, z, r))
     if not np.isfinite(z):
-        state[1] += p[0]
-        return float(state[0])
-    error = min(max(z - state[0], -p[2]), p[2])
-    return float(predict_and_update(state, state[0] + error, p[0], p[1]))
+        return float(only_predict(state, q))
+    error = min(max(z - state.value, -numbers.limit), numbers.limit)
+    return float(predict_and_update(state, state.value + error, q, r))
 
 
-@njit
-def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The filter over an array z[n] in N; returns x[n] in N."""
-    state = np.zeros(STATE_SIZE)
-    x = np.empty(z.size)
-    for k in range(z.size):
-        x[k] = step(state, z[k], p)
-    return x
+run = over(step, KalmanState, Numbers)

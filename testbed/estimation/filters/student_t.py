@@ -5,38 +5,42 @@ Repeat: R_k = R (nu + (e^2 + P_k) / R) / (nu + 1), e = z - x_k; update (x_k, P_k
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.filters.kbf import STATE_SIZE, start
+from testbed.estimation.filters.base import over
+from testbed.estimation.filters.kbf import KalmanState, only_predict, start
+from testbed.formats.records import Record, quantity
 
 ITERATIONS = 5
 
 
+class Numbers(Record):
+    """The filter's constants."""
+
+    process_variance = quantity("N2", "Q: variance of one step of the random walk")
+    measurement_variance = quantity("N2", "R: variance of a sample")
+    freedom = quantity("1", "nu: degrees of freedom of the noise; 4 is common")
+
+
 @njit
-def step(state: NDArray[np.float64], z: float, p: NDArray[np.float64]) -> float:
-    """One sample. p = [Q, R, nu]: N2, N2, 1 (4 is common)."""
-    if state[2] == 0.0:
-        return float(start(state, z, p[1])) if np.isfinite(z) else 0.0
+def step(state: Any, z: float, numbers: Any) -> float:
+    """One sample."""
+    q, r = numbers.process_variance, numbers.measurement_variance
+    if state.started == 0.0:
+        return float(start(state, z, r))
     if not np.isfinite(z):
-        state[1] += p[0]
-        return float(state[0])
-    prior = state[1] + p[0]
-    x, variance = state[0], prior
+        return float(only_predict(state, q))
+    prior, nu = state.variance + q, numbers.freedom
+    x, variance = state.value, prior
     for _ in range(ITERATIONS):
-        noise = p[1] * (p[2] + ((z - x) ** 2 + variance) / p[1]) / (p[2] + 1.0)
+        noise = r * (nu + ((z - x) ** 2 + variance) / r) / (nu + 1.0)
         gain = prior / (prior + noise)
-        x, variance = state[0] + gain * (z - state[0]), (1.0 - gain) * prior
-    state[0], state[1] = x, variance
+        x, variance = state.value + gain * (z - state.value), (1.0 - gain) * prior
+    state.value, state.variance = x, variance
     return float(x)
 
 
-@njit
-def run(z: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The filter over an array z[n] in N; returns x[n] in N."""
-    state = np.zeros(STATE_SIZE)
-    x = np.empty(z.size)
-    for k in range(z.size):
-        x[k] = step(state, z[k], p)
-    return x
+run = over(step, KalmanState, Numbers)

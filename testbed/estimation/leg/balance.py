@@ -11,6 +11,7 @@ import numpy.typing as npt
 from testbed.effects.base import Active
 from testbed.effects.friction_load import REFERENCE_LOAD_N
 from testbed.effects.terms import ForceTerms, Signals
+from testbed.estimation.cylinder import piston_force_n as chambers_force_n
 from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
@@ -37,11 +38,10 @@ def piston_force_n(signals: Signals) -> Array:
     if signals.actuator_force_n is not None and signals.pressure_a_pa is None:
         return signals.actuator_force_n
     assert signals.pressure_a_pa is not None
-    force = signals.pressure_a_pa * signals.known.area_a_m2
-    return (
-        force
-        if signals.pressure_b_pa is None
-        else force - signals.pressure_b_pa * signals.known.area_b_m2
+    pressure_b = 0.0 if signals.pressure_b_pa is None else signals.pressure_b_pa
+    known = signals.known
+    return np.asarray(
+        chambers_force_n(signals.pressure_a_pa, pressure_b, known.area_a_m2, known.area_b_m2)
     )
 
 

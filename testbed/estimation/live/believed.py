@@ -1,4 +1,4 @@
-"""What the live chain believes of one machine: numbers per leg, packed once for the compiled step.
+"""What the live chain believes of one machine, for people; chain.py makes the record of the compiled step from it.
 
 Built from the machine's parameter file and, where there are any, from the effects of a believed model file.
 """
@@ -8,48 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from testbed.effects import by_name
 from testbed.errors import InputError
-from testbed.estimation.detectors import signals
+from testbed.estimation.cylinder import stribeck_of
+from testbed.estimation.detectors.derived import valve_of
 from testbed.machine.groups import Cylinder, StraightCylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
-
-SCALARS = (
-    "area_a_m2",
-    "area_b_m2",
-    "mass_kg",
-    "extra_mass_kg",
-    "stroke_m",
-    "gain_a",
-    "gain_b",
-    "zero_a_pa",
-    "zero_b_pa",
-    "drift_a_pa_s",
-    "position_slope",
-    "pressure_coefficient_m2",
-    "load_coefficient",
-    "viscosity_rate_1_k",
-    "viscosity_reference_degc",
-    "spring_stiffness_n_m",
-    "spring_rest_m",
-    "cushion_stiffness_n_m",
-    "cushion_start_m",
-    "force_offset_n",
-    "dead_volume_a_m3",
-    "dead_volume_b_m3",
-    "bulk_modulus_pa",
-    "seal_stiffness_n_m",
-    "valve_deadband",
-)
-"""A leg's believed numbers beside its eight friction parameters; the order of `Leg.packed`."""
-
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
 
@@ -85,11 +55,34 @@ class Leg:
     seal_stiffness_n_m: float = 3.0e7
     valve_deadband: float = 0.03
 
-    def packed(self) -> NDArray[np.float64]:
-        """friction[8] of (5), then SCALARS in their order."""
-        return np.array(
-            self.friction.packed() + [getattr(self, name) for name in SCALARS], dtype=np.float64
-        )
+    @property
+    def moving_mass_kg(self) -> float:
+        """What moves with the cylinder, declared and believed beside it."""
+        return self.mass_kg + self.extra_mass_kg
+
+    def write(self, cylinder: Any) -> None:
+        """Put these numbers into a record `Cylinder`; what other seals add to friction stays as it is there."""
+        cylinder["area_a"], cylinder["area_b"] = self.area_a_m2, self.area_b_m2
+        cylinder["stroke"] = self.stroke_m
+        cylinder["dead_volume_a"] = self.dead_volume_a_m3
+        cylinder["dead_volume_b"] = self.dead_volume_b_m3
+        cylinder["bulk_modulus"] = self.bulk_modulus_pa
+        cylinder["seal_stiffness"] = self.seal_stiffness_n_m
+        cylinder["deadband"] = self.valve_deadband
+        a, b = cylinder["sensor_a"], cylinder["sensor_b"]
+        a["gain"], a["zero"], a["drift"] = self.gain_a, self.zero_a_pa, self.drift_a_pa_s
+        b["gain"], b["zero"] = self.gain_b, self.zero_b_pa
+        cylinder["friction"] = stribeck_of(self.friction)[0]
+        cylinder["position_slope"] += self.position_slope
+        cylinder["pressure_coefficient"] += self.pressure_coefficient_m2
+        cylinder["load_coefficient"] += self.load_coefficient
+        cylinder["viscosity_rate"] += self.viscosity_rate_1_k
+        cylinder["viscosity_reference"] = self.viscosity_reference_degc
+        cylinder["spring_stiffness"] = self.spring_stiffness_n_m
+        cylinder["spring_rest"] = self.spring_rest_m
+        cylinder["cushion_stiffness"] = self.cushion_stiffness_n_m
+        cylinder["cushion_start"] = self.cushion_start_m
+        cylinder["offset"] = self.force_offset_n
 
     def with_effect(self, entry: EffectEntry) -> Leg:
         """This leg with a named effect of a model file added; an effect that has no live term changes nothing.
@@ -142,14 +135,14 @@ class Believed:
     """Everything the chain is built from: four legs (fl, fr, rl, rr), the step, the encoder, the tuning."""
 
     legs: tuple[Leg, Leg, Leg, Leg]
-    valve: NDArray[np.float64]
-    """Valve and oil as the contact detector believes them (detectors/signals.py)."""
+    valve: NDArray[Any]
+    """Valve and oil as the contact detector believes them: one record `Valve` (detectors/derived.py), shape (1,)."""
     dt_s: float = 1.0e-3
     encoder_resolution_m: float = 1.0e-4
     gravity_m_s2: float = GRAVITY_M_S2
     tuning: Tuning = field(default_factory=Tuning)
-    body: NDArray[np.float64] = field(default_factory=partial(np.zeros, 0))
-    """The whole machine as body_belief.packed gives it; empty: each vertical cylinder is estimated by itself."""
+    body: NDArray[Any] | None = None
+    """The whole machine as body_belief.body_of gives it; None: each vertical cylinder is estimated by itself."""
     supply_pa: float = 9.0e6
     """Supply pressure where none is measured, gauge."""
 
@@ -218,8 +211,7 @@ class Believed:
                     leg = leg.with_effect(effect)
             legs.append(leg)
         four = (legs[0], legs[1], legs[2], legs[3])
-        valve = signals.parameters(machine, dt_s)
-        return cls(four, valve, dt_s, machine.sensor.encoder_linear_m)
+        return cls(four, valve_of(machine), dt_s, machine.sensor.encoder_linear_m)
 
 
 def _declared_leg(machine: Machine, leg: str) -> Leg:

@@ -1,21 +1,22 @@
-"""What the own estimator believes of the whole machine: numbers packed once for the compiled step (own_kernel.py)."""
+"""What the whole-body estimate (whole_body.py) believes of the machine, and how sure it is of what."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.live import axis_kernel as ax
-from testbed.estimation.live import own_kernel as own
+from testbed.estimation.filters import persistent
+from testbed.estimation.live.axis import Decisions
 from testbed.estimation.live.believed import Leg, friction_of
+from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2
+from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
 from testbed.robot.linkage import RotationLinkage, stroke_m
-from testbed.robot.loads import foot_forces as ff
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -76,135 +77,113 @@ class OwnTuning:
     hold_samples: float = 4.0
 
 
-def packed(
+def body_of(
     machine: Machine,
     model: RobotModel,
     legs: Sequence[Leg],
     dt_s: float,
     rope_directions_in_world: Array,
     tuning: OwnTuning | None = None,
-) -> Array:
-    """The array (BODY_SIZE,) of own_kernel: `machine` and `model` as believed, `legs` the four vertical cylinders.
+) -> NDArray[Any]:
+    """One record `BodyBelief`, shape (1,): `machine`, `model` as believed, `legs` the four vertical cylinders.
 
     `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as surveyed at the start;
     zeros where there are no ropes.
     """
     t = OwnTuning() if tuning is None else tuning
     linkage = RotationLinkage.from_machine(machine)
-    base_mass, base_centre = model.base_mass()
-    weight = model.total_mass_kg * GRAVITY_M_S2
-    body = np.zeros(own.BODY_SIZE)
-    body[: own.BODY_NUMBERS] = [
-        t.every,
-        t.sliding_keep_s,
-        t.rest_keep_s,
-        t.body_keep_s,
-        t.rope_share,
-        t.force_sd_n**2,
-        t.moment_sd_n_m**2,
-        t.gate,
-        t.tail_s if t.robust else 0.0,
-        t.zero_wander_n2_s,
-        t.air_load_n,
-        t.air_dwell_s,
-        t.air_sd_n,
-        t.swing,
-        t.balance,
-        t.noise_sd_n,
-        GRAVITY_M_S2,
-        base_mass,
-        machine.sensor.calibration_temperature_degc,
-        t.drill_share,
-        t.news_share,
-        t.news_noise_n,
-        t.blow_share,
-        t.sd_at_rest if t.balance else 1.0,
-    ]
-    force_sd, moment_sd = t.weight_share * weight, t.centre_sd_m * weight
-    body[own.BODY_SD : own.FILTER] = [force_sd] * 3 + [moment_sd] * 3
-    body[own.FILTER : own.GEOMETRY] = [t.filter_q_n2, t.filter_r_n2, t.e_max_n, t.hold_samples]
-    body[own.GEOMETRY : own.BASE_CENTRE] = linkage.geometry
-    body[own.BASE_CENTRE : own.FOOT_Z] = base_centre
-    body[own.FOOT_Z : own.ROPE_POINTS] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
-    body[own.ROPE_POINTS : own.ROPE_DIRECTIONS] = model.rope_attachments_m.ravel()
-    body[own.ROPE_DIRECTIONS : own.DRILL_POINT] = np.asarray(rope_directions_in_world).ravel()
-    body[own.DRILL_POINT : own.STORE_POINT] = model.drill_mount_m
-    body[own.STORE_POINT : own.INERTIA] = model.rod_store_m
-    middle = model.limits.mean(axis=1)
-    body[own.INERTIA : own.COMMON] = model.mass_matrix(middle)[3:6, 3:6].ravel()
-    body[own.COMMON : own.LEGS_AT] = [
-        dt_s,
-        t.observer_rad_s,
-        t.rest_m_s,
-        t.slide_m_s,
-        t.friction_share,
-        t.speed_sd_m_s,
-        t.rest_share,
-        t.rich,
-        t.history,
-    ]
+    out = BodyBelief.zeros()
+    body = out[0]
+    body["believed"] = 1.0
+    _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
+    body["calibrated_at"] = machine.sensor.calibration_temperature_degc
+    body["base_mass"], body["base_centre"] = model.base_mass()
+    body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
+    body["linkage"] = linkage.geometry
+    body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
+    body["rope_point"] = model.rope_attachments_m
+    body["rope_direction"] = rope_directions_in_world
+    body["drill_point"], body["store_point"] = model.drill_mount_m, model.rod_store_m
+    body["decisions"]["dt"] = dt_s
     numbers = model.leg_numbers()
-    numbers["links"]["mass"][:, 2] = [leg.mass_kg + leg.extra_mass_kg for leg in legs]
-    body[own.LEGS_AT : own.AXES_AT] = ff.LegNumbers.as_table(numbers).ravel()
-    axes = body[own.AXES_AT :].reshape(len(AXES), ax.AXIS_BELIEFS)
-    arm = float(linkage.moment_arm_m(0.0))
+    numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
+    body["legs"] = numbers
     for i, axis in enumerate(machine.axes.values()):
-        axes[i] = _cylinder(axis, stroke_m(axis.cylinder, linkage), arm)
+        _declare(body["axes"][i], axis, linkage)
         if axis.joint == "vertical":
-            _vertical(axes[i], legs[i // 3])
-    return body
+            legs[i // len(JOINTS)].write(body["axes"][i].cylinder)
+    return out
 
 
-def _cylinder(axis: Axis, stroke: float, arm_m: float) -> Array:
-    """One cylinder as the machine declares it (AXIS_BELIEFS,); `arm_m`: of the rotation linkage."""
-    c, seal, sensor, stop = axis.cylinder, axis.seal, axis.sensor, axis.end_stop
+def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
+    """How sure the estimate is of what, and what it decides by."""
+    body["every"], body["gravity"] = t.every, GRAVITY_M_S2
+    body["sliding_keep"], body["rest_keep"] = t.sliding_keep_s, t.rest_keep_s
+    body["balance_keep"] = t.body_keep_s
+    body["rope_share"], body["drill_share"] = t.rope_share, t.drill_share
+    body["blow_share"] = t.blow_share
+    body["force_variance"], body["moment_variance"] = t.force_sd_n**2, t.moment_sd_n_m**2
+    body["gate"], body["tail"] = t.gate, t.tail_s if t.robust else 0.0
+    body["zero_wander"] = t.zero_wander_n2_s
+    body["air_load"], body["air_dwell"] = t.air_load_n, t.air_dwell_s
+    body["air_sd"], body["learns_in_air"] = t.air_sd_n, t.swing
+    body["balances"], body["noise_sd"] = t.balance, t.noise_sd_n
+    body["news_share"], body["news_noise"] = t.news_share, t.news_noise_n
+    body["sd_at_rest"] = t.sd_at_rest if t.balance else 1.0
+    body["balance_sd"][:3] = t.weight_share * weight_n
+    body["balance_sd"][3:] = t.centre_sd_m * weight_n
+    body["filter"] = persistent.Numbers.one(
+        process_variance=t.filter_q_n2,
+        measurement_variance=t.filter_r_n2,
+        innovation_limit=t.e_max_n,
+        hold_samples=t.hold_samples,
+    )[0]
+    body["decisions"] = Decisions.one(
+        dt=0.0,
+        observer=t.observer_rad_s,
+        rest_speed=t.rest_m_s,
+        slide_speed=t.slide_m_s,
+        friction_share=t.friction_share,
+        speed_sd=t.speed_sd_m_s,
+        rest_share=t.rest_share,
+        knows_dependence=t.rich,
+        remembers=t.history,
+    )[0]
+
+
+def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
+    """One AxisBelief as the machine declares it."""
+    c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
     area_a = 0.25 * math.pi * c.bore_m**2
-    area_b = area_a - 0.25 * math.pi * c.rod_m**2
-    count = sensor.encoder_linear_m
+    leg = Leg(
+        area_a_m2=area_a,
+        area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
+        friction=friction_of(c),
+        stroke_m=stroke_m(c, linkage),
+        position_slope=seal.position_slope,
+        pressure_coefficient_m2=seal.pressure_coefficient_m2,
+        load_coefficient=seal.load_coefficient,
+        viscosity_rate_1_k=seal.viscosity_rate_1_k,
+        viscosity_reference_degc=seal.viscosity_reference_degc,
+        dead_volume_a_m3=c.dead_volume_a_m3,
+        dead_volume_b_m3=c.dead_volume_b_m3,
+        bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        seal_stiffness_n_m=seal.bristle_stiffness_n_m,
+        valve_deadband=axis.valve.deadband,
+    )
+    leg.write(out.cylinder)
+    out.cylinder.side_coefficient = seal.side_load_coefficient
+    out.dwell_gain, out.dwell_time = seal.dwell_gain, seal.dwell_time_s
+    out.encoder_resolution = sensor.encoder_linear_m
     if axis.joint == "rotation":
-        count = 2.0 * math.pi / sensor.encoder_counts_per_turn * arm_m
-    b = np.zeros(ax.AXIS_BELIEFS)
-    b[:8] = friction_of(c).packed()
-    b[ax.AREA_A], b[ax.AREA_B] = area_a, area_b
-    b[ax.STROKE] = stroke
-    b[ax.RESOLUTION] = count
-    b[ax.SLOPE], b[ax.PRESSURE] = seal.position_slope, seal.pressure_coefficient_m2
-    b[ax.SIDE], b[ax.LOAD] = seal.side_load_coefficient, seal.load_coefficient
-    b[ax.WARMTH_RATE], b[ax.WARMTH_REFERENCE] = (
-        seal.viscosity_rate_1_k,
-        seal.viscosity_reference_degc,
-    )
-    b[ax.DWELL_GAIN], b[ax.DWELL_TIME] = seal.dwell_gain, seal.dwell_time_s
-    b[ax.SEAL], b[ax.DEAD_A], b[ax.DEAD_B] = (
-        seal.bristle_stiffness_n_m,
-        c.dead_volume_a_m3,
-        c.dead_volume_b_m3,
-    )
-    b[ax.BULK], b[ax.DEADBAND] = axis.oil.bulk_modulus_pa, axis.valve.deadband
-    b[ax.CUSHION_LENGTH], b[ax.CUSHION_DAMPING] = (
-        stop.cushion_length_m,
-        stop.cushion_damping_n_s_m,
-    )
+        arm = float(linkage.moment_arm_m(0.0))
+        out.encoder_resolution = 2.0 * math.pi / sensor.encoder_counts_per_turn * arm
+    out.end_cushion_length = axis.end_stop.cushion_length_m
+    out.end_cushion_damping = axis.end_stop.cushion_damping_n_s_m
     per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
-    both = math.hypot(area_a, area_b)
-    b[ax.THERMAL_N_K] = per_kelvin / math.sqrt(3.0) * both  # any slope up to that is as likely
-    b[ax.ZERO_SD] = OwnTuning.zero_sd_n
-    return b
-
-
-def _vertical(b: Array, leg: Leg) -> None:
-    """The vertical cylinder as the chain believes it, with the effects of a model file on top of what is declared."""
-    b[:8] = leg.friction.packed()
-    b[ax.AREA_A], b[ax.AREA_B], b[ax.STROKE] = leg.area_a_m2, leg.area_b_m2, leg.stroke_m
-    b[ax.GAIN_A], b[ax.GAIN_B] = leg.gain_a, leg.gain_b
-    b[ax.ZERO_A], b[ax.ZERO_B], b[ax.DRIFT_A] = leg.zero_a_pa, leg.zero_b_pa, leg.drift_a_pa_s
-    b[ax.SLOPE] += leg.position_slope
-    b[ax.PRESSURE] += leg.pressure_coefficient_m2
-    b[ax.LOAD] += leg.load_coefficient
-    b[ax.WARMTH_RATE] += leg.viscosity_rate_1_k
-    b[ax.SPRING], b[ax.SPRING_REST] = leg.spring_stiffness_n_m, leg.spring_rest_m
-    b[ax.CUSHION], b[ax.CUSHION_START] = leg.cushion_stiffness_n_m, leg.cushion_start_m
-    b[ax.OFFSET] = leg.force_offset_n
+    both = math.hypot(leg.area_a_m2, leg.area_b_m2)
+    out.thermal_sd = per_kelvin / math.sqrt(3.0) * both  # any slope up to that is as likely
+    out.zero_sd = OwnTuning.zero_sd_n
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:

@@ -1,43 +1,40 @@
-"""Foot on the ground or not, from a force estimate: a first word per foot.
-
-A detector is a compiled `step(state, load_n, dt_s, p) -> word` with a state of STATE_SIZE numbers; the live chain calls
-the one below inside its own compiled step. Others stand beside it, one file each, with the same signature.
-"""
+"""Foot on the ground or not, from a detector's score or a load: the contact state of one foot."""
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
 
-STATE_SIZE = 2
-WORD, SINCE = range(STATE_SIZE)
-"""The word (0 or 1) and for how long the load has contradicted it, s."""
+
+class ContactLimits(Record):
+    """Hysteresis with dwell; `on` above `off`."""
+
+    on = quantity("N", "load from which a foot counts as loaded")
+    off = quantity("N", "load down to which it is lost")
+    dwell_on = quantity("s", "for how long the load must be at least `on`")
+    dwell_off = quantity("s", "for how long it must be at most `off`")
+
+
+class ContactState(Record):
+    """Of one foot."""
+
+    contact = quantity("1", "1 loaded, 0 contact lost")
+    since = quantity("s", "for how long the load has contradicted it")
 
 
 @njit
-def step(s: NDArray[np.float64], load_n: float, dt_s: float, p: NDArray[np.float64]) -> float:
-    """Hysteresis with dwell: 1 once load >= p[0] has lasted p[2] s, 0 once load <= p[1] has lasted p[3] s.
+def step(state: Any, load: float, dt: float, limits: Any) -> float:
+    """The contact state after one sample of dt (s) with this load (N, or minus a detector's score).
 
-    p = [on N, off N, dwell on s, dwell off s], on > off; in between the word stays, also with a load that is no number.
+    Loaded once load >= on has lasted its dwell, lost once load <= off has; in between it stays, also with a load that
+    is no number.
     """
-    contradicts = load_n <= p[1] if s[WORD] > 0.5 else load_n >= p[0]
-    s[SINCE] = s[SINCE] + dt_s if contradicts else 0.0
-    dwell = p[3] if s[WORD] > 0.5 else p[2]
-    if contradicts and s[SINCE] >= dwell - 0.5 * dt_s:
-        s[WORD], s[SINCE] = 1.0 - s[WORD], 0.0
-    return float(s[WORD])
-
-
-@njit
-def run(
-    load_n: NDArray[np.float64], dt_s: float, p: NDArray[np.float64], first: float
-) -> NDArray[np.float64]:
-    """The words over an array of loads in N, starting from the word `first` (0 or 1)."""
-    s = np.zeros(STATE_SIZE)
-    s[WORD] = first
-    words = np.empty(load_n.size)
-    for k in range(load_n.size):
-        words[k] = step(s, load_n[k], dt_s, p)
-    return words
+    loaded = state.contact > 0.5
+    contradicts = load <= limits.off if loaded else load >= limits.on
+    state.since = state.since + dt if contradicts else 0.0
+    dwell = limits.dwell_off if loaded else limits.dwell_on
+    if contradicts and state.since >= dwell - 0.5 * dt:
+        state.contact, state.since = 1.0 - state.contact, 0.0
+    return float(state.contact)

@@ -13,25 +13,42 @@ Three things are known of it beside its bounds:
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.formats.records import Record, quantity
 
-STATE_SIZE = 6
-SLOW, BENT, SMOOTH, LAST, SHUT, STARTED = range(STATE_SIZE)
-"""Remembered friction N, its quick part N, smoothed and last piston force N, share of time the valve is shut, 0/1."""
 
-DRIFT_S, BENT_S, SMOOTH_S, SHUT_S = 0.4, 0.05, 0.004, 0.03
+class RestMemory(Record):
+    """What is remembered of one piston's friction."""
+
+    slow = quantity("N", "remembered friction")
+    bent = quantity("N", "its quick part: how far the seal is bent by changes of load")
+    smooth = quantity("N", "smoothed piston force")
+    shut = quantity("1", "share of the last time in which the valve was shut")
+    started = quantity("1", "1 once there was a sample")
+
+
+DRIFT_S = 0.4
+"""Within this time friction drifts to the middle of its set."""
+BENT_S = 0.05
+"""Within this time a bent seal relaxes."""
+SMOOTH_S = 0.004
+"""Smoothing of the piston force."""
+SHUT_S = 0.03
+"""Over this time a valve counts as shut."""
 OPEN_SHARE = 0.8
+"""What friction takes of a change of the piston force while the valve is open."""
 SPREAD = 0.4
 """One standard deviation at rest as a share of the set's half width: what drift and vibration leave of it."""
 
 
 @njit
 def step(
-    s: NDArray[np.float64],
-    piston_n: float,
+    memory: Any,
+    piston: float,
     low: float,
     high: float,
     slides: float,
@@ -39,51 +56,29 @@ def step(
     ratio: float,
     dt: float,
 ) -> float:
-    """The likeliest friction in [low, high], N. `piston_n` = pA A_A - pB A_B; `ratio` = k_seal / k_oil;
+    """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N; `ratio` = k_seal / k_oil;
     `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut.
 
     While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three rules apply.
     """
     middle = 0.5 * (low + high)
-    if not np.isfinite(piston_n):  # a sample is missing: nothing is learnt from it
-        return float(s[SLOW] + s[BENT]) if s[STARTED] != 0.0 else middle
-    if s[STARTED] == 0.0:
-        s[SLOW], s[BENT], s[SMOOTH], s[LAST], s[SHUT], s[STARTED] = (
-            middle,
-            0.0,
-            piston_n,
-            piston_n,
-            1.0,
-            1.0,
-        )
-    smooth_change = (piston_n - s[SMOOTH]) * min(dt / SMOOTH_S, 1.0)
-    s[SMOOTH] += smooth_change
-    s[LAST] = piston_n
-    s[SHUT] += ((1.0 if push == 0.0 else 0.0) - s[SHUT]) * min(dt / SHUT_S, 1.0)
+    if not np.isfinite(piston):  # a sample is missing: nothing is learnt from it
+        return float(memory.slow + memory.bent) if memory.started != 0.0 else middle
+    if memory.started == 0.0:
+        memory.slow, memory.smooth = middle, piston
+        memory.shut = memory.started = 1.0
+    change = (piston - memory.smooth) * min(dt / SMOOTH_S, 1.0)
+    memory.smooth += change
+    memory.shut += ((1.0 if push == 0.0 else 0.0) - memory.shut) * min(dt / SHUT_S, 1.0)
     if slides > 0.0:
-        s[SLOW] = min(max(s[SLOW] + s[BENT], low), high)
-        s[BENT] = 0.0
-        return float(s[SLOW])
-    taken = push * max(push * smooth_change, 0.0) if push != 0.0 else smooth_change
-    s[SLOW] += (1.0 - s[SHUT]) * OPEN_SHARE * taken + (middle - s[SLOW]) * min(dt / DRIFT_S, 1.0)
-    s[SLOW] = min(max(s[SLOW], low), high)
-    bend = -ratio * smooth_change
-    room = max(0.0, 1.0 - s[BENT] / high) if bend > 0.0 else max(0.0, 1.0 - s[BENT] / low)
-    s[BENT] += s[SHUT] * bend * room - s[BENT] * min(dt / BENT_S, 1.0)
-    return float(min(max(s[SLOW] + s[BENT], low), high))
-
-
-@njit
-def oil_stiffness(
-    x_m: float,
-    stroke_m: float,
-    area_a: float,
-    area_b: float,
-    dead_a: float,
-    dead_b: float,
-    bulk_pa: float,
-) -> float:
-    """k_oil = beta (A_A^2 / V_A + A_B^2 / V_B), N/m, ports shut; V_A = dead_a + A_A x, V_B = dead_b + A_B (L - x)."""
-    inside = min(max(x_m, 0.0), stroke_m)
-    volume_a, volume_b = dead_a + area_a * inside, dead_b + area_b * (stroke_m - inside)
-    return bulk_pa * (area_a * area_a / volume_a + area_b * area_b / volume_b)
+        memory.slow = min(max(memory.slow + memory.bent, low), high)
+        memory.bent = 0.0
+        return float(memory.slow)
+    taken = push * max(push * change, 0.0) if push != 0.0 else change
+    drift = (middle - memory.slow) * min(dt / DRIFT_S, 1.0)
+    memory.slow += (1.0 - memory.shut) * OPEN_SHARE * taken + drift
+    memory.slow = min(max(memory.slow, low), high)
+    bend = -ratio * change
+    room = max(0.0, 1.0 - memory.bent / high) if bend > 0.0 else max(0.0, 1.0 - memory.bent / low)
+    memory.bent += memory.shut * bend * room - memory.bent * min(dt / BENT_S, 1.0)
+    return float(min(max(memory.slow + memory.bent, low), high))

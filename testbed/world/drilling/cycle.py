@@ -102,15 +102,15 @@ class DrillCycle:
         if self.phase == "idle":
             self._begin("position")
         scale_order(self.loads, 0.0)
-        self.ordered.thrust = self.ordered.torque = 0.0
+        self.ordered["thrust"] = self.ordered["torque"] = 0.0
         before = self.store_kg
         self._phases[self.phase](dt)
         self._since += dt
         self.store_change_kg += self.store_kg - before
-        self._pull_max = max(self._pull_max, float(self.loads.pull))
+        self._pull_max = max(self._pull_max, float(self.loads["pull"]))
         if self.phase == "done":
             scale_order(self.loads, 0.0)
-            self.ordered.thrust = self.ordered.torque = 0.0
+            self.ordered["thrust"] = self.ordered["torque"] = 0.0
         self._weigh()
         return self._news
 
@@ -127,10 +127,10 @@ class DrillCycle:
             max(self.rods * task.rod_length_m - self.bit_m, 0.0), self.rods * task.rod_length_m
         )
         share = out_m / task.rod_length_m
-        self.loads.mast_mass = (share + self._in_hand) * task.rod_kg
-        self.loads.string_mass = (self.rods - share) * task.rod_kg
-        self.loads.mast_height = 0.5 * max(out_m, self._in_hand * task.rod_length_m)
-        self.loads.depth = self.depth_m
+        self.loads["mast_mass"] = (share + self._in_hand) * task.rod_kg
+        self.loads["string_mass"] = (self.rods - share) * task.rod_kg
+        self.loads["mast_height"] = 0.5 * max(out_m, self._in_hand * task.rod_length_m)
+        self.loads["depth"] = self.depth_m
 
     def _towards(self, wanted_n: float, full_n: float, dt: float) -> float:
         """Force of the feed, which changes by at most `full_n` in ramp_s."""
@@ -154,8 +154,8 @@ class DrillCycle:
     def _drill(self, dt: float) -> None:
         task, kind_bottom = self.task, self.strata.at(self.depth_m)
         gentle = task.collar_share if self.phase == "collar" else 1.0
-        self.ordered.thrust = min(gentle * task.feed_n, self.most_n)
-        self.ordered.torque = gentle * task.torque_nm
+        self.ordered["thrust"] = min(gentle * task.feed_n, self.most_n)
+        self.ordered["torque"] = gentle * task.torque_nm
         if kind_bottom[0] == VOID:
             self._fall(kind_bottom[1], dt)
         else:
@@ -196,7 +196,7 @@ class DrillCycle:
                 self._rng.normal(),
             )
             self.loads[load] *= max(0.0, 1.0 + self._wander[k])
-        self.loads.blow, self.loads.blow_rate = (
+        self.loads["blow"], self.loads["blow_rate"] = (
             rock.blow_share * built * task.blow_n,
             task.blow_hz,
         )
@@ -240,13 +240,13 @@ class DrillCycle:
         share = (self._since + dt) / self.task.rod_change_s
         self._push(self._towards(0.0, self.task.feed_n, dt), 0.0)
         screws = share > GIVE if self.phase == "add_rod" else share < TAKE
-        self.loads.torque = (
+        self.loads["torque"] = (
             MAKE_UP_SHARE
             * self.task.torque_nm
             * screws
             * (1.0 if self.phase == "add_rod" else -1.0)
         )
-        self.ordered.torque = self.loads.torque
+        self.ordered["torque"] = self.loads["torque"]
         return share
 
     def _extract(self, dt: float) -> None:
@@ -276,7 +276,7 @@ class DrillCycle:
         pull = -self._towards(-task.pull_max_n, task.pull_max_n / 10.0, dt)
         jerk = 1.0 - JERK_SHARE + JERK_SHARE * math.sin(2.0 * math.pi * JERK_HZ * self._since)
         self._push(-pull * jerk, 0.0)
-        self.loads.blow, self.loads.blow_rate = 0.5 * task.blow_n, task.blow_hz
+        self.loads["blow"], self.loads["blow_rate"] = 0.5 * task.blow_n, task.blow_hz
         self._hold *= math.exp(-dt / WEAR_S)
         if pull * jerk > self._hold:
             self._hold = None
@@ -293,10 +293,10 @@ class DrillCycle:
 
     def _push(self, force_n: float, torque_nm: float) -> None:
         """Feed (+) or pull (-) and torque of this tick; but for drilling, the controls ordered just that."""
-        self.loads.feed, self.loads.pull = max(force_n, 0.0), max(-force_n, 0.0)
-        self.loads.torque = torque_nm
+        self.loads["feed"], self.loads["pull"] = max(force_n, 0.0), max(-force_n, 0.0)
+        self.loads["torque"] = torque_nm
         if self.phase not in ("collar", "drill"):
-            self.ordered.thrust = force_n
+            self.ordered["thrust"] = force_n
 
     def summary(self) -> dict[str, Any]:
         """See drilling.Drilling."""

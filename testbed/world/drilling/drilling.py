@@ -76,8 +76,8 @@ class DrillProgram:
         """See Drilling."""
         before = self.phase
         self._set(t, dt)
-        self.ordered.thrust = self.loads.feed - self.loads.pull
-        self.ordered.torque = self.loads.torque
+        self.ordered["thrust"] = self.loads["feed"] - self.loads["pull"]
+        self.ordered["torque"] = self.loads["torque"]
         return [{"kind": f"drill_{self.phase}"}] if self.phase != before else []
 
     def _set(self, t: float, dt: float) -> None:
@@ -97,12 +97,12 @@ class DrillProgram:
         begun = since - (self._starts[k] - self._starts[0])
         ramp = ramp_share(begun, phase.duration_s, task.ramp_s)
         if isinstance(phase, Push | Hammer):
-            self.loads.feed, self.loads.torque = ramp * phase.feed_n, ramp * phase.torque_nm
+            self.loads["feed"], self.loads["torque"] = ramp * phase.feed_n, ramp * phase.torque_nm
         if isinstance(phase, Hammer):
-            self.loads.blow, self.loads.blow_rate = ramp * phase.blow_n, phase.blow_hz
-            self.loads.depth += dt * phase.penetration_m_s
+            self.loads["blow"], self.loads["blow_rate"] = ramp * phase.blow_n, phase.blow_hz
+            self.loads["depth"] += dt * phase.penetration_m_s
         if isinstance(phase, PullOut):
-            self.loads.pull = ramp * phase.pull_n
+            self.loads["pull"] = ramp * phase.pull_n
         index = int(lap) * len(task.phases) + k
         if (
             isinstance(phase, RodChange)
@@ -110,21 +110,27 @@ class DrillProgram:
             and begun >= phase.duration_s / 2
         ):
             self._changed = index
-            self.loads.string_mass += phase.rod_kg
+            self.loads["string_mass"] += phase.rod_kg
             self.store_change_kg -= phase.rod_kg
             self.stored_kg -= phase.rod_kg
         self.phase = phase.kind
 
     def summary(self) -> dict[str, Any]:
         """See Drilling."""
-        return {"hole_depth_m": float(self.loads.depth)}
+        return {"hole_depth_m": float(self.loads["depth"])}
 
 
 def drill_known(drill: Drilling, known: Any) -> Any:
     """What the drill's controls know of it now, into `known` (a DrillKnown, or a row that has its fields)."""
-    known["ordered_thrust"], known["ordered_torque"] = drill.ordered.thrust, -drill.ordered.torque
-    known["rods_in_hole"], known["rods_in_mast"] = drill.loads.string_mass, drill.loads.mast_mass
-    known["rods_mast_height"], known["rods_stored"] = drill.loads.mast_height, drill.stored_kg
+    known["ordered_thrust"], known["ordered_torque"] = (
+        drill.ordered["thrust"],
+        -drill.ordered["torque"],
+    )
+    known["rods_in_hole"], known["rods_in_mast"] = (
+        drill.loads["string_mass"],
+        drill.loads["mast_mass"],
+    )
+    known["rods_mast_height"], known["rods_stored"] = drill.loads["mast_height"], drill.stored_kg
     return known
 
 

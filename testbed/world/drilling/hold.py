@@ -29,6 +29,6 @@ class DrillHold:
             news = drill.update(t - self._waited_s, dt)
         if self._share < 1.0:
             scale_order(drill.loads, self._share)
-            drill.ordered.thrust *= self._share
-            drill.ordered.torque *= self._share
+            drill.ordered["thrust"] *= self._share
+            drill.ordered["torque"] *= self._share
         return news

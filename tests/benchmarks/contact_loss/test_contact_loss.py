@@ -11,8 +11,9 @@ import pytest
 from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 from testbed.benchmarks.contact_loss.scenes import Scene, draw, scenes
 from testbed.benchmarks.contact_loss.score import delays_s, find_losses, score_scene
-from testbed.benchmarks.contact_loss.summary import oracle_threshold, poisson, wilson
-from testbed.benchmarks.contact_loss.thresholds import read_thresholds
+from testbed.benchmarks.contact_loss.summary import oracle_threshold
+from testbed.benchmarks.contact_loss.thresholds import shipped_thresholds
+from testbed.benchmarks.statistics import poisson, wilson
 from testbed.cli import main
 from testbed.errors import InputError
 
@@ -97,7 +98,7 @@ def test_eight_hours_are_at_least_eight_hours_of_quiet_drilling() -> None:
 
 
 def test_every_detector_has_a_shipped_threshold() -> None:
-    assert all(np.isfinite(v) for v in read_thresholds().values())
+    assert all(np.isfinite(v) for v in shipped_thresholds().values())
 
 
 @pytest.mark.parametrize("hours", [0.0, -1.0, float("nan"), 2000.0])

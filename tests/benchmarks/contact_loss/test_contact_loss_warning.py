@@ -11,7 +11,6 @@ import pytest
 from testbed.benchmarks.contact_loss.loads import KEPT, means, off_ground, packed, unpacked
 from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import find_losses
-from testbed.benchmarks.contact_loss.summary import wilson
 from testbed.benchmarks.contact_loss.warning import (
     judged,
     looked_at,
@@ -23,8 +22,7 @@ from testbed.benchmarks.contact_loss.warning import (
 from testbed.benchmarks.contact_loss.warning_numbers import report
 from testbed.benchmarks.harness import LINES
 from testbed.errors import InputError
-from testbed.estimation.detectors.table import WARNING, WARNING_STEP_S
-from testbed.estimation.detectors.warning import NUMBERS, WARN_AT_N
+from testbed.estimation.detectors.warning import NUMBERS, STEP_S
 
 DT = 1e-3
 
@@ -90,20 +88,20 @@ def test_a_slow_fall_is_warned_of_in_time_and_one_that_the_foot_across_ends_is_n
         ],
     }
     kept = _kept(alone)
-    found = outcome(scene, looked_at(kept), kept, WARNING.numbers)
+    found = outcome(scene, looked_at(kept), kept, NUMBERS)
     assert (found["early"], found["lost"], found["near"], found["false"]) == (1, 1, 0, 0)
     assert 0.1 <= found["leads_s"][0] <= 0.4
     together = alone.copy()
     together[:, 3] = np.maximum(alone[:, 0] - 600.0, -50.0)
     together[:, 0] = np.maximum(alone[:, 0], 850.0)  # three feet bear the rest
     kept = _kept(together)
-    assert [foot for foot, _ in raised(looked_at(kept), WARNING.numbers)] == [3]
+    assert [foot for foot, _ in raised(looked_at(kept), NUMBERS)] == [3]
 
 
 def _thrust(*parts: tuple[float, float, float], rising_until_s: float) -> np.ndarray:
     """A plan (m, 2) of 5 ms that goes through (seconds, from N, to N), known to rise until a time."""
-    thrust = np.concatenate([np.linspace(a, b, round(s / WARNING_STEP_S)) for s, a, b in parts])
-    end = (np.arange(len(thrust)) + 1) * WARNING_STEP_S
+    thrust = np.concatenate([np.linspace(a, b, round(s / STEP_S)) for s, a, b in parts])
+    end = (np.arange(len(thrust)) + 1) * STEP_S
     rising = np.where(np.gradient(thrust) > 0.0, np.maximum(rising_until_s - end, 0.0), 0.0)
     return np.stack([thrust, rising], axis=1)
 
@@ -116,8 +114,7 @@ def test_a_fall_by_the_thrust_ends_where_the_thrust_stops_rising() -> None:
     normal = _kept(_loads((5, 5000, 5000), (1.4, 5000, 800), (3, 800, 800)))
     strong = _thrust((5, 0, 0), (1.4, 0, 16800), (3, 16800, 16800), rising_until_s=6.4)
     weak = _thrust((5, 0, 0), (1.4, 0, 1400), (3, 1400, 1400), rising_until_s=6.4)
-    numbers = list(WARNING.numbers)
-    numbers[WARN_AT_N] = 600.0
+    numbers = {**NUMBERS, "warn_at": 600.0}
     assert raised(looked_at(normal, strong), numbers) == []
     for plan in (weak, None):
         ((foot, t),) = raised(looked_at(normal, plan), numbers)
@@ -127,7 +124,7 @@ def test_a_fall_by_the_thrust_ends_where_the_thrust_stops_rising() -> None:
 def test_a_planned_thrust_that_goes_on_is_warned_of_and_once_only() -> None:
     normal = _kept(_loads((5, 5000, 5000), (1.7, 5000, 0), (4, 0, 0)))
     plan = _thrust((5, 0, 0), (1.7, 0, 20400), (4, 20400, 20400), rising_until_s=6.7)
-    ((foot, t),) = raised(looked_at(normal, plan), WARNING.numbers)
+    ((foot, t),) = raised(looked_at(normal, plan), NUMBERS)
     assert foot == 0 and 6.0 < t < 6.5  # 300 N at 6.6 s
 
 
@@ -195,7 +192,7 @@ def test_marks_add_up_what_the_scenes_say() -> None:
         "light_lost": 0,
         "leads_s": [0.3],
     }
-    found = marks([one, two], wilson)
+    found = marks([one, two])
     assert found["warnings"] == 5 and found["precision"] == pytest.approx(0.6)
     assert found["warned_100_ms_ahead"] == pytest.approx(2 / 3) and found[
         "lead_median_s"

@@ -10,53 +10,61 @@ from testbed.benchmarks.filters.benchmark import Filters, compare_scene, half_he
 from testbed.benchmarks.filters.scenes import SCENES, scene, spikes
 from testbed.benchmarks.harness import run
 from testbed.estimation.filters import chi_square, huber, kbf, persistent, saturated, student_t
+from testbed.estimation.filters.kbf import KalmanState
 from testbed.estimation.filters.table import OWN, RIVALS
 
 RIVAL = {f.name: f for f in RIVALS}
 
 
-def after_one_sample(module, p, z, x=0.0, variance=4.0):
-    state = np.zeros(module.STATE_SIZE)
-    state[0], state[1], state[2] = x, variance, 1.0
-    return module.step(state, z, np.array(p)), state[1]
+QUIET = {
+    "process_variance": 9.0,
+    "measurement_variance": 3600.0,
+    "innovation_limit": 300.0,
+    "hold_samples": 10.0,
+}
+
+
+def after_one_sample(module, z, **numbers):
+    """Estimate and variance after one sample; before it 0 and 4, with Q = 2 and R = 4."""
+    state = KalmanState.one(value=0.0, variance=4.0, started=1.0)[0]
+    given = module.Numbers.one(process_variance=2.0, measurement_variance=4.0, **numbers)[0]
+    return module.step(state, z, given), state["variance"]
 
 
 def test_saturated_filter_pulls_by_gain_times_its_limit():
     # P- = 6, K = 6 / 10; the innovation 100 counts as 5
-    assert after_one_sample(saturated, [2.0, 4.0, 5.0], 100.0)[0] == pytest.approx(3.0)
+    assert after_one_sample(saturated, 100.0, limit=5.0)[0] == pytest.approx(3.0)
 
 
 def test_huber_weight_grows_the_noise_beyond_c_sigmas():
     # sqrt(S) = sqrt(10), r = 10 / 3.1623 = 3.1623, R -> 4 * 3.1623 = 12.649, K = 6 / 18.649 = 0.32173
-    assert after_one_sample(huber, [2.0, 4.0, 1.0], 10.0)[0] == pytest.approx(3.2173, abs=1e-4)
+    assert after_one_sample(huber, 10.0, corner=1.0)[0] == pytest.approx(3.2173, abs=1e-4)
 
 
 def test_chi_square_gate_rejects_what_the_model_does_not_expect():
     # e^2 / S = 100 / 10 = 10 > 6.63: rejected, P = 4 + 2; 64 / 10 = 6.4: used
-    assert after_one_sample(chi_square, [2.0, 4.0, 6.63], 10.0) == (0.0, 6.0)
-    assert after_one_sample(chi_square, [2.0, 4.0, 6.63], 8.0)[0] == pytest.approx(4.8)
+    assert after_one_sample(chi_square, 10.0, limit=6.63) == (0.0, 6.0)
+    assert after_one_sample(chi_square, 8.0, limit=6.63)[0] == pytest.approx(4.8)
 
 
 def test_student_t_filter_equals_the_plain_one_for_many_degrees_of_freedom():
-    p = [2.0, 4.0, 1e9]
-    assert after_one_sample(student_t, p, 10.0)[0] == pytest.approx(
-        after_one_sample(kbf, p, 10.0)[0], rel=1e-6
-    )
+    nearly_normal = after_one_sample(student_t, 10.0, freedom=1e9)[0]
+    assert nearly_normal == pytest.approx(after_one_sample(kbf, 10.0)[0], rel=1e-6)
 
 
 def test_student_t_filter_hardly_moves_for_a_gross_outlier():
-    assert abs(after_one_sample(student_t, [2.0, 4.0, 4.0], 1e4)[0]) < 1.0
+    assert abs(after_one_sample(student_t, 1e4, freedom=4.0)[0]) < 1.0
 
 
 def test_spike_shorter_than_the_hold_leaves_no_mark():
     z = np.zeros(100)
     z[50:59] = 3000.0
-    assert np.all(persistent.run(z, np.array([9.0, 3600.0, 300.0, 10.0])) == 0.0)
+    assert np.all(persistent.run(z, **QUIET) == 0.0)
 
 
 def test_step_is_believed_with_the_tenth_sample_at_its_full_height():
     z = np.where(np.arange(100) < 50, 0.0, 3000.0)
-    x = persistent.run(z, np.array([9.0, 3600.0, 300.0, 10.0]))
+    x = persistent.run(z, **QUIET)
     assert x[58] == 0.0
     assert x[59] == pytest.approx(3000.0)
 
@@ -85,7 +93,7 @@ def test_published_modified_filter_locks_out_of_steps_above_its_gate():
 def test_square_wave_of_any_period_is_not_rejected_for_good(amplitude, period):
     k = np.arange(4000)
     z = 5000.0 + amplitude * np.where(k % period < period // 2, 1.0, -1.0) * (k > 500)
-    x = persistent.run(z, np.array([9.0, 3600.0, 300.0, 10.0]))
+    x = persistent.run(z, **QUIET)
     assert (
         np.ptp(x[2000:]) > 0.2 * amplitude
         or abs(x[2000:].mean() - z[2000:].mean()) < 0.2 * amplitude
@@ -117,4 +125,4 @@ def test_benchmark_writes_one_table(tmp_path):
 def test_two_spikes_one_after_the_other_are_not_added_up():
     z = np.zeros(200)
     z[50:58] = z[80:88] = 3000.0
-    assert np.all(persistent.run(z, np.array([9.0, 3600.0, 300.0, 10.0])) == 0.0)
+    assert np.all(persistent.run(z, **QUIET) == 0.0)

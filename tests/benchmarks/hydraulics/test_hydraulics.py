@@ -124,7 +124,7 @@ def test_steady_extension_meets_both_edges_orifice_laws() -> None:
     u[2], v[2] = 0.4, 0.05
     rig.step(u, v, 400)
     p, s = rig.params[2], rig.axes[2]
-    o = (0.4 - p.valve.hysteresis - p.valve.deadband) / (1.0 - p.valve.deadband)
+    o = (0.4 - p.valve.hysteresis - p.valve.dead_band) / (1.0 - p.valve.dead_band)
     ps, pt = rig.supply.pressure, rig.unit.tank_pressure
     assert p.a.from_supply * o * math.sqrt(ps - s.a.pressure) == pytest.approx(
         p.a.area * 0.05, rel=0.01

@@ -1,0 +1,214 @@
+"""What detectors look at beside the estimates: loads that follow from this sample's measurements, causal, four feet.
+
+`carried` is a load with the friction of a piston that hardly moves. The oil tells how far it moves, long before the
+encoder does: with flows Q of the valve (spool followed from the command) and its leaks,
+
+    dx = (k_A Q_A dt / A_A - k_B Q_B dt / A_B - dFp) / k_oil,   k_i = beta_i A_i^2 / V_i,   k_oil = k_A + k_B
+
+and friction follows as a spring that slips: F_f = clip(F_f + k_seal dx, -g_minus, g_plus). A foot that has lost more
+than twice the break-away force has slipped, so that its friction is known again, whatever it was before.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.effects.hydraulics_air import compliance_1_pa
+from testbed.estimation.cylinder import (
+    EXTENDING,
+    RETRACTING,
+    Conditions,
+    break_away,
+    extra_friction,
+    friction_value,
+    piston_force,
+    place_factor,
+    true_pressure,
+)
+from testbed.estimation.live import encoder
+from testbed.formats.records import Record, part, quantity
+from testbed.machine.model import Machine
+from testbed.machine.names import LEGS, VERTICAL
+
+SMOOTH_S = 0.0015
+"""Time constant of the pressures (E)."""
+OBSERVER_RAD_S = 60.0
+"""Bandwidth of the observer of speed (E)."""
+REST_M_S = 0.001
+"""Slower than this the piston stands still (E)."""
+POLYTROPIC = 1.4
+"""Exponent of air."""
+_air = njit(compliance_1_pa)
+
+
+class Derived(Record):
+    """Loads along the vertical joints, by foot, and what they are made of."""
+
+    carried = quantity("N", "load with the friction that the oil tells, without inertia", per=LEGS)
+    balance = quantity("N", "load with no friction and no inertia", per=LEGS)
+    velocity = quantity("m/s", "speed of the piston by its encoder", per=LEGS)
+    published = quantity("N", "friction (5) at that speed", per=LEGS)
+
+
+class OilState(Record):
+    """What is known of one leg's oil and seals."""
+
+    started = quantity("1", "1 once there was a sample")
+    time = quantity("s", "since the start")
+    pressure_a = quantity("Pa", "smoothed, piston side")
+    pressure_b = quantity("Pa", "smoothed, rod side")
+    seal = quantity("N", "friction of the seals as a spring that slips")
+    spool = quantity("1", "place of the valve's spool")
+    spool_rate = quantity("1/s", "its speed")
+    encoder = part(encoder.EncoderState, "motion of the piston")
+
+
+class Valve(Record):
+    """Valve, oil and encoder as believed."""
+
+    rated_flow = quantity("m3/s", "through an edge, full opening, rated drop")
+    rated_drop = quantity("Pa", "of one edge")
+    edge_pa = quantity("1", "size of the edge from supply to A")
+    edge_at = quantity("1", "size of the edge from A to tank")
+    edge_pb = quantity("1", "size of the edge from supply to B")
+    edge_bt = quantity("1", "size of the edge from B to tank")
+    natural_frequency = quantity("rad/s", "of the spool")
+    damping = quantity("1", "of the spool")
+    deadband = quantity("1", "overlap of the spool")
+    leakage = quantity("m3/s/Pa", "from A to B")
+    edge_leakage = quantity("m3/s/Pa", "from a chamber to tank")
+    edge_leakage_supply = quantity("m3/s/Pa", "from supply to a chamber")
+    tank_pressure = quantity("Pa", "gauge")
+    entrained_air = quantity("1", "share of air in the oil at atmospheric pressure")
+    encoder_resolution = quantity("m", "one count")
+
+
+def valve_of(machine: Machine) -> NDArray[Any]:
+    """One `Valve` record, shape (1,), of the believed machine."""
+    v, oil = machine.valve, machine.oil
+    return Valve.one(
+        rated_flow=v.rated_flow_vertical_m3_s,
+        rated_drop=v.rated_drop_per_edge_pa,
+        edge_pa=v.edge_pa,
+        edge_at=v.edge_at,
+        edge_pb=v.edge_pb,
+        edge_bt=v.edge_bt,
+        natural_frequency=2.0 * math.pi * v.natural_frequency_hz,
+        damping=v.damping,
+        deadband=v.deadband,
+        leakage=oil.internal_leakage_m3_s_pa,
+        edge_leakage=v.edge_leakage_m3_s_pa,
+        edge_leakage_supply=v.edge_leakage_supply_m3_s_pa,
+        tank_pressure=machine.power_unit.tank_pressure_pa,
+        entrained_air=oil.entrained_air,
+        encoder_resolution=machine.sensor.encoder_linear_m,
+    )
+
+
+@njit
+def gravity_along(attitude: Any, gravity: float) -> float:
+    """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch, yaw."""
+    return float(gravity * math.cos(attitude[1]) * math.cos(attitude[0]))
+
+
+@njit
+def air_compliance(gauge_pa: float, fraction: float) -> float:
+    """What free air adds to 1/beta, 1/Pa."""
+    return float(_air(max(gauge_pa, 0.0), fraction, 1.0 / POLYTROPIC))
+
+
+@njit
+def orifice(opening: float, drop_pa: float, valve: Any) -> float:
+    """Flow through an edge, m3/s: rated |o| sqrt(dp / rated drop), signed by dp."""
+    size = valve.rated_flow * abs(opening) * math.sqrt(abs(drop_pa) / valve.rated_drop)
+    return float(size if drop_pa >= 0.0 else -size)
+
+
+@njit
+def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tuple[float, float]:
+    """Flow into A and into B, m3/s, from spool position, gauge pressures and leaks."""
+    across, tank = valve.leakage * (pa - pb), valve.tank_pressure
+    qa = valve.edge_leakage_supply * (supply - pa) - valve.edge_leakage * (pa - tank) - across
+    qb = valve.edge_leakage_supply * (supply - pb) - valve.edge_leakage * (pb - tank) + across
+    opening = max(abs(spool) - valve.deadband, 0.0) / (1.0 - valve.deadband)
+    if spool > 0.0:
+        qa += valve.edge_pa * orifice(opening, supply - pa, valve)
+        qb -= valve.edge_bt * orifice(opening, pb - tank, valve)
+    else:
+        qa -= valve.edge_at * orifice(opening, pa - tank, valve)
+        qb += valve.edge_pb * orifice(opening, supply - pb, valve)
+    return qa, qb
+
+
+@njit
+def oil_travel(
+    change: tuple[float, float],
+    supply: float,
+    extension: float,
+    state: Any,
+    c: Any,
+    valve: Any,
+    dt: float,
+) -> float:
+    """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the module's docstring.
+
+    state: OilState; c: Cylinder; valve: Valve.
+    """
+    pa, pb = state.pressure_a, state.pressure_b
+    inside = min(max(extension, 0.0), c.stroke)
+    volume_a = c.dead_volume_a + c.area_a * inside
+    volume_b = c.dead_volume_b + c.area_b * (c.stroke - inside)
+    soft = 1.0 / c.bulk_modulus
+    ka = c.area_a**2 / (volume_a * (soft + air_compliance(pa, valve.entrained_air)))
+    kb = c.area_b**2 / (volume_b * (soft + air_compliance(pb, valve.entrained_air)))
+    qa, qb = flows(state.spool, pa, pb, supply, valve)
+    fed = dt * (ka * qa / c.area_a - kb * qb / c.area_b)
+    return float((fed - piston_force(change[0], change[1], c.area_a, c.area_b)) / (ka + kb))
+
+
+@njit
+def derive(row: Any, belief: Any, states: Any, out: Any) -> None:
+    """One sample: a DataRow with its estimates, the ChainBelief, OilState (4) -> Derived."""
+    for leg in range(len(LEGS)):
+        derive_leg(row, leg, belief, states[leg], out)
+
+
+@njit
+def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
+    """One sample of one leg; a missing pressure leaves everything as it was."""
+    axis, dt, valve = VERTICAL[leg], belief.dt, belief.valve
+    mine = belief.legs[leg]
+    c = mine.cylinder
+    pa = true_pressure(row.pressure_a[axis], c.sensor_a, state.time)
+    pb = true_pressure(row.pressure_b[axis], c.sensor_b, state.time)
+    state.time += dt
+    if not (math.isfinite(pa) and math.isfinite(pb)):
+        return
+    x, command = row.position[axis], row.valve[axis]
+    if state.started == 0.0:
+        state.pressure_a, state.pressure_b, state.spool, state.started = pa, pb, command, 1.0
+    share = min(dt / (SMOOTH_S + dt), 1.0)
+    change = share * (pa - state.pressure_a), share * (pb - state.pressure_b)
+    state.pressure_a += change[0]
+    state.pressure_b += change[1]
+    w = valve.natural_frequency
+    pull = w * w * (command - state.spool) - 2.0 * valve.damping * w * state.spool_rate
+    state.spool_rate += dt * pull
+    state.spool += dt * state.spool_rate
+    moved = oil_travel(change, row.supply_pressure, x, state, c, valve, dt)
+    encoder.observe(state.encoder, x, valve.encoder_resolution, dt, OBSERVER_RAD_S)
+    v = encoder.bounded_speed(state.encoder, valve.encoder_resolution, REST_M_S)
+    extra = extra_friction(c, pa + pb, row.estimate.own[leg], 0.0)
+    now = Conditions(place_factor(c, x), extra, 1.0, 0.0)
+    low, high = break_away(c.friction, now)
+    state.seal = min(max(state.seal + c.seal_stiffness * moved, low), high)
+    viscous = v * c.friction.sides[EXTENDING if v >= 0.0 else RETRACTING].viscous
+    weight = mine.mass * gravity_along(row.attitude, belief.gravity)
+    force = piston_force(state.pressure_a, state.pressure_b, c.area_a, c.area_b)
+    balance = force + weight + c.offset
+    out.carried[leg], out.balance[leg] = balance - state.seal - viscous, balance
+    out.velocity[leg], out.published[leg] = v, friction_value(v, c.friction, now)

@@ -1,0 +1,43 @@
+"""What every scalar filter is made of: a compiled step over one sample, and that step over an array.
+
+A filter is a file: `Numbers` (its constants) and a compiled `step(state, z, numbers) -> x`, which takes one sample z (N)
+and changes its state in place. `run = over(step, State, Numbers)` filters an array.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.formats.records import Record
+
+Array = NDArray[np.float64]
+Run = Callable[..., Array]
+
+
+def over(step: Any, state: type[Record], numbers: type[Record]) -> Run:
+    """`run(z, **numbers) -> x`: a step over z (n,) in N, starting from nothing, with its constants by name."""
+
+    def loop(state: Any, z: Array, numbers: Any, x: Array) -> None:
+        for k in range(z.size):
+            x[k] = step(state[0], z[k], numbers[0])
+
+    compiled = njit(named_after(loop, step))
+
+    def run(z: Array, **constants: float) -> Array:
+        x = np.empty(z.size)
+        compiled(state.zeros(), z, numbers.one(**constants), x)
+        return x
+
+    return run
+
+
+def named_after(loop: Any, step: Any) -> Any:
+    """A loop over a step, kept in the cache of compiled functions under that step's module."""
+    loop.__module__ = getattr(step, "py_func", step).__module__
+    loop.__qualname__ = loop.__name__
+    return loop

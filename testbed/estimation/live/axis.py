@@ -1,0 +1,187 @@
+"""One cylinder, live and compiled: pressures, encoder and command -> its force without friction, and friction as a set.
+
+The piston's force less friction drives the joint: F = pA A_A - pB A_B + F_end - F_f. Friction is (5), thinned by the
+oil's warmth, with what the machine's file declares beside it: more of it out on the stroke, under pressure, under side
+load and after a rest. Where the piston may be at rest it is a set; friction_at_rest.py names the likeliest value in it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from testbed.compiled import njit
+from testbed.estimation.cylinder import (
+    EXTENDING,
+    RETRACTING,
+    Conditions,
+    Cylinder,
+    extra_friction,
+    friction_set,
+    friction_size,
+    oil_stiffness,
+    piston_force,
+    place_factor,
+    push_of,
+    thinning_by_warmth,
+    true_pressure,
+)
+from testbed.estimation.live import encoder, friction_at_rest
+from testbed.formats.records import Record, part, quantity
+
+END_ZONE_M = 1.0e-3
+"""Nearer to a stop than this the stop may carry any load."""
+END_FORCE_N = 4.0e4
+"""What a stop may carry."""
+
+
+class AxisBelief(Record):
+    """What is believed of one axis: its cylinder, and what the machine's file declares beside it."""
+
+    cylinder = part(Cylinder, "cylinder, seals, sensors")
+    encoder_resolution = quantity("m", "one count of the encoder, as extension")
+    dwell_gain = quantity(
+        "1", "more break-away friction after a long rest, as a share of Coulomb's"
+    )
+    dwell_time = quantity("s", "over which a rest counts as long")
+    end_cushion_length = quantity("m", "stretch before either end in which a damper grows")
+    end_cushion_damping = quantity("N s/m", "of that damper at the end")
+    thermal_sd = quantity("N/K", "standard deviation of the sensors' zero by warmth, as a force")
+    zero_sd = quantity("N", "standard deviation of the calibration itself, as a force")
+
+
+class AxisState(Record):
+    """What is known of one axis."""
+
+    encoder = part(encoder.EncoderState, "motion")
+    rest = part(friction_at_rest.RestMemory, "memory of friction at rest")
+    dwell = quantity("1", "how long it has rested, as a share of dwell_gain")
+    time = quantity("s", "since the start")
+    force = quantity("N", "of the piston, without friction, along extension")
+    friction = quantity("N", "likeliest friction")
+    low = quantity("N", "lower end of friction's set")
+    high = quantity("N", "upper end of friction's set")
+    spread = quantity("N", "standard deviation of friction")
+    slides = quantity("1", "how surely it slides, 0 to 1")
+    sense = quantity("1", "the way it slid last: -1, 0, 1")
+    speed = quantity("m/s", "of the piston")
+    acceleration = quantity("m/s2", "of the piston, 0 at rest")
+    changed = quantity("1", "1 where friction's set has just become another")
+
+
+class Decisions(Record):
+    """How the whole-body estimate decides, common to the axes."""
+
+    dt = quantity("s", "step")
+    observer = quantity("rad/s", "bandwidth of the encoders' observer")
+    rest_speed = quantity("m/s", "slower than this a piston stands still")
+    slide_speed = quantity("m/s", "faster than this it surely slides")
+    friction_share = quantity("1", "sliding friction is known to this share")
+    speed_sd = quantity("m/s", "standard deviation of the speed")
+    rest_share = quantity("1", "standard deviation of friction at rest over its set's half width")
+    knows_dependence = quantity("1", "0/1: friction beyond (5)")
+    remembers = quantity("1", "0/1: the memory of friction at rest")
+
+
+class Loads(NamedTuple):
+    """What acts on a rod: along and across it, N; and whether its friction at rest is followed by its history."""
+
+    along: float
+    across: float
+    followed: bool
+
+
+@njit
+def cushion_n(x: float, v: float, belief: Any) -> float:
+    """Declared end cushion, N along extension: a damper growing over the last stretch before either end."""
+    length, damping = belief.end_cushion_length, belief.end_cushion_damping
+    if length <= 0.0:
+        return 0.0
+    if v < 0.0 and x < length:
+        return float(-damping * v * (length - max(x, 0.0)) / length)
+    left = belief.cylinder.stroke - x
+    if v > 0.0 and left < length:
+        return float(-damping * v * (length - max(left, 0.0)) / length)
+    return 0.0
+
+
+@njit
+def end_forces_n(c: Any, x: float) -> float:
+    """Offset, spring and cushion of a believed model, N along extension."""
+    force = c.offset - c.spring_stiffness * (x - c.spring_rest)
+    return float(force + c.cushion_stiffness * max(c.cushion_start - x, 0.0))
+
+
+@njit
+def conditions_of(
+    state: Any, belief: Any, decisions: Any, pressures: float, loads: Loads, oil_degc: float
+) -> Conditions:
+    """What changes (5) now; a rest ages the contact on the way. `pressures`: pA + pB, Pa."""
+    if decisions.knows_dependence == 0.0:
+        return Conditions(1.0, 0.0, 1.0, 0.0)
+    together = pressures if math.isfinite(pressures) else 0.0  # a sample is missing
+    c, rests = belief.cylinder, state.slides <= 0.0
+    aim = belief.dwell_gain if rests else 0.0
+    state.dwell += (aim - state.dwell) * min(
+        decisions.dt / belief.dwell_time if rests else 1.0, 1.0
+    )
+    return Conditions(
+        place_factor(c, state.encoder.extension),
+        extra_friction(c, together, loads.along, loads.across),
+        thinning_by_warmth(c, oil_degc),
+        state.dwell,
+    )
+
+
+@njit
+def step_axis(
+    readings: tuple[float, float, float, float],
+    loads: Loads,
+    oil_degc: float,
+    decisions: Any,
+    belief: Any,
+    state: Any,
+) -> None:
+    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m, valve command 1."""
+    reading_a, reading_b, reading_m, command = readings
+    dt, c, seen = decisions.dt, belief.cylinder, state.encoder
+    pa = true_pressure(reading_a, c.sensor_a, state.time)
+    pb = true_pressure(reading_b, c.sensor_b, state.time)
+    state.time += dt
+    resolution, slid_before = belief.encoder_resolution, state.slides
+    encoder.observe(seen, reading_m, resolution, dt, decisions.observer)
+    v = encoder.bounded_speed(seen, resolution, decisions.rest_speed)
+    state.slides = encoder.sliding(seen, resolution, decisions.rest_speed, decisions.slide_speed)
+    x, slides = seen.extension, state.slides
+    state.speed = v
+    state.acceleration = seen.acceleration if slides > 0.0 else 0.0
+    piston = piston_force(pa, pb, c.area_a, c.area_b)
+    state.force = piston + cushion_n(x, v, belief) + end_forces_n(c, x)
+    now = conditions_of(state, belief, decisions, pa + pb, loads, oil_degc)
+    low, high = friction_set(v, seen.sense, slides, c.friction, now)
+    ratio = c.seal_stiffness / oil_stiffness(x, c)
+    push = push_of(command, c.deadband)
+    likely = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, dt)
+    if decisions.remembers == 0.0 or not loads.followed:
+        likely = 0.5 * (low + high)
+    spread = spread_n(v, high - low, c.friction, now, decisions)
+    if x < END_ZONE_M or x > c.stroke - END_ZONE_M:  # a stop pushes as the load asks for
+        low, high, spread = low - END_FORCE_N, high + END_FORCE_N, END_FORCE_N
+    state.friction, state.low, state.high, state.spread = likely, low, high, spread
+    sense = seen.sense if slides >= 1.0 else 0.0
+    if sense != 0.0 and sense != state.sense:
+        state.sense, state.changed = sense, 1.0
+    elif slides <= 0.0 and slid_before > 0.0:
+        state.sense = 0.0
+
+
+@njit
+def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: Any) -> float:
+    """Standard deviation of friction, N: sliding at v (m/s), or somewhere in a set of this width (N)."""
+    out, back = friction.sides[EXTENDING], friction.sides[RETRACTING]
+    level = 0.5 * (friction_size(abs(v), out, now) + friction_size(abs(v), back, now))
+    slope = max(out.viscous, back.viscous) * now.thinning
+    sliding_sd = math.sqrt(
+        (decisions.friction_share * level) ** 2 + (slope * decisions.speed_sd) ** 2
+    )
+    return math.sqrt(sliding_sd**2 + (0.5 * decisions.rest_share * width) ** 2)

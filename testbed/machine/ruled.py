@@ -1,0 +1,87 @@
+"""Numbers of the machine that something else rules, so that changing them by their path would change nothing."""
+
+from __future__ import annotations
+
+import re
+
+from testbed.errors import InputError
+from testbed.machine.model import shared_path
+
+URDF, UNREAD = "the URDF", ""
+Rules = tuple[tuple[str, str], ...]
+_BODIES = (
+    r"total_mass_kg|(body|power_unit_body|traction_body)\..*|rod_store_body\.(mass_kg|inertia_\w+)"
+    r"|drill_body\.(?!hole_diameter_m).*|joints\.(radial|vertical)\..*"
+    r"|joints\.rotation\.(effort|velocity)_.*|legs\.((rotation|radial)_mass_kg|\w+_inertia_\w+)"
+    r"|legs\.foot(_plate)?_radius_m"
+)
+COMMON: Rules = (
+    (_BODIES, URDF),
+    (r"drill\.feed_n", "task.feed_n"),
+    (r"drill\.torque_nm", "task.torque_nm"),
+    (r"drill\.blow_hz", "task.blow_hz"),
+    (r"drill\.blow_n", "task.blow_n"),
+    (r"drill\.rod_length_m", "task.rod_length_m"),
+    (r"drill\.rod_mass_kg", "task.rod_kg"),
+    (r"drill\.pull_out_n", "task.pull_n"),
+    (r"oil\.start_temperature_degc", "hydraulics.oil_temperature_degc"),
+    (r"rope\.stiffness_ea_n", "ropes.stiffness_ea_n"),
+    (r"rope\.breaking_load_n", "ropes.breaking_load_n"),
+    (r"rope\.damping_n_s", "ropes.damping_n_s_m"),
+    (r"ground\.damping_n_s_m", "terrain.damping_n_s_m"),
+    (r"drill\.hammer_mass_kg", UNREAD),
+    (r"sensor\.(volts_factor_pa_per_v|line_b_length_m)", UNREAD),
+)
+"""Pattern of the path -> the field of a scenario that rules the number, for world and model alike."""
+WORLD: Rules = (
+    (r"legs\..*", URDF),
+    (r"rod_store_body\.position_m", URDF),
+    (r"ground\.friction", "terrain.friction"),
+    (r"ground\.stiffness_n_m", "terrain.stiffness_n_m"),
+    (r"(control\..*)", r"model.parameters.\1"),
+)
+"""The same for the world alone: position loops are the electronics', which work with the model."""
+MODEL: Rules = (
+    (r"rope\..*|drill\..*|rock\..*|drill_body\..*|legs\.hip_z_m", UNREAD),
+    (r"seal\.bristle_damping_n_s_m|end_stop\.(stiffness|damping)_\w+", UNREAD),
+    (r"oil\.(outer_leakage|hose|ambient|heat_capacity|cooling)\w+", UNREAD),
+    (r"power_unit\.(?!full_flow_m3_s|supply_pressure_pa|tank_pressure_pa).*", UNREAD),
+    (r"sensor\.(pressure_(noise|resolution)_pa|line_b_\w+|\w+_noise_\w+)", UNREAD),
+    (r"sensor\.(transducer_bandwidth_hz|temperature_resolution_k)", UNREAD),
+    (r"traction\.(stroke_m|annulus_area_m2|return_speed_m_s|clamp_s|seat_m)", UNREAD),
+)
+"""The same for the model alone: what no estimator, no controller and no diagnosis reads."""
+SHARED_ONLY = re.compile(
+    r"oil\.(start_temperature_degc|ambient_degc|heat_capacity_j_k|cooling_w_k)"
+    r"|seal\.viscosity_(rate_1_k|reference_degc)"
+    r"|sensor\.(?!pressure_|thermal_(zero_share|range_k)|transducer_bandwidth_hz|line_b_).*"
+)
+"""Numbers of an axis' groups that the machine has once: one axis cannot have its own."""
+
+
+def check_effective(path: str, value: object, believed: bool, file: object, section: str) -> None:
+    """Raise InputError, naming who rules it, for a number whose change would do nothing."""
+    shared = shared_path(path)
+    number = shared or path
+    if shared is not None and path.startswith("axes.") and SHARED_ONLY.fullmatch(shared):
+        _refuse("all axes share it", shared, path, value, file, section)
+    for pattern, ruler in (*COMMON, *(MODEL if believed else WORLD)):
+        if not (found := re.fullmatch(pattern, number)):
+            continue
+        if ruler == URDF:
+            allowed = "another URDF in robot.urdf, or a load in robot.payload_kg"
+            _refuse("the URDF alone gives it", allowed, path, value, file, section)
+        if ruler == UNREAD:
+            _refuse("nothing reads it", "a number that is read", path, value, file, section)
+        ruling = found.expand(ruler)
+        _refuse(f"{ruling} rules it", ruling, path, value, file, section)
+
+
+def _refuse(why: str, allowed: str, path: str, value: object, file: object, section: str) -> None:
+    raise InputError(
+        f"would have no effect: {why}",
+        file=str(file),
+        field=f"{section}.{path}",
+        value=value,
+        allowed=allowed,
+    )
