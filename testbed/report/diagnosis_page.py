@@ -40,6 +40,7 @@ def contents(d: Diagnosis) -> dict[str, Any]:
         "goes_with": d.verdict.goes_with,
         "runs": _runs(found.get("error_of_runs_left_out_n", {})),
         "refused": found.get("refused", []),
+        "passed": found.get("passed", []) if d.verdict.kind == "unnamed" else [],
         "hypotheses": found["hypotheses"][:8],
         "errors": _error_rows(d),
         "closed": {q: closed_share(d.errors, q) for q in ("force_n", "flow_m3_s")},

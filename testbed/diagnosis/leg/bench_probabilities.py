@@ -1,9 +1,10 @@
 """From signs to a distribution over sets of names, for benches and drives, which declare little of themselves.
 
-Three questions, each a logistic regression on a few signs of the names that are left after their trials (`proof`):
+One question, a logistic regression on a few signs of the names that are left after their trials (`proof`):
 
-    P(no name covers what is there) = L(unnamed),   P(an effect | a name would cover it) = L(presence)
-    P(this set | an effect) = (1 - stray) * share of the bootstrap's draws that it wins + stray * equal shares
+    P(no name covers what is there) = L(unnamed)
+    P(this set | a name would cover it) = (1 - stray) * share of the bootstrap's draws that it wins, P(none) = stray;
+    P(none | a name would cover it) = 1 where no name passed its trials
 
 The numbers are in `bench_calibration.yaml`, with the simulated rigs they were fitted on and how well they do on kinds of
 law that were left out; `testbed lab fit-bench-diagnosis` fits them.
@@ -37,7 +38,7 @@ class BenchSigns:
     time, bins; `closed`: logarithm of the error of runs left out, by `identify` over with the names that are left;
     `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit; `repeated`: least
     share of draws of one of them; `companion`: share by which a channel that rides along lowers what they leave;
-    `shares`: set of names, less those refused, -> share of draws.
+    `shares`: set of names -> share of draws.
     """
 
     excess: float
@@ -71,22 +72,12 @@ class BenchSigns:
             "companion": self.companion,
         }
 
-    def of_presence(self) -> dict[str, float]:
-        """What tells that there is an effect at all."""
-        return {
-            "one": 1.0,
-            "gain": float(np.log(max(self.gain, 1.0))),
-            "closed": self.closed,
-            "repeated": self.repeated,
-        }
-
 
 @dataclass(frozen=True)
 class BenchCalibration:
-    """Question -> sign -> weight; `stray`: share of wrong names among those that are proven."""
+    """`unnamed`: sign -> weight; `stray`: share of wrong names among those that passed their trials."""
 
     unnamed: Mapping[str, float]
-    presence: Mapping[str, float]
     stray: float
 
 
@@ -96,16 +87,13 @@ def calibration() -> BenchCalibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return BenchCalibration(row["unnamed"], row["presence"], float(row["stray"]))
+    return BenchCalibration(row["unnamed"], float(row["stray"]))
 
 
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
     """The signs of a finished search whose names have been tried."""
     excess = [np.log(max(v, 1.0)) for v in found.excess_best.values()]
-    shares: dict[Names, float] = {}
-    for names, share in proof.won.items():
-        left = tuple(sorted(names - set(proof.refused)))
-        shares[left] = shares.get(left, 0.0) + share
+    shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
     return BenchSigns(
         excess=float(np.mean(excess)) if excess else 0.0,
         memory=memory_of(proof.kept.evidence),
@@ -130,16 +118,19 @@ def answer(signs_of_question: Mapping[str, float], weights: Mapping[str, float])
 def distribution(s: BenchSigns, kept: Names, c: BenchCalibration) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers.
 
-    Sets that are not wholly made of `kept` names were not proven: their share counts for what no name covers.
+    Of a set that wins draws only the names count that are `kept`.
     """
     missing = answer(s.of_unnamed(), c.unnamed)
-    some = answer(s.of_presence(), c.presence) if kept else 0.0
-    out: dict[Names, float] = {("unnamed",): missing, (): (1.0 - missing) * (1.0 - some)}
-    sets = [(names, share) for names, share in s.shares if names and set(names) <= set(kept)]
-    total = sum(share for _, share in sets)
-    if not total:
-        sets, total = [(tuple(sorted(kept)), 1.0)] if kept else [], 1.0
-    for names, share in sets:
-        out[names] = (1.0 - missing) * some * (1.0 - c.stray) * share / total
-    out["unnamed",] += (1.0 - missing) * some * c.stray
+    sets: dict[Names, float] = {}
+    for names, share in s.shares:
+        left = tuple(name for name in kept if name in names)
+        if left:
+            sets[left] = sets.get(left, 0.0) + share
+    total = sum(sets.values())
+    out: dict[Names, float] = {
+        ("unnamed",): missing,
+        (): (1.0 - missing) * (c.stray if sets else 1.0),
+    }
+    for names, share in sets.items():
+        out[names] = (1.0 - missing) * (1.0 - c.stray) * share / total
     return out

@@ -66,8 +66,10 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
 
 
 def trials_json(proof: Proof) -> dict[str, Any]:
-    """Share of resampled rigs that would name it again, names refused with the reason, errors of runs left out, N."""
+    """Names that passed their trials (whatever the verdict), share of resampled rigs that would name each again, names
+    refused with the reason, errors of runs left out, N."""
     return {
+        "passed": list(proof.kept.names),
         "repeated": dict(proof.repeated),
         "refused": [{"name": name, "reason": why} for name, why in proof.refused.items()],
         "error_of_runs_left_out_n": {k: dict(v) for k, v in proof.run_errors.items()},
