@@ -124,12 +124,12 @@ class _RunErrors:
 
 
 def worse_than(state: Search, candidate: Candidate, identified: LegModel) -> bool:
-    """Whether the force of recordings left out (to first order) is worse with a set than as identified; no matter where
-    none of its names shows in the force."""
+    """Whether the force of blocks left out is worse with a set than as identified; never where none of its names shows
+    in the force. Of a leg's recordings often only one shows an effect at all, so blocks are left out and not runs."""
     problem = state.problem
     if not any("force" in by_name(name).seen_in for name in candidate.names):
         return False
-    left_out = held_out(problem, candidate.fit, by_recording=True)["force"]
+    left_out = held_out(problem, candidate.fit)["force"]
     residuals = left_out, problem.force(identified, problem.believed)
     with_it, as_identified = (of_residual(problem, {"force": r}).rms for r in residuals)
     return overall(with_it) > WORSE * overall(as_identified)
