@@ -17,7 +17,7 @@ PAGE = (Path(__file__).parents[1] / "docs" / "tutorials" / "own_detector.md").re
 
 
 def _block(language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+    found = re.search(rf"```{language}[^\n]*\n(.*?)```", PAGE, re.DOTALL)
     assert found is not None
     return found[1]
 

@@ -18,7 +18,7 @@ PAGE = (Path(__file__).parents[1] / "docs" / "tutorials" / "own_estimator.md").r
 
 
 def _blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+    return re.findall(rf"```{language}[^\n]*\n(.*?)```", PAGE, re.DOTALL)
 
 
 def test_an_estimator_in_and_the_same_loads_live_and_over_the_recording(
