@@ -124,6 +124,50 @@ def commission(
     print(f"not shown: {len(result['not_shown'])} numbers; {out}")
 
 
+@app.command()
+def detect(
+    recording: Annotated[
+        Path, typer.Argument(help="Folder of a recording: a foot, one leg, or a run of the robot.")
+    ],
+    out: Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")],
+    detector: Annotated[
+        str | None,
+        typer.Option(
+            help="A detector by name, or FILE.py:Class. [robot: combined; else single_force]"
+        ),
+    ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(help="Column with the force, N; of a robot also the part before _<leg>."),
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(help="Column to score against: a measured force, N, or a contact."),
+    ] = None,
+    scale: Annotated[
+        float | None, typer.Option(help="Nominal load of a foot, N. [declared, else estimated]")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model file that the force is estimated with.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say of every foot of a recording when it was in contact, and how well that follows a reference.
+
+    Any scale: bounds are shares of the nominal load and multiples of the noise.
+    """
+    from testbed.report.console import print_json, print_table
+    from testbed.workflows.detect import Options, detect_file, table
+
+    options = Options(detector, force, reference, scale, model)
+    done = detect_file(recording, out, options)
+    if json:
+        print_json(done)
+    else:
+        print_table(*table(done))
+        print(done["out"])
+
+
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file."""

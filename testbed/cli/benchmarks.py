@@ -195,13 +195,20 @@ def contact_loss(
     tune: Annotated[
         bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")
     ] = False,
+    detector: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A detector of your own beside the shipped ones, FILE.py:Class; may be repeated. The tuning scenes "
+            "set its threshold."
+        ),
+    ] = None,
     draw: Draw = None,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
-    show(ContactLoss(hours, tune, draw), out, jobs, json)
+    show(ContactLoss(hours, tune, draw, tuple(detector or ())), out, jobs, json)
 
 
 @benchmarks.command()
@@ -314,6 +321,30 @@ File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one
 def fit_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs from then on."""
     from testbed.benchmarks.diagnosis.calibration import fit_file
+
+    print(fit_file(folders, out))
+
+
+@lab.command("bench-diagnosis")
+def bench_diagnosis(
+    out: Out,
+    rigs: Annotated[int, typer.Option(min=1, help="How many simulated benches and drives.")] = 60,
+    jobs: Jobs = 1,
+    first_seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
+    ] = 500,
+    json: Json = False,
+) -> None:
+    """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers among them."""
+    from testbed.benchmarks.diagnosis.bench_trials import BenchTest
+
+    show(BenchTest(rigs, first_seed), out, jobs, json)
+
+
+@lab.command("fit-bench-diagnosis")
+def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab bench-diagnosis`."""
+    from testbed.benchmarks.diagnosis.bench_trials import fit_file
 
     print(fit_file(folders, out))
 
