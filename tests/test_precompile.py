@@ -24,6 +24,7 @@ from testbed.world.simulation import Simulation
 world = Simulation(load_scenario("drill_slope_45", duration=1.0))
 world.run_block(1)
 from testbed.world import precompile
+world.machine.boards["clock"]["recorded"] = 0
 calls = precompile.calls([precompile.EVERYTHING, *world._fixed, world._nowhere])
 calls += precompile.estimator_calls()
 beside = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -92,6 +92,50 @@ def estimate(
         print(f"{done['rows']} rows of {', '.join(done['columns'])}: {done['out']}")
 
 
+@app.command()
+def detect(
+    recording: Annotated[
+        Path, typer.Argument(help="Folder of a recording: a foot, one leg, or a run of the robot.")
+    ],
+    out: Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")],
+    detector: Annotated[
+        str | None,
+        typer.Option(
+            help="A detector by name, or FILE.py:Class. [robot: combined; else single_force]"
+        ),
+    ] = None,
+    force: Annotated[
+        str | None,
+        typer.Option(help="Column with the force, N; of a robot also the part before _<leg>."),
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(help="Column to score against: a measured force, N, or a contact."),
+    ] = None,
+    scale: Annotated[
+        float | None, typer.Option(help="Nominal load of a foot, N. [declared, else estimated]")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model file that the force is estimated with.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say of every foot of a recording when it was in contact, and how well that follows a reference.
+
+    Any scale: bounds are shares of the nominal load and multiples of the noise.
+    """
+    from testbed.report.console import print_json, print_table
+    from testbed.workflows.detect import Options, detect_file, table
+
+    options = Options(detector, force, reference, scale, model)
+    done = detect_file(recording, out, options)
+    if json:
+        print_json(done)
+    else:
+        print_table(*table(done))
+        print(done["out"])
+
+
 @app.command("scenario-schema")
 def scenario_schema(json: Json = False) -> None:
     """List every field of a scenario file."""
@@ -244,14 +288,13 @@ def identify(
     json: Json = False,
 ) -> None:
     """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot show."""
-    from testbed.estimation.friction.identification import identify_rig
     from testbed.formats.files import check_file
-    from testbed.recording.axis import read_rig
     from testbed.recording.leg_model import write_model
     from testbed.report.console import print_identification, print_json
+    from testbed.workflows.identify import identify as identified
 
     check_file(out)
-    result = identify_rig(read_rig(rig))
+    result = identified(rig)
     write_model(out, result.model)
     if json:
         print_json(result.tree())

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 benchmarks = typer.Typer()
 lab = typer.Typer(help="Further benchmarks, and the tools that set the testbed's own numbers.")
 Out = Annotated[Path, typer.Option(help="Folder for results and finished cases; resumed.")]
+Draw = Annotated[
+    str | None,
+    typer.Option(help="Draw each run's machine from these tolerances: workshop. [as drawn up]"),
+]
 Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
 
 
@@ -102,13 +106,28 @@ def filters(
 def estimators(
     out: Out,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
+    draw: Draw = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
     from testbed.benchmarks.estimators.benchmark import Estimators
 
-    show(Estimators(few), out, jobs, json)
+    show(Estimators(few, draw), out, jobs, json)
+
+
+@benchmarks.command()
+def machines(
+    out: Out,
+    machines: Annotated[int, typer.Option(min=1, help="Drawn machines.")] = 8,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 1,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Judge the own estimate on drawn machines that the model knows the drawing of, beside a perfect belief."""
+    from testbed.benchmarks.machines.benchmark import DrawnMachines
+
+    show(DrawnMachines(machines, first_seed), out, jobs, json)
 
 
 @benchmarks.command()
@@ -117,6 +136,7 @@ def distribution(
     jobs: Jobs = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
+    draw: Draw = None,
     controller: Annotated[
         list[str] | None,
         typer.Option(
@@ -130,7 +150,7 @@ def distribution(
     from testbed.control.distribution.controllers import CONTROLLERS
 
     names = tuple(controller or CONTROLLERS)
-    show(ForceDistribution(cases, seeds, names), out, jobs, json)
+    show(ForceDistribution(cases, seeds, names, draw), out, jobs, json)
 
 
 @benchmarks.command("evaluate-diagnosis")
@@ -175,12 +195,20 @@ def contact_loss(
     tune: Annotated[
         bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")
     ] = False,
+    detector: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A detector of your own beside the shipped ones, FILE.py:Class; may be repeated. The tuning scenes "
+            "set its threshold."
+        ),
+    ] = None,
+    draw: Draw = None,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
-    show(ContactLoss(hours, tune), out, jobs, json)
+    show(ContactLoss(hours, tune, draw, tuple(detector or ())), out, jobs, json)
 
 
 @benchmarks.command()

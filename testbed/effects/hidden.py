@@ -37,6 +37,10 @@ class HiddenCylinder:
     deadband: float = 0.0
     gain_error_a: float = 0.0
     gain_error_b: float = 0.0
+    zero_a_pa: float = 0.0
+    zero_b_pa: float = 0.0
+    hysteresis_pa: float = 0.0
+    bow_pa: float = 0.0
     drift_a_pa_s: float | None = None
     line_b_hz: float | None = None
     line_b_damping: float | None = None
@@ -55,6 +59,8 @@ class HiddenRope:
     """The anchor, seen from the robot, is turned to the left in the slope's plane."""
     elevation_rad: float = 0.0
     """... and raised off the slope."""
+    attachment_height_m: float = 0.0
+    """Added to the height at which it pulls, body frame."""
 
 
 @dataclass

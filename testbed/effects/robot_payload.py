@@ -14,7 +14,14 @@ class HiddenPayload(Effect):
     equation = "a mass at (x, y, z) of the body frame, in weight and inertia"
     text = "something heavy lies on the platform: rods, tools, mud, snow"
     parameters = (
-        ParameterSpec("mass", "kg", 0.0, 2000.0, (20.0, 400.0), "of the payload"),
+        ParameterSpec(
+            "mass",
+            "kg",
+            -500.0,
+            2000.0,
+            (20.0, 400.0),
+            "of the payload; negative: lighter than drawn",
+        ),
         ParameterSpec("x", "m", -3.0, 3.0, (-1.0, 1.0), "forward, body frame"),
         ParameterSpec("y", "m", -3.0, 3.0, (-1.0, 1.0), "to the left"),
         ParameterSpec("z", "m", -2.0, 3.0, (0.0, 0.6), "upward"),

@@ -57,8 +57,11 @@ class FootRecording:
     contact: Mask | None
 
 
-def read_foot(folder: str | Path) -> FootRecording:
-    """Read and check a recording of one foot. Every fault is an InputError, one line."""
+def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
+    """Read and check a recording of one foot. Every fault is an InputError, one line.
+
+    `missing`: forces that are no number are let through.
+    """
     folder = recording_folder(folder)
     file = folder / "recording.yaml"
     header = read_foot_header(file)
@@ -69,7 +72,8 @@ def read_foot(folder: str | Path) -> FootRecording:
     series = {q: to_si(columns[c.column], c.unit) for q, c in channels.items()}
     check_time(series["time"], header.sample_rate_hz, table, file, channels["time"].column)
     for name, values in series.items():
-        check_finite(name, values, series["time"], table)
+        if not (missing and name == "force"):
+            check_finite(name, values, series["time"], table)
     contact = None
     if "contact" in series:
         contact = as_contact(series["contact"], table, channels["contact"].column)
@@ -87,7 +91,7 @@ def read_foot_header(path: Path) -> FootHeader:
     return header
 
 
-def as_contact(values: Array, file: Path, column: str) -> Mask:
+def as_contact(values: Array, file: Path, column: str, field: str = "channels.contact") -> Mask:
     """Whether the foot carries, (n,): the larger of two values, or any that is not 0 where there is only one.
 
     Raises InputError for more than two distinct values.
@@ -97,7 +101,7 @@ def as_contact(values: Array, file: Path, column: str) -> Mask:
         raise InputError(
             f"column {column!r} has {len(found)} distinct values",
             file=file,
-            field="channels.contact",
+            field=field,
             allowed="at most two distinct values",
         )
     return np.asarray(values == found[-1] if len(found) == 2 else values != 0.0)

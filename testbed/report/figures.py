@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.estimation.losses import intervals
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
 from testbed.report.style import (
@@ -27,7 +28,7 @@ from testbed.report.style import (
     method_style,
     new_figure,
 )
-from testbed.simulation.metrics import LOSS_FORCE_N, intervals, methods, rms, rope_tension_n
+from testbed.simulation.metrics import LOSS_FORCE_N, methods, rms, rope_tension_n
 from testbed.simulation.residuals import Suspect, leg_alone, load_residuals
 
 if TYPE_CHECKING:

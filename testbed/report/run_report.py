@@ -22,7 +22,7 @@ from testbed.report.style import RC, method_name, svg
 from testbed.simulation.metrics import methods, stability_margin, tilt_deg
 from testbed.simulation.pictures import pictures
 from testbed.simulation.residuals import Suspect, best_method, load_residuals
-from testbed.simulation.runs import Run
+from testbed.simulation.runs import RecordedRun
 
 Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
@@ -30,12 +30,12 @@ FEWEST_ROWS = 20
 """Shorter runs have a verdict but nothing to draw."""
 
 
-def page(run: Run, summary: Mapping[str, Any], machine: Machine) -> str:
+def page(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) -> str:
     """The page's text: of a run, what it comes to (see summary.json), and the machine that it truly had."""
     return render("run_report.html.j2", _contents(run, summary, machine))
 
 
-def _contents(run: Run, summary: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
+def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
     slope_deg = float(summary.get("slope_deg") or 0.0)
     method = best_method(methods(run.data))
     by_leg = load_residuals(run.data, method) if method else {}
@@ -85,6 +85,12 @@ def _words(summary: Mapping[str, Any], named: Suspect | None) -> list[str]:
     expectations = summary.get("expectations")
     if expectations is not None and not expectations["met"]:
         lines.append("Not as expected: " + "; ".join(expectations["unmet"]) + ".")
+    machine = summary.get("machine") or {}
+    if machine.get("draw"):
+        lines.append(
+            f"This world's machine was drawn ({machine['draw']}, seed {machine['seed']}; truth_machine.yaml has its "
+            "numbers); the model knows its drawing alone."
+        )
     for effect in summary.get("undeclared") or []:
         numbers = ", ".join(f"{k} {v:g}" for k, v in effect["parameters"].items())
         lines.append(
@@ -94,7 +100,7 @@ def _words(summary: Mapping[str, Any], named: Suspect | None) -> list[str]:
 
 
 def _parts(
-    run: Run,
+    run: RecordedRun,
     events: list[dict[str, Any]],
     slope_deg: float,
     by_leg: Mapping[str, Array],

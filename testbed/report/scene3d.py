@@ -26,7 +26,7 @@ from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.terrain import Patch
 from testbed.simulation.metrics import methods
 from testbed.simulation.residuals import best_method
-from testbed.simulation.runs import Run, read_run
+from testbed.simulation.runs import RecordedRun, read_run
 from testbed.simulation.stability import rotation
 from testbed.world.ground.terrain import Ground, anchors_in_world, make_ground
 
@@ -224,7 +224,7 @@ def ground_mesh(
     )
 
 
-def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: Run) -> None:
+def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: RecordedRun) -> None:
     data, truth = run.data, run.truth
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(
@@ -307,7 +307,7 @@ def _rgb(colour: str) -> tuple[int, int, int]:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-def _signals(rr: Any, recording: Any, run: Run) -> None:
+def _signals(rr: Any, recording: Any, run: RecordedRun) -> None:
     """What is plotted beside the scene: at the recorded rate, thinned evenly where a run is very long."""
     data, truth = run.data, run.truth
     method = best_method(methods(data))

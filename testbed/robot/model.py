@@ -104,6 +104,12 @@ class RobotModel:
         """Centre of mass in the body frame, (3,), m."""
         return np.array(pin.centerOfMass(self._model, self._data, self._full(positions), False))
 
+    def link_centres_m(self, positions: ArrayLike) -> Array:
+        """Centres of mass of what each axis moves directly, body frame, (12, 3), AXES order, m."""
+        pin.forwardKinematics(self._model, self._data, self._full(positions))
+        joints = [self._model.getJointId(name) for name in AXES]
+        return np.array([self._data.oMi[j].act(self._model.inertias[j].lever) for j in joints])
+
     def mass_matrix(self, positions: ArrayLike) -> Array:
         """Joint-space inertia (18, 18), body velocity in the body frame at the body's origin."""
         upper = np.triu(pin.crba(self._model, self._data, self._full(positions)))

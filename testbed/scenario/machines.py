@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
+from testbed.scenario.drawn import Drawn, draw_machine
 
 if TYPE_CHECKING:
     from testbed.scenario.scenario import Scenario
@@ -19,6 +20,8 @@ class Machines:
 
     truth: Machine
     belief: Machine
+    drawn: Drawn = field(default_factory=Drawn)
+    """What the truth owes to tolerances, effects that only the world has among it."""
 
 
 def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
@@ -27,11 +30,13 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
     world: dict[str, Any] = dict(hydraulics.parameters)
     if hydraulics.supply_pressure_pa is not None:
         world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
-    truth = build_machine(world, urdf=urdf, file=file, section="hydraulics.parameters")
+    drawing = build_machine(world, urdf=urdf, file=file, section="hydraulics.parameters")
+    drawn = draw_machine(scenario.machine.draw, scenario.machine.seed, drawing)
+    truth = drawing.replaced(drawn.changes, source="drawn from tolerances")
     belief = build_machine(
         scenario.model.parameters,
         urdf=urdf if scenario.model.urdf is None else scenario.model.urdf,
         file=file,
         section="model.parameters",
     )
-    return Machines(truth, belief)
+    return Machines(truth, belief, drawn)

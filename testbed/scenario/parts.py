@@ -216,6 +216,25 @@ class Model(Checked):
     )
 
 
+class OwnMachine(Checked):
+    """Which machine the world has."""
+
+    draw: Literal["workshop"] | None = Field(
+        default=None,
+        description="tolerances from which the world's machine is drawn; the model keeps the drawing-board machine; "
+        "null: the world has that one too",
+    )
+    seed: int = Field(
+        default=0, ge=0, le=2**32 - 1, description="which of the machines that could be drawn"
+    )
+
+    @model_validator(mode="after")
+    def _seed_of_a_draw(self) -> OwnMachine:
+        if self.draw is None and self.seed != 0:
+            raise impossible("has a seed, but nothing is drawn", "draw: workshop beside it")
+        return self
+
+
 CONTROLLERS = ("position_hold", "pseudo_inverse", "qp", "drill", "learned")
 """The shipped ways to share the load out; control/distribution/controllers.py has the class of each."""
 
@@ -347,6 +366,7 @@ __all__ = [
     "Model",
     "Mutation",
     "Names",
+    "OwnMachine",
     "Rates",
     "Robot",
     "Ropes",

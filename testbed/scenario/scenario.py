@@ -26,6 +26,7 @@ from testbed.scenario.parts import (
     Hydraulics,
     Model,
     Mutation,
+    OwnMachine,
     Rates,
     Robot,
     Ropes,
@@ -67,6 +68,7 @@ class Scenario(Checked):
     duration_s: float = Field(default=10.0, gt=0, le=36000, description="simulated time [s]")
     rates: Rates = Rates()
     terrain: Terrain = Terrain()
+    machine: OwnMachine = OwnMachine()
     robot: Robot = Robot()
     ropes: Ropes = Ropes()
     hydraulics: Hydraulics = Hydraulics()

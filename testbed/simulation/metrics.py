@@ -13,6 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.estimation.losses import (
+    DETECTION_WINDOW_S,
+    LOSS_S,
+    ROBOCLIMBER_NOMINAL_N,
+    intervals,
+    loss_force_n,
+)
 from testbed.machine.names import LEGS, SIDES
 from testbed.simulation.residuals import residual_summary
 
@@ -20,13 +27,9 @@ Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
-LOSS_FORCE_N = 300.0
-"""A foot with less normal force than this has lost its contact (E: 3 % of a quarter of the weight) ..."""
-LOSS_DURATION_S = 0.020
-"""... if it lasts this long; shorter gaps are the bounce of a blow."""
+LOSS_FORCE_N = loss_force_n(ROBOCLIMBER_NOMINAL_N)
+"""A foot with less normal force than this for LOSS_S has lost its contact (estimation/losses.py)."""
 MARGIN_WINDOW_S = 0.1
-DETECTION_WINDOW_S = 0.5
-"""A loss counts as missed when the detector has not spoken this long after it began."""
 
 
 def methods(columns: Columns) -> list[str]:
@@ -85,14 +88,6 @@ class Loss:
         return dict(self.__dict__)
 
 
-def intervals(flags: Flags, time_s: Array, shortest_s: float = 0.0) -> list[tuple[int, int]]:
-    """Index ranges [start, end) in which `flags` holds for at least `shortest_s`."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return [(a, b) for a, b in pairs if (b - a) * step >= shortest_s - 1e-9]
-
-
 def contact_losses(data: Columns, truth: Columns) -> list[Loss]:
     """Every stretch of at least 20 ms in which a foot's true normal force is below 300 N, in order of time."""
     time_s = truth["t"]
@@ -100,7 +95,7 @@ def contact_losses(data: Columns, truth: Columns) -> list[Loss]:
     for leg in LEGS:
         lost = truth[f"contact_normal_{leg}"] < LOSS_FORCE_N
         word = data.get(f"contact_{leg}")
-        for a, b in intervals(lost, time_s, LOSS_DURATION_S):
+        for a, b in intervals(lost, time_s, LOSS_S):
             delay = None if word is None else _delay(word, time_s, a, b)
             found.append(
                 Loss(leg, float(time_s[a]), float(time_s[b - 1]), _meant(data, leg, a, b), delay)

@@ -17,6 +17,7 @@ OWN_FILES = (
     "scenario.yaml",
     "data.parquet",
     "truth.parquet",
+    "truth_machine.yaml",
     "summary.json",
     "pictures",
     "report.html",

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from testbed.control.gait import BelievedStart
-from testbed.control.gaits.own import own_gait
+from testbed.control.gaits.own import checked_gait
 from testbed.control.measured import Measured, rows_of
 from testbed.control.replay import Commands, replay
 from testbed.robot.robot import Robot
@@ -25,7 +25,7 @@ def replay_gait(name: str, folder: str | Path) -> tuple[Commands, Columns]:
     run = read_run(folder, truth=False)
     rows = rows_of(run.data)
     start = recorded_start(load_scenario(run.folder / "scenario.yaml"), Measured(rows[:1]))
-    return replay(own_gait(name, start, field="gait"), rows), run.data
+    return replay(checked_gait(name, start, field="gait"), rows), run.data
 
 
 def recorded_start(scenario: Scenario, first: Measured) -> BelievedStart:

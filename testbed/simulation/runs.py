@@ -23,7 +23,7 @@ Columns = dict[str, npt.NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class RecordedRun:
     """One run: `data` is what sensors and estimators said, `truth` what only the simulator knows."""
 
     folder: Path
@@ -38,8 +38,18 @@ class Run:
         """Time of the data's rows [s]."""
         return self.data["t"]
 
+    def frame(self) -> Any:
+        """`data` as a pandas.DataFrame over time [s]. Raises InputError where pandas is not installed."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise InputError("needs pandas", field="frame", allowed="pip install pandas") from error
+        return pandas.DataFrame(self.data).set_index("t")
 
-def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bool = True) -> Run:
+
+def read_run(
+    folder: str | Path, columns: Iterable[str] | None = None, truth: bool = True
+) -> RecordedRun:
     """Read a run folder; `columns` limits both series to those names (`t` always comes along).
 
     Raises InputError where there is no run, or where a file of it cannot be read.
@@ -60,7 +70,7 @@ def read_run(folder: str | Path, columns: Iterable[str] | None = None, truth: bo
     true: Columns = {}
     if truth:
         data, true = same_rows(data, read_series(folder, "truth", wanted))
-    return Run(folder, meta, data, true, _summary(folder))
+    return RecordedRun(folder, meta, data, true, _summary(folder))
 
 
 def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:

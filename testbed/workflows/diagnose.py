@@ -25,6 +25,17 @@ class Diagnosed:
     page: Path
 
 
+def diagnose(folder: str | Path, out: str | Path, model: str | Path | None = None) -> Diagnosed:
+    """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to start from.
+
+    `folder` is an axis' rig (identify/ and verify/) or a robot's run. Into `out` go findings.json, the models (add
+    `model.yaml` to a run by `simulate(.., model=..)`) and report.html; `.tree` of the answer is findings.json.
+    Raises InputError for anything that cannot be used.
+    """
+    start = None if model is None else Path(model)
+    return diagnose_folder(Path(folder), Path(out), start, None, lambda _: None)
+
+
 def diagnose_folder(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:

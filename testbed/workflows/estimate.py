@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
+    from testbed.recording.robot import RobotRecording
 
 Array = npt.NDArray[np.float64]
 
@@ -47,10 +48,10 @@ def estimate_file(
 
 def is_robot(folder: Path) -> bool:
     """Whether a recording is one of the whole robot."""
-    return _header(folder).get("rig") == "robot"
+    return header_of(folder).get("rig") == "robot"
 
 
-def _header(folder: Path) -> Mapping[str, Any]:
+def header_of(folder: Path) -> Mapping[str, Any]:
     """What `recording.yaml` says; nothing where there is none."""
     path = folder / "recording.yaml"
     meta = read_yaml(path) if path.is_file() else None
@@ -60,13 +61,11 @@ def _header(folder: Path) -> Mapping[str, Any]:
 def _tables(folder: Path) -> set[Path]:
     """The tables that a recording consists of, whole paths; beside a robot's lies the truth."""
     return {
-        (folder / str(name)).resolve() for name in (_header(folder).get("data"), "truth.parquet")
+        (folder / str(name)).resolve() for name in (header_of(folder).get("data"), "truth.parquet")
     }
 
 
 def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str, Array]:
-    from testbed.effects import read_believed
-    from testbed.estimation.friction.evidence import check_alive, check_chambers
     from testbed.estimation.leg.force import estimate
     from testbed.recording.axis import read_recording
 
@@ -75,11 +74,38 @@ def _of_leg(folder: Path, model: str | Path | None, causal: bool) -> Mapping[str
         raise InputError(
             "is missing", field="--model", allowed="a model file, as `testbed identify` writes one"
         )
+    return estimate(measured, _believed(measured, model), causal).columns()
+
+
+def _believed(measured: Recording, model: str | Path) -> LegModel:
+    """The model file, once it is known to serve this recording."""
+    from testbed.effects import read_believed
+    from testbed.estimation.friction.evidence import check_alive, check_chambers
+
     believed = read_believed(model)
     check_chambers(measured)
     _check_serves(believed, measured, model)
     check_alive(measured, moving=False)
-    return estimate(measured, believed, causal).columns()
+    return believed
+
+
+def leg_force(measured: Recording, model: str | Path | None) -> tuple[Array, float | None, str]:
+    """External force (n,) of an axis, N, causal, the model's break-away force, N, and in words how it was had.
+
+    Without a model friction is none and what is declared of the machine is believed. Raises InputError where that or
+    the model does not serve.
+    """
+    from testbed.estimation.leg.force import estimate
+    from testbed.recording.leg_model import LegModel
+
+    if model is None:
+        plain = LegModel(rig=measured.header.rig, known=measured.known)
+        _check_serves(plain, measured, measured.folder / "recording.yaml")
+        words = "what is declared, without friction (--model takes an identified one)"
+        return estimate(measured, plain, causal=True).force_n, None, words
+    believed = _believed(measured, model)
+    force = estimate(measured, believed, causal=True).force_n
+    return force, max(believed.friction.breakaway_n), f"the model {model}"
 
 
 def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> None:
@@ -112,20 +138,29 @@ def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> No
 
 
 def _of_robot(folder: Path, model: str | Path | None) -> Mapping[str, Array]:
-    from testbed.effects import read_believed
-    from testbed.estimation.live.believed import Believed
     from testbed.estimation.live.chain import forces
     from testbed.recording.robot import read_robot
 
     run = read_robot(folder)
+    with naming(run.file):
+        return forces(run.data, robot_belief(run, model))
+
+
+def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
+    """What the estimators believe of a recorded robot: the model file, else what the recording says.
+
+    Raises InputError for a model or a survey that cannot be understood.
+    """
+    from testbed.effects import read_believed
+    from testbed.estimation.live.believed import Believed
+
     dt_s = float(np.median(np.diff(run.data["t"])))
     if model is None:
         belief = Believed.from_machine(run.machine, dt_s)
     else:
         with naming(model):
             belief = Believed.from_model(read_believed(model), dt_s, run.machine)
-    with naming(run.file):
-        return forces(run.data, with_body(belief, run.machine, run.header.surveyed, run.file))
+    return with_body(belief, run.machine, run.header.surveyed, run.file)
 
 
 def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) -> Believed:

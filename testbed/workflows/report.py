@@ -11,7 +11,7 @@ from testbed.errors import InputError
 from testbed.formats.files import write_text
 from testbed.formats.ownership import owned
 from testbed.report.run_report import page
-from testbed.simulation.runs import Run, check_run, read_run, run_machines
+from testbed.simulation.runs import RecordedRun, check_run, read_run, run_machines
 
 
 def write_report(folder: str | Path) -> Path:
@@ -44,7 +44,7 @@ def _shown(folder: Path) -> Iterator[None]:
         ) from error
 
 
-def _of_a_killed_run(run: Run) -> dict[str, Any]:
+def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
     from testbed.formats.yaml_files import read_yaml
     from testbed.simulation.metrics import run_metrics

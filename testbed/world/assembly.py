@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_events
 from testbed.control.gait import BelievedStart, Gait
-from testbed.control.gaits.table import gait_of
+from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
+from testbed.effects.hidden import Hidden
 from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
@@ -52,6 +53,7 @@ class Assembled:
     added_noise_rng: np.random.Generator
     judge: Judge
     kinematics: RobotModel
+    hidden: Hidden
     belief: Robot
     start_joints: Array
     start_base: Array
@@ -108,7 +110,11 @@ class Assembled:
 
 
 def assemble(
-    scenario: Scenario, machines: Machines, model: str | Path | None, gui: bool
+    scenario: Scenario,
+    machines: Machines,
+    model: str | Path | None,
+    gui: bool,
+    own: OwnParts = NOTHING_OWN,
 ) -> Assembled:
     """Build the world of a scenario and start it in equilibrium.
 
@@ -117,7 +123,9 @@ def assemble(
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
     belief = Robot.of(machines.belief, carried, height)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
-    ground, hidden = make_ground(scenario.terrain), hidden_of(scenario.undeclared)
+    site = _true_site(scenario, machines)
+    ground = make_ground(site.terrain)
+    hidden = hidden_of((*machines.drawn.undeclared, *scenario.undeclared))
     drill = drilling_of(scenario.task, DrillLoads.zeros()[0], scenario.seed, machines.truth)
     with bodies_of(hidden, machines.truth.urdf) as urdf:
         robot = Robot.of(machines.truth, carried, height, urdf)
@@ -135,13 +143,13 @@ def assemble(
         for number, axis in enumerate(AXES):
             engine.add_link_mass(number, hidden.cylinders[axis].mass_kg)
         known = drill_known(drill, DrillKnown.zeros()[0])
-        start = find_start(scenario, ground, robot.model, engine, machines.truth, known, hidden)
+        start = find_start(site, ground, robot.model, engine, machines.truth, known, hidden)
         engine.reset(start.position_m, start.rotation, start.joints)
-        truth = Truth(scenario, ground, robot, hidden, seeds[0])
+        truth = Truth(site, ground, robot, hidden, seeds[0])
         boards = furnish(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
-        electronics = _electronics(scenario, model, belief, start)
+        electronics = _electronics(scenario, model, belief, start, own)
     except BaseException:
         engine.close()
         raise
@@ -156,6 +164,7 @@ def assemble(
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
         judge=Judge(start.rotation, robot.model.total_mass_kg * GRAVITY_M_S2, raised),
         kinematics=robot.model,
+        hidden=hidden,
         belief=belief,
         start_joints=start.joints,
         start_base=start.position_m.copy(),
@@ -164,8 +173,17 @@ def assemble(
     )
 
 
+def _true_site(scenario: Scenario, machines: Machines) -> Scenario:
+    """The scenario on the ground as it is, which nobody measured."""
+    factor, terrain = machines.drawn.ground_stiffness_factor, scenario.terrain
+    if factor == 1.0:
+        return scenario
+    true = terrain.model_copy(update={"stiffness_n_m": terrain.stiffness_n_m * factor})
+    return scenario.model_copy(update={"terrain": true})
+
+
 def _electronics(
-    scenario: Scenario, model: str | Path | None, belief: Robot, start: Start
+    scenario: Scenario, model: str | Path | None, belief: Robot, start: Start, own: OwnParts
 ) -> dict[str, Any]:
     """What the machine's electronics run, and what people worked out before the run: fields of Assembled."""
     expected = ExpectedLoads(belief.model, belief.machine)
@@ -177,7 +195,7 @@ def _electronics(
         "thrust": thrust,
         "chain": _chain(scenario, model, belief, start.surveyed_directions),
         "expectation": Expectation(expected, start.surveyed_directions),
-        "gait": gait_of(scenario, _believed_start(belief, start)),
+        "gait": gait_of(scenario, _believed_start(belief, start), own),
     }
 
 

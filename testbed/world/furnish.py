@@ -24,6 +24,7 @@ from testbed.world.sensing import sensor_records
 from testbed.world.start import Start
 from testbed.world.switches import switch_off
 from testbed.world.undeclared import (
+    attachments_of,
     put_into_cylinders,
     put_into_other_sensors,
     put_into_sensors,
@@ -112,7 +113,8 @@ def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:
     ropes, devices = board["ropes"], board["devices"]
     board["traction"] = traction_parameters(truth.robot.machine, strokes=r.strokes)
     devices["way"], devices["place"] = -1.0, RESERVE_M
-    ropes["anchor"], ropes["attachment"] = start.anchors_m, model.rope_attachments_m
+    ropes["anchor"] = start.anchors_m
+    ropes["attachment"] = attachments_of(truth.hidden, model.rope_attachments_m)
     stiffness = truth.hidden.rope_stiffness_factor * r.stiffness_ea_n
     ropes["stiffness_ea"], ropes["damping"] = stiffness, r.damping_n_s_m
     ropes["breaking_load"], ropes["whole"] = r.breaking_load_n, float(r.enabled)

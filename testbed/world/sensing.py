@@ -29,6 +29,9 @@ class Transducer(Record):
     zero = quantity("Pa", "reading at no pressure")
     drift = quantity("Pa/s", "of the zero by time")
     thermal = quantity("Pa/K", "of the zero by the oil's temperature")
+    hysteresis = quantity("Pa", "the true pressure goes so far before the reading follows")
+    shown = quantity("Pa", "pressure behind the reading, held back by hysteresis")
+    bow = quantity("Pa", "error in the middle of the range, which a line through its ends leaves")
     noise = quantity("Pa", "standard deviation")
     resolution = quantity("Pa", "step of the converter; 0: none")
     range = quantity("Pa", "highest reading")
@@ -124,7 +127,7 @@ def sensor_records(
 
 def fail(transducer: Any, reading_pa: float) -> None:
     """Let a Transducer show the same reading, Pa gauge, from now on."""
-    for name in ("gain", "drift", "thermal", "noise", "resolution"):
+    for name in ("gain", "drift", "thermal", "bow", "noise", "resolution"):
         transducer[name] = 0.0
     transducer["zero"] = reading_pa
 
@@ -138,7 +141,11 @@ def counted(value: float, count: float) -> float:
 @njit
 def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> float:
     """One reading of the Transducer s, Pa gauge, from the true gauge pressure."""
-    value = s.gain * true_pa + s.zero + s.drift * t + s.thermal * warm_k + s.noise * noise
+    s.shown = min(max(s.shown, true_pa - s.hysteresis), true_pa + s.hysteresis)
+    value = s.gain * s.shown + s.zero + s.drift * t + s.thermal * warm_k + s.noise * noise
+    if s.bow != 0.0:
+        share = s.shown / s.range
+        value += 4.0 * s.bow * share * (1.0 - share)
     value = counted(value, s.resolution)
     return float(min(max(value, 0.0), s.range))
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.command import Command, SetPoints
+from testbed.control.gaits.table import NOTHING_OWN, OwnParts
 from testbed.control.measured import Measured
 from testbed.errors import SimulationFault
 from testbed.estimation.detectors.table import BEST
@@ -65,12 +66,16 @@ class Simulation:
     """A scenario on its way. `run_block(n)` gives the next n rows of data and truth until `finished`."""
 
     def __init__(
-        self, scenario: Scenario, model: str | Path | None = None, gui: bool = False
+        self,
+        scenario: Scenario,
+        model: str | Path | None = None,
+        gui: bool = False,
+        own: OwnParts = NOTHING_OWN,
     ) -> None:
         self.scenario = scenario
         compiling = precompile.beside()
         self.machines = machines_of(scenario)
-        self.machine: Assembled = assemble(scenario, self.machines, model, gui)
+        self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False
@@ -157,13 +162,22 @@ class Simulation:
 
     def run_block(self, rows: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
+        return self._advance(rows, self._last)
+
+    def run_steps(self, steps: int) -> tuple[Array, Array]:
+        """Make `steps` physics steps, fewer where the run ends; returns the rows recorded meanwhile, as run_block."""
+        every = self.scenario.rates.physics_hz // self.scenario.rates.record_hz
+        return self._advance(steps // every + 1, self._step + steps)
+
+    def _advance(self, rows: int, last: int) -> tuple[Array, Array]:
+        """Step until `rows` rows are there, step number `last` is done or the run ends."""
         engine, boards = self.machine.engine, self.machine.boards
         recorded = self._block = RecordedRow.zeros(rows)
         boards["clock"]["recorded"] = 0
         apply, advance, read, do = engine.apply, engine.step, engine.read, self._do
         given, state = boards["given"], boards["engine"]
         flags, period, count, k = self._flags, len(self._flags), 0, self._step
-        while count < rows and not self.finished:
+        while count < rows and k < last and not self.finished:
             apply(given)
             advance()
             read(state)
@@ -350,6 +364,11 @@ class Simulation:
         return self._row[0]
 
     # ---- what others ask -----------------------------------------------------------------------------------
+
+    @property
+    def t_s(self) -> float:
+        """Simulated time so far, s."""
+        return self._step * self.dt
 
     @property
     def verdict(self) -> str:

@@ -20,7 +20,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.world.engine import Engine
 from testbed.world.ground.footing import Footing, footing_of
 from testbed.world.ground.terrain import Ground, anchors_in_world
-from testbed.world.undeclared import anchors_of
+from testbed.world.undeclared import anchors_of, attachments_of
 
 Array = NDArray[np.float64]
 TRIES, TOUCH_M = 40, 1.0e-6
@@ -85,7 +85,8 @@ def find_start(
     undersides = position + model.foot_positions_m(joints) @ rotation.T
     footing = footing_of(scenario.terrain, ground, engine, undersides, tuple(hidden.feet.values()))
     surveyed = anchors_in_world(scenario.ropes, rotation)
-    points = position + model.rope_attachments_m @ rotation.T
+    drawn = position + model.rope_attachments_m @ rotation.T
+    points = position + attachments_of(hidden, model.rope_attachments_m) @ rotation.T
     anchors = anchors_of(hidden, surveyed, points, rotation)
     directions = _towards(anchors, points)
     gravity = rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
@@ -119,7 +120,7 @@ def find_start(
         anchors_m=anchors,
         rope_directions=directions,
         surveyed_anchors_m=surveyed,
-        surveyed_directions=_towards(surveyed, points),
+        surveyed_directions=_towards(surveyed, drawn),
         rope_tension_n=tension,
         footing=footing,
     )

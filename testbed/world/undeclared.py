@@ -138,6 +138,10 @@ def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) ->
         a, b = transducers[:, AXES.index(axis)]
         a["gain"] += cylinder.gain_error_a
         b["gain"] += cylinder.gain_error_b
+        a["zero"] += cylinder.zero_a_pa
+        b["zero"] += cylinder.zero_b_pa
+        a["hysteresis"] = b["hysteresis"] = cylinder.hysteresis_pa
+        a["bow"] = b["bow"] = cylinder.bow_pa
         if cylinder.drift_a_pa_s is not None:
             a["drift"] = cylinder.drift_a_pa_s
         if cylinder.pressure_delay_s:
@@ -155,6 +159,13 @@ def bodies_of(world: Hidden, urdf: Path) -> Iterator[Path]:
         path = Path(folder) / urdf.name
         path.write_text(ballasted(read_urdf(urdf), masses, world.centre_of_mass_m))
         yield path
+
+
+def attachments_of(world: Hidden, drawn_m: Array) -> Array:
+    """Where the ropes pull (2, 3) that were drawn elsewhere, body frame, m."""
+    attachments = drawn_m.copy()
+    attachments[:, 2] += [rope.attachment_height_m for rope in world.ropes.values()]
+    return attachments
 
 
 def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from walking_machine import START, believed_start, scenario
 
-from testbed.control.gaits.own import own_gait
+from testbed.control.gaits.own import checked_gait
 from testbed.control.measured import Measured
 from testbed.control.replay import replay
 from testbed.errors import InputError, UserCodeError
@@ -31,7 +31,7 @@ def _made(folder: Path, answer: str = HELD, text: str = MINE) -> Path:
 
 
 def test_a_gait_is_made_from_the_start_that_it_stands_at(tmp_path: Path) -> None:
-    gait = own_gait(f"{_made(tmp_path)}:Mine", believed_start(scenario()))
+    gait = checked_gait(f"{_made(tmp_path)}:Mine", believed_start(scenario()))
     command = gait.command(0.0, 0.01, Measured.of())
     assert command.joints == pytest.approx(START) and command.stance.all()
 
@@ -46,7 +46,7 @@ def test_a_gait_is_made_from_the_start_that_it_stands_at(tmp_path: Path) -> None
     ],
 )
 def test_what_cannot_be_followed_is_refused(tmp_path: Path, answer: str, said: str) -> None:
-    gait = own_gait(f"{_made(tmp_path, answer)}:Mine", believed_start(scenario()))
+    gait = checked_gait(f"{_made(tmp_path, answer)}:Mine", believed_start(scenario()))
     with pytest.raises(InputError, match=said):
         gait.command(0.0, 0.01, Measured.of())
 
@@ -54,7 +54,7 @@ def test_what_cannot_be_followed_is_refused(tmp_path: Path, answer: str, said: s
 def test_a_gait_that_is_not_made_from_a_start_is_refused(tmp_path: Path) -> None:
     file = _made(tmp_path, text=MINE.replace("self, start", "self, start, more"))
     with pytest.raises(InputError, match=r"cannot be made: .*'more'.* takes BelievedStart"):
-        own_gait(f"{file}:Mine", believed_start(scenario()))
+        checked_gait(f"{file}:Mine", believed_start(scenario()))
 
 
 def test_a_relative_file_is_looked_for_beside_the_scenario_and_then_in_the_working_folder(
@@ -107,7 +107,7 @@ def test_what_a_gait_raises_in_a_run_is_its_own(tmp_path: Path) -> None:
 
 def test_over_a_recording_a_gait_is_asked_at_every_tick(tmp_path: Path) -> None:
     answer = "Command(self.start.joints, stance=measured.load > 100.0, hold_drill=t > 0.025)"
-    gait = own_gait(f"{_made(tmp_path, answer)}:Mine", believed_start(scenario()))
+    gait = checked_gait(f"{_made(tmp_path, answer)}:Mine", believed_start(scenario()))
     rows = DataRow.zeros(40)
     rows["t"] = 0.001 * np.arange(1, 41)
     rows["estimate"]["own"][:25] = 7000.0

@@ -98,7 +98,7 @@ def test_a_disk_that_is_really_full(small_disk: Path, monkeypatch: pytest.Monkey
         [*command, "--duration", "60"], capture_output=True, text=True, check=False
     )
     assert refused.returncode == 2 and "MB free" in refused.stderr
-    monkeypatch.setattr("testbed.simulation.run.check_space", lambda *_: None)
+    monkeypatch.setattr("testbed.simulation.run_folder.check_space", lambda *_: None)
     with pytest.raises(InputError, match="No space left on device"):
         run_scenario(load_scenario("stand_flat", duration=60.0), small_disk / "a")
     run = read_run(small_disk / "a")

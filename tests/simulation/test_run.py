@@ -163,14 +163,14 @@ def test_a_number_that_is_none_ends_the_run_and_its_last_records_are_kept(
     from testbed.cli import main
     from testbed.world.simulation import Simulation
 
-    whole = Simulation.run_block
+    whole = Simulation.run_steps
 
-    def broken(self: Simulation, rows: int) -> object:
+    def broken(self: Simulation, steps: int) -> object:
         if self._step >= 100:
             self.machine.board.axes[2].a.pressure = np.nan  # a pressure is lost
-        return whole(self, rows)
+        return whole(self, steps)
 
-    monkeypatch.setattr(Simulation, "run_block", broken)
+    monkeypatch.setattr(Simulation, "run_steps", broken)
     changes = ["--set", "rates.record_hz=100", "--duration", "5", "--out", str(tmp_path / "run")]
     monkeypatch.setattr(sys, "argv", ["testbed", "run", "stand_flat", *changes])
     with pytest.raises(SystemExit) as end:

@@ -73,11 +73,14 @@ class Scene:
     split: Split
     number: int
     duration_s: float
+    machine: str | None = None
+    """Tolerances from which each scene's machine is drawn; None: the world has the drawing-board machine."""
 
     @property
     def name(self) -> str:
         """Its file's name."""
-        return f"{self.split}-{self.kind}-{self.number:04d}-{self.duration_s:g}s"
+        drawn = f"-{self.machine}" if self.machine else ""
+        return f"{self.split}-{self.kind}-{self.number:04d}-{self.duration_s:g}s{drawn}"
 
     @property
     def seed(self) -> int:
@@ -108,8 +111,11 @@ class Drawn:
     upsets: tuple[Upset, ...]
 
 
-def scenes(split: Split, hours: float) -> list[Scene]:
-    """Scenes of a benchmark: `hours` of quiet drilling, and eight loss scenes an hour (at least three)."""
+def scenes(split: Split, hours: float, machine: str | None = None) -> list[Scene]:
+    """Scenes of a benchmark: `hours` of quiet drilling, and eight loss scenes an hour (at least three).
+
+    `machine`: tolerances from which each scene draws its world's machine.
+    """
     total_s = hours * 3600.0
     count = max(1, math.ceil(total_s / QUIET_SCENE_S))
     quiet = [Scene("quiet", split, k, round(SETTLE_S + total_s / count, 1)) for k in range(count)]
@@ -118,7 +124,7 @@ def scenes(split: Split, hours: float) -> list[Scene]:
     again = [
         replace(scene, kind="supervised") for scene in losses[: max(1, math.ceil(4.0 * hours))]
     ]
-    return [*losses, *again, *quiet]
+    return [replace(scene, machine=machine) for scene in (*losses, *again, *quiet)]
 
 
 def draw(scene: Scene) -> Drawn:
@@ -144,6 +150,8 @@ def draw(scene: Scene) -> Drawn:
         f"control.supervisor={json.dumps(scene.kind == 'supervised')}",
     ]
     time_s, moves, shoves = _moves(rng, scene, upsets, weight_n, math.radians(slope))
+    if scene.machine is not None:
+        overrides += [f"machine.draw={scene.machine}", f"machine.seed={scene.seed}"]
     events = shoves + (_ropes(rng, scene) if scene.kind == "quiet" else [])
     overrides.append("events=" + json.dumps(sorted(events, key=lambda e: float(e["at_s"]))))
     return Drawn(

@@ -18,10 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.estimation.losses import LOSS_S, ROBOCLIMBER_NOMINAL_N, loss_force_n
+
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-LOSS_N, LOSS_S, CARRIED_S = 300.0, 0.020, 0.5
+LOSS_N = loss_force_n(ROBOCLIMBER_NOMINAL_N)
+CARRIED_S = 0.5
 LONGEST_DELAY_S, SHORTEST_LOOK_S = 0.5, 0.1
 WINDOW_S, BEFORE_S, AFTER_S, SHORTEST_WINDOW_S = 5.0, 0.5, 1.0, 1.0
 NEAR_N = 600.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -14,7 +14,7 @@ from testbed.benchmarks.contact_loss.score import GRADUAL_S, LOADED_N, LOSS_N, N
 from testbed.benchmarks.contact_loss.warning import CURVE_N, LEAD_S, WITHIN_S, gradual, marks
 from testbed.benchmarks.contact_loss.watch import ORACLE, ORACLE_NOISE_N
 from testbed.benchmarks.statistics import poisson, wilson
-from testbed.estimation.detectors.table import BEST, DETECTORS
+from testbed.estimation.detectors.table import BEST
 from testbed.estimation.detectors.warning import NUMBERS
 from testbed.report.tables import Table
 
@@ -45,7 +45,7 @@ class Records:
     @classmethod
     def of(cls, scenes: Sequence[Tree]) -> Records:
         """From the scenes' files."""
-        names = [d.name for d in DETECTORS] + [ORACLE]
+        names = list(scenes[0]["stairs"]) if scenes else []
         losses = [
             loss | {"slope_deg": s["slope_deg"], "sound": not s["undeclared"], "scene": k}
             for k, s in enumerate(scenes)
@@ -71,7 +71,7 @@ class Records:
 def tuned(scenes: Sequence[Tree]) -> dict[str, float]:
     """Thresholds from tuning scenes: within the budget of false alarms, and as far from it as the recall allows."""
     r = Records.of([s for s in scenes if s["scene"]["kind"] != "supervised"])
-    return {d.name: _threshold(r, d.name) for d in DETECTORS}
+    return {name: _threshold(r, name) for name in r.stairs if name != ORACLE}
 
 
 def _threshold(r: Records, name: str) -> float:
@@ -92,8 +92,13 @@ def _threshold(r: Records, name: str) -> float:
     )
 
 
-def summarise(every: Sequence[Tree], hours: float, thresholds: dict[str, float]) -> Tree:
-    """The object of contact_loss.json."""
+def summarise(
+    every: Sequence[Tree],
+    hours: float,
+    thresholds: Mapping[str, float],
+    texts: Mapping[str, str],
+) -> Tree:
+    """The object of contact_loss.json. By detector: its threshold, and what it does (`texts`)."""
     scenes = [s for s in every if s["scene"]["kind"] != "supervised"]
     r = Records.of(scenes)
     oracle = delays_s(r.stairs[ORACLE], oracle_threshold())[r.loaded]
@@ -121,7 +126,7 @@ def summarise(every: Sequence[Tree], hours: float, thresholds: dict[str, float])
             for v in sorted({s["verdict"] for s in scenes})
         },
         "detectors": [
-            _entry(r, d.name, d.text, thresholds.get(d.name, 0.0), floor) for d in DETECTORS
+            _entry(r, name, text, thresholds[name], floor) for name, text in texts.items()
         ],
         "warning": _warning(scenes),
         "supervisor": _supervisor(every),

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from testbed.estimation.detectors.table import DETECTORS
 
 FORMAT = "roboclimber-thresholds/1"
+
+
+def rivals(own: Sequence[str] = ()) -> dict[str, str]:
+    """Every detector of the benchmark by name, with what it does: those shipped, then classes of the user's own."""
+    return {d.name: d.text for d in DETECTORS} | dict.fromkeys(own, "of your own")
 
 
 def shipped_thresholds() -> dict[str, float]:

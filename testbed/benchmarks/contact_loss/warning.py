@@ -30,7 +30,6 @@ from testbed.benchmarks.contact_loss.score import (
     GRADUAL_S,
     LOADED_BEFORE_S,
     LOADED_N,
-    LOSS_S,
     NEAR_N,
     stretches,
 )
@@ -38,6 +37,7 @@ from testbed.benchmarks.statistics import wilson
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.estimation.detectors import warning as rule
 from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
+from testbed.estimation.losses import LOSS_S
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]

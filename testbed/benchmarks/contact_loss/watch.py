@@ -6,7 +6,7 @@ that the early warning is judged on: neither other thresholds nor another warnin
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from testbed.control.gait import Layered
 from testbed.errors import SimulationFault
 from testbed.estimation.detectors.base import scores_over, start
 from testbed.estimation.detectors.sample import Watch
-from testbed.estimation.detectors.table import DETECTORS
+from testbed.estimation.detectors.table import detector_of
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
 
@@ -63,15 +63,15 @@ class Watching:
         return {name: whole[:, k] for k, name in enumerate(self._detectors)}
 
 
-def run_scene(scene: Scene) -> dict[str, Any]:
-    """Simulate a scene and score all detectors on it: what is kept of it."""
+def run_scene(scene: Scene, names: Iterable[str]) -> dict[str, Any]:
+    """Simulate a scene and score the detectors of these names on it: what is kept of it."""
     from testbed.world.simulation import Simulation
 
     drawn = draw(scene)
     simulation = Simulation(drawn.scenario)
     try:
         simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
-        detectors = {detector.name: detector() for detector in DETECTORS}
+        detectors = {name: detector_of(name, "--detector") for name in names}
         watch = Watching(simulation.machine.chain.belief, simulation.dt, detectors)
         truth, carrying, fault = _rows(simulation, watch)
     finally:

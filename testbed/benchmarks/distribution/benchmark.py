@@ -39,6 +39,8 @@ class ForceDistribution(Benchmark[Run]):
     count: int = 1000
     seeds: int = 1
     controllers: tuple[str, ...] = tuple(CONTROLLERS)
+    draw: str | None = None
+    """Tolerances from which each case's machine is drawn."""
 
     def __post_init__(self) -> None:
         for field, value in (("--cases", self.count), ("--seeds", self.seeds)):
@@ -49,7 +51,7 @@ class ForceDistribution(Benchmark[Run]):
 
     def cases(self) -> Mapping[str, Run]:
         """Every case under every controller."""
-        drawn, names = draw_cases(self.count, self.seeds), (*self.controllers, ORACLE)
+        drawn, names = draw_cases(self.count, self.seeds, self.draw), (*self.controllers, ORACLE)
         return {f"{case.key} {name}": (case, name) for case in drawn for name in names}
 
     def work(self, case: Run) -> Outcome:
@@ -70,7 +72,7 @@ class ForceDistribution(Benchmark[Run]):
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """See summary.summarise."""
         outcomes = {key: Outcome(**answer) for key, answer in answers.items()}
-        cases = draw_cases(self.count, self.seeds)
+        cases = draw_cases(self.count, self.seeds, self.draw)
         names = (*self.controllers, ORACLE)
         return summarise(cases, [[outcomes[f"{c.key} {name}"] for name in names] for c in cases])
 

@@ -65,8 +65,11 @@ class Outcome:
     verdict: str
 
 
-def draw_cases(count: int, seeds: int = 1) -> list[Case]:
-    """The first `count` held-out cases of each of `seeds` sets; a case does not depend on how many there are."""
+def draw_cases(count: int, seeds: int = 1, machine: str | None = None) -> list[Case]:
+    """The first `count` held-out cases of each of `seeds` sets; a case does not depend on how many there are.
+
+    `machine`: tolerances from which each case draws its world's machine.
+    """
     from testbed.envs.randomisation import draw_overrides, named_set
 
     cases = []
@@ -74,6 +77,8 @@ def draw_cases(count: int, seeds: int = 1) -> list[Case]:
         for k in range(count):
             rng = np.random.default_rng([HELD_OUT_SEED + block, k])
             overrides = tuple(draw_overrides(named_set("distribution"), rng))
+            if machine is not None:
+                overrides += (f"machine.draw={machine}", f"machine.seed={k}")
             footing = rng.normal(0.0, FOOTING_SD_M, len(LEGS))
             cases.append(
                 Case(int(rng.integers(2**31)), overrides, tuple(footing.tolist()), block, k)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from testbed.benchmarks.estimators.page import page, table, targets
@@ -22,10 +22,12 @@ class Estimators(Benchmark[Trial]):
     name = "estimators"
     noun = "runs"
     few: bool = False
+    draw: str | None = None
+    """Tolerances from which each run's machine is drawn, beside the errors of friction that it has anyhow."""
 
     def cases(self) -> Mapping[str, Trial]:
         """The runs that results come from."""
-        every = (*JUDGE, *DITHERED, *LIARS)
+        every = tuple(replace(trial, draw=self.draw) for trial in (*JUDGE, *DITHERED, *LIARS))
         first = {trial.kind: trial for trial in reversed(every)}
         return {trial.name: trial for trial in (first.values() if self.few else every)}
 

@@ -41,6 +41,8 @@ class Trial:
     changes: tuple[str, ...]
     oil_degc: float
     seed: int
+    draw: str | None = None
+    """Tolerances from which the world's machine is drawn."""
 
     def load(self) -> Scenario:
         """The scenario with the drawn errors of its friction."""
@@ -69,6 +71,8 @@ class Trial:
         ):
             value = getattr(machine.seal, name) * (1.0 + DEPENDENCE_ERROR * draws.standard_normal())
             changes.append(f"hydraulics.parameters.seal.{name}={value:.9g}")
+        if self.draw is not None:
+            changes += [f"machine.draw={self.draw}", f"machine.seed={self.seed}"]
         mass = MASS_ERROR_KG * draws.standard_normal()
         changes.append(f"events=[{{kind: payload, at_s: 0.0, mass_kg: {mass:.4g}}}]")
         return load_scenario(self.scenario, [*changes, *self.changes], seed=self.seed)

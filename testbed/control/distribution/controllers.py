@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +31,14 @@ CONTROLLERS: dict[str, Callable[[], Controller]] = {
 """The shipped ones; a scenario names them in control.distribution."""
 
 
-def controller(name: str, field: str = "controller") -> Controller:
+def controller(name: str | type[Any] | Controller, field: str = "controller") -> Controller:
     """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained `policy.npz`.
 
-    Raises InputError with the names there are.
+    A class is made, an object stays as it is. Raises InputError with the names there are.
     """
+    if not isinstance(name, str):
+        made: Controller = name() if isinstance(name, type) else name
+        return made
     if name in CONTROLLERS:
         return CONTROLLERS[name]()
     if name.endswith(".npz"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from testbed.control.command import Command
@@ -15,9 +17,17 @@ SHAPES = {"joints": AXES, "joint_rates": AXES, "rope_rates_m_s": SIDES, "stance"
 """What each array of a command has one number for."""
 
 
-def own_gait(name: str, start: BelievedStart, field: str = "task.file") -> Gait:
-    """A gait of the user's own, `FILE.py:Class`, made from the start. Raises InputError where it does not fit."""
-    return OwnGait(load_object(name, Gait, start, field=field), name)
+def checked_gait(
+    gait: str | type[Any] | Gait, start: BelievedStart, field: str = "task.file"
+) -> Gait:
+    """A gait of the user's own: `FILE.py:Class` or a class, made from the start, or one that is made already.
+
+    Raises InputError where it does not fit.
+    """
+    if isinstance(gait, str):
+        return OwnGait(load_object(gait, Gait, start, field=field), gait)
+    made: Gait = gait(start) if isinstance(gait, type) else gait
+    return OwnGait(made, type(made).__name__)
 
 
 class OwnGait:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
+from testbed.control.distribution.distribution import Controller
 from testbed.control.gait import BelievedStart, Gait, Layer, Layered
 from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import Pace
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.hold import Hold
-from testbed.control.gaits.own import own_gait
+from testbed.control.gaits.own import checked_gait
 from testbed.control.gaits.sway import SwayGait
 from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
@@ -17,32 +21,43 @@ from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import Crawl, Program, Sway
 
 
-def gait_of(scenario: Scenario, start: BelievedStart) -> Gait:
-    """The gait of a scenario's task, under the layers that the scenario asks for."""
+@dataclass(frozen=True)
+class OwnParts:
+    """What a caller brings along instead of what the scenario names: a class, an object, `FILE.py:Class`, or None."""
+
+    gait: str | type[Any] | Gait | None = None
+    """Made from the BelievedStart."""
+    controller: str | type[Any] | Controller | None = None
+    """Made from nothing; a shipped one by its name too."""
+
+
+NOTHING_OWN = OwnParts()
+
+
+def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OWN) -> Gait:
+    """The gait of a scenario's task or the caller's own, under the layers that the scenario asks for."""
     task = scenario.task
     gait: Gait
-    if isinstance(task, Crawl):
+    if own.gait is not None:
+        gait = checked_gait(own.gait, start, field="gait")
+    elif isinstance(task, Crawl):
         gait = _crawl(task, start)
     elif isinstance(task, Sway):
         gait = SwayGait(task, start)
     elif isinstance(task, Program):
-        gait = own_gait(task.file, start)
+        gait = checked_gait(task.file, start)
     else:
         gait = Hold(start.joints, task, scenario.events)
     layers: list[Layer] = []
     if isinstance(task, DrillHole) and task.keep_mast:
         layers.append(KeepMast(start.legs.feet(start.joints)))
-    chosen = scenario.control.distribution
+    chosen = own.controller or scenario.control.distribution
     if chosen != "position_hold":
         from testbed.control.distribution.controllers import controller, distribution
 
-        layers.append(
-            distribution(
-                start.robot,
-                start.rope_directions_in_body,
-                controller(chosen, "control.distribution"),
-            )
-        )
+        field = "control.distribution" if own.controller is None else "controller"
+        planner = controller(chosen, field)
+        layers.append(distribution(start.robot, start.rope_directions_in_body, planner))
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.detectors.base import start
+from testbed.estimation.detectors.base import scores_over, start
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.live.contact import ContactLimits, ContactState, step
@@ -21,29 +21,36 @@ DWELL_ON_S = 0.02
 class Judge:
     """A detector that fills the row's contact states; `belief`: the chain's, shape (1,).
 
-    Raises InputError for a detector that is not there, or that has no threshold.
+    `field`: where the name stood. Raises InputError for a detector that is not there, or that has no threshold.
     """
 
-    def __init__(self, name: str, belief: NDArray[Any]) -> None:
-        self._detector = detector_of(name, "estimator.detector")
-        threshold = getattr(self._detector, "threshold", None)
-        if not isinstance(threshold, int | float):
-            raise InputError(
-                "has no threshold to tell a lost foot by",
-                field="estimator.detector",
-                value=name,
-                allowed="a class with `threshold`, a score; `testbed contact-loss` finds one",
-            )
+    def __init__(self, name: str, belief: NDArray[Any], field: str = "estimator.detector") -> None:
+        self._detector = detector_of(name, field)
+        self._limits = limits_of(self._detector, field)
         self._dt_s, self._watch = float(belief["dt"][0]), Watch(belief)
-        self._limits = ContactLimits.one(
-            on=np.nextafter(-threshold, np.inf), off=-threshold, dwell_on=DWELL_ON_S, dwell_off=0.0
-        )[0]
         self._states = ContactState.zeros(len(LEGS))
         start(self._detector, self._dt_s)
 
     def judge(self, rows: NDArray[Any]) -> None:
-        """Put the contact states of DataRow `rows` (1,) into its `contact`."""
-        scores = self._detector.update(self._watch.samples(rows)[0])
-        for foot in range(len(LEGS)):
-            state = step(self._states[foot], -float(scores[foot]), self._dt_s, self._limits)
-            rows["contact"][0, foot] = state
+        """Put the contact states of the next DataRow `rows` (n,) into their `contact`."""
+        for row, score in zip(
+            rows, scores_over(self._detector, self._watch.samples(rows)), strict=True
+        ):
+            for foot in range(len(LEGS)):
+                state = step(self._states[foot], -float(score[foot]), self._dt_s, self._limits)
+                row["contact"][foot] = state
+
+
+def limits_of(detector: Any, field: str) -> Any:
+    """The hysteresis of a contact state on minus a detector's score. Raises InputError where it has no threshold."""
+    threshold = getattr(detector, "threshold", None)
+    if not isinstance(threshold, int | float):
+        raise InputError(
+            "has no threshold to tell a lost foot by",
+            field=field,
+            value=type(detector).__name__,
+            allowed="a class with `threshold`, a score; `testbed contact-loss` finds one",
+        )
+    return ContactLimits.one(
+        on=np.nextafter(-threshold, np.inf), off=-threshold, dwell_on=DWELL_ON_S, dwell_off=0.0
+    )[0]

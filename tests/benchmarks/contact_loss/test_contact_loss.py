@@ -13,6 +13,7 @@ from testbed.benchmarks.contact_loss.scenes import Scene, draw, scenes
 from testbed.benchmarks.contact_loss.score import delays_s, find_losses, score_scene
 from testbed.benchmarks.contact_loss.summary import oracle_threshold
 from testbed.benchmarks.contact_loss.thresholds import shipped_thresholds
+from testbed.benchmarks.marks import code
 from testbed.benchmarks.statistics import poisson, wilson
 from testbed.cli import main
 from testbed.errors import InputError
@@ -107,13 +108,37 @@ def test_hours_that_make_no_sense_are_refused(hours: float) -> None:
         ContactLoss(hours)
 
 
+def test_a_class_of_ones_own_brings_the_tuning_scenes_with_it(tmp_path: Path) -> None:
+    own = f"{_mine(tmp_path)}:Mine"
+    alone, beside = ContactLoss(0.002), ContactLoss(0.002, own=(own,))
+    assert {case.split for case in alone.cases().values()} == {"scoring"}
+    assert {case.split for case in beside.cases().values()} == {"tuning", "scoring"}
+    case = next(iter(alone.cases().values()))
+    before = beside.made_from(case)
+    _mine(tmp_path).write_text("class Mine:\n    def update(self, sample):\n        return None\n")
+    code.cache_clear()
+    assert beside.made_from(case) != before
+    with pytest.raises(InputError, match="has no such class"):
+        ContactLoss(0.002, own=(f"{tmp_path / 'mine.py'}:Other",))
+
+
+def _mine(folder: Path) -> Path:
+    file = folder / "mine.py"
+    file.write_text(
+        "class Mine:\n    def update(self, sample):\n        return -sample.row.estimate.two_chamber\n"
+    )
+    return file
+
+
 @pytest.mark.slow
 def test_a_small_benchmark_writes_all_of_its_json(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    own = f"{_mine(tmp_path)}:Mine"
     monkeypatch.setattr("testbed.benchmarks.contact_loss.scenes.LOSS_SCENE_S", 24.0)
     monkeypatch.setattr(
-        "sys.argv", ["testbed", "contact-loss", "--out", str(tmp_path), "--hours", "0.002"]
+        "sys.argv",
+        ["testbed", "contact-loss", "--out", str(tmp_path), "--hours", "0.002", "--detector", own],
     )
     with pytest.raises(SystemExit) as ended:
         main()
@@ -135,6 +160,9 @@ def test_a_small_benchmark_writes_all_of_its_json(
         all(wanted <= set(d) for d in result["detectors"])
         and sum(d["best"] for d in result["detectors"]) == 1
     )
+    by_name = {d["name"]: d for d in result["detectors"]}
+    assert np.isfinite(by_name[own]["threshold"])
+    assert by_name[own]["curve"] == by_name["threshold_two_chamber"]["curve"]
     recalls = [row[2] for row in result["detectors"][0]["curve"]]
     assert recalls == sorted(recalls)
     assert "combined" in (tmp_path / "contact_loss.html").read_text()

@@ -1,0 +1,1 @@
+"""What the own estimate is worth on machines that nobody declared."""

@@ -1,0 +1,27 @@
+"""rope.attachment: a rope that pulls at another height than drawn."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+
+
+class RopeAttachment(Effect):
+    """A rope that leaves its sheave higher or lower on the body."""
+
+    kind = "rope.attachment"
+    equation = "attachment = attachment_declared + (0, 0, height), body frame"
+    text = "the sheave sits elsewhere than drawn, or the rope runs up its flank"
+    parameters = (ParameterSpec("height", "m", -0.3, 0.3, (-0.03, 0.03), "upward"),)
+    places = ("rope_left", "rope_right")
+    rigs = ()
+    telling_motion = "haul and pay out both ropes by a few kilonewtons while standing still"
+    alike = {"rope.direction": "a wrong direction moves forces, a wrong height moments alone"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this rope."""
+        world.ropes[place].attachment_height_m += values["height"]
+
+
+EFFECTS = (RopeAttachment(),)

@@ -1,0 +1,47 @@
+"""sensor.zero_a, sensor.zero_b: a pressure sensor that does not read 0 at no pressure."""
+
+from __future__ import annotations
+
+from testbed.effects.base import Effect, ParameterSpec
+from testbed.effects.hidden import Hidden
+from testbed.effects.terms import Values
+
+
+class Zero(Effect):
+    """What both zeros have in common. On a leg's force a zero is a constant, which diagnosis fits in any case."""
+
+    parameters = (
+        ParameterSpec("zero", "Pa", -2e6, 2e6, (-5e4, 5e4), "reading at no pressure, calibrated"),
+    )
+    rigs = ()
+    telling_motion = "move a foot in the air, both ways"
+
+
+class ZeroA(Zero):
+    """A pressure sensor A with another zero than calibrated."""
+
+    kind = "sensor.zero_a"
+    equation = "measured pA = pA + zero"
+    text = "the zero of pressure sensor A is off from the start"
+    live = {"zero": "zero_a_pa"}
+    alike = {"sensor.drift_a": "a drift grows with time"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this cylinder's sensor A."""
+        world.cylinders[place].zero_a_pa = values["zero"]
+
+
+class ZeroB(Zero):
+    """The same of pressure sensor B."""
+
+    kind = "sensor.zero_b"
+    equation = "measured pB = pB + zero"
+    text = "the zero of pressure sensor B is off from the start"
+    live = {"zero": "zero_b_pa"}
+
+    def hide(self, world: Hidden, place: str, values: Values) -> None:
+        """Of this cylinder's sensor B."""
+        world.cylinders[place].zero_b_pa = values["zero"]
+
+
+EFFECTS = (ZeroA(), ZeroB())

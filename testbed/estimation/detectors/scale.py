@@ -1,0 +1,39 @@
+"""The scale of a foot from its recorded force alone, where nobody declares it: nominal load and break-away force."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+ENDS = (0.5, 99.5)
+"""Percentiles between which the force lies, but for outliers (E)."""
+WINDOW_S, CALM = 0.2, 0.2
+"""The force is at rest in this share of the record's windows of this length: those in which it moves least (E)."""
+NOISE_TO_BREAKAWAY = 3.0
+"""So many standard deviations at rest count as break-away force (E)."""
+
+
+def nominal_load_n(force_n: Array) -> float:
+    """Median of the force (n,), N, where the foot carries: above the middle of its range. Never 0."""
+    finite = force_n[np.isfinite(force_n)]
+    if not finite.size:
+        return 1.0
+    low, high = np.percentile(finite, ENDS)
+    carrying = finite[finite >= 0.5 * (low + high)]
+    load = float(np.median(carrying)) if carrying.size else float(high)
+    return max(load, float(np.abs(finite).max()) * 1e-3) or 1.0
+
+
+def breakaway_n(force_n: Array, time_s: Array) -> float:
+    """The error at rest that the noise of the force (n,) shows, N; what friction holds still cannot be seen in it."""
+    finite = np.isfinite(force_n)
+    force, time = force_n[finite], time_s[finite]
+    if len(time) < 2:
+        return 0.0
+    window = ((time - time[0]) / WINDOW_S).astype(np.int64)
+    starts = np.flatnonzero(np.diff(window, prepend=-1))
+    counts = np.diff(np.append(starts, len(force)))
+    centred = force - np.repeat(np.add.reduceat(force, starts) / counts, counts)
+    deviations = np.sqrt(np.add.reduceat(centred**2, starts) / counts)[counts > 2]
+    return NOISE_TO_BREAKAWAY * float(np.quantile(deviations, CALM)) if deviations.size else 0.0

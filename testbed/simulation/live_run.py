@@ -1,0 +1,230 @@
+"""A run as an object: step it, look at it, bring your own gait, controller, detectors and estimators.
+
+    with simulate(load_scenario("drill_slope_45"), detectors=["combined", Mine]) as run:
+        while not run.finished:
+            rows = run.step(100)          # 100 physics steps: 0.1 s at 1 kHz
+        run.rows["estimate"]["own"]       # (n, 4) N
+        run.truth["foot_load"]            # (n, 4) N
+        run.scores["Mine"]                # (n, 4)
+
+Stepped in pieces or at one go, it is the same run to the last bit, and the same as that of `testbed run`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.distribution.distribution import Controller
+from testbed.control.gait import Gait
+from testbed.control.gaits.table import OwnParts
+from testbed.errors import SimulationFault
+from testbed.estimation.detectors.base import Detector
+from testbed.estimation.estimator import Estimator
+from testbed.recording.rows import DataRow, TruthRow
+from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.simulation.outputs import check_out, claimed
+from testbed.simulation.riders import Riders
+from testbed.simulation.rows import Rows
+from testbed.simulation.run_folder import RunFolder
+from testbed.simulation.summing_up import Ending, summed_up
+from testbed.world.simulation import Simulation
+
+Array = NDArray[np.float64]
+
+
+def simulate(
+    scenario: Scenario | str | Path,
+    out: str | Path | None = None,
+    model: str | Path | None = None,
+    gait: str | type[Any] | Gait | None = None,
+    controller: str | type[Any] | Controller | None = None,
+    detectors: Iterable[str | type[Any] | Detector] = (),
+    estimators: Iterable[str | type[Any] | Estimator] = (),
+) -> Run:
+    """Begin a run of `scenario`: at its start, in equilibrium, not yet stepped.
+
+    out: folder that it is recorded in, as `testbed run --out` does; None records nothing on the disk.
+    model: model file that the estimators believe.
+    gait, controller: instead of the scenario's. A class, an object or `FILE.py:Class`; a controller may be a shipped
+    one by name. A gait is made from the BelievedStart. What the task drills and which layers lie over it stays.
+    detectors, estimators: ride along, fed every recorded row as it comes; shipped detectors by name.
+
+    Raises InputError before anything is written where one of these cannot be used.
+    """
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    if out is not None:
+        check_out(out)
+    simulation = Simulation(scenario, model=model, own=OwnParts(gait, controller))
+    try:
+        dt_s = 1.0 / scenario.rates.record_hz
+        riders = Riders(detectors, estimators, simulation.machine.chain.belief, dt_s)
+    except BaseException:
+        simulation.close()
+        raise
+    run = Run(simulation, riders=riders)
+    if out is not None:
+        run.record_in(out)
+    return run
+
+
+class Run:
+    """A run on its way; a context manager that closes it. See the module and `simulate`.
+
+    `keeps`: whether the rows stay in memory (1.5 MB a simulated second at 1 kHz); `rows` and `truth` need them.
+    """
+
+    def __init__(
+        self, simulation: Simulation, *, riders: Riders | None = None, keeps: bool = True
+    ) -> None:
+        self._simulation, self._riders, self._keeps = simulation, riders, keeps
+        self.rows, self.truth = Rows(DataRow), Rows(TruthRow)
+        """What sensors, estimators and control said, and what only the simulator knows: all rows so far."""
+        self.interrupted = False
+        """Closed before it was finished."""
+        self._folder: RunFolder | None = None
+        self._holding = ExitStack()
+        self._fault: BaseException | None = None
+        self._started = time.perf_counter()
+        self._now_s = 0.0
+        self._closed: dict[str, Any] | None = None
+
+    def record_in(self, out: str | Path | None) -> Path:
+        """Write all that comes to the folder `out` too (None: `runs/<name>-<seed>[-n]`); an earlier run is removed.
+
+        Returns the folder. Raises InputError, and is closed, where it cannot be written.
+        """
+        scenario = self._simulation.scenario
+        try:
+            folder = self._holding.enter_context(claimed(out, scenario.name, scenario.seed))
+            self._folder = RunFolder(folder, self._simulation)
+        except BaseException:
+            self._closed = {}
+            self._holding.close()
+            self._simulation.close()
+            raise
+        return folder
+
+    # ---- stepping ------------------------------------------------------------------------------------------
+
+    @property
+    def dt_s(self) -> float:
+        """Simulated time of one step, s."""
+        return self._simulation.dt
+
+    @property
+    def t_s(self) -> float:
+        """Simulated time so far, s."""
+        return self._simulation.t_s
+
+    @property
+    def finished(self) -> bool:
+        """Whether the scenario's time is over, or the machine fell, slid or tore a rope."""
+        return self._simulation.finished or self._closed is not None
+
+    def step(self, n: int = 1) -> NDArray[Any]:
+        """Make `n` physics steps (`dt_s` each, 1 ms unless the scenario says otherwise), fewer where the run ends.
+
+        Returns the rows (DataRow) that were recorded meanwhile, which may be none: rates.record_hz a second are.
+        Raises SimulationFault where the simulation breaks down.
+        """
+        try:
+            data, truth = self._simulation.run_steps(n)
+        except SimulationFault as error:
+            self._fault = error
+            if self._folder is None:
+                raise
+            self._folder.keep(*self._simulation.last_rows())
+            where = f"{error}; its last records are in {self._folder.folder}"
+            raise SimulationFault(where) from error
+        if self._keeps:
+            self.rows.add(data)
+            self.truth.add(truth)
+        rows = DataRow.from_table(data)
+        if self._riders is not None and len(rows):
+            self._riders.take(rows)
+        if self._folder is not None:
+            self._folder.take(data, truth)
+            if self._simulation.finished:
+                self._folder.take_last(self.t_s)
+        return rows
+
+    # ---- looking -------------------------------------------------------------------------------------------
+
+    @property
+    def folder(self) -> Path | None:
+        """Where it is recorded."""
+        return None if self._folder is None else self._folder.folder
+
+    @property
+    def events(self) -> list[dict[str, Any]]:
+        """What has happened so far, each with its time `t` in s and its `kind`."""
+        return self._simulation.events
+
+    @property
+    def scores(self) -> dict[str, Array]:
+        """Scores (n, 4) of every detector that rides along, by name."""
+        return {} if self._riders is None else self._riders.scores
+
+    @property
+    def loads(self) -> dict[str, Array]:
+        """Foot loads (n, 4) by every estimator that rides along, by name, N."""
+        return {} if self._riders is None else self._riders.loads
+
+    def picture(self, width: int = 840, height: int = 560) -> NDArray[np.uint8]:
+        """The machine on its ground now, (height, width, 3)."""
+        return self._simulation.picture(width, height)
+
+    def summary(self) -> dict[str, Any]:
+        """The contents of `summary.json` as far as the run has come; of a closed run, at its end."""
+        if self._closed is not None:
+            return self._closed
+        wall_s = time.perf_counter() - self._started
+        ending = Ending(wall_s, self.interrupted, self._fault)
+        if self._keeps or self._folder is None:
+            data, truth = self.rows.as_recorded(), self.truth.as_recorded()
+        else:
+            data, truth = self._folder.series()
+        return summed_up(self._simulation, data, truth, ending)
+
+    # ---- the end -------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """End the run where it is, write what is left of its recording, and give the engine back."""
+        if self._closed is not None:
+            return
+        self.interrupted = self.interrupted or not (self._simulation.finished or self._fault)
+        try:
+            if self._folder is None:
+                self._closed = self.summary()
+            else:
+                self._folder.finish(self._sum_up)
+        finally:
+            self._closed = self._closed or {}
+            self._holding.close()
+            self._simulation.close()
+
+    def _sum_up(self) -> dict[str, Any]:
+        self._closed = self.summary()
+        return self._closed
+
+    def __enter__(self) -> Run:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is not None and self._fault is None:
+            self._fault, self.interrupted = error, True
+        self.close()

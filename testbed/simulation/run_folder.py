@@ -1,0 +1,95 @@
+"""A run's folder while it is written: scenario, rows, pictures, and at the end the summary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from testbed.errors import InputError
+from testbed.formats.files import check_space, plain, write_text
+from testbed.formats.yaml_files import write_yaml
+from testbed.simulation.description import recording_meta
+from testbed.simulation.metrics import wanted_columns
+from testbed.simulation.pictures import Album
+from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
+from testbed.simulation.runs import Columns, read_series
+from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
+
+Array = npt.NDArray[np.float64]
+
+
+class RunFolder:
+    """Takes a Simulation's rows as they come. Raises InputError where the disk has no room for them."""
+
+    def __init__(self, folder: Path, simulation: Any) -> None:
+        scenario = simulation.scenario
+        self.folder = folder
+        self._columns = list(simulation.data_columns), list(simulation.truth_columns)
+        rows = round(scenario.duration_s * scenario.rates.record_hz)
+        check_space(folder, size_bytes(rows, self._columns))
+        spelt = yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False)
+        write_text(folder / "scenario.yaml", spelt)
+        if scenario.machine.draw is not None:
+            write_yaml(folder / TRUTH_MACHINE, truth_machine(scenario, simulation))
+        meta = recording_meta(
+            scenario, simulation.machines.belief, self._columns[0], simulation.surveyed()
+        )
+        self._recorder = RunRecorder(folder, *self._columns, meta)
+        self._album = Album(folder, scenario.duration_s)
+        self._simulation, self._rows_a_part = simulation, scenario.rates.record_hz
+        self._waiting: list[tuple[Array, Array]] = []
+        self._album.take(simulation, 0.0)
+
+    def take(self, data: Array, truth: Array) -> None:
+        """The next rows, and a picture where one is due."""
+        self.keep(data, truth)
+        if sum(len(rows) for rows, _ in self._waiting) >= self._rows_a_part:
+            self._write()
+        if len(truth):
+            self._album.take(self._simulation, float(truth[-1, 0]))
+
+    def take_last(self, now_s: float) -> None:
+        """The large picture at the run's end."""
+        self._album.take_large(self._simulation, now_s)
+
+    def keep(self, data: Array, truth: Array) -> None:
+        """The next rows, of which no picture is taken."""
+        self._waiting.append((data, truth))
+
+    def _write(self) -> None:
+        """Hand a second's rows to the recorder, however small the pieces that they came in."""
+        if self._waiting:
+            data, truth = (np.concatenate(tables) for tables in zip(*self._waiting, strict=True))
+            self._waiting = []
+            self._recorder.write(data, truth)
+
+    def finish(self, summary: Callable[[], dict[str, Any]]) -> None:
+        """Make single files of the rows, and write the summary that is worked out then.
+
+        Both are tried, even where the disk is too full for one; raises the first InputError of them.
+        """
+        unwritten: list[InputError] = []
+        for step in (
+            self._write,
+            self._recorder.finish,
+            lambda: write_summary(self.folder, summary()),
+        ):
+            try:
+                step()
+            except InputError as error:
+                unwritten.append(error)
+        if unwritten:
+            raise unwritten[0]
+
+    def series(self) -> tuple[Columns, Columns]:
+        """The recorded columns that a summary needs: data and truth."""
+        data, truth = self._columns
+        return (
+            read_series(self.folder, "data", wanted_columns(data)),
+            read_series(self.folder, "truth", wanted_columns(truth)),
+        )

@@ -1,0 +1,61 @@
+"""What a run comes to: `summary.json` from its recorded columns and from what only the world knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from testbed.formats.files import plain
+from testbed.simulation.expectations import unmet
+from testbed.simulation.metrics import run_metrics
+from testbed.simulation.runs import Columns, same_rows
+from testbed.simulation.stability import stability_summary
+
+SUMMARY_FORMAT = "roboclimber-summary/1"
+
+
+@dataclass
+class Ending:
+    """How a run came to its end."""
+
+    wall_s: float
+    interrupted: bool = False
+    """Stopped from outside."""
+    fault: BaseException | None = None
+    """What broke down, if anything did."""
+
+    def verdict(self, of_world: str) -> str:
+        """The world's verdict in words, or what broke down."""
+        if self.fault is None:
+            return of_world.replace("_", " ")
+        return f"fault: {self.fault or type(self.fault).__name__}"
+
+
+def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
+    """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns, (n,) each."""
+    scenario = simulation.scenario
+    data, truth = same_rows(data, truth)
+    summary: dict[str, Any] = {
+        "format": SUMMARY_FORMAT,
+        "scenario": scenario.name,
+        "description": scenario.description,
+        "seed": scenario.seed,
+        "verdict": ending.verdict(str(simulation.verdict)),
+        "interrupted": ending.interrupted,
+        "planned_s": scenario.duration_s,
+        "simulated_s": float(truth["t"][-1]) if len(truth["t"]) else 0.0,
+        "wall_s": ending.wall_s,
+        "slope_deg": scenario.terrain.slope_deg,
+        "task": scenario.task.kind,
+        "undeclared": [u.model_dump() for u in scenario.undeclared],
+        "machine": scenario.machine.model_dump(),
+    }
+    if len(truth["t"]) > 1:
+        summary |= run_metrics(data, truth, scenario.terrain.slope_deg)
+        summary |= stability_summary(scenario, simulation.machines.truth, data, truth)
+    summary |= {k: v for k, v in simulation.summary().items() if k not in summary}
+    summary["events"] = list(simulation.events)
+    if not ending.interrupted and ending.fault is None:
+        broken = unmet(scenario.expect, plain(summary))
+        summary["expectations"] = {"met": not broken, "unmet": broken}
+    return dict(plain(summary))

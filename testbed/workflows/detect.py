@@ -1,0 +1,181 @@
+"""`testbed detect`: the contact state of every foot of a recording as a table, and how well it follows a reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.estimation.detectors import scale as scales
+from testbed.estimation.detectors.single_force import SingleForce
+from testbed.estimation.losses import LOSS_S, LOSS_SHARE, intervals, score_contact
+from testbed.formats.files import check_file
+from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
+
+Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class FootScale:
+    """The scale of one foot, and where it comes from, in words."""
+
+    nominal_load_n: float
+    nominal_load_from: str
+    breakaway_n: float
+    breakaway_from: str
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may choose: see `testbed detect --help`."""
+
+    detector: str | None = None
+    force: str | None = None
+    reference: str | None = None
+    scale_n: float | None = None
+    model: Path | None = None
+
+
+def detect_file(recording: str | Path, out: str | Path, options: Options) -> dict[str, Any]:
+    """Judge every foot of a recording and write `t`, `contact_<foot>` and `known_<foot>`, one row a sample.
+
+    Returns what was found: `feet` (foot -> what was called lost, and its score where there is a reference), `scale`,
+    and where all of it comes from. Raises InputError for what cannot be used; then nothing is written.
+    """
+    from testbed.formats.table import write_columns
+
+    if options.scale_n is not None and not 0.0 < options.scale_n < np.inf:
+        raise InputError(
+            "is out of range", field="--scale", value=options.scale_n, allowed="more than 0 N"
+        )
+    feet = read_feet(recording, options.force, options.reference, options.model)
+    file = check_file(out, (".parquet", ".csv"))
+    if file.resolve().parent == feet.folder.resolve() and file.exists():
+        raise InputError("is a file of the recording", file=out, field="--out", allowed="another")
+    scale = {foot: _scale(feet, foot, options.scale_n) for foot in feet.force_n}
+    name, states, known = _judged(feet, scale, options)
+    columns: dict[str, Array] = {"t": feet.time_s}
+    for k, foot in enumerate(feet.force_n):
+        columns[f"contact_{foot}"] = states[:, k]
+    for k, foot in enumerate(feet.force_n):
+        columns[f"known_{foot}"] = known[:, k].astype(np.float64)
+    found = {
+        foot: _found(feet, foot, states[:, k], scale[foot]) for k, foot in enumerate(feet.force_n)
+    }
+    write_columns(file, columns)
+    return {
+        "feet": found,
+        "detector": name,
+        "force": feet.force_from,
+        "reference": feet.reference_from,
+        "loss": {"share_of_nominal_load": LOSS_SHARE, "time_s": LOSS_S},
+        "scale": {foot: vars(s) for foot, s in scale.items()},
+        "rows": len(feet.time_s),
+        "columns": list(columns),
+        "out": str(file),
+    }
+
+
+def _scale(feet: RecordedFeet, foot: str, given_n: float | None) -> FootScale:
+    force = feet.force_n[foot]
+    if given_n is not None:
+        nominal, nominal_from = given_n, "--scale"
+    elif feet.nominal_load_n is not None:
+        nominal, nominal_from = feet.nominal_load_n, "declared"
+    else:
+        nominal, nominal_from = scales.nominal_load_n(force), "estimated from the force"
+    if feet.breakaway_n is not None:
+        return FootScale(nominal, nominal_from, feet.breakaway_n, "declared")
+    noise = scales.breakaway_n(force, feet.time_s)
+    return FootScale(nominal, nominal_from, noise, "estimated from the noise at rest")
+
+
+def _judged(
+    feet: RecordedFeet, scale: dict[str, FootScale], options: Options
+) -> tuple[str, Array, Flags]:
+    """The detector's name, contact states and whether they are known, (n, k)."""
+    from testbed.estimation.detectors.table import BEST
+    from testbed.estimation.live.feet import Feet, force_detector
+    from testbed.estimation.live.judged import Judge
+
+    if feet.robot is not None and options.detector != SingleForce.name:
+        name = options.detector or BEST
+        rows = feet.robot.rows
+        if name != BEST:  # the chain has judged by that one already
+            Judge(name, feet.robot.belief, "--detector").judge(rows)
+        states = rows["contact"].astype(np.float64)
+        return name, states, np.ones(states.shape, dtype=bool)
+    name = options.detector or SingleForce.name
+    judge = Feet(
+        force_detector(name),
+        np.array([s.nominal_load_n for s in scale.values()]),
+        np.array([s.breakaway_n for s in scale.values()]),
+    )
+    return name, *judge.over(feet.time_s, np.column_stack(list(feet.force_n.values())))
+
+
+def _found(feet: RecordedFeet, foot: str, states: Array, scale: FootScale) -> dict[str, Any]:
+    """What was called lost, and the score against the reference."""
+    called = intervals(states < 0.5, feet.time_s)
+    found: dict[str, Any] = {
+        "called_lost": len(called),
+        "called_lost_share": float(np.mean(states < 0.5)),
+    }
+    if foot not in feet.reference:
+        return found
+    carrying = carrying_of(feet.reference[foot], feet.time_s, scale.nominal_load_n, feet.folder)
+    return score_contact(states, carrying, feet.time_s).as_dict() | found
+
+
+def table(done: dict[str, Any]) -> tuple[str, list[str], list[list[str]]]:
+    """Title, heads and rows for a person."""
+    title = f"Contact by {done['detector']} from {done['force']}"
+    heads = ["foot", "nominal load N", "break-away N", "called lost", "share of time"]
+    scored = done["reference"] is not None
+    if scored:
+        title += f", against {done['reference']}"
+        heads += [
+            "losses",
+            "missed",
+            "delay ms",
+            "p95",
+            "touchdown ms",
+            "missed s",
+            "false flight s",
+        ]
+    rows = []
+    for foot, found in done["feet"].items():
+        scale = done["scale"][foot]
+        row = [
+            foot,
+            f"{scale['nominal_load_n']:.4g} ({scale['nominal_load_from']})",
+            f"{scale['breakaway_n']:.3g} ({scale['breakaway_from']})",
+            str(found["called_lost"]),
+            f"{found['called_lost_share']:.3f}",
+        ]
+        if scored:
+            row += _scored(found)
+        rows.append(row)
+    return title, heads, rows
+
+
+def _scored(found: dict[str, Any]) -> list[str]:
+    def milliseconds(name: str) -> str:
+        return "" if found.get(name) is None else f"{1e3 * found[name]:.1f}"
+
+    if "losses" not in found:
+        return [""] * 7
+    return [
+        str(found["losses"]),
+        str(found["missed"]),
+        milliseconds("delay_median_s"),
+        milliseconds("delay_p95_s"),
+        milliseconds("touchdown_delay_median_s"),
+        f"{found['missed_s']:.3f}",
+        f"{found['false_flight_s']:.3f}",
+    ]

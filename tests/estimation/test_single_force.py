@@ -1,0 +1,140 @@
+"""Contact from one force: any scale, rate, noise and offset; causal; the same sample by sample as over the recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_walk import Walk
+
+from testbed.errors import InputError
+from testbed.estimation.detectors.scale import breakaway_n, nominal_load_n
+from testbed.estimation.detectors.single_force import SingleForce
+from testbed.estimation.live.feet import Feet
+from testbed.estimation.losses import ContactScore, carrying_from_load, score_contact
+
+
+def _states(time: np.ndarray, force: np.ndarray, nominal_n: float) -> np.ndarray:
+    feet = Feet(SingleForce(), np.array([nominal_n]), np.zeros(1))
+    return feet.over(time, force[:, None])[0][:, 0]
+
+
+def _score(walk: Walk) -> ContactScore:
+    time, true, reading = walk.draw()
+    carrying = carrying_from_load(true, time, walk.nominal_n)
+    return score_contact(_states(time, reading, walk.nominal_n), carrying, time)
+
+
+HARD = Walk(noise=0.03, offset=0.02, drift_per_s=0.001, missing=0.1, jitter=1.0, ramp_s=0.2)
+
+
+@pytest.mark.parametrize(
+    ("walk", "missed_share", "false_share"),
+    [
+        (Walk(), 0.01, 0.01),
+        (Walk(noise=0.05), 0.02, 0.01),
+        (Walk(offset=0.15), 0.01, 0.01),
+        (Walk(offset=-0.05), 0.01, 0.01),
+        (Walk(drift_per_s=0.005), 0.01, 0.01),
+        (Walk(friction=0.05), 0.02, 0.01),
+        (Walk(ramp_s=0.5), 0.01, 0.02),
+        (Walk(rate_hz=50.0), 0.03, 0.01),
+        (Walk(rate_hz=5000.0, noise=0.05, duration_s=20.0), 0.02, 0.01),
+        (HARD, 0.02, 0.02),
+    ],
+)
+def test_every_loss_is_found_and_little_time_is_wrong(
+    walk: Walk, missed_share: float, false_share: float
+) -> None:
+    time, true, _ = walk.draw()
+    carrying = carrying_from_load(true, time, walk.nominal_n)
+    air_s = float((~carrying).sum() / walk.rate_hz)
+    found = _score(walk)
+    assert found.losses >= 5 and found.missed == 0
+    assert found.missed_s <= missed_share * air_s
+    assert found.false_flight_s <= false_share * (walk.duration_s - air_s)
+    assert found.touchdown_delay_median_s is not None and found.touchdown_delay_median_s <= 0.02
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_the_same_signal_on_another_scale_gives_the_same_states(factor: float) -> None:
+    time, _, reading = HARD.draw()
+    expected = _states(time, reading, 9500.0)
+    assert 0.1 < np.mean(expected) < 0.9
+    np.testing.assert_array_equal(_states(time, factor * reading, factor * 9500.0), expected)
+
+
+def test_sample_by_sample_with_late_ones_is_what_the_recording_gives() -> None:
+    time, _, reading = replace(HARD, duration_s=8.0).draw()
+    feet, found = Feet(SingleForce(), np.array([9500.0]), np.zeros(1)), []
+    for k, (t, force) in enumerate(zip(time, reading, strict=True)):
+        found.append(feet.update(t, np.array([force]))[0])
+        if k % 7 == 3:  # a late one, and the same once more
+            assert feet.update(time[k - 2], np.array([-1e6]))[0] == found[-1]
+            assert feet.update(t, np.array([1e6]))[0] == found[-1]
+    np.testing.assert_array_equal(found, _states(time, reading, 9500.0))
+
+
+def test_what_comes_later_changes_nothing_before() -> None:
+    time, _, reading = HARD.draw()
+    np.testing.assert_array_equal(
+        _states(time[:9000], reading[:9000], 9500.0), _states(time, reading, 9500.0)[:9000]
+    )
+
+
+def test_through_a_gap_the_state_holds_and_is_not_known() -> None:
+    time = np.arange(3000) / 1000.0
+    force = np.where(time < 1.0, 20.0, 0.0)
+    force[1500:2500] = np.nan
+    states, known = Feet(SingleForce(), np.array([20.0]), np.zeros(1)).over(time, force[:, None])
+    assert np.all(states[1010:, 0] == 0.0) and np.all(states[:1000, 0] == 1.0)
+    assert np.flatnonzero(~known[:, 0]).tolist() == list(range(1600, 2500))
+
+
+def test_rows_that_are_left_out_are_as_good_as_missing_numbers() -> None:
+    time, true, reading = replace(HARD, missing=0.0, duration_s=60.0).draw()
+    kept = np.random.default_rng(1).random(len(time)) > 0.3
+    states = _states(time[kept], reading[kept], 9500.0)
+    carrying = carrying_from_load(true, time, 9500.0)[kept]
+    assert np.mean((states > 0.5) != carrying) < 0.02
+
+
+class Below:
+    """Lost below a tenth of the nominal load."""
+
+    threshold = 0.9
+
+    def update(self, sample: object) -> np.ndarray:
+        return 1.0 - sample.force / sample.nominal_load  # type: ignore[attr-defined]
+
+
+class Nameless:
+    def update(self, sample: object) -> np.ndarray:
+        return np.zeros(1)
+
+
+def test_a_detector_of_ones_own_judges_forces_sample_by_sample_alike() -> None:
+    time, true, reading = replace(HARD, duration_s=8.0).draw()
+    whole, _ = Feet(Below(), np.array([9500.0]), np.zeros(1)).over(time, reading[:, None])
+    feet = Feet(Below(), np.array([9500.0]), np.zeros(1))
+    one_by_one = [feet.update(t, np.array([f])) for t, f in zip(time, reading, strict=True)]
+    np.testing.assert_array_equal(whole, one_by_one)
+    assert np.mean((whole[:, 0] > 0.5) != carrying_from_load(true, time, 9500.0)) < 0.1
+    with pytest.raises(InputError, match="threshold"):
+        Feet(Nameless(), np.ones(1), np.zeros(1))
+
+
+def test_two_feet_of_different_scale_do_not_mind_each_other() -> None:
+    time, _, reading = Walk(duration_s=8.0).draw()
+    both, _ = Feet(SingleForce(), np.array([9500.0, 19.0]), np.zeros(2)).over(
+        time, np.column_stack([reading, 2e-3 * reading])
+    )
+    np.testing.assert_array_equal(both[:, 0], both[:, 1])
+
+
+def test_the_scale_is_read_from_the_force() -> None:
+    time, _, reading = Walk(noise=0.02).draw()
+    assert nominal_load_n(reading) == pytest.approx(9500.0, rel=0.2)
+    assert breakaway_n(reading, time) == pytest.approx(3.0 * 0.02 * 9500.0, rel=0.2)
+    assert nominal_load_n(1e-3 * reading) == pytest.approx(1e-3 * nominal_load_n(reading))

@@ -1,0 +1,57 @@
+"""Every example stands in one short file and runs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import testbed
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+MOST_LINES = 40
+LONG = {"diagnose"}
+"""These take more than a few seconds."""
+SAYS = {
+    "diagnose": "sensor.gain_a at fl_vertical",
+    "environment": "stood after 2.00 s",
+    "own_controller": "CheapRopes",
+    "own_detector": "Half says so at",
+    "own_estimator": "shipped estimate",
+    "own_gait": "the body went 2.",
+    "read_a_run": "5.00 s: cut_rope",
+    "run_and_plot": "stood: loads.png",
+    "sweep": "lowest normal force",
+    "undeclared_effects": "a worn piston",
+}
+"""Something that each of them prints."""
+
+
+def test_there_are_ten_and_each_is_short() -> None:
+    assert {file.stem for file in EXAMPLES} == set(SAYS)
+    assert len(EXAMPLES) >= 10
+    assert max(file.read_text().count("\n") for file in EXAMPLES) <= MOST_LINES
+
+
+@pytest.mark.parametrize(
+    "example",
+    [
+        pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (file.stem in LONG))
+        for file in EXAMPLES
+    ],
+)
+def test_an_example_runs(example: Path, tmp_path: Path) -> None:
+    package = str(Path(testbed.__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, str(example)],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": package, "MPLBACKEND": "agg"},
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, done.stderr
+    assert SAYS[example.stem] in done.stdout

@@ -1,0 +1,146 @@
+"""`testbed detect` on a foot, one leg and the whole robot: contact states in a table, scored against a reference."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from synthetic_walk import Walk
+from typer.testing import CliRunner
+
+from testbed.cli import app
+from testbed.errors import InputError
+from testbed.formats.table import write_columns
+from testbed.formats.yaml_files import write_yaml
+
+SAMPLES = Path(__file__).parents[1] / "data" / "first_version"
+WALK = Walk(noise=0.02, offset=0.01, duration_s=30.0)
+KEYS = {
+    "losses",
+    "missed",
+    "delay_median_s",
+    "delay_p95_s",
+    "missed_s",
+    "false_flight_s",
+    "touchdown_delay_median_s",
+}
+
+
+def _foot(folder: Path, walk: Walk, known: dict[str, float], factor: float = 1.0) -> Path:
+    time, true, reading = walk.draw()
+    folder.mkdir()
+    columns = {"t": time, "F": factor * reading, "true": factor * true, "c": (true > 300.0) * 1.0}
+    write_columns(folder / "data.csv", columns)
+    channels = {
+        "time": {"column": "t", "unit": "s"},
+        "force": {"column": "F", "unit": "N"},
+        "contact": {"column": "c", "unit": "1"},
+    }
+    header = {
+        "format": "roboclimber-recording/1",
+        "rig": "foot",
+        "data": "data.csv",
+        "sample_rate_hz": walk.rate_hz,
+        "channels": channels,
+        "known": known,
+    }
+    write_yaml(folder / "recording.yaml", header)
+    return folder
+
+
+def _detect(*arguments: object) -> dict[str, Any]:
+    done = CliRunner().invoke(app, ["detect", *map(str, arguments), "--json"])
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    assert done.exit_code == 0, done.output
+    found: dict[str, Any] = json.loads(done.output)
+    return found
+
+
+def test_a_foot_is_scored_against_its_contact_channel_or_a_force(tmp_path: Path) -> None:
+    foot = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 9500.0})
+    out = tmp_path / "contact.parquet"
+    by_contact = _detect(foot, "--out", out)
+    by_force = _detect(foot, "--out", out, "--reference", "true")
+    for done in (by_contact, by_force):
+        found = done["feet"]["foot"]
+        assert set(found) >= KEYS and found["missed"] == 0 and found["losses"] > 5
+        assert found["missed_s"] < 0.3 and found["false_flight_s"] < 0.5
+    assert by_contact["reference"] == "channel contact"
+    assert by_contact["scale"]["foot"]["nominal_load_from"] == "declared"
+    written = pq.read_table(out)
+    assert written.column_names == ["t", "contact_foot", "known_foot"]
+    assert set(written["contact_foot"].to_pylist()) == {0.0, 1.0}
+
+
+def test_two_kilograms_are_judged_as_a_tonne_is(tmp_path: Path) -> None:
+    out = tmp_path / "contact.parquet"
+    states = []
+    for name, factor in (("tonne", 1.0), ("small", 1e-3)):
+        done = _detect(_foot(tmp_path / name, WALK, {}, factor), "--out", out)
+        assert done["scale"]["foot"]["nominal_load_from"] == "estimated from the force"
+        assert done["feet"]["foot"]["missed"] == 0
+        states.append(pq.read_table(out)["contact_foot"].to_numpy())
+    assert np.mean(states[0] != states[1]) < 1e-3  # a table of text has other last digits
+
+
+def test_the_scale_given_wins_and_decides_what_a_loss_is(tmp_path: Path) -> None:
+    foot, out = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 1.0}), tmp_path / "out.csv"
+    done = _detect(foot, "--out", out, "--scale", 9500)
+    assert done["scale"]["foot"]["nominal_load_n"] == 9500.0
+    assert done["feet"]["foot"]["missed"] == 0
+    with pytest.raises(InputError, match="--scale"):
+        _detect(foot, "--out", out, "--scale", -1)
+
+
+def test_missing_forces_hold_the_state_and_are_said_to_be_unknown(tmp_path: Path) -> None:
+    foot = _foot(tmp_path / "foot", replace(WALK, missing=0.3), {"nominal_load_n": 9500.0})
+    found = _detect(foot, "--out", tmp_path / "out.csv")["feet"]["foot"]
+    assert found["missed"] == 0 and found["missed_s"] < 0.4
+
+
+def test_a_detector_of_ones_own_judges_a_foot(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text(
+        "class Mine:\n    threshold = 0.9\n\n    def update(self, sample):\n"
+        "        return 1.0 - sample.force / sample.nominal_load\n"
+    )
+    foot = _foot(tmp_path / "foot", WALK, {"nominal_load_n": 9500.0})
+    done = _detect(foot, "--out", tmp_path / "out.csv", "--detector", f"{mine}:Mine")
+    assert done["feet"]["foot"]["missed"] == 0
+    with pytest.raises(InputError, match="does not work on forces alone"):
+        _detect(foot, "--out", tmp_path / "out.csv", "--detector", "combined")
+
+
+def test_all_feet_of_a_robot_from_pressures_and_from_a_named_force(tmp_path: Path) -> None:
+    out = tmp_path / "contact.parquet"
+    done = _detect(SAMPLES / "robot", "--out", out)
+    assert done["detector"] == "combined" and set(done["feet"]) == {"fl", "fr", "rl", "rr"}
+    assert {"t", "contact_fl", "contact_rr"} <= set(pq.read_table(out).column_names)
+    single = _detect(SAMPLES / "robot", "--out", out, "--detector", "single_force")
+    assert single["scale"]["fl"]["nominal_load_n"] == pytest.approx(9810.0, rel=0.1)
+    column = _detect(SAMPLES / "robot", "--out", out, "--force", "estimate_own")
+    assert column["detector"] == "single_force" and set(column["feet"]) == set(done["feet"])
+    one = _detect(SAMPLES / "robot", "--out", out, "--force", "estimate_own_fl")
+    assert set(one["feet"]) == {"fl"}
+
+
+def test_one_leg_is_judged_by_its_estimated_force(tmp_path: Path) -> None:
+    out = tmp_path / "contact.csv"
+    leg = SAMPLES / "leg" / "verify" / "press"
+    done = _detect(leg, "--out", out, "--model", SAMPLES / "leg" / "model.yaml")
+    assert done["force"].startswith("the model") and set(done["feet"]) == {"foot"}
+    assert "--model" in _detect(leg, "--out", out)["force"]
+
+
+def test_a_column_that_is_not_there_is_one_line_and_nothing_is_written(tmp_path: Path) -> None:
+    foot, out = _foot(tmp_path / "foot", WALK, {}), tmp_path / "out.csv"
+    for option in ("--force", "--reference"):
+        with pytest.raises(InputError, match=f"{option} = .G.: data.csv has no such column"):
+            _detect(foot, "--out", out, option, "G")
+    assert not out.exists()
