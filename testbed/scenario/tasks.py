@@ -227,21 +227,6 @@ class Commission(Checked):
 
     kind: Literal["commission"]
     start_s: float = Field(default=2.0, ge=0, description="time of the first motion [s]")
-    foot_speeds_m_s: Annotated[tuple[float, ...], Sequence] = Field(
-        default=(0.006, 0.02, 0.06),
-        min_length=2,
-        description="speeds of a foot in the air, each upwards and downwards [m/s]",
-    )
-    body_speeds_m_s: Annotated[tuple[float, ...], Sequence] = Field(
-        default=(0.02,), min_length=1, description="speeds of the body, up and down [m/s]"
-    )
-
-    @field_validator("foot_speeds_m_s", "body_speeds_m_s")
-    @classmethod
-    def _possible(cls, speeds: tuple[float, ...]) -> tuple[float, ...]:
-        if any(not 0.002 <= speed <= 0.15 for speed in speeds):
-            raise impossible("is beyond what a cylinder can do", "0.002 to 0.15 m/s")
-        return speeds
 
 
 Task = Annotated[

@@ -26,6 +26,8 @@ HEIGHT_M, LEAN_M, AWAY_M = 0.10, 0.05, 0.12
 """Ways of the body: up, one pair of feet against the other, to the sides."""
 BOB_M, AWAY_S = 0.03, 4.0
 """At the sides it goes up and down so far; the time for a way to the side."""
+FOOT_SPEEDS_M_S, BODY_SPEEDS_M_S = (0.006, 0.02, 0.06), (0.02,)
+"""Of a foot in the air and of the body, each up and down."""
 REST_S = 0.5
 
 
@@ -83,12 +85,12 @@ def program(task: Commission) -> list[Key]:
         go(REST_S, away, none)
         only = np.eye(len(LEGS))[leg]
         height = 0.0
-        for goal, speed in ((LIFT_M, SPEED_M_S), *_strokes(task), (0.0, SPEED_M_S)):
+        for goal, speed in ((LIFT_M, SPEED_M_S), *_strokes(), (0.0, SPEED_M_S)):
             go(abs(goal - height) / speed, away, goal * only, leg)
             height = goal
         go(REST_S, away, none)
         go(SHIFT_S, nought, none)
-    for speed in task.body_speeds_m_s:
+    for speed in BODY_SPEEDS_M_S:
         for height in (HEIGHT_M, 0.0, -HEIGHT_M, 0.0):
             go(HEIGHT_M / speed, np.array([0.0, 0.0, height]), none)
     for pair in (np.array([1.0, 1.0, -1.0, -1.0]), np.array([1.0, -1.0, 1.0, -1.0])):
@@ -102,10 +104,10 @@ def program(task: Commission) -> list[Key]:
     return keys
 
 
-def _strokes(task: Commission) -> list[tuple[float, float]]:
+def _strokes() -> list[tuple[float, float]]:
     """(height m, speed m/s) of a foot's ways in the air, to and fro at every speed."""
     return [
         (height, speed)
-        for speed in task.foot_speeds_m_s
+        for speed in FOOT_SPEEDS_M_S
         for height in (LIFT_M + min(0.12, 4.0 * speed), LIFT_M)
     ]
