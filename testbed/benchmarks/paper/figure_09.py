@@ -157,7 +157,7 @@ def experiment() -> Experiment:
             "The condition (evaluation/paper/stick_slip.py): the Stribeck curve must fall faster than viscous friction "
             "and the oil's damping rise, and the bristle must follow within a swing of the frame on the oil: the "
             "pre-sliding length over the speed must be below that swing's sqrt(m / k) of some 2.5 ms. The declared "
-            "bristle, 27 um at 800 N, is too slow for it at every speed at which the curve falls; 3 um is not, all other "
+            "bristle, 27 um at 800 N, is too slow for it at every speed at which the curve falls; 4 um is not, all other "
             "numbers as declared. Pre-sliding of tens of micrometres and stick-slip below 5 mm/s go together only with a "
             "much softer oil column or a much higher break-away.",
             "The inferred seal (parameters/inferred.yaml, figure_9) stays a set of its own: one number of an assumed "
