@@ -1,4 +1,4 @@
-"""`testbed diagnose`: what does the believed model of one axis lack?"""
+"""`testbed diagnose`: what the believed model of one axis lacks."""
 
 from __future__ import annotations
 

@@ -26,7 +26,8 @@ RIDGE = 1e-8
 
 def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
     """(held-out log-likelihood that linear terms in both flow balances add to a fit, largest relative fall of a
-    moving group's noise); (0, 0) without flow balances."""
+    moving group's noise); (0, 0) without flow balances.
+    """
     if "flow" not in fit.residual:
         return 0.0, 0.0
     columns = np.concatenate([_columns(s) for s in problem.series])
