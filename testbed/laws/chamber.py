@@ -42,14 +42,31 @@ from testbed.laws.orifice import orifice
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
+NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0
+"""Kinds of load-holding valve between a port of the valve and its chamber."""
+COUNTERBALANCE_BAND_PA = 1.0e6
+"""Over this much above its setting a counterbalance valve opens fully (assumed)."""
+
+
+class HoldingParameters(Record):
+    """The load-holding valve at a port."""
+
+    kind = quantity("1", "0: none, 1: pilot-operated check valve, 2: counterbalance valve")
+    setting = quantity("Pa", "counterbalance: load pressure at which it opens without a pilot")
+    pilot_ratio = quantity("1", "counterbalance: how much the other chamber's pressure helps")
+
+
 class ChamberParameters(Record):
-    """One chamber with its hose and its two valve edges."""
+    """One chamber with its hose, its two valve edges and its load-holding valve."""
 
     area = quantity("m2", "piston area")
     dead_volume = quantity("m3", "volume at the end of the stroke, with its line")
     hose_capacity = quantity("m3/Pa", "oil that the hose takes up by its pressure; 0: stiff")
     from_supply = quantity("m3/(s sqrt(Pa))", "flow of the edge from the supply, fully open")
     to_tank = quantity("m3/(s sqrt(Pa))", "flow of the edge to the tank, fully open")
+    leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of the edge from the supply")
+    leak_to_tank = quantity("m3/(s Pa)", "laminar leakage of the edge to the tank")
+    holding = part(HoldingParameters, "its load-holding valve")
 
 
 class Chamber(Record):
@@ -65,6 +82,8 @@ class ChamberWork(Record):
 
     volume = quantity("m3", "now")
     growth = quantity("m3/s", "of the volume")
+    leak_from_supply = quantity("m3/(s Pa)", "of its valve edge; 0 for a locked valve")
+    leak_to_tank = quantity("m3/(s Pa)", "of its valve edge; 0 for a locked valve")
     hose_conductance = quantity("m3/(s Pa)", "capacity over time of the hose")
     hose_start = quantity("Pa", "pressure of the hose when the call began")
     near = part(OilNear, "the oil at the last pressure")
@@ -90,10 +109,9 @@ class AxisWork(Record):
     b = part(ChamberWork, "rod side")
     inner_leakage = quantity("m3/(s Pa)", "across the piston")
     outer_leakage = quantity("m3/(s Pa)", "of each chamber to the tank")
-    leak_to_tank = quantity("m3/(s Pa)", "of a valve edge; 0 for a locked valve")
-    leak_from_supply = quantity("m3/(s Pa)", "of a valve edge; 0 for a locked valve")
     vapour_volume = quantity("1", "specific volume beyond which the oil leaves a void")
     inverse_bulk = quantity("1/Pa", "1 / bulk modulus")
+    holding = quantity("1", "1: there is a load-holding valve at A or B")
     hose_share = quantity("1", "what is left of the hose's flow by its own filling, implicitly")
     drawn = quantity("m3/s", "flow from the supply, without what the rate q adds")
     rise = quantity("m3/(s Pa) s", "how that flow answers q")
@@ -115,7 +133,7 @@ class PortFlow(NamedTuple):
 def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next: float) -> PortFlow:
     """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to `o_next`.
 
-    chamber: ChamberParameters; w: AxisWork. o > 0 opens the port to the supply, o < 0 to the tank; the open edge is
+    chamber: ChamberParameters; w: ChamberWork. o > 0 opens the port to the supply, o < 0 to the tank; the open edge is
     turbulent, both edges leak laminarly.
     """
     leak_p, leak = w.leak_from_supply, w.leak_to_tank
@@ -146,6 +164,37 @@ def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next:
     return PortFlow(leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0)
 
 
+@njit_law(forceinline=True)
+def held_port(
+    flow: PortFlow, p: float, pilot: float, pt: float, chamber: Any, to_tank: bool
+) -> PortFlow:
+    """What a load-holding valve lets through of a port's flow; the line between it and the spool holds no oil.
+
+    Oil enters freely. A pilot-operated check valve lets oil out where the spool opens the port to the tank; a
+    counterbalance valve then opens with (p - pt) + pilot_ratio (pilot - pt) above its setting, over
+    COUNTERBALANCE_BAND_PA. Shut, it is tight: what the spool leaks past it, from supply to tank, is left out.
+    pilot: pressure of the other chamber, Pa.
+    """
+    own = chamber.holding
+    if own.kind == NO_HOLDING:
+        return flow
+    if not to_tank:
+        return flow if flow.supply + flow.tank > 0.0 else PortFlow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if own.kind == PILOT_CHECK:
+        return flow
+    over = (p - pt) + own.pilot_ratio * (pilot - pt) - own.setting
+    share = min(max(over / COUNTERBALANCE_BAND_PA, 0.0), 1.0)
+    steeper = -flow.tank / COUNTERBALANCE_BAND_PA if 0.0 < share < 1.0 else 0.0
+    return PortFlow(
+        share * flow.supply,
+        share * flow.tank,
+        share * flow.supply_slope,
+        share * flow.tank_slope + steeper,
+        share * flow.supply_growth,
+        share * flow.tank_growth,
+    )
+
+
 @njit_law
 def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
     """Fill the constants of a call for one axis, and its pressures at the start.
@@ -156,10 +205,9 @@ def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
     work.a.volume = p.a.dead_volume + p.a.area * x
     work.b.volume = p.b.dead_volume + p.b.area * (p.stroke - x)
     work.a.growth, work.b.growth = p.a.area * v, -p.b.area * v
-    shut = p.valve.locked != 0.0
-    work.leak_to_tank = 0.0 if shut else p.valve.leak_to_tank
-    work.leak_from_supply = 0.0 if shut else p.valve.leak_from_supply
     work.inner_leakage, work.outer_leakage = p.inner_leakage, p.outer_leakage
+    held = p.a.holding.kind != NO_HOLDING or p.b.holding.kind != NO_HOLDING
+    work.holding = 1.0 if held else 0.0
     work.hose_share = 1.0 / (1.0 + GAMMA * h / p.hose_time)
     work.vapour_volume = vapour_volume(p.oil.bulk_modulus, p.oil.air)
     work.inverse_bulk = 1.0 / p.oil.bulk_modulus
@@ -174,6 +222,9 @@ def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any) -> None:
     """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork."""
     w.hose_conductance = own.hose_capacity / p.hose_time if own.hose_capacity > 0.0 else 0.0
     w.hose_start = chamber.hose_pressure
+    shut = p.valve.locked != 0.0
+    w.leak_from_supply = 0.0 if shut else own.leak_from_supply
+    w.leak_to_tank = 0.0 if shut else own.leak_to_tank
     w.near.gas = gas_volume(chamber.pressure, p.oil.air)
     w.near.inverse_pressure, w.near.inverse_slope = inverses(
         chamber.pressure, chamber.oil, w.near.gas, work.inverse_bulk, p.oil.air
@@ -222,8 +273,11 @@ def first_stage(
     gh = GAMMA * h
     a, b = w.a, w.b
     pa, pb, ci, co = axis.a.pressure, axis.b.pressure, w.inner_leakage, w.outer_leakage
-    into_a = port(pa, ps, pt, p.a, w, o, o_next)
-    into_b = port(pb, ps, pt, p.b, w, -o, -o_next)
+    into_a = port(pa, ps, pt, p.a, a, o, o_next)
+    into_b = port(pb, ps, pt, p.b, b, -o, -o_next)
+    if w.holding != 0.0:
+        into_a = held_port(into_a, pa, pb, pt, p.a, o + o_next < 0.0)
+        into_b = held_port(into_b, pb, pa, pt, p.b, o + o_next > 0.0)
     out_a = into_a.supply_slope + into_a.tank_slope + ci + co
     out_b = into_b.supply_slope + into_b.tank_slope + ci + co
     # how the flows change in time at constant oil, over g h
@@ -284,8 +338,11 @@ def second_stage(
     pb = predicted(axis.b, b, kb, h, p.oil, w)
     a.guess, b.guess = pa, pb
     ci, co = w.inner_leakage, w.outer_leakage
-    into_a = port(pa, ps, pt, p.a, w, o, o)
-    into_b = port(pb, ps, pt, p.b, w, -o, -o)
+    into_a = port(pa, ps, pt, p.a, a, o, o)
+    into_b = port(pb, ps, pt, p.b, b, -o, -o)
+    if w.holding != 0.0:
+        into_a = held_port(into_a, pa, pb, pt, p.a, o < 0.0)
+        into_b = held_port(into_b, pb, pa, pt, p.b, o > 0.0)
     a.hose_in = second_hose_flow(axis.a, p.a, a, w, pa, kha, h)
     b.hose_in = second_hose_flow(axis.b, p.b, b, w, pb, khb, h)
     cross = ci * (pa - pb)

@@ -30,8 +30,10 @@ from testbed.laws.ends import EndParameters, ExtraForces, end_force, extra_force
 from testbed.laws.friction import SealParameters, SealState, friction_step
 from testbed.laws.oil import ATMOSPHERE_PA, OilParameters
 from testbed.laws.supply import (
+    LOAD_SENSING,
     SupplyWork,
     begin_supply,
+    demand_step,
     end_supply,
     supply_first,
     supply_second,
@@ -108,6 +110,19 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
         if p.locked != 0.0:
             for k in range(openings.shape[1]):
                 openings[i, k] = 0.0
+
+
+@njit_law
+def highest_load(axes: Any, openings: Any) -> float:
+    """Highest pressure of a chamber that its valve opens to the supply, Pa absolute; 0 where there is none."""
+    load = 0.0
+    for i in range(axes.shape[0]):
+        o = openings[i, -1]
+        if o > 0.0:
+            load = max(load, axes[i].a.pressure)
+        elif o < 0.0:
+            load = max(load, axes[i].b.pressure)
+    return load
 
 
 @njit_law
@@ -191,6 +206,12 @@ def hydraulic_step(
     for i in range(n):
         begin(axes[i], params[i], given[i], h, work[i])
         a[i, 0], b[i, 0] = axes[i].a.pressure, axes[i].b.pressure
+    load = 0.0
+    if unit.kind == LOAD_SENSING:
+        load = highest_load(axes, openings)
+        if supply.traction_load > 0.0:
+            load = max(load, supply.traction_load + ATMOSPHERE_PA)
+    demand_step(supply, unit, load, dt)
     begin_supply(supply, unit, unit_work)
     returned = heat = 0.0
     for k in range(substeps):

@@ -9,15 +9,17 @@ from numpy.typing import NDArray
 
 from testbed.laws.hydraulics import AxisState
 from testbed.laws.oil import ATMOSPHERE_PA, specific_volume
-from testbed.laws.supply import SupplyState, supply_oil
+from testbed.laws.supply import LOAD_SENSING, SupplyState, supply_oil
 
 Array = NDArray[np.float64]
 
 
 def start_supply(unit: Any, temperature_degc: float, tank_oil_m3: float) -> Any:
-    """A SupplyState for the PowerUnit `unit`: pump at its compensated pressure, accumulator charged, tank filled."""
+    """A SupplyState for the PowerUnit `unit`: pump at its compensated (or standby) pressure, accumulator charged, tank filled."""
     supply = SupplyState.zeros()[0]
-    supply["pressure"] = unit["set_pressure"] if unit["pump_on"] else unit["tank_pressure"]
+    ready = unit["standby"] if unit["kind"] == LOAD_SENSING else unit["set_pressure"]
+    supply["demand"] = ready
+    supply["pressure"] = ready if unit["pump_on"] else unit["tank_pressure"]
     supply["oil"] = supply_oil(supply["pressure"], unit)
     supply["tank_oil"] = tank_oil_m3
     supply["temperature"] = temperature_degc

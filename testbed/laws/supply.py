@@ -3,9 +3,13 @@
 Oil in line and accumulator, standard volume: W = (line volume + accumulator(p)) / nu(p), and
 
     W' = pump - drawn by the axes - traction - relief - leakage (+ make-up from the tank below its pressure)
-    stroke' = (wanted(p) - stroke) / lag, wanted = 1 at the set pressure less the band, 0 at the set pressure
+    stroke' = (wanted(p) - stroke) / lag, wanted = 1 at the demand less the band, 0 at the demand
     pump = min(stroke * full flow, power / enthalpy rise)
     droop' = (-droop - by flow * drawn) / time, what the valves see is p + droop
+
+What pressure the pump works towards, its demand, is the kind of supply (`demand_step`): constant; load-sensing, the
+highest load pressure behind an open port and a margin; unloading, which charges up to the set pressure at full stroke
+and then circulates at none until the pressure has fallen by a band.
 """
 
 from __future__ import annotations
@@ -18,6 +22,8 @@ from testbed.laws.chamber import GAMMA
 from testbed.laws.compiling import njit_law
 from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
 
+CONSTANT, LOAD_SENSING, UNLOADING = 0.0, 1.0, 2.0
+"""Kinds of supply."""
 TRACTION_BAND_PA = 1.0e5
 """Over this much above the tank the traction devices fade in: nothing is drawn from an empty line."""
 
@@ -28,7 +34,12 @@ class PowerUnit(Record):
     pump_on = quantity("1", "1: the pump runs, 0: it stands")
     pump_flow = quantity("m3/s", "flow at full stroke")
     pump_power = quantity("W", "what the motor can give")
-    set_pressure = quantity("Pa", "pressure at which the compensator has taken all stroke back")
+    kind = quantity("1", "0: constant pressure, 1: load-sensing, 2: unloading")
+    set_pressure = quantity("Pa", "highest pressure at which the compensator takes all stroke back")
+    margin = quantity("Pa", "load-sensing: demand above the highest load pressure")
+    standby = quantity("Pa", "load-sensing: demand while no port is open")
+    sensing_lag = quantity("s", "load-sensing: time constant of the demand")
+    unloading_band = quantity("Pa", "unloading: fall of pressure after which it charges again")
     compensator_band = quantity("Pa", "below it, over which it does so")
     compensator_lag = quantity("s", "time constant of the stroke")
     case_leakage = quantity("m3/(s Pa)", "from the line to the tank")
@@ -53,11 +64,13 @@ class SupplyState(Record):
 
     oil = quantity("m3", "in line and accumulator, standard volume")
     pressure = quantity("Pa", "of the line, absolute")
+    demand = quantity("Pa", "pressure that the pump works towards, absolute")
     droop = quantity("Pa", "what the valves see beyond it, <= 0")
     pump_stroke = quantity("1", "of the pump, 0 to 1")
     tank_oil = quantity("m3", "in the tank, standard volume")
     temperature = quantity("degC", "of the oil")
     traction_flow = quantity("m3/s", "that the traction devices ask for")
+    traction_load = quantity("Pa", "load pressure of the traction devices that haul, gauge")
     relief_flow = quantity("m3/s", "through relief valve and case leakage, now")
     pump_power = quantity("W", "that the pump puts in, mean over the last call")
     pump_work = quantity("J", "that it has put in")
@@ -147,9 +160,24 @@ def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
 
 
 @njit_law
-def wanted_stroke(p_pa: float, unit: Any) -> float:
+def demand_step(s: Any, unit: Any, load_pa: float, dt: float) -> None:
+    """Advance the demand by dt; load_pa: highest pressure behind an open port, absolute, 0 where none is open."""
+    if unit.kind == CONSTANT:
+        s.demand = unit.set_pressure
+    elif unit.kind == LOAD_SENSING:
+        wanted = load_pa + unit.margin if load_pa > 0.0 else 0.0
+        wanted = min(max(wanted, unit.standby), unit.set_pressure)
+        s.demand += (wanted - s.demand) * (1.0 - math.exp(-dt / unit.sensing_lag))
+    elif s.pressure >= unit.set_pressure:
+        s.demand = unit.tank_pressure
+    elif s.pressure <= unit.set_pressure - unit.unloading_band:
+        s.demand = unit.set_pressure + unit.compensator_band
+
+
+@njit_law
+def wanted_stroke(p_pa: float, demand_pa: float, unit: Any) -> float:
     """What the compensator asks for, 0..1."""
-    wanted = (unit.set_pressure - p_pa) / unit.compensator_band
+    wanted = (demand_pa - p_pa) / unit.compensator_band
     return float(0.0 if wanted < 0.0 else (1.0 if wanted > 1.0 else wanted))
 
 
@@ -213,7 +241,7 @@ def supply_first(
     w.oil_rate = (rate - taken) / (1.0 + gh * w.relief_gain * stiff)
     w.droop_rate = w.droop_reach * (sag - droop * taken)
     w.relieved_rate = w.relief_rate + gh * w.relief_gain * stiff * w.oil_rate
-    w.stroke_rate = (wanted_stroke(p, unit) - s.pump_stroke) / (unit.compensator_lag + gh)
+    w.stroke_rate = (wanted_stroke(p, s.demand, unit) - s.pump_stroke) / (unit.compensator_lag + gh)
     w.drawn = taken
     ahead_pa, _ = supply_pressure(s.oil + h * w.oil_rate, p + h * stiff * w.oil_rate, unit)
     return q, ahead_pa
@@ -244,9 +272,10 @@ def supply_second(
     ks = (rate - taken) / (1.0 + slack)
     kd = w.droop_reach * (sag - droop * taken)
     kr = relieved - 2.0 * w.relieved_rate + slack * ks
-    kt = ((wanted_stroke(ahead_pa, unit) - stroke) - 2.0 * w.stroke_rate * unit.compensator_lag) / (
-        unit.compensator_lag + gh
-    )
+    kt = (
+        (wanted_stroke(ahead_pa, s.demand, unit) - stroke)
+        - 2.0 * w.stroke_rate * unit.compensator_lag
+    ) / (unit.compensator_lag + gh)
     s.oil += 0.5 * h * (3.0 * w.oil_rate + ks)
     s.droop += 0.5 * h * (3.0 * w.droop_rate + kd)
     s.pump_stroke += 0.5 * h * (3.0 * w.stroke_rate + kt)

@@ -22,8 +22,6 @@ class ValveParameters(Record):
     frequency = quantity("rad/s", "natural frequency of the spool")
     damping = quantity("1", "damping ratio of the spool")
     amplifier_lag = quantity("s", "time constant of the amplifier")
-    leak_to_tank = quantity("m3/(s Pa)", "laminar leakage of a shut edge to the tank")
-    leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of a shut edge from the supply")
     locked = quantity("1", "1: the valve is shut off, whatever the command")
 
 

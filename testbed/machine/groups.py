@@ -8,9 +8,16 @@ from __future__ import annotations
 import math
 from typing import Annotated, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from testbed.formats.checked import Checked, impossible
+
+
+def _a_kind(kind: float) -> float:
+    if kind not in (0.0, 1.0, 2.0):
+        raise impossible("is no kind", "0, 1 or 2")
+    return kind
+
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -19,6 +26,8 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 Gauge = Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
 """Gauge pressure: the least is a tenth of the atmosphere's."""
 Leakage = Annotated[float, Field(ge=0.0, le=1.0e-6)]
+Kind = Annotated[float, AfterValidator(_a_kind)]
+"""One of three kinds of valve or supply: 0, 1 or 2; what they are stands beside the value."""
 Vector = tuple[float, float, float]
 Box = tuple[Positive, Positive, Positive]
 
@@ -228,8 +237,14 @@ class Valve(Group):
     deadband: Share
     hysteresis: Share
     amplifier_lag_s: Annotated[float, Field(gt=0.0, le=10.0)]
-    edge_leakage_m3_s_pa: Leakage
-    edge_leakage_supply_m3_s_pa: Leakage
+    edge_pa_leakage_m3_s_pa: Leakage
+    edge_at_leakage_m3_s_pa: Leakage
+    edge_pb_leakage_m3_s_pa: Leakage
+    edge_bt_leakage_m3_s_pa: Leakage
+    holding_a: Kind
+    holding_b: Kind
+    counterbalance_setting_pa: Annotated[float, Field(ge=0.0, le=1.0e9)]
+    counterbalance_pilot_ratio: Annotated[float, Field(ge=0.0, le=100.0)]
 
     def rated_flow_m3_s(self, joint: str) -> float:
         """Rated flow of a joint's valves."""
@@ -238,12 +253,17 @@ class Valve(Group):
 
 
 class PowerUnit(Group):
-    """Pump, relief valve, accumulator and tank; pressures are gauge."""
+    """Pump with its kind of supply, relief valve, accumulator and tank; pressures are gauge."""
 
     tank_pressure_pa: Gauge
     power_w: Annotated[float, Field(gt=0.0, le=1.0e8)]
     full_flow_m3_s: Annotated[float, Field(ge=0.0, le=10.0)]
     supply_pressure_pa: Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
+    supply_kind: Kind
+    load_sensing_margin_pa: Annotated[float, Field(ge=0.0, le=1.0e8)]
+    standby_pressure_pa: Annotated[float, Field(ge=0.0, le=1.0e9)]
+    load_sensing_lag_s: Annotated[float, Field(gt=0.0, le=100.0)]
+    unloading_band_pa: Annotated[float, Field(gt=0.0, le=1.0e9)]
     compensator_band_pa: Annotated[float, Field(gt=0.0, le=1.0e9)]
     compensator_lag_s: Annotated[float, Field(gt=0.0, le=100.0)]
     case_leakage_m3_s_pa: Annotated[float, Field(ge=0.0, le=1.0e-3)]

@@ -1,8 +1,11 @@
-"""What columns of a run were called once: recordings of that time stay readable."""
+"""What columns and numbers of a run were called once: recordings of that time stay readable."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+Item = TypeVar("Item")
 
 STEMS: Mapping[str, str] = {
     "estimate_own_low_": "own_low_",
@@ -12,6 +15,21 @@ STEMS: Mapping[str, str] = {
 """How a column began once -> how it begins now."""
 UNITS: Mapping[str, str] = {"ordered_thrust": "1", "ordered_torque": "1"}
 """Units that were once written down for a quantity."""
+NUMBERS: Mapping[str, tuple[str, str]] = {
+    "edge_leakage_m3_s_pa": ("edge_at_leakage_m3_s_pa", "edge_bt_leakage_m3_s_pa"),
+    "edge_leakage_supply_m3_s_pa": ("edge_pa_leakage_m3_s_pa", "edge_pb_leakage_m3_s_pa"),
+}
+"""Number of a valve that stood for two edges once -> those of today."""
+
+
+def current_numbers(known: Mapping[str, Item]) -> dict[str, Item]:
+    """A machine's numbers by dotted path, under the paths that they have today."""
+    out: dict[str, Item] = {}
+    for path, item in known.items():
+        group, _, name = path.rpartition(".")
+        for now in NUMBERS.get(name, (name,)):
+            out[f"{group}.{now}" if group else now] = item
+    return out
 
 
 def current(name: str) -> str:

@@ -27,7 +27,7 @@ from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
 from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
-from testbed.recording.former import UNITS
+from testbed.recording.former import UNITS, current_numbers
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
 Array = npt.NDArray[np.float64]
@@ -135,7 +135,7 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
     Raises InputError for a number that no machine has.
     """
     shipped, changes = build_machine(), {}
-    for path, item in header.known.items():
+    for path, item in current_numbers(header.known).items():
         field = f"known.{path}"
         declared = shipped.quantity(path, file, field)
         if item.unit != declared.unit:

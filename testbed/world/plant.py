@@ -209,10 +209,13 @@ def plant_step(board: Any) -> None:
     for i in range(3):
         given.force[i] = board.shove[i]
         given.torque[i] = 0.0
-    taken = 0.0
+    taken = hauled = 0.0
     for k in range(2):
         taken += rope_step(board, k)
+        if board.ropes[k].wanted_rate < 0.0:
+            hauled = max(hauled, board.ropes[k].tension)
     board.supply.traction_flow = taken
+    board.supply.traction_load = hauled / board.traction.area
     drill_step(board)
     hydraulic_step(
         board.axes,

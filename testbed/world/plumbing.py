@@ -57,8 +57,15 @@ def _valve(out: Any, axis: Axis) -> None:
     own["dead_band"], own["hysteresis"] = valve.deadband, valve.hysteresis
     own["frequency"] = 2 * math.pi * valve.natural_frequency_hz
     own["damping"], own["amplifier_lag"] = valve.damping, valve.amplifier_lag_s
-    own["leak_to_tank"] = valve.edge_leakage_m3_s_pa
-    own["leak_from_supply"] = valve.edge_leakage_supply_m3_s_pa
+    out["a"]["leak_from_supply"] = valve.edge_pa_leakage_m3_s_pa
+    out["a"]["leak_to_tank"] = valve.edge_at_leakage_m3_s_pa
+    out["b"]["leak_from_supply"] = valve.edge_pb_leakage_m3_s_pa
+    out["b"]["leak_to_tank"] = valve.edge_bt_leakage_m3_s_pa
+    for chamber, kind in (("a", valve.holding_a), ("b", valve.holding_b)):
+        holding = out[chamber]["holding"]
+        holding["kind"] = kind
+        holding["setting"] = valve.counterbalance_setting_pa
+        holding["pilot_ratio"] = valve.counterbalance_pilot_ratio
 
 
 def _seal(own: Any, axis: Axis) -> None:
@@ -99,7 +106,12 @@ def unit_parameters(machine: Machine, *, pump_on: bool = True) -> Any:
     unit = PowerUnit.zeros()[0]
     unit["pump_on"] = float(pump_on)
     unit["pump_flow"], unit["pump_power"] = given.full_flow_m3_s, given.power_w
+    unit["kind"] = given.supply_kind
     unit["set_pressure"] = given.supply_pressure_pa + ATMOSPHERE_PA
+    unit["margin"] = given.load_sensing_margin_pa
+    unit["standby"] = given.standby_pressure_pa + ATMOSPHERE_PA
+    unit["sensing_lag"] = given.load_sensing_lag_s
+    unit["unloading_band"] = given.unloading_band_pa
     unit["compensator_band"] = given.compensator_band_pa
     unit["compensator_lag"] = given.compensator_lag_s
     unit["case_leakage"] = given.case_leakage_m3_s_pa

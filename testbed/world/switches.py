@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.formats.records import put
+from testbed.laws.chamber import NO_HOLDING
 from testbed.laws.friction import SMALLEST_N
+from testbed.laws.supply import CONSTANT
 from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
 
 QUICK_RAD_S = 2.0 * math.pi * 1.0e5
@@ -29,6 +31,9 @@ _COULOMB = {
     "seal.bristle_damping": 0.0,
 }
 _VISCOUS = {"seal.outward.viscous": 0.0, "seal.inward.viscous": 0.0}
+_EDGE_LEAKAGE = {
+    f"{chamber}.leak_{way}": 0.0 for chamber in "ab" for way in ("from_supply", "to_tank")
+}
 
 AXIS_OFF: dict[str, dict[str, float]] = {
     "friction": _COULOMB | _VISCOUS,
@@ -43,12 +48,11 @@ AXIS_OFF: dict[str, dict[str, float]] = {
     "leakage": {
         "inner_leakage": 0.0,
         "outer_leakage": 0.0,
-        "valve.leak_to_tank": 0.0,
-        "valve.leak_from_supply": 0.0,
+        **_EDGE_LEAKAGE,
     },
     "internal_leakage": {"inner_leakage": 0.0},
     "outer_leakage": {"outer_leakage": 0.0},
-    "edge_leakage": {"valve.leak_to_tank": 0.0, "valve.leak_from_supply": 0.0},
+    "edge_leakage": _EDGE_LEAKAGE,
     "air": {"oil.air": 0.0},
     "hose": {"a.hose_capacity": 0.0, "b.hose_capacity": 0.0},
     "deadband": {"valve.dead_band": 0.0},
@@ -60,6 +64,7 @@ AXIS_OFF: dict[str, dict[str, float]] = {
     },
     "amplifier_lag": {"valve.amplifier_lag": QUICK_S},
     "edge_asymmetry": {},
+    "load_holding": {"a.holding.kind": NO_HOLDING, "b.holding.kind": NO_HOLDING},
     "cushions": {"ends.cushion_damping": 0.0},
     "end_stops": {
         "ends.cushion_damping": 0.0,
@@ -75,6 +80,7 @@ UNIT_OFF: dict[str, dict[str, float]] = {
     "air": {"oil.air": 0.0},
     "supply_droop": {"accumulator_volume": 100.0, "droop": 0.0},
     "accumulator": {"accumulator_volume": 0.0},
+    "load_sensing": {"kind": CONSTANT},
     "pump_lag": {"compensator_lag": QUICK_S},
     "power_limit": {"pump_power": 1.0e12},
     "relief": {"relief_pressure": 1.0e12},

@@ -138,7 +138,7 @@ def test_the_momentum_observer_follows_the_force_with_its_time_constant() -> Non
 
 def _leak_free() -> np.ndarray:
     belief = BELIEF.copy()
-    for name in ("leakage", "edge_leakage", "edge_leakage_supply"):
+    for name in ("leakage", "leakage_pa", "leakage_at", "leakage_pb", "leakage_bt"):
         belief["valve"][name] = 0.0
     return belief
 

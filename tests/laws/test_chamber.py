@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber import AxisWork, ChamberParameters, begin, inverses, port, settle
+from testbed.laws.chamber import (
+    AxisWork,
+    ChamberParameters,
+    ChamberWork,
+    begin,
+    inverses,
+    port,
+    settle,
+)
 from testbed.laws.hydraulics import AxisInput, AxisParameters, AxisState, hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA, gas_volume, specific_volume
 from testbed.laws.supply import PowerUnit, SupplyState
@@ -71,7 +79,7 @@ def supply() -> tuple[Any, Any]:
 def test_an_open_port_passes_the_orifice_s_flow_and_its_leakage() -> None:
     """k sqrt(4 MPa) = 2e-7 * 2000 m3/s from the supply, 1e-12 * 4.9 MPa to the tank."""
     chamber = ChamberParameters.of(from_supply=2e-7, to_tank=1e-7)
-    work = AxisWork.of(leak_to_tank=1e-12)
+    work = ChamberWork.of(leak_to_tank=1e-12)
     flow = port(5e6, 9e6, 1e5, chamber, work, 1.0, 1.0)
     assert flow.supply == pytest.approx(2e-7 * 2000.0, rel=1e-4)
     assert flow.tank == pytest.approx(-1e-12 * 4.9e6)
@@ -80,7 +88,7 @@ def test_an_open_port_passes_the_orifice_s_flow_and_its_leakage() -> None:
 
 
 def test_a_port_that_opens_to_the_tank_says_how_its_flow_grows() -> None:
-    chamber, work = ChamberParameters.of(to_tank=1e-7), AxisWork.of()
+    chamber, work = ChamberParameters.of(to_tank=1e-7), ChamberWork.of()
     flow = port(4.1e6, 9e6, 1e5, chamber, work, -0.2, -0.5)
     assert flow.supply == 0.0
     assert flow.tank == pytest.approx(-0.2 * 1e-7 * 2000.0, rel=1e-4)

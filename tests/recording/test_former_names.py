@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from testbed.formats.table import write_columns
-from testbed.recording.former import current, with_former
+from testbed.recording.former import current, current_numbers, with_former
 from testbed.recording.robot_columns import described
 from testbed.simulation.runs import read_series
 
@@ -28,3 +28,12 @@ def test_names_of_today_stay_as_they_are() -> None:
     assert current("estimate_own_sd_rr") == "own_sd_rr"
     assert with_former(["t", "own_high_fr"]) == ["t", "own_high_fr", "estimate_own_high_fr"]
     assert described("estimate_own_low_fl") == described("own_low_fl") is not None
+
+
+def test_a_leakage_that_stood_for_two_edges_is_that_of_both() -> None:
+    known = {"valve.edge_leakage_m3_s_pa": 3e-13, "total_mass_kg": 4e3}
+    assert current_numbers(known) == {
+        "valve.edge_at_leakage_m3_s_pa": 3e-13,
+        "valve.edge_bt_leakage_m3_s_pa": 3e-13,
+        "total_mass_kg": 4e3,
+    }

@@ -172,11 +172,10 @@ def axis_rates(
     )
     o = math.copysign(max(abs(y[4]) - p.valve.dead_band, 0.0), y[4]) / (1.0 - p.valve.dead_band)
     up, down = max(o, 0.0), max(-o, 0.0)
-    leak_p, leak = p.valve.leak_from_supply, p.valve.leak_to_tank
-    from_supply_a = edge(p.a.from_supply * up, ps - pa) + leak_p * (ps - pa)
-    from_supply_b = edge(p.b.from_supply * down, ps - pb) + leak_p * (ps - pb)
-    to_tank_a = edge(p.a.to_tank * down, pa - pt) + leak * (pa - pt)
-    to_tank_b = edge(p.b.to_tank * up, pb - pt) + leak * (pb - pt)
+    from_supply_a = edge(p.a.from_supply * up, ps - pa) + p.a.leak_from_supply * (ps - pa)
+    from_supply_b = edge(p.b.from_supply * down, ps - pb) + p.b.leak_from_supply * (ps - pb)
+    to_tank_a = edge(p.a.to_tank * down, pa - pt) + p.a.leak_to_tank * (pa - pt)
+    to_tank_b = edge(p.b.to_tank * up, pb - pt) + p.b.leak_to_tank * (pb - pt)
     inner = p.inner_leakage * (pa - pb)
     dy[2] = (pa / 1e6 - y[2]) / p.hose_time
     dy[3] = (pb / 1e6 - y[3]) / p.hose_time

@@ -35,8 +35,10 @@ COLD_DEGC = 20.0
 """The oil was cold in all the paper's experiments (A); the number is assumed."""
 START_M, RISE_M, RISE_S, RISE_AT_S = 0.1, 0.02, 0.5, 2.0
 OVERLAPPED: Mapping[str, float] = {
-    "valve.edge_leakage_supply_m3_s_pa": 0.0,
-    "valve.edge_leakage_m3_s_pa": 1.0e-13,
+    "valve.edge_pa_leakage_m3_s_pa": 0.0,
+    "valve.edge_pb_leakage_m3_s_pa": 0.0,
+    "valve.edge_at_leakage_m3_s_pa": 1.0e-13,
+    "valve.edge_bt_leakage_m3_s_pa": 1.0e-13,
 }
 """Edges that leak to the tank alone: an overlapped spool whose supply edges are tight (assumed)."""
 SUSPECTS = ("edge_leakage", "internal_leakage", "hose", "air", "dwell", "friction_pressure")

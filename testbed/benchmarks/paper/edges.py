@@ -17,8 +17,10 @@ HOLD_S = 12.0
 def edges(tank_m3_s_pa: float, ratio: float) -> dict[str, float]:
     """Changes of roboclimber.yaml."""
     return {
-        "valve.edge_leakage_m3_s_pa": tank_m3_s_pa,
-        "valve.edge_leakage_supply_m3_s_pa": ratio * tank_m3_s_pa,
+        "valve.edge_at_leakage_m3_s_pa": tank_m3_s_pa,
+        "valve.edge_bt_leakage_m3_s_pa": tank_m3_s_pa,
+        "valve.edge_pa_leakage_m3_s_pa": ratio * tank_m3_s_pa,
+        "valve.edge_pb_leakage_m3_s_pa": ratio * tank_m3_s_pa,
     }
 
 

@@ -81,15 +81,20 @@ def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = No
     pressure_b = BACK_PRESSURE_PA + ATMOSPHERE_PA
     pressure_a = (BACK_PRESSURE_PA * areas[1] - MASS_KG * GRAVITY_M_S2) / areas[0] + ATMOSPHERE_PA
     springs, oil_damping = 0.0, 0.0
-    for area, volume, pressure in zip(areas, volumes, (pressure_a, pressure_b), strict=True):
+    leaks = (
+        valve.edge_pa_leakage_m3_s_pa + valve.edge_at_leakage_m3_s_pa,
+        valve.edge_pb_leakage_m3_s_pa + valve.edge_bt_leakage_m3_s_pa,
+    )
+    pressures = pressure_a, pressure_b
+    for area, volume, pressure, leak in zip(areas, volumes, pressures, leaks, strict=True):
         k = (
             area**2
             * effective_bulk_modulus(pressure, oil.bulk_modulus_pa, oil.entrained_air)
             / volume
         )
         # an edge that passes q at the drop d has the slope q / (2 d)
-        c = oil.internal_leakage_m3_s_pa + oil.outer_leakage_m3_s_pa + valve.edge_leakage_m3_s_pa
-        c += valve.edge_leakage_supply_m3_s_pa + area * speed_m_s / (2.0 * BACK_PRESSURE_PA)
+        c = oil.internal_leakage_m3_s_pa + oil.outer_leakage_m3_s_pa + leak
+        c += area * speed_m_s / (2.0 * BACK_PRESSURE_PA)
         springs, oil_damping = springs + k, oil_damping + k**2 * c / area**2
     w2 = springs / MASS_KG
     coulomb, static, c_s = cyl.coulomb_out_n, cyl.static_out_n, cyl.stribeck_out_m_s

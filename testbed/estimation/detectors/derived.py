@@ -80,8 +80,12 @@ class Valve(Record):
     damping = quantity("1", "of the spool")
     deadband = quantity("1", "overlap of the spool")
     leakage = quantity("m3/s/Pa", "from A to B")
-    edge_leakage = quantity("m3/s/Pa", "from a chamber to tank")
-    edge_leakage_supply = quantity("m3/s/Pa", "from supply to a chamber")
+    leakage_pa = quantity("m3/s/Pa", "of the edge from supply to A")
+    leakage_at = quantity("m3/s/Pa", "of the edge from A to tank")
+    leakage_pb = quantity("m3/s/Pa", "of the edge from supply to B")
+    leakage_bt = quantity("m3/s/Pa", "of the edge from B to tank")
+    held_a = quantity("1", "1: a load-holding valve at A")
+    held_b = quantity("1", "1: a load-holding valve at B")
     tank_pressure = quantity("Pa", "gauge")
     entrained_air = quantity("1", "share of air in the oil at atmospheric pressure")
     encoder_resolution = quantity("m", "one count")
@@ -101,8 +105,12 @@ def valve_of(machine: Machine) -> NDArray[Any]:
         damping=v.damping,
         deadband=v.deadband,
         leakage=oil.internal_leakage_m3_s_pa,
-        edge_leakage=v.edge_leakage_m3_s_pa,
-        edge_leakage_supply=v.edge_leakage_supply_m3_s_pa,
+        leakage_pa=v.edge_pa_leakage_m3_s_pa,
+        leakage_at=v.edge_at_leakage_m3_s_pa,
+        leakage_pb=v.edge_pb_leakage_m3_s_pa,
+        leakage_bt=v.edge_bt_leakage_m3_s_pa,
+        held_a=float(v.holding_a > 0.0),
+        held_b=float(v.holding_b > 0.0),
         tank_pressure=machine.power_unit.tank_pressure_pa,
         entrained_air=oil.entrained_air,
         encoder_resolution=machine.sensor.encoder_linear_m,
@@ -132,8 +140,8 @@ def orifice(opening: float, drop_pa: float, valve: Any) -> float:
 def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tuple[float, float]:
     """Flow into A and into B, m3/s, from spool position, gauge pressures and leaks."""
     across, tank = valve.leakage * (pa - pb), valve.tank_pressure
-    qa = valve.edge_leakage_supply * (supply - pa) - valve.edge_leakage * (pa - tank) - across
-    qb = valve.edge_leakage_supply * (supply - pb) - valve.edge_leakage * (pb - tank) + across
+    qa = valve.leakage_pa * (supply - pa) - valve.leakage_at * (pa - tank)
+    qb = valve.leakage_pb * (supply - pb) - valve.leakage_bt * (pb - tank)
     opening = max(abs(spool) - valve.deadband, 0.0) / (1.0 - valve.deadband)
     if spool > 0.0:
         qa += valve.edge_pa * orifice(opening, supply - pa, valve)
@@ -141,7 +149,11 @@ def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tupl
     else:
         qa -= valve.edge_at * orifice(opening, pa - tank, valve)
         qb += valve.edge_pb * orifice(opening, supply - pb, valve)
-    return qa, qb
+    if valve.held_a != 0.0 and not (spool < 0.0 and opening > 0.0):
+        qa = max(qa, 0.0)
+    if valve.held_b != 0.0 and not (spool > 0.0 and opening > 0.0):
+        qb = max(qb, 0.0)
+    return qa - across, qb + across
 
 
 @njit

@@ -17,6 +17,7 @@ from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
 from testbed.errors import InputError
+from testbed.laws.chamber import PILOT_CHECK
 from testbed.laws.hydraulics import (
     AxisInput,
     AxisState,
@@ -26,6 +27,7 @@ from testbed.laws.hydraulics import (
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, effective_bulk_modulus, enthalpy
 from testbed.laws.supply import (
+    LOAD_SENSING,
     accumulator,
     pump,
     relief,
@@ -283,8 +285,8 @@ def test_pump_by_hand_flow_power_and_compensator() -> None:
     unit = unit_parameters(build_machine())
     assert pump(1.0, 5e6, unit) == 1.6e-3  # 8 kW
     assert pump(1.0, 2e7, unit) == pytest.approx(8e-4)  # 16 kW at 200 bar: 48 L/min
-    assert wanted_stroke(unit.set_pressure, unit) == 0.0
-    assert wanted_stroke(unit.set_pressure - 2e5, unit) == pytest.approx(0.5)
+    assert wanted_stroke(unit.set_pressure, unit.set_pressure, unit) == 0.0
+    assert wanted_stroke(unit.set_pressure - 2e5, unit.set_pressure, unit) == pytest.approx(0.5)
     flow, slope = relief(unit.relief_pressure + 5e5, unit)
     assert flow == pytest.approx(3e-9 * 5e5 + 5e-12 * (9.8e6 + 5e5 - 2e5))
     assert slope == pytest.approx(3e-9 + 5e-12)
@@ -332,6 +334,11 @@ def test_every_part_can_be_left_out_and_makes_a_difference(part: str) -> None:
         rig = Rig()
         rig.params["seal"]["load_coefficient"] = 0.01
         rig.unit.relief_pressure, rig.unit.pump_power = 8.5e6, 3e3
+        if part == "load_holding":
+            rig.params["a"]["holding"]["kind"] = PILOT_CHECK
+            rig.params["a"]["leak_from_supply"] = 0.0  # or the leaks fill A through the valve
+        if part == "load_sensing":
+            rig.unit.kind = LOAD_SENSING
         switch_off(without, rig.params, rig.unit)
         rig.axes = start_axes(rig.params, X, LOAD)
         rig.supply = start_supply(rig.unit, 40.0, 0.06)
