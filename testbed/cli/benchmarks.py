@@ -325,6 +325,30 @@ def fit_diagnosis(folders: Folders, out: File = None) -> None:
     print(fit_file(folders, out))
 
 
+@lab.command("bench-diagnosis")
+def bench_diagnosis(
+    out: Out,
+    rigs: Annotated[int, typer.Option(min=1, help="How many simulated benches and drives.")] = 60,
+    jobs: Jobs = 1,
+    first_seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
+    ] = 500,
+    json: Json = False,
+) -> None:
+    """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers among them."""
+    from testbed.benchmarks.diagnosis.bench_trials import BenchTest
+
+    show(BenchTest(rigs, first_seed), out, jobs, json)
+
+
+@lab.command("fit-bench-diagnosis")
+def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab bench-diagnosis`."""
+    from testbed.benchmarks.diagnosis.bench_trials import fit_file
+
+    print(fit_file(folders, out))
+
+
 @lab.command("fit-robot-diagnosis")
 def fit_robot_diagnosis(folders: Folders, out: File = None) -> None:
     """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""

@@ -27,12 +27,20 @@ def page(d: Diagnosis) -> str:
 def contents(d: Diagnosis) -> dict[str, Any]:
     """Everything the page's template shows."""
     found = as_json(d)
+    repeated = found.get("repeated", {})
     return {
         "rig": d.rig.name,
         "kind": d.rig.kind,
         "verdict": d.verdict.kind,
         "headline": _headline(d),
-        "effects": [e | {"text": by_name(e["name"]).text} for e in found["effects"]],
+        "effects": [
+            e | {"text": by_name(e["name"]).text, "repeated": repeated.get(e["name"])}
+            for e in found["effects"]
+        ],
+        "goes_with": d.verdict.goes_with,
+        "runs": _runs(found.get("error_of_runs_left_out_n", {})),
+        "refused": found.get("refused", []),
+        "passed": found.get("passed", []) if d.verdict.kind == "unnamed" else [],
         "hypotheses": found["hypotheses"][:8],
         "errors": _error_rows(d),
         "closed": {q: closed_share(d.errors, q) for q in ("force_n", "flow_m3_s")},
@@ -44,6 +52,12 @@ def contents(d: Diagnosis) -> dict[str, Any]:
         "experiments": experiments(_group(d)),
         "excess": max(d.found.excess_best.values(), default=1.0),
     }
+
+
+def _runs(errors: dict[str, dict[str, float]]) -> list[tuple[str, dict[str, float]]]:
+    """Recording left out -> stage -> error, N."""
+    names = next(iter(errors.values()), {})
+    return [(run, {stage: row[run] for stage, row in errors.items()}) for run in names]
 
 
 def _headline(d: Diagnosis) -> str:

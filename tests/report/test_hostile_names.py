@@ -110,6 +110,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
         "place": word,
         "text": word,
         "equation": word,
+        "repeated": 0.9,
         "probability": 1.0,
         "ambiguous_with": [word],
         "parameters": {word: {"value": 1.0, "interval90": [0.0, 1.0], "unit": word}},
@@ -138,6 +139,10 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
                 "figures": [(word, word, word)],
                 "experiments": [(word, word)],
                 "excess": 1.0,
+                "goes_with": {word: 0.5},
+                "runs": [(word, {"identify": 1.0, "after": 0.5})],
+                "refused": [{"name": word, "reason": word}],
+                "passed": [word],
             },
         )
     )

@@ -9,8 +9,9 @@ from typing import Any
 from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.diagnose import diagnose
+from testbed.diagnosis.leg.entries import entries_of
 from testbed.diagnosis.leg.evidence import evidence, of_residual
-from testbed.diagnosis.leg.findings import Diagnosis, as_json, entries_of
+from testbed.diagnosis.leg.findings import Diagnosis, as_json
 from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.hypotheses import fit_shapes, fit_with
 from testbed.diagnosis.leg.problem import Problem
@@ -18,7 +19,7 @@ from testbed.diagnosis.leg.search import Candidate
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import fit_generic
-from testbed.diagnosis.leg.verification import Errors, closed_share, errors
+from testbed.diagnosis.leg.verification import STAGES, Errors, closed_share, errors
 from testbed.effects import OF_A_CYLINDER, by_name
 from testbed.recording.leg_model import LegModel
 
@@ -113,9 +114,7 @@ def _sound_twin(d: Diagnosis, seed: int, kind: str) -> Table:
     series = series_of(twin.identify, twin.known)
     refit = fit_base(Problem(series, declared(twin), d.problem.with_flow))[1]
     checks = series_of(twin.verify, twin.known)
-    found = errors(
-        twin.verify, checks, dict.fromkeys(("before", "refit", "after"), refit), d.problem.with_flow
-    )
+    found = errors(twin.verify, checks, dict.fromkeys(STAGES, refit), d.problem.with_flow)
     return {
         name: {quantity: e["refit"] for quantity, e in row.items()}
         for name, row in found.by_recording.items()

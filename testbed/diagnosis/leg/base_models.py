@@ -10,7 +10,14 @@ import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import evidence
 from testbed.diagnosis.leg.fit import Fit, solve
-from testbed.diagnosis.leg.points import NUISANCE, ZERO, Point, friction_coordinates, restarted
+from testbed.diagnosis.leg.points import (
+    DECLARED,
+    NUISANCE,
+    ZERO,
+    Point,
+    friction_coordinates,
+    restarted,
+)
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.effects import of_declared
@@ -18,6 +25,7 @@ from testbed.effects.base import Active
 from testbed.effects.fitting import Coordinate
 from testbed.errors import InputError
 from testbed.estimation.friction.evidence import check_opposes
+from testbed.estimation.friction.undeclared import MOST
 from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
 from testbed.estimation.leg.flow import SMOOTH_DROP_PA, Edge
 from testbed.recording.axis import Rig
@@ -128,6 +136,7 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
         coordinates += EDGE
     if problem.kind == "cylinder":
         coordinates += ZERO_FORCE
+    coordinates += within_tolerance(problem)
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
         start = Point(friction, Edge(), problem.believed)
@@ -135,7 +144,38 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
+    if fit.at.off:
+        fit = _held_to_declared(problem, fit)
     return fit, fit.model(problem.base)
+
+
+def within_tolerance(problem: Problem) -> list[Coordinate]:
+    """How far a bench's declared bore, and a drive's declared mass, are off, as shares: priors, and no findings.
+
+    A leg's declared numbers are those of a machine that was measured: they stay.
+    """
+    known = problem.base.known
+    number = {"cylinder": "bore_m", "drive": "moving_mass_kg"}.get(problem.kind)
+    if number is None or not getattr(known, number):
+        return []
+    width = known.tolerance(number)
+    most = MOST * width
+    return [Coordinate(DECLARED, number, 0.0, -most, most, 0.1 * width, prior=(0.0, width))]
+
+
+def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
+    """The fit with declared numbers held by their tolerance as independent samples would be: correlated ones would
+    outweigh it.
+    """
+    memory = max(np.median(list(evidence(problem, fit).memory.values())), 1.0)
+    coordinates = [restarted(c, fit.at) for c in fit.coordinates]
+    coordinates = [
+        replace(c, prior=(c.prior[0], c.prior[1] / np.sqrt(memory)))
+        if c.owner == DECLARED and c.prior is not None
+        else c
+        for c in coordinates
+    ]
+    return solve(problem, coordinates, fit.at, iterations=20)
 
 
 UNKNOWN_MASS_KG = 10.0

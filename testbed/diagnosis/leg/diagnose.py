@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from testbed.diagnosis.leg.amplitude import with_amplitudes
 from testbed.diagnosis.leg.base_models import declared, fit_base
-from testbed.diagnosis.leg.evidence import Evidence
-from testbed.diagnosis.leg.findings import Diagnosis, entries_of
-from testbed.diagnosis.leg.fit import block_covariance
+from testbed.diagnosis.leg.companions import companions
+from testbed.diagnosis.leg.entries import entries_of, memory_of
+from testbed.diagnosis.leg.findings import Diagnosis
+from testbed.diagnosis.leg.fit import Fit, block_covariance
 from testbed.diagnosis.leg.generic import correction
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.search import Progress, search
+from testbed.diagnosis.leg.proof import WORSE, Proof, proven
+from testbed.diagnosis.leg.runs import Runs, overall, worst_ratio
+from testbed.diagnosis.leg.search import Progress, Search, search
 from testbed.diagnosis.leg.series import series_of
-from testbed.diagnosis.leg.unexplained import unexplained
-from testbed.diagnosis.leg.verdict import decide
+from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
+from testbed.diagnosis.leg.verdict import Verdict, decide, decide_on_bench
 from testbed.diagnosis.leg.verification import errors
 from testbed.effects import build
 from testbed.errors import InputError
+from testbed.estimation.friction.identification import identify_rig
 from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, LegModel
 
@@ -46,36 +51,91 @@ def diagnose(
     with_flow = base.known.declares_flow and all(s.opening is not None for s in series)
     tell("friction before")
     free = tuple(s for s in series if s.free) or series
+    identified = identify_rig(rig).model
     before = model or fit_base(Problem(free, base, with_flow))[1]
     tell("friction on everything")
     problem = Problem(series, base, with_flow, granted)
     fit, refit = fit_base(problem)
     state = search(problem, fit, MOST_EFFECTS[rig.kind], tell)
     tell("what is left")
-    found = unexplained(state, rig.identify)
-    verdict = decide(state, found)
-    models = {"before": before, "refit": refit, "after": refit}
-    entries: tuple[EffectEntry, ...] = ()
-    new = {*verdict.chosen.names}
-    if verdict.kind == "effect":
-        chosen = verdict.chosen
-        entries = entries_of(
-            chosen.fit, _memory(chosen.evidence), block_covariance(problem, chosen.fit)
-        )
-        entries = with_amplitudes(problem, entries, chosen.fit.at)
-        models["after"] = chosen.fit.model(problem.base).model_copy(update={"effects": entries})
-    generic = correction(problem, fit) if verdict.kind == "unnamed" else None
-    if generic is not None:
-        models["after"] = generic.model(problem.base).model_copy(
-            update={"effects": entries_of(generic, 1.0)}
-        )
+    judged = (
+        _judged_leg(state, rig, identified)
+        if rig.kind == "vertical-leg"
+        else _judged_bench(state, rig)
+    )
     tell("errors on verify")
+    models = {"before": before, "identify": identified, "refit": refit}
+    models["after"], entries = _after(state, judged, models, rig)
     checks = series_of(rig.verify, refit.known)
     table = errors(
         rig.verify, checks, models, with_flow and all(s.opening is not None for s in checks)
     )
-    new_entries = tuple(e for e in entries if e.name in new)
-    return Diagnosis(rig, problem, state, found, verdict, models, new_entries, table)
+    new_entries = tuple(e for e in entries if e.name in judged.verdict.chosen.names)
+    return Diagnosis(
+        rig,
+        problem,
+        state,
+        judged.found,
+        judged.verdict,
+        models,
+        new_entries,
+        table,
+        judged.proof,
+        judged.companions,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """What is said of a finished search, and on what grounds."""
+
+    found: Unexplained
+    verdict: Verdict
+    proof: Proof | None = None
+    companions: Mapping[str, float] = field(default_factory=dict)
+
+
+def _judged_leg(state: Search, rig: Rig, identified: LegModel) -> _Judged:
+    found = unexplained(state, rig.identify)
+    return _Judged(found, decide(state, found, identified))
+
+
+def _judged_bench(state: Search, rig: Rig) -> _Judged:
+    """Only names that pass their trials are left; what they leave is what may have no name."""
+    proof = proven(state, rig.identify)
+    state.best, state.order = proof.kept, list(proof.kept.names)
+    found = unexplained(state, rig.identify)
+    goes_with = companions(state.problem, proof.kept.fit)
+    return _Judged(found, decide_on_bench(state, found, proof, goes_with), proof, goes_with)
+
+
+def _after(
+    state: Search, judged: _Judged, models: Mapping[str, LegModel], rig: Rig
+) -> tuple[LegModel, tuple[EffectEntry, ...]]:
+    """(the model that the diagnosis leaves, its effects): with the named effects; or with a generic correction, where
+    nothing has a name and that carries over; or of the published form: on a bench as identified, for what has no name
+    bends a refit, whose recordings each have their own noise, more than an identification.
+    """
+    problem, chosen = state.problem, judged.verdict.chosen
+    if judged.verdict.kind == "effect":
+        by_blocks = block_covariance(problem, chosen.fit)
+        entries = entries_of(chosen.fit, memory_of(chosen.evidence), by_blocks)
+        entries = with_amplitudes(problem, entries, chosen.fit.at)
+        return chosen.fit.model(problem.base).model_copy(update={"effects": entries}), entries
+    generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
+    if generic is not None and _carries_over(judged.proof, generic, problem, rig):
+        entries = entries_of(generic, 1.0)
+        return generic.model(problem.base).model_copy(update={"effects": entries}), ()
+    on_bench = judged.proof is not None and not problem.believed
+    return models["identify" if on_bench else "refit"], ()
+
+
+def _carries_over(proof: Proof | None, generic: Fit, problem: Problem, rig: Rig) -> bool:
+    """On a bench a generic correction has to predict recordings left out better than `identify` does, and none worse."""
+    if proof is None:
+        return True
+    found, identified = Runs.of(problem, rig.identify).errors(generic), proof.run_errors["identify"]
+    return overall(found) < overall(identified) and worst_ratio(found, identified) < WORSE
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:
@@ -88,9 +148,3 @@ def believed(rig: Rig, model: LegModel) -> LegModel:
             allowed=rig.kind,
         )
     return model
-
-
-def _memory(found: Evidence) -> float:
-    """Typical correlation time of the moving groups' residuals, bins."""
-    values = [v for k, v in found.memory.items() if k[0] in ("force", "flow_a", "flow_b")]
-    return float(np.median(values)) if values else 1.0

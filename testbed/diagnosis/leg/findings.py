@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.hypotheses import LeftOut
 from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.search import Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.diagnosis.leg.verdict import Verdict
 from testbed.diagnosis.leg.verification import Errors
-from testbed.effects import by_name, kind_of, place_of
+from testbed.effects import by_name
 from testbed.effects.base import MARK
 from testbed.formats.files import make_folder, write_json
 from testbed.recording.axis import Rig
-from testbed.recording.leg_model import EffectEntry, LegModel, Parameter, write_model
+from testbed.recording.leg_model import EffectEntry, LegModel, write_model
 
 FORMAT = "roboclimber-findings/1"
 LEAST_PROBABILITY = 5e-4
-CAUTION, OTHER_FORM = 2.0, {"force": 0.12, "flow": 0.05}
-"""Intervals are wider than the data alone say: by this factor, and by this share of the value for what the force
-balance shows and what only flows show, as friction and sensors are never exactly what their formulas say. Set on the
-rigs that `calibration.yaml` was fitted on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +36,10 @@ class Diagnosis:
     models: dict[str, LegModel]
     entries: tuple[EffectEntry, ...]
     errors: Errors
+    proof: Proof | None = None
+    """Of a bench or a drive: which names passed their trials, and the errors of recordings left out."""
+    companions: Mapping[str, float] = field(default_factory=dict)
+    """Channel that rides along -> share by which it lowers what the names leave, whatever the verdict."""
 
     @property
     def left_out(self) -> list[LeftOut]:
@@ -50,58 +47,10 @@ class Diagnosis:
         return self.state.left_out
 
 
-def entries_of(
-    fit: Fit, memory: float, by_blocks: npt.NDArray[np.float64] | None = None
-) -> tuple[EffectEntry, ...]:
-    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins;
-    `by_blocks`: covariance with blocks as witnesses. The wider of both counts.
-    """
-    variance = np.diag(fit.covariance) * max(memory, 1.0)
-    if by_blocks is not None:
-        variance = np.maximum(variance, np.diag(by_blocks))
-    sigma = CAUTION * np.sqrt(np.maximum(variance, 0.0))
-    spread = {
-        (c.owner, c.name): (c, t, s)
-        for c, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)
-    }
-    out = []
-    for active in fit.at.effects:
-        parameters = {}
-        for name, value in active.values.items():
-            spec = active.effect.spec(name)
-            if (
-                spec.default is not None
-                and value == spec.default
-                and (active.effect.name, name) not in spread
-            ):
-                continue
-            parameters[name] = Parameter(
-                value=value,
-                unit=spec.unit,
-                interval90=_interval(spread, active.effect.name, name, value),
-            )
-        name = active.effect.name
-        out.append(EffectEntry(name=kind_of(name), parameters=parameters, place=place_of(name)))
-    return tuple(out)
-
-
-def _interval(
-    spread: dict[tuple[str, str], Any], owner: str, name: str, value: float
-) -> tuple[float, float] | None:
-    if (owner, name) not in spread:
-        return None
-    c, t, s = spread[(owner, name)]
-    form = OTHER_FORM["force" if "force" in c.moves else "flow"]
-    half = np.hypot(1.645 * s, form * (1.0 if c.log else abs(t)))
-    low, high = t - half, t + half
-    if c.log:
-        low, high = float(np.exp(low)), float(np.exp(high))
-    return float(max(min(low, value), c.low)), float(min(max(high, value), c.high))
-
-
 def as_json(d: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
     quantities = {q: d.errors.total(q) for q in ("force_n", "flow_m3_s")}
+    trials = {} if d.proof is None else trials_json(d.proof)
     return {
         "format": FORMAT,
         "rig": d.rig.name,
@@ -111,6 +60,20 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
         "error": {q: v for q, v in quantities.items() if v}
         | {"by_recording": d.errors.by_recording},
         "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
+        **({"goes_with": dict(d.verdict.goes_with)} if d.verdict.goes_with else {}),
+        **trials,
+    }
+
+
+def trials_json(proof: Proof) -> dict[str, Any]:
+    """Names that passed their trials (whatever the verdict), share of resampled rigs that would name each again, names
+    refused with the reason, errors of runs left out, N.
+    """
+    return {
+        "passed": list(proof.kept.names),
+        "repeated": dict(proof.repeated),
+        "refused": [{"name": name, "reason": why} for name, why in proof.refused.items()],
+        "error_of_runs_left_out_n": {k: dict(v) for k, v in proof.run_errors.items()},
     }
 
 

@@ -25,6 +25,17 @@ def white_noise(values: Array) -> float:
     return float(1.48 * np.median(second) / np.sqrt(6.0))
 
 
+def load_cell_noise_n(recording: Recording) -> float:
+    """Standard deviation of a load cell's noise: as declared, or else what is white in its column; 0 without one."""
+    reference, values = recording.header.reference_force, recording.reference_force_n
+    if reference is None or reference.kind != "load-cell" or values is None:
+        return 0.0
+    if reference.standard_deviation is None:
+        return white_noise(values)
+    step = (reference.resolution or 0.0) / np.sqrt(12.0)
+    return float(np.hypot(reference.standard_deviation, step))
+
+
 def smoothing_gain(rate_hz: float, width_s: float) -> float:
     """Standard deviation of white noise after Gaussian smoothing, per unit before."""
     return float(min(1.0, np.sqrt(1.0 / (2.0 * np.sqrt(np.pi) * max(width_s * rate_hz, 0.3)))))
@@ -56,11 +67,7 @@ def force_floor_n(
             noise += (white_noise(values) * area) ** 2
     if recording.actuator_force_n is not None:
         noise += white_noise(recording.actuator_force_n) ** 2
-    reference = recording.header.reference_force
-    if reference is not None and reference.kind == "load-cell":
-        noise += (reference.standard_deviation or 0.0) ** 2 + (
-            reference.resolution or 0.0
-        ) ** 2 / 12.0
+    noise += load_cell_noise_n(recording) ** 2
     size = np.sqrt(noise) * smoothing_gain(series.full_rate_hz, width_s)
     rng = np.random.default_rng(0)
     return np.asarray(encoder + size * rng.standard_normal(len(v)), dtype=np.float64)
@@ -152,10 +159,5 @@ def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
     # Where noise decides on which side of a set the force lies, the difference is the set's width, not noise.
     limit = 6.0 * 1.48 * float(np.median(np.abs(noise)))
     noise = np.clip(noise, -limit, limit)
-    reference = recording.header.reference_force
-    if reference is not None and reference.kind == "load-cell":
-        size = np.hypot(
-            reference.standard_deviation or 0.0, (reference.resolution or 0.0) / np.sqrt(12.0)
-        )
-        noise = noise + size * rng.standard_normal(len(noise))
+    noise = noise + load_cell_noise_n(recording) * rng.standard_normal(len(noise))
     return np.asarray(noise, dtype=np.float64)

@@ -6,22 +6,19 @@ the pressures' rates (with those, residual and terms together would reproduce th
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import of_residual
-from testbed.diagnosis.leg.fit import Fit, held_out, normal_equations
+from testbed.diagnosis.leg.fit import Fit, held_out
+from testbed.diagnosis.leg.linear_terms import RIDGE, with_terms
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
-from testbed.effects.fitting import Coordinate
 from testbed.estimation.leg.flow import edge_flow
 
 Array = npt.NDArray[np.float64]
 TERMS = ("in", "out", "in_2", "out_2", "position", "one", "pressure_a", "pressure_b", "late")
 """Of each chamber: metered in and out, their squares, along the stroke, constant, pressures, rate of metered flow."""
-RIDGE = 1e-8
 
 
 def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
@@ -31,35 +28,11 @@ def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
     if "flow" not in fit.residual:
         return 0.0, 0.0
     columns = np.concatenate([_columns(s) for s in problem.series])
-    columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-30)
-    extra = tuple(
-        Coordinate("flow", f"{name}_{chamber}", 0.0, -1.0, 1.0, 1.0, moves=("flow",))
-        for chamber in "ab"
-        for name in TERMS
-    )
-    jacobian = {
-        c: np.hstack([j, columns if c == "flow" else np.zeros((len(j), len(extra)))])
-        for c, j in fit.jacobian.items()
-    }
-    more = replace(
-        fit, coordinates=fit.coordinates + extra, theta=np.append(fit.theta, np.zeros(len(extra)))
-    )
-    more = _stepped(problem, replace(more, jacobian=jacobian))
+    names = [f"{name}_{chamber}" for chamber in "ab" for name in TERMS]
+    more = with_terms(problem, fit, "flow", names, columns)
     before = of_residual(problem, {"flow": held_out(problem, fit)["flow"]})
     after = of_residual(problem, {"flow": held_out(problem, more, RIDGE)["flow"]})
     return after.gain_over(before, after), after.largest_fall(before)
-
-
-def _stepped(problem: Problem, fit: Fit) -> Fit:
-    """The fit after one linear step: exact for the terms, which are linear."""
-    h, g, unit = normal_equations(problem, fit)
-    ridge = RIDGE * max(float(np.trace(h)) / len(unit), 1.0) * np.eye(len(unit))
-    step = -np.linalg.solve(h + ridge, g) * unit
-    return replace(
-        fit,
-        theta=fit.theta + step,
-        residual={c: r + fit.jacobian[c] @ step for c, r in fit.residual.items()},
-    )
 
 
 def _columns(s: Series) -> Array:

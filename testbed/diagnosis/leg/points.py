@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,9 @@ from testbed.estimation.leg.flow import Edge
 from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
-FRICTION, NUISANCE, ZERO = "friction", "nuisance", "zero"
-"""Owners of coordinates that are no effects: equation (5), a valve's edge, the sensors' common zero."""
+FRICTION, NUISANCE, ZERO, DECLARED = "friction", "nuisance", "zero", "declared"
+"""Owners of coordinates that are no effects: equation (5), a valve's edge, the sensors' common zero, and how far a
+declared number is off, as a share of it (its name is the number's)."""
 FRICTION_NAMES = tuple(Friction.model_fields)
 STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
 """Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of retraction."""
@@ -52,18 +53,24 @@ class Point:
     effects: tuple[Active, ...]
     zero_n: float = 0.0
     """Of the sensors together, as a force downwards; see base_models.ZERO_FORCE."""
+    off: Mapping[str, float] = field(default_factory=dict)
+    """Declared number -> share by which the machine's is larger; see base_models.within_tolerance."""
 
     def model(self, base: LegModel) -> LegModel:
-        """The base model with this friction and zero, and no effect of these."""
+        """The base model with this friction, this zero and these declared numbers, and no effect of these."""
         changes: dict[str, Any] = {"friction": self.friction}
         if self.zero_n != 0.0:
             changes["force_offset_n"] = base.force_offset_n + self.zero_n
+        if self.off:
+            declared = {name: getattr(base.known, name) for name in self.off}
+            used = {name: value * (1.0 + self.off[name]) for name, value in declared.items()}
+            changes["known"] = base.known.model_copy(update=used)
         return base.model_copy(update=changes)
 
 
 def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Point:
     """The objects at a parameter vector (fitted units); what is not fitted comes from `fixed`."""
-    friction, zero = dict(fixed.friction), fixed.zero_n
+    friction, zero, off = dict(fixed.friction), fixed.zero_n, dict(fixed.off)
     edge = {
         "gain": fixed.edge.gain,
         "smooth_pa": fixed.edge.smooth_pa,
@@ -79,10 +86,12 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
             edge[c.name] = number
         elif c.owner == ZERO:
             zero = number
+        elif c.owner == DECLARED:
+            off[c.name] = number
         else:
             values.setdefault(c.owner, {})[c.name] = number
     effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
-    return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero)
+    return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero, off)
 
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:
@@ -102,6 +111,8 @@ def restarted(c: Coordinate, at: Point) -> Coordinate:
         value = float(getattr(at.edge, c.name))
     elif c.owner == ZERO:
         value = at.zero_n
+    elif c.owner == DECLARED:
+        value = at.off[c.name]
     else:
         value = next(a.values[c.name] for a in at.effects if a.effect.name == c.owner)
     return replace(c, start=float(np.clip(value, c.low, c.high)))

@@ -139,13 +139,17 @@ class Problem:
     def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
         """The balance without friction of every series; kept while only friction is varied."""
         key = (
-            id(model.known),
+            id(self.base),
+            model.known.bore_m,
+            model.known.moving_mass_kg,
             model.force_offset_n,
             [(a.effect.name, dict(a.values)) for a in effects],
         )
         if self._balanced is None or self._balanced[0] != key:
             found = []
             for signals in self._signals(effects):
+                if model.known is not self.base.known:  # declared numbers within their tolerance
+                    signals = signals.with_(known=model.known)
                 terms = force_terms(model, signals, effects)
                 found.append((signals, terms, without_friction_n(signals, terms)))
             self._balanced = (key, found)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +48,8 @@ class Series:
     block: npt.NDArray[np.int64]
     velocity_noise_m_s: Array
     acceleration_noise_m_s2: Array
+    extra: Mapping[str, Array] = field(default_factory=dict)
+    """What rides along, smoothed like every channel."""
 
     def declared(self, known: Known) -> Series:
         """The same series with other declared numbers."""
@@ -180,4 +182,5 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         block=block,
         velocity_noise_m_s=noise_v[::step],
         acceleration_noise_m_s2=noise_a[::step],
+        extra={name: smooth(even(v), width)[::step] for name, v in recording.extra.items()},
     )

@@ -3,22 +3,25 @@
 For legs with declared sensors and valve the probabilities come from `probabilities`, whose numbers are fitted on rigs of the
 independent reference leg (`testbed evaluate-diagnosis` judges on others); no number was fitted to an outside recording.
 Three constants of the balances were chosen on outside rigs, which are therefore no blind test of them: the orifice's
-smoothing (0.5 bar), the command's lead (0.75 sample), the pre-sliding travel (0.12 mm). For measured benches, which
-declare less, the numbers below are set by hand: probabilities there are not calibrated. A leg of the robot has its own
-(`diagnosis.robot.probabilities`).
+smoothing (0.5 bar), the command's lead (0.75 sample), the pre-sliding travel (0.12 mm). Benches and drives, which
+declare less, have numbers of their own (`bench_probabilities`) and every name on trial (`proof`); so has a leg of the
+robot (`diagnosis.robot.probabilities`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
-import numpy as np
-
+from testbed.diagnosis.leg import bench_probabilities as bench
+from testbed.diagnosis.leg.alike import alike
 from testbed.diagnosis.leg.probabilities import calibration, distribution
+from testbed.diagnosis.leg.proof import Proof, trial, worse_than
+from testbed.diagnosis.leg.resampled import Names, wins
 from testbed.diagnosis.leg.search import Candidate, Search
 from testbed.diagnosis.leg.signs import signs
 from testbed.diagnosis.leg.unexplained import Unexplained
+from testbed.recording.leg_model import LegModel
 
 TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
 """Log-likelihood that counts as one unit of belief between rival sets: the noise's model is not exact."""
@@ -34,45 +37,71 @@ class Verdict:
     chosen: Candidate
     hypotheses: tuple[tuple[tuple[str, ...], float], ...]
     ambiguous: dict[str, tuple[str, ...]]
+    goes_with: Mapping[str, float] = field(default_factory=dict)
+    """Channels that ride along and go with what has no name -> share by which they lower the residual."""
 
     def probability(self, name: str) -> float:
         """Probability that the effect is there: of all sets that hold it."""
         return float(sum(p for names, p in self.hypotheses if name in names))
 
 
-def _logistic(x: float) -> float:
-    return float(1.0 / (1.0 + np.exp(-np.clip(x, -30.0, 30.0))))
+def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
+    """The distribution over sets and the verdict on a leg with declared sensors and valve.
 
-
-def presence(gain: float, fall: float) -> float:
-    """Probability that an effect is there at all: held-out gain, and how far it lowers some group's noise."""
-    g, f = np.log(max(gain, 0.1)), np.log(max(fall, 1e-4))
-    least, falls = 25.0, 0.04
-    return _logistic(2.0 * (g - np.log(least)) + 4.0 * (f - np.log(falls)))
-
-
-def second(gain: float, fall: float, first_gain: float) -> float:
-    """Probability of one more effect beside those already named.
-
-    What a strong first effect's own formula leaves over looks like a small second one: that has to be exceeded.
+    A name whose interval contains zero, that a resampled rig would not name, or with which the foot's force is predicted
+    worse than by the `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
+    their recordings: each of a leg's is a motion of its own kind.
     """
-    g, f = np.log(max(gain, 0.1)), np.log(max(fall, 1e-4))
-    start = np.log(60.0 + 0.01 * max(first_gain, 0.0))
-    return _logistic(1.5 * (g - start) + 4.0 * (f - np.log(0.3)))
+    weights = distribution(signs(state, found), calibration())
+    verdict, won = verdict_of(state, weights), wins(state, recordings_too=False)
+    while verdict.kind == "effect":
+        names = verdict.chosen.names
+        failed = [n for n in names if trial(state, verdict.chosen, n, won).failed]
+        if not failed and worse_than(state, verdict.chosen, identified):
+            failed = list(names)
+        if not failed:
+            return replace(verdict, ambiguous=_with_alike(state, verdict))
+        weights = _without(state, weights, frozenset(failed))
+        verdict = verdict_of(state, weights)
+    return verdict
 
 
-NAMED, NOTHING = 0.05, 0.2
-"""Probability that a bench's finding, or its silence, hides something without a name: it declares no sensors, so how
-small its residual could be is not known."""
+def _without(
+    state: Search, weights: Mapping[tuple[str, ...], float], failed: Names
+) -> dict[tuple[str, ...], float]:
+    """The weights with those of sets that hold a failed name given to the sets without it, where those were tried, or
+    else to none.
+    """
+    out: dict[tuple[str, ...], float] = {}
+    for names, weight in weights.items():
+        left = tuple(n for n in names if n not in failed)
+        if left != ("unnamed",) and frozenset(left) not in state.tried:
+            left = ()
+        out[left] = out.get(left, 0.0) + weight
+    return out
 
 
-def decide(state: Search, found: Unexplained) -> Verdict:
-    """The distribution over sets and the verdict."""
-    if state.problem.kind == "vertical-leg":
-        return verdict_of(state, distribution(signs(state, found), calibration()))
-    missing = NAMED if state.best and state.best.names else NOTHING
-    weights = {names: w * (1.0 - missing) for names, w in _weights(state).items()}
-    return verdict_of(state, {**weights, ("unnamed",): missing})
+def _with_alike(state: Search, verdict: Verdict) -> dict[str, tuple[str, ...]]:
+    """Rivals near in gain, and whatever adds the same force along these motions."""
+    return {
+        name: tuple(dict.fromkeys((*rivals, *alike(state, verdict.chosen, name))))
+        for name, rivals in verdict.ambiguous.items()
+    }
+
+
+def decide_on_bench(
+    state: Search, found: Unexplained, proof: Proof, goes_with: Mapping[str, float]
+) -> Verdict:
+    """The same on a bench or a drive, of names that passed their trials.
+
+    `goes_with`: channel that rides along -> share by which it lowers what those names leave.
+    """
+    told = bench.signs(state, proof, found, max(goes_with.values(), default=0.0))
+    weights = bench.distribution(told, proof.kept.names, bench.calibration())
+    verdict = verdict_of(state, weights)
+    if verdict.kind != "effect":
+        return replace(verdict, goes_with=goes_with if verdict.kind == "unnamed" else {})
+    return replace(verdict, ambiguous=_with_alike(state, verdict))
 
 
 def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdict:
@@ -84,31 +113,6 @@ def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdi
         return Verdict("unnamed", state.refit, tuple(ranked), {})
     chosen = next(c for c in state.tried.values() if frozenset(c.names) == frozenset(top))
     return Verdict("effect" if top else "none", chosen, tuple(ranked), _ambiguous(state, chosen))
-
-
-def _weights(state: Search) -> dict[tuple[str, ...], float]:
-    """Weights of the sets that were tried: presence of a first effect, of a second, and rivalry within each size."""
-    singles = [c for c in state.tried.values() if len(c.names) == 1]
-    if not singles:
-        return {(): 1.0}
-    first = max(singles, key=state.gain)
-    kind = state.problem.kind
-    some = presence(state.gain(first), state.fall(first, state.refit))
-    out: dict[tuple[str, ...], float] = {(): 1.0 - some}
-    more = [c for c in state.tried.values() if len(c.names) > 1]
-    two = 0.0
-    if more:
-        best = max(more, key=state.gain)
-        fall = state.fall(best, first)
-        two = second(state.gain(best) - state.gain(first), fall, state.gain(first))
-    for group, share in ((singles, some * (1.0 - two)), (more, some * two)):
-        if not group or share <= 0.0:
-            continue
-        gains = np.array([state.gain(c) for c in group])
-        belief = np.exp(np.clip((gains - gains.max()) / TEMPERATURE[kind], -50.0, 0.0))
-        for c, b in zip(group, belief / belief.sum(), strict=True):
-            out[c.names] = out.get(c.names, 0.0) + share * float(b)
-    return out
 
 
 def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""Errors on recordings that nothing was fitted on: before, refit, after, and the floor of sensors and encoder."""
+"""Errors on recordings that nothing was fitted on: before, identify, refit, after, and the floor of the sensors."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
-STAGES = ("before", "refit", "after")
+STAGES = ("before", "identify", "refit", "after")
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def errors(
     models: Mapping[str, LegModel],
     with_flow: bool,
 ) -> Errors:
-    """Errors of the three models on `recordings` (their prepared `series` give the floor)."""
+    """Errors of the models of all STAGES on `recordings` (their prepared `series` give the floor)."""
     table: dict[str, dict[str, dict[str, float]]] = {}
     samples: dict[str, int] = {}
     for recording, s in zip(recordings, series, strict=True):

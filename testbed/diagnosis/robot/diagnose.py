@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.base_models import EDGE
+from testbed.diagnosis.leg.entries import entries_of
 from testbed.diagnosis.leg.evidence import FEWEST
-from testbed.diagnosis.leg.findings import entries_of
 from testbed.diagnosis.leg.fit import Fit, residuals, solve
 from testbed.diagnosis.leg.hypotheses import LeftOut, available, narrowed
 from testbed.diagnosis.leg.points import Point, friction_coordinates, restarted

@@ -17,6 +17,8 @@ C_LOW, C_HIGH, C_COUNT = 1e-3, 5e-2, 50
 DRAWS, FEWEST = 3000, 400
 PRIOR_FACTOR = 3.0
 """Forces are expected within this many times the mean friction (one standard deviation): weak, but proper."""
+FADED = 3.0
+"""At so many Stribeck speeds its part has faded to a twentieth."""
 HUBER = 2.5
 MAX_LAG = 60
 
@@ -42,6 +44,8 @@ def fit_side(
 ) -> Side:
     """Fit rows (m,) of |v| > 0 and the friction force against it; a part left out is 0; draws are of all of (5)."""
     grid = np.geomspace(C_LOW, C_HIGH, C_COUNT)
+    # Below that the Stribeck part has faded before the slowest row: any size of it would fit.
+    grid = grid[grid >= min(float(np.quantile(speed_m_s, 0.02)) / FADED, C_HIGH)]
     scale = np.array([1.0 / max(float(speed_m_s.max()), 1e-3), 1.0, 1.0]) * max(
         float(np.mean(np.abs(force_n))), 1.0
     )

@@ -1,0 +1,190 @@
+"""The diagnosis on simulated benches and drives: `testbed lab bench-diagnosis`, and the fit of its few numbers.
+
+A law is a family: what is quoted of rigs with a law is said with numbers that were fitted on rigs without it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from testbed.benchmarks.diagnosis.bench_rigs import make_bench
+from testbed.benchmarks.diagnosis.scores import rate
+from testbed.benchmarks.harness import Answers, Benchmark, stored
+from testbed.diagnosis.leg.bench_probabilities import (
+    FILE,
+    BenchCalibration,
+    BenchSigns,
+    distribution,
+    signs,
+)
+from testbed.diagnosis.leg.diagnose import diagnose
+from testbed.formats.files import check_file, write_text
+from testbed.report.tables import Table
+
+Trial = dict[str, Any]
+FIRST_SEED = 500
+"""Seeds below are those that the numbers were fitted on."""
+RIDGE = 0.002
+"""Weight of a squared weight against the mean loss of a rig."""
+
+
+def trial(seed: int) -> Trial:
+    """One rig: what was hidden, what was said, and the signs that it was said from."""
+    rig, hidden = make_bench(seed)
+    began = time.perf_counter()
+    found = diagnose(rig)
+    assert found.proof is not None
+    companion = max(found.companions.values(), default=0.0)
+    told = signs(found.state, found.proof, found.found, companion)
+    return {
+        "seed": seed,
+        "rig": rig.kind,
+        **vars(hidden),
+        "seconds": time.perf_counter() - began,
+        "kept": list(found.proof.kept.names),
+        "signs": told.as_json(),
+        "verdict": found.verdict.kind,
+        "names": [entry.name for entry in found.entries],
+        "goes_with": dict(found.verdict.goes_with),
+        "probability": found.verdict.hypotheses[0][1],
+        "error": found.errors.total("force_n"),
+    }
+
+
+@dataclass(frozen=True)
+class BenchTest(Benchmark[int]):
+    """`rigs` benches and drives of consecutive seeds."""
+
+    name = "bench_evaluation"
+    noun = "rigs"
+    rigs: int = 60
+    first_seed: int = FIRST_SEED
+
+    def cases(self) -> Mapping[str, int]:
+        """The seeds."""
+        return {str(seed): seed for seed in range(self.first_seed, self.first_seed + self.rigs)}
+
+    def work(self, case: int) -> Trial:
+        """See `trial`."""
+        return trial(case)
+
+    def summarise(self, answers: Answers) -> dict[str, Any]:
+        """Shares of right verdicts."""
+        return shares(list(answers.values()))
+
+    def tables(self, result: dict[str, Any]) -> Sequence[Table]:
+        """One table."""
+        rows = [
+            [k, f"{v['right']} of {v['of']}", _span(v["interval90"])] for k, v in result.items()
+        ]
+        heads = ["what is in the rig", "verdict right", "90 % interval"]
+        return [Table("Diagnosis of simulated benches and drives", heads, rows)]
+
+
+def right(t: Trial) -> bool:
+    """Whether the verdict is what is there: of a listed effect, its name and no other."""
+    if t["kind"] == "listed":
+        return bool(t["names"] == [t["law"]])
+    return bool(t["verdict"] == {"outside": "unnamed", "clean": "none"}[t["kind"]])
+
+
+def shares(trials: Sequence[Trial]) -> dict[str, Any]:
+    """Kind of rig and of what is in it -> how many verdicts are right, of how many, with Wilson's interval."""
+    out: dict[str, Any] = {}
+    for rig in ("drive", "cylinder"):
+        for kind in ("outside", "listed", "clean"):
+            told = [right(t) for t in trials if t["rig"] == rig and t["kind"] == kind]
+            if told:
+                out[f"{rig}, {kind}"] = {"right": sum(told), **rate(told)}
+    return out
+
+
+def _span(share: Mapping[str, float]) -> str:
+    return f"{100 * share['low95']:.0f} to {100 * share['high95']:.0f} %"
+
+
+def fit(trials: Sequence[Trial]) -> BenchCalibration:
+    """A ridge regression, and how often names are wrong that passed their trials where names cover what is there."""
+    rows = [BenchSigns.from_json(t["signs"]).of_unnamed() for t in trials]
+    proven = [t for t in trials if t["kind"] != "outside" and t["kept"]]
+    wrong = sum(t["kept"] != [t["law"]] for t in proven)
+    return BenchCalibration(
+        _regression(rows, [t["kind"] == "outside" for t in trials]),
+        (wrong + 1.0) / (len(proven) + 2.0),
+    )
+
+
+def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dict[str, float]:
+    """Weights of a logistic regression, signs in their own units; the constant `one` is not held back."""
+    from scipy.optimize import minimize
+
+    names = list(rows[0])
+    x = np.array([[row[name] for name in names] for row in rows])
+    size = np.maximum(np.abs(x).max(axis=0), 1e-9)
+    sign = np.where(np.array(yes), 1.0, -1.0)
+    held = np.array([name != "one" for name in names])
+
+    def loss(w: Any) -> float:
+        fits = np.logaddexp(0.0, -sign * (x / size @ w))
+        return float(np.mean(fits) + RIDGE * np.sum(w[held] ** 2) / len(names))
+
+    w = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
+    return dict(zip(names, map(float, w), strict=True))
+
+
+def restated(t: Trial, c: BenchCalibration) -> Trial:
+    """The trial with the verdict that other numbers would give."""
+    found = distribution(BenchSigns.from_json(t["signs"]), tuple(t["kept"]), c)
+    top, probability = max(found.items(), key=lambda item: item[1])
+    verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
+    names = list(top) if verdict == "effect" else []
+    return {**t, "verdict": verdict, "names": names, "probability": probability}
+
+
+def left_out(trials: Sequence[Trial]) -> list[Trial]:
+    """Every rig restated by numbers fitted without its family: its law, or of clean rigs its sensor's noise."""
+
+    def family(t: Trial) -> str:
+        return str(t["law"] or t["noise"])
+
+    out = []
+    for one in sorted({family(t) for t in trials}):
+        numbers = fit([t for t in trials if family(t) != one])
+        out += [restated(t, numbers) for t in trials if family(t) == one]
+    return out
+
+
+def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
+    """Fit on all rigs of these folders, judge with families left out, write (the shipped file if None)."""
+    out = check_file(out or FILE)
+    trials = [t for folder in folders for t in stored(folder)]
+    numbers, judged = fit(trials), left_out(trials)
+    stated = float(np.mean([t["probability"] for t in judged]))
+    row = {
+        "fitted_by": "testbed lab fit-bench-diagnosis DIR, DIR of testbed lab bench-diagnosis",
+        "rigs": len(trials),
+        "seeds": f"{min(t['seed'] for t in trials)}-{max(t['seed'] for t in trials)}",
+        "families_left_out_in_turn": {
+            k: f"{v['right']} of {v['of']}" for k, v in shares(judged).items()
+        },
+        "right_and_stated": [
+            round(float(np.mean([right(t) for t in judged])), 3),
+            round(stated, 3),
+        ],
+        "unnamed": _rounded(numbers.unnamed),
+        "stray": round(numbers.stray, 4),
+    }
+    text = yaml.safe_dump(row, sort_keys=False)
+    write_text(out, text)
+    return text
+
+
+def _rounded(weights: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(f"{value:.4g}") for name, value in weights.items()}

@@ -1,0 +1,65 @@
+"""What this data cannot tell apart: names, and declared numbers, whose forces along these motions are the same.
+
+Two explanations are alike where what the one adds to the force can be made by the other, friction and the rest of the
+model giving way to both: their sensitivities are collinear once what all models share is projected out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from testbed.diagnosis.leg.fit import Fit, weights
+from testbed.diagnosis.leg.points import DECLARED
+from testbed.diagnosis.leg.problem import Array, Problem
+from testbed.diagnosis.leg.search import Candidate, Search
+
+COLLINEAR = 0.95
+"""Correlation of what two explanations add to the force from which they count as the same."""
+
+
+def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
+    """Names, and `declared.<number>`, that could stand in the place of one name of the chosen set."""
+    problem, fit = state.problem, chosen.fit
+    owners = {c.owner for c in fit.coordinates} - {name, DECLARED}
+    shared = _columns(problem, fit, owners)
+    added = _without(_columns(problem, fit, {name}), shared)
+
+    def same(other: Array) -> bool:
+        return _reach(added, _without(other, shared)) > COLLINEAR
+
+    numbers = [c.name for c in fit.coordinates if c.owner == DECLARED]
+    found = [f"{DECLARED}.{n}" for n in numbers if same(_columns(problem, fit, {DECLARED}))]
+    rest = frozenset(chosen.names) - {name}
+    for names, rival in state.tried.items():
+        others = names - rest
+        if len(names) == len(chosen.names) and rest < names and len(others) == 1:
+            (other,) = others
+            if other != name and same(_columns(problem, rival.fit, {other})):
+                found.append(other)
+    return tuple(found)
+
+
+def _columns(problem: Problem, fit: Fit, owners: Collection[str]) -> Array:
+    """Weighted sensitivities of the force to the coordinates of some owners, shape (bins, k)."""
+    weight = weights(problem, {"force": fit.residual["force"]}, fit.scale)["force"]
+    chosen = [j for j, c in enumerate(fit.coordinates) if c.owner in owners]
+    unit = np.array([fit.coordinates[j].scale for j in chosen])
+    return np.asarray(fit.jacobian["force"][:, chosen] * unit * weight[:, None])
+
+
+def _without(columns: Array, shared: Array) -> Array:
+    """The columns less what the shared ones can make of them."""
+    if not shared.size:
+        return columns
+    return np.asarray(columns - shared @ np.linalg.lstsq(shared, columns, rcond=1e-8)[0])
+
+
+def _reach(added: Array, other: Array) -> float:
+    """Correlation, 0 to 1, between what is added (bins, k) and its best imitation by other columns (bins, m)."""
+    size = float(np.sum(added**2))
+    if not other.size or size <= 0.0:
+        return 0.0
+    imitated = added - _without(added, other)
+    return float(np.sqrt(np.sum(imitated**2) / size))

@@ -1,0 +1,136 @@
+"""From signs to a distribution over sets of names, for benches and drives, which declare little of themselves.
+
+One question, a logistic regression on a few signs of the names that are left after their trials (`proof`):
+
+    P(no name covers what is there) = L(unnamed)
+    P(this set | a name would cover it) = (1 - stray) * share of the bootstrap's draws that it wins, P(none) = stray;
+    P(none | a name would cover it) = 1 where no name passed its trials
+
+The numbers are in `bench_calibration.yaml`, with the simulated rigs they were fitted on and how well they do on kinds of
+law that were left out; `testbed lab fit-bench-diagnosis` fits them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from testbed.diagnosis.leg.entries import memory_of
+from testbed.diagnosis.leg.proof import Proof
+from testbed.diagnosis.leg.runs import overall
+from testbed.diagnosis.leg.search import Search
+from testbed.diagnosis.leg.unexplained import Unexplained
+
+FILE = Path(__file__).with_name("bench_calibration.yaml")
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BenchSigns:
+    """What a verdict on a bench rests on.
+
+    `excess`: force residual over the sensors' floor, mean of the recordings' logarithms; `memory`: its correlation
+    time, bins; `closed`: logarithm of the error of runs left out, by `identify` over with the names that are left;
+    `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit; `repeated`: least
+    share of draws of one of them; `companion`: share by which a channel that rides along lowers what they leave;
+    `shares`: set of names -> share of draws.
+    """
+
+    excess: float
+    memory: float
+    closed: float
+    generic_gain: float
+    generic_fall: float
+    gain: float
+    repeated: float
+    companion: float
+    shares: tuple[tuple[Names, float], ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain dictionaries and lists."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> BenchSigns:
+        """The signs that `as_json` wrote."""
+        return cls(**{**row, "shares": tuple((tuple(n), float(p)) for n, p in row["shares"])})
+
+    def of_unnamed(self) -> dict[str, float]:
+        """What tells that no name covers what is there."""
+        return {
+            "one": 1.0,
+            "excess": self.excess,
+            "memory": float(np.log(self.memory)),
+            "closed": self.closed,
+            "generic": float(np.log(max(self.generic_gain, 1.0))),
+            "fall": self.generic_fall,
+            "companion": self.companion,
+        }
+
+
+@dataclass(frozen=True)
+class BenchCalibration:
+    """`unnamed`: sign -> weight; `stray`: share of wrong names among those that passed their trials."""
+
+    unnamed: Mapping[str, float]
+    stray: float
+
+
+@cache
+def calibration() -> BenchCalibration:
+    """The numbers that this version ships."""
+    import yaml
+
+    row = yaml.safe_load(FILE.read_text())
+    return BenchCalibration(row["unnamed"], float(row["stray"]))
+
+
+def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
+    """The signs of a finished search whose names have been tried."""
+    excess = [np.log(max(v, 1.0)) for v in found.excess_best.values()]
+    shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
+    return BenchSigns(
+        excess=float(np.mean(excess)) if excess else 0.0,
+        memory=memory_of(proof.kept.evidence),
+        closed=float(
+            np.log(overall(proof.run_errors["identify"]) / overall(proof.run_errors["after"]))
+        ),
+        generic_gain=found.generic_gain,
+        generic_fall=found.generic_fall,
+        gain=state.gain(proof.kept),
+        repeated=min(proof.repeated.values(), default=0.0),
+        companion=companion,
+        shares=tuple(shares.items()),
+    )
+
+
+def answer(signs_of_question: Mapping[str, float], weights: Mapping[str, float]) -> float:
+    """A logistic regression's probability of a yes."""
+    total = sum(weights[name] * value for name, value in signs_of_question.items())
+    return float(1.0 / (1.0 + np.exp(-np.clip(total, -30.0, 30.0))))
+
+
+def distribution(s: BenchSigns, kept: Names, c: BenchCalibration) -> dict[Names, float]:
+    """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers.
+
+    Of a set that wins draws only the names count that are `kept`.
+    """
+    missing = answer(s.of_unnamed(), c.unnamed)
+    sets: dict[Names, float] = {}
+    for names, share in s.shares:
+        left = tuple(name for name in kept if name in names)
+        if left:
+            sets[left] = sets.get(left, 0.0) + share
+    total = sum(sets.values())
+    out: dict[Names, float] = {
+        ("unnamed",): missing,
+        (): (1.0 - missing) * (c.stray if sets else 1.0),
+    }
+    for names, share in sets.items():
+        out[names] = (1.0 - missing) * (1.0 - c.stray) * share / total
+    return out

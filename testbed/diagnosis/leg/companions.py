@@ -1,0 +1,57 @@
+"""Channels that ride along (a current, a temperature): does what no name explains go with one of them?
+
+Each is offered as a force of its own, as friction in the direction of motion and as a viscous force. It counts where
+recordings that it was not fitted on are predicted better; what it means is for the reader to say.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from testbed.diagnosis.leg.evidence import of_residual
+from testbed.diagnosis.leg.fit import Fit, held_out
+from testbed.diagnosis.leg.linear_terms import RIDGE, with_terms
+from testbed.diagnosis.leg.problem import Array, Problem
+from testbed.diagnosis.leg.series import Series
+
+SLOW_M_S = 2e-3
+LEAST_FALL = 0.1
+"""Share by which a channel has to lower the residual of what is held out to be spoken of."""
+TERMS = ("force", "friction", "viscous")
+
+
+def companions(problem: Problem, fit: Fit) -> dict[str, float]:
+    """Channel -> share by which it lowers the held-out force residual, the largest first; those above LEAST_FALL."""
+    names = set.intersection(*(set(s.extra) for s in problem.series))
+    falls = {name: _fall(problem, fit, name) for name in sorted(names)}
+    told = sorted(falls.items(), key=lambda item: -item[1])
+    return {name: fall for name, fall in told if fall > LEAST_FALL}
+
+
+def _fall(problem: Problem, fit: Fit, name: str) -> float:
+    values = np.concatenate([s.extra[name] for s in problem.series])
+    middle, spread = float(np.mean(values)), float(np.std(values))
+    if spread <= 1e-9 * max(abs(middle), 1.0):
+        return 0.0
+    columns = np.concatenate(
+        [_columns(s, (s.extra[name] - middle) / spread) for s in problem.series]
+    )
+    more = with_terms(problem, fit, "force", [f"{name} as {term}" for term in TERMS], columns)
+    return 1.0 - _size(problem, more, RIDGE) / _size(problem, fit)
+
+
+def _columns(s: Series, channel: Array) -> Array:
+    velocity = s.signals.velocity_m_s
+    direction = velocity / (np.abs(velocity) + SLOW_M_S)
+    mask = s.trusted & s.clear
+    terms = (channel, channel * direction, channel * velocity)
+    return np.stack([s.binned(term, mask)[0] for term in terms], axis=1)
+
+
+def _size(problem: Problem, fit: Fit, ridge: float = 1e-6) -> float:
+    """Typical scale of the held-out force residual, N."""
+    by_recording = len(problem.series) > 1
+    found = of_residual(
+        problem, {"force": held_out(problem, fit, ridge, by_recording=by_recording)["force"]}
+    )
+    return float(np.exp(np.mean(np.log(list(found.scale.values())))))

@@ -1,0 +1,199 @@
+"""Which of the names that a search found may be said: each has to pass three trials, and the set as a whole a fourth.
+
+1. The 90 % interval of its size excludes zero (and what the tolerance of a declared number would explain).
+2. With it, recordings left out are predicted better than by the best identified model without it.
+3. A repeat of the rig would name it again: it is in the best set of at least REPEATED of the bootstrap's draws.
+4. No recording left out is predicted worse than `identify` predicts it, by more than WORSE.
+
+A name that fails is taken out, the least repeated first, and the others are tried again. One whose size is unknown
+because further shapes stand beside it is tried with the plain law of its name first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from testbed.diagnosis.leg.entries import entries_of, memory_of
+from testbed.diagnosis.leg.evidence import evidence, of_residual
+from testbed.diagnosis.leg.fit import Fit, block_covariance, held_out, solve
+from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.resampled import Names, share_of, wins
+from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
+from testbed.diagnosis.leg.search import Candidate, Search
+from testbed.effects import by_name
+from testbed.estimation.friction.undeclared import MOST
+from testbed.recording.axis import Recording
+from testbed.recording.leg_model import EffectEntry, LegModel
+
+REPEATED = 0.8
+BETTER, WORSE = 0.99, 1.02
+"""To what share of the error without it a name has to bring the error of runs left out, and how much worse than
+`identify` a run may become."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One name before its trials: `repeated`, share of draws; `run_error`, of runs left out with it over without it."""
+
+    excludes_zero: bool
+    repeated: float
+    run_error: float | None = None
+
+    @property
+    def failed(self) -> str | None:
+        """In words why it is not said; None where it may be."""
+        if not self.excludes_zero:
+            return "its interval contains zero, or what a declared number's tolerance explains"
+        if self.repeated < REPEATED:
+            return f"only {100 * self.repeated:.0f} % of resampled rigs would name it"
+        if self.run_error is not None and self.run_error > BETTER:
+            return f"error of recordings left out: {self.run_error:.2f} of what it is without it"
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """The set that is left, `won` by share of draws, why others are not said, and the errors of runs left out.
+
+    `run_errors`: `identify`, `refit`, `after` -> run -> N.
+    """
+
+    kept: Candidate
+    won: Mapping[Names, float]
+    refused: Mapping[str, str] = field(default_factory=dict)
+    repeated: Mapping[str, float] = field(default_factory=dict)
+    run_errors: Mapping[str, RunErrors] = field(default_factory=dict)
+
+
+def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
+    """The names of the search's best set that pass their trials."""
+    runs = Runs.of(state.problem, recordings)
+    errors = _RunErrors(state, runs)
+    identified, refit = runs.identified(), errors.of(state.refit)
+    kept, refused = state.best or state.refit, {}
+    won = wins(state)
+    while kept.names:
+        trials = {name: trial(state, kept, name, won) for name in kept.names}
+        bent = [n for n, t in trials.items() if not t.excludes_zero and _shapes(kept, n)]
+        if bent:
+            kept = plain(state, kept, bent[0])
+            continue
+        if all(t.failed is None for t in trials.values()):
+            trials = {
+                name: replace(t, run_error=errors.without(kept, name, identified))
+                for name, t in trials.items()
+            }
+        failed = [name for name, t in trials.items() if t.failed is not None]
+        reasons = {name: trials[name].failed or "" for name in failed}
+        if not failed and worst_ratio(errors.of(kept), identified) > WORSE:
+            failed = list(kept.names)
+            reasons = dict.fromkeys(failed, "a recording left out is predicted worse than before")
+        if not failed:
+            break
+        out = min(failed, key=lambda name: trials[name].repeated)
+        refused[out] = reasons[out]
+        kept = without(state, kept, out)
+    return Proof(
+        kept,
+        won,
+        refused,
+        {name: share_of(name, won) for name in kept.names},
+        {"identify": identified, "refit": refit, "after": errors.of(kept)},
+    )
+
+
+@dataclass(eq=False)
+class _RunErrors:
+    """Errors of runs left out, each set of names reckoned once."""
+
+    state: Search
+    runs: Runs
+    known: dict[Names, RunErrors] = field(default_factory=dict)
+
+    def of(self, candidate: Candidate) -> RunErrors:
+        names = frozenset(candidate.names)
+        if names not in self.known:
+            self.known[names] = self.runs.errors(candidate.fit)
+        return self.known[names]
+
+    def without(self, candidate: Candidate, name: str, identified: RunErrors) -> float:
+        """Overall error with all names, over that of the better of `identify` and of the set without one of them."""
+        rest = self.of(without(self.state, candidate, name))
+        return overall(self.of(candidate)) / max(min(overall(rest), overall(identified)), 1e-12)
+
+
+def worse_than(state: Search, candidate: Candidate, identified: LegModel) -> bool:
+    """Whether the force of blocks left out is worse with a set than as identified; never where none of its names shows
+    in the force. Of a leg's recordings often only one shows an effect at all, so blocks are left out and not runs.
+    """
+    problem = state.problem
+    if not any("force" in by_name(name).seen_in for name in candidate.names):
+        return False
+    left_out = held_out(problem, candidate.fit)["force"]
+    residuals = left_out, problem.force(identified, problem.believed)
+    with_it, as_identified = (of_residual(problem, {"force": r}).rms for r in residuals)
+    return overall(with_it) > WORSE * overall(as_identified)
+
+
+def _shapes(candidate: Candidate, name: str) -> set[str]:
+    """The further shapes of one effect that were fitted."""
+    return {c.name for c in candidate.fit.coordinates if c.owner == name} & set(
+        by_name(name).shapes
+    )
+
+
+def plain(state: Search, candidate: Candidate, name: str) -> Candidate:
+    """The same set with the law of one name as it is written, without further shapes."""
+    shapes = _shapes(candidate, name)
+    at = candidate.fit.at
+    effects = tuple(
+        replace(a, values=a.effect.complete({k: v for k, v in a.values.items() if k not in shapes}))
+        if a.effect.name == name
+        else a
+        for a in at.effects
+    )
+    at = replace(at, effects=effects)
+    kept = [c for c in candidate.fit.coordinates if c.owner != name or c.name not in shapes]
+    fit = solve(state.problem, [restarted(c, at) for c in kept], at)
+    found = Candidate(candidate.names, fit, evidence(state.problem, fit))
+    state.tried[frozenset(found.names)] = found
+    return found
+
+
+def without(state: Search, candidate: Candidate, name: str) -> Candidate:
+    """The set less one name: as it was tried, or fitted now."""
+    rest = frozenset(candidate.names) - {name}
+    if rest not in state.tried:
+        at = replace(
+            candidate.fit.at,
+            effects=tuple(a for a in candidate.fit.at.effects if a.effect.name != name),
+        )
+        coordinates = [restarted(c, at) for c in candidate.fit.coordinates if c.owner != name]
+        fit = solve(state.problem, coordinates, at)
+        names = tuple(n for n in candidate.names if n != name)
+        state.tried[rest] = Candidate(names, fit, evidence(state.problem, fit))
+    return state.tried[rest]
+
+
+def trial(state: Search, kept: Candidate, name: str, won: Mapping[Names, float]) -> Trial:
+    """The trials of one name that take no refit."""
+    memory = memory_of(kept.evidence)
+    entries = entries_of(kept.fit, memory, block_covariance(state.problem, kept.fit))
+    (entry,) = [e for e in entries if e.name == name]
+    return Trial(_excludes_zero(state, kept.fit, entry), share_of(name, dict(won)))
+
+
+def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry) -> bool:
+    """Whether the size of an effect, its first parameter, is known to be none that the model has without it."""
+    effect = by_name(entry.name)
+    size = entry.parameters.get(effect.required[0])
+    if size is None or size.interval90 is None:
+        return True
+    low, high = size.interval90
+    number, known = effect.declared_as, state.problem.base.known
+    if number is not None and number in fit.at.off:  # together with what the tolerance took up
+        declared = float(getattr(known, number))
+        moved, most = declared * fit.at.off[number], MOST * declared * known.tolerance(number)
+        return low + moved > most or high + moved < -most
+    return low > 0.0 or high < 0.0

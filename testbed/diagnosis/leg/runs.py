@@ -1,0 +1,103 @@
+"""Prediction of whole recordings that nothing was fitted on: each of `identify` is left out in turn, and all refitted.
+
+Folds of blocks share their motion with what they are predicted from; a recording of another level or another motion
+does not. A rig with one recording is cut into QUARTERS of its time.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from testbed.diagnosis.leg.evidence import of_residual
+from testbed.diagnosis.leg.fit import Fit, solve
+from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.problem import Array, Problem
+from testbed.diagnosis.leg.series import Series, series_of
+from testbed.effects.base import Active
+from testbed.estimation.friction.identification import identify
+from testbed.recording.axis import Recording
+from testbed.recording.leg_model import LegModel
+
+QUARTERS = 4
+ITERATIONS = 12
+RunErrors = Mapping[Any, float]
+"""Recording left out -> root mean square of its force residual, N, single outliers clipped."""
+
+
+def runs_of(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """The recordings that are left out in turn: those there are, or the quarters of the only one."""
+    if len(recordings) > 1:
+        return tuple(recordings)
+    (whole,) = recordings
+    ends = np.linspace(0, len(whole), QUARTERS + 1).astype(int)
+    pairs = itertools.pairwise(ends)
+    return tuple(_cut(whole, slice(a, b), f"quarter {k + 1}") for k, (a, b) in enumerate(pairs))
+
+
+def _cut(whole: Recording, rows: slice, name: str) -> Recording:
+    values = {f.name: getattr(whole, f.name) for f in fields(whole)}
+    cut = {k: v[rows] for k, v in values.items() if isinstance(v, np.ndarray)}
+    extra = {k: v[rows] for k, v in whole.extra.items()}
+    return replace(whole, **cut, extra=extra, name=name)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """The recordings of a problem, each of which can be left out."""
+
+    problem: Problem
+    recordings: tuple[Recording, ...]
+    series: tuple[Series, ...]
+
+    @classmethod
+    def of(cls, problem: Problem, recordings: Sequence[Recording]) -> Runs:
+        """The runs of the recordings that a problem was made of."""
+        runs = runs_of(recordings)
+        return cls(problem, runs, series_of(runs, problem.base.known))
+
+    def errors(self, fit: Fit) -> RunErrors:
+        """Every run as predicted by the fit's form, refitted on the other runs."""
+        out = {}
+        for k, left_out in enumerate(self.series):
+            others = self._problem(*self.series[:k], *self.series[k + 1 :])
+            coordinates = [restarted(c, fit.at) for c in fit.coordinates]
+            at = solve(others, coordinates, fit.at, ITERATIONS).at
+            out[left_out.name] = self._error(left_out, at.model(others.base), at.effects)
+        return out
+
+    def identified(self) -> RunErrors:
+        """Every run as predicted by the published model that `identify` makes of the other runs."""
+        out = {}
+        for k, left_out in enumerate(self.series):
+            others = [r for r in (*self.recordings[:k], *self.recordings[k + 1 :])]
+            free = [r for r in others if r.is_free] or others
+            model = identify(free, self.recordings[k].known, self.problem.base.rig).model
+            out[left_out.name] = self._error(left_out, model, self.problem.believed)
+        return out
+
+    def _problem(self, *series: Series) -> Problem:
+        return Problem(series, self.problem.base, self.problem.with_flow, self.problem.believed)
+
+    def _error(self, series: Series, model: LegModel, effects: Sequence[Active]) -> float:
+        judged = self._problem(series)
+        residual: Array = judged.force(model, effects)
+        found = of_residual(judged, {"force": residual}).rms
+        if found:
+            return next(iter(found.values()))
+        counted = residual[judged.layout["force"].count > 0]
+        return float(np.sqrt(np.mean(counted**2))) if counted.size else 0.0
+
+
+def overall(errors: RunErrors) -> float:
+    """Root mean square over the runs, N: each counts alike."""
+    return float(np.sqrt(np.mean(np.square(list(errors.values())))))
+
+
+def worst_ratio(errors: RunErrors, against: RunErrors) -> float:
+    """Largest error of a run relative to the same run's in `against`."""
+    return max(e / max(against[run], 1e-12) for run, e in errors.items())
