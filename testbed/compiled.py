@@ -21,7 +21,7 @@ from typing import Any
 import numba
 
 PACKAGE = Path(__file__).parent
-WITHOUT = frozenset({"simulation", "envs", "report", "workflows", "cli", "data"})
+WITHOUT = frozenset({"simulation", "report", "workflows", "cli", "data"})
 """Rooms that hold nothing compiled and nothing that is compiled in; a change there compiles nothing."""
 KEPT = 8
 """Folders that are kept, those used last."""

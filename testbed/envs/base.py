@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import gymnasium
@@ -69,6 +70,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
     )
     """The action, index by index."""
+    weights: tuple[str, ...] = tuple(f.name for f in fields(Weights))
+    """Weights that the reward takes."""
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's own form)
 
     def __init__(
@@ -100,7 +103,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         )
         self._randomisation = named_set(randomisation)
         self._step_s = step_ms / 1000.0
-        self._weights = Weights(**dict(weights or {}))
+        self._weights = Weights.of(weights or {}, self.weights)
         load_scenario(
             scenario, self._overrides, duration=duration_s
         )  # a wrong argument is said now, not in reset

@@ -19,6 +19,8 @@ WAY_1_M = 100.0
 class ClimbEnv(RoboclimberEnv):
     """`Roboclimber/Climb-v0`: the scenario crawl_slope_30 as an environment."""
 
+    weights = ("friction_use", "lost", "effort", "end")
+
     def _begin(self, spec: Scenario) -> None:
         super()._begin(spec)
         slope = math.radians(spec.terrain.slope_deg)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.errors import InputError
 from testbed.recording.rows import XYZ
 
 Array = NDArray[np.float64]
@@ -100,6 +102,21 @@ class Weights:
     """Per mean square of the action."""
     end: float = 50.0
     """Once, when the run ends by falling, sliding or a broken rope."""
+
+    @classmethod
+    def of(cls, given: Mapping[str, float], taken: Sequence[str]) -> Weights:
+        """The weights with those `given`. Raises InputError for one that is not `taken`, or is no finite number."""
+        for name, value in given.items():
+            if name not in taken:
+                allowed = ", ".join(taken)
+                raise InputError(
+                    "would have no effect", field=f"weights.{name}", value=value, allowed=allowed
+                )
+            if not (isinstance(value, int | float) and math.isfinite(value)):
+                raise InputError(
+                    "cannot be used", field=f"weights.{name}", value=value, allowed="a number"
+                )
+        return cls(**given)
 
 
 def holding_reward(truth: Truth, action: Array, ended: bool, weights: Weights) -> float:

@@ -2,7 +2,7 @@
 
     dz/dt = v - k |v| z / g(v),   F = k z + d dz/dt + sigma v,   g(v) = F_c0 + F_s0 exp(-|v| / c_s)
 
-The rate v is held over a step, so z relaxes exponentially and the mean force has a closed form.
+Over a slide z depends on the way alone but for g, so it relaxes exponentially and the mean force has a closed form.
 """
 
 from __future__ import annotations
@@ -66,20 +66,17 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
 
 
 @njit_law(forceinline=True)
-def bristle_step(
-    z: float, v: float, dt: float, level_n: float, stiffness: float, damping: float
-) -> tuple[float, float]:
-    """The bristle over dt at constant v: new z (m) and the mean of its force (N), + against + v. Exact.
+def bend(z: float, way: float, longest: float) -> tuple[float, float]:
+    """The bristle z (m) after, and its mean over, an even slide by `way` (m); longest: level / stiffness, m. Exact.
 
-    Steady sliding gives exactly g sign(v); at rest z stays as it is, so that a stuck piston carries any load up to g
-    without creeping; |stiffness z| never passes max(g, its start).
+    dz = dx - |dx| z / longest: steady sliding ends at +-longest, and |z| never passes max(longest, its start).
     """
-    exponent = dt * stiffness * abs(v) / level_n
+    exponent = abs(way) / longest
     if exponent < 1e-6:
-        new = z + dt * v - exponent * z
-        return new, stiffness * 0.5 * (z + new) + damping * (new - z) / dt
-    new, mean = relax(z, math.copysign(level_n / stiffness, v), exponent)
-    return new, stiffness * mean + damping * (new - z) / dt
+        new = z + way - exponent * z
+        return new, 0.5 * (z + new)
+    new, mean = relax(z, math.copysign(longest, way), exponent)
+    return new, mean
 
 
 @njit_law(forceinline=True)
@@ -97,13 +94,21 @@ def dwell_step(
 
 @njit_law(forceinline=True)
 def friction_step(
-    s: Any, p: Any, rod: Any, place: float, pressures: float, thinning: float, dt: float
+    s: Any,
+    p: Any,
+    rod: Any,
+    skipped: float,
+    place: float,
+    pressures: float,
+    thinning: float,
+    dt: float,
 ) -> float:
     """Mean friction of one axis over dt, N, against + rate; bristle and dwell advance.
 
-    s: SealState; p: SealParameters; rod: what moves and loads it (`rate`, `load`, `side_load`); place: extension in
-    the middle of the step from the stroke's middle, share of the stroke; pressures: sum of both chambers' mean gauge
-    pressures, Pa; thinning: what scales the viscous part.
+    s: SealState; p: SealParameters; rod: what moves and loads it (`rate`, `load`, `side_load`); skipped: way that the
+    contact takes before the step, m (hydraulic_step); place: extension in the middle of the step from the stroke's
+    middle, share of the stroke; pressures: sum of both chambers' mean gauge pressures, Pa; thinning: what scales the
+    viscous part.
     """
     v = rod.rate
     speed = abs(v)
@@ -121,7 +126,13 @@ def friction_step(
         )
         fs += fc * aged
     level = stribeck_level(speed, fc, fs, way.stribeck_speed)
-    s.bristle, force = bristle_step(s.bristle, v, dt, level, p.bristle_stiffness, p.bristle_damping)
+    longest = level / p.bristle_stiffness
+    start, slide = s.bristle, skipped + dt * rod.rate
+    s.bristle, mean = bend(start, slide, longest)
+    bent = s.bristle - start
+    if skipped != 0.0:  # the mean is that of the step, which begins where the skipped way ends
+        mean += 0.5 * skipped * (bent / slide if slide != 0.0 else 1.0)
+    force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
     return float(force + way.viscous * thinning * v)
 
 

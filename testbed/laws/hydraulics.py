@@ -75,6 +75,7 @@ class AxisState(Record):
     force = quantity("N", "mean on the rod over the last step, + pushes out")
     friction = quantity("N", "mean over the last step, against + rate")
     end_force = quantity("N", "mean of cushions and stops over the last step, along + extension")
+    reached = quantity("m", "extension at the end of the last step")
     thinning = quantity("1", "viscous friction by the oil's temperature, share of the reference's")
 
 
@@ -154,20 +155,22 @@ def mean_of_nodes(values: Any) -> float:
 
 @njit_law(forceinline=True)
 def rod_force(
-    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, t: float, dt: float
+    axis: Any, p: Any, rod: Any, mean_a: float, mean_b: float, skipped: float, t: float, dt: float
 ) -> None:
     """Mean force and friction of one axis over dt into axis.force, .friction and .end_force.
 
-    mean_a, mean_b: mean pressures of its chambers, Pa absolute; axis.thinning is that of the step; t: its start, s.
+    mean_a, mean_b: mean pressures of its chambers, Pa absolute; skipped: way since the last step's end, m;
+    axis.thinning is that of the step; t: its start, s.
     """
     x, v = rod.extension, rod.rate
     place = (x + 0.5 * dt * v) / p.stroke - 0.5
     pressures = mean_a + mean_b - 2.0 * ATMOSPHERE_PA
-    friction = friction_step(axis.seal, p.seal, rod, place, pressures, axis.thinning, dt)
+    friction = friction_step(axis.seal, p.seal, rod, skipped, place, pressures, axis.thinning, dt)
     ends = end_force(p.ends, p.stroke, x, v, dt)
     force = mean_a * p.a.area - mean_b * p.b.area - (p.a.area - p.b.area) * ATMOSPHERE_PA
     axis.force = force + ends + extra_force(p.extra, x, v, t, dt) - friction
     axis.friction, axis.end_force = friction, ends
+    axis.reached = x + dt * v
 
 
 @njit_law
@@ -190,6 +193,7 @@ def hydraulic_step(
 
     axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one SupplyState and one
     PowerUnit. Leaves in axes[i].force the cylinder's mean force on its rod over dt, with friction and ends beside it.
+    An axis that does not start where its last step ended (`reached`) first goes there at constant oil: coupling.py.
     """
     n = axes.shape[0]
     h = dt / substeps
@@ -246,8 +250,11 @@ def hydraulic_step(
     rubbed = 0.0
     for i in range(n):
         mean_a, mean_b = mean_of_nodes(a[i]), mean_of_nodes(b[i])
-        rod_force(axes[i], params[i], given[i], mean_a, mean_b, supply.time, dt)
-        spent = dt * given[i].rate * (axes[i].friction - axes[i].end_force)
+        before = axes[i].friction - axes[i].end_force
+        skipped = given[i].extension - axes[i].reached
+        rod_force(axes[i], params[i], given[i], mean_a, mean_b, skipped, supply.time, dt)
+        braking = axes[i].friction - axes[i].end_force
+        spent = dt * given[i].rate * braking + 0.5 * skipped * (before + braking)
         rubbed += spent - kept_by_hoses(axes[i], params[i], work[i])
     sense(axes, params, a, b, h)
     end_supply(supply, unit, unit_work, returned, heat + rubbed, loss, dt)

@@ -47,6 +47,7 @@ def start_axes(
 
 def fill_chambers(axis: Any, p: Any, x: float) -> None:
     """Make oil, hoses, pipe and transducers of one AxisState agree with its pressures at extension x, m."""
+    axis["reached"] = x
     volumes = {
         "a": p["a"]["dead_volume"] + p["a"]["area"] * x,
         "b": p["b"]["dead_volume"] + p["b"]["area"] * (p["stroke"] - x),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 from testbed.errors import InputError
-from testbed.machine.model import shared_path
+from testbed.machine.model import Machine, shared_path
+from testbed.machine.names import AXES
 
 URDF, UNREAD = "the URDF", ""
 Rules = tuple[tuple[str, str], ...]
@@ -15,6 +16,12 @@ _BODIES = (
     r"|joints\.rotation\.(effort|velocity)_.*|legs\.((rotation|radial)_mass_kg|\w+_inertia_\w+)"
     r"|legs\.foot(_plate)?_radius_m"
 )
+_ARM = r"axes\.\w+_(radial|rotation)"
+_NO_LOAD: Rules = (
+    (rf"{_ARM}\.seal\.load_coefficient", UNREAD),
+    (r"axes\.\w+_rotation\.seal\.side_load_coefficient", UNREAD),
+)
+"""The load along a cylinder is a foot's, the load across it too: an arm feels the one, a turntable neither."""
 COMMON: Rules = (
     (_BODIES, URDF),
     (r"drill\.feed_n", "task.feed_n"),
@@ -39,8 +46,13 @@ WORLD: Rules = (
     (r"ground\.friction", "terrain.friction"),
     (r"ground\.stiffness_n_m", "terrain.stiffness_n_m"),
     (r"(control\..*)", r"model.parameters.\1"),
+    (r"power_unit\.tank_oil_m3", UNREAD),
+    *_NO_LOAD,
 )
-"""The same for the world alone: position loops are the electronics', which work with the model."""
+"""The same for the world alone: position loops are the electronics', which work with the model.
+
+The tank's content is only counted: what leaves it comes back, and no run can empty it.
+"""
 MODEL: Rules = (
     (r"rope\..*|drill\..*|rock\..*|drill_body\..*|legs\.hip_z_m", UNREAD),
     (r"seal\.bristle_damping_n_s_m|end_stop\.(stiffness|damping)_\w+", UNREAD),
@@ -49,6 +61,9 @@ MODEL: Rules = (
     (r"sensor\.(pressure_(noise|resolution)_pa|line_b_\w+|\w+_noise_\w+)", UNREAD),
     (r"sensor\.(transducer_bandwidth_hz|temperature_resolution_k)", UNREAD),
     (r"traction\.(stroke_m|annulus_area_m2|return_speed_m_s|clamp_s|seat_m)", UNREAD),
+    (rf"{_ARM}\.(oil\..*|valve\.(?!rated_flow).*|seal\.bristle_stiffness_n_m)", UNREAD),
+    (r"valve\.counterbalance_\w+", UNREAD),
+    *_NO_LOAD,
 )
 """The same for the model alone: what no estimator, no controller and no diagnosis reads."""
 SHARED_ONLY = re.compile(
@@ -66,7 +81,8 @@ def check_effective(path: str, value: object, believed: bool, file: object, sect
     if shared is not None and path.startswith("axes.") and SHARED_ONLY.fullmatch(shared):
         _refuse("all axes share it", shared, path, value, file, section)
     for pattern, ruler in (*COMMON, *(MODEL if believed else WORLD)):
-        if not (found := re.fullmatch(pattern, number)):
+        found = re.fullmatch(pattern, number) or re.fullmatch(pattern, path)
+        if found is None:
             continue
         if ruler == URDF:
             allowed = "another URDF in robot.urdf, or a load in robot.payload_kg"
@@ -75,6 +91,28 @@ def check_effective(path: str, value: object, believed: bool, file: object, sect
             _refuse("nothing reads it", "a number that is read", path, value, file, section)
         ruling = found.expand(ruler)
         _refuse(f"{ruling} rules it", ruling, path, value, file, section)
+
+
+OF_A_KIND: tuple[tuple[str, tuple[str, ...], int], ...] = (
+    (r"power_unit\.(load_sensing_\w+|standby_pressure_pa)", ("power_unit.supply_kind",), 1),
+    (r"power_unit\.unloading_band_pa", ("power_unit.supply_kind",), 2),
+    (r"(.*valve)\.counterbalance_\w+", (r"\1.holding_a", r"\1.holding_b"), 2),
+)
+"""Pattern of a number, the paths that say what kind of part it belongs to, and the kind that reads it."""
+
+
+def check_kind(path: str, value: object, machine: Machine, file: object, section: str) -> None:
+    """Raise InputError for a number of a kind of part that the machine does not have."""
+    for pattern, paths, kind in OF_A_KIND:
+        found = re.fullmatch(pattern, path)
+        if found is None:
+            continue
+        sayings = [found.expand(text) for text in paths]
+        if found.groups() and found[1] == "valve":  # an axis may have a kind of its own
+            sayings += [f"axes.{axis}.{text}" for axis in AXES for text in sayings]
+        if all(machine.quantity(text).value != kind for text in sayings):
+            ruling = f"{sayings[0]} = {kind}"
+            _refuse(f"only {ruling} reads it", ruling, path, value, file, section)
 
 
 def _refuse(why: str, allowed: str, path: str, value: object, file: object, section: str) -> None:

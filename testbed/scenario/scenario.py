@@ -15,7 +15,7 @@ from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.machine.ruled import check_effective
+from testbed.machine.ruled import check_effective, check_kind
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.machines import machines_of
@@ -155,6 +155,8 @@ def load_scenario(
     _check_one_supply(scenario.hydraulics, path)
     _check_effect(scenario.model.parameters, path, "model.parameters")
     truth = machines_of(scenario, path).truth
+    for number, value in scenario.hydraulics.parameters.items():
+        check_kind(number, value, truth, path, "hydraulics.parameters")
     _check_store(scenario, truth, path)
     _check_posture(scenario.robot, truth, path)
     return scenario

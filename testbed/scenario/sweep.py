@@ -116,21 +116,30 @@ def _check_grid(grid: Any, path: Path) -> None:
 
 
 def _check_paths(sweep: Sweep, path: Path) -> None:
-    """Refuse a change of what the file says elsewhere for every run: the run would not be made with it."""
-    elsewhere = {"seed": "seeds: the seeds of every run"}
+    """Refuse a change of what the file says elsewhere for every run: no run would be made with it."""
+    everywhere = {"seed": "seeds: the seeds of every run"}
     if sweep.duration_s is not None:
-        elsewhere["duration_s"] = "duration_s in one place, for all runs or here"
-    together = ((f"list.{k}", changes) for k, changes in enumerate(sweep.list))
-    for section, changes in (("set", sweep.set), ("grid", sweep.grid), *together):
-        for key in changes:
-            if key.strip() in elsewhere:
-                raise InputError(
-                    "would have no effect",
-                    file=path,
-                    field=f"{section}.{key}",
-                    value=changes[key],
-                    allowed=elsewhere[key.strip()],
-                )
+        everywhere["duration_s"] = "duration_s in one place, for all runs or here"
+    by_grid = dict.fromkeys(sweep.grid, "grid or here, not both")
+    in_every_entry = set.intersection(*(set(changes) for changes in sweep.list))
+    by_list = dict.fromkeys(in_every_entry, "list or here, not both")
+    _refuse("set", sweep.set, by_list | by_grid | everywhere, path)
+    _refuse("grid", sweep.grid, everywhere, path)
+    for number, changes in enumerate(sweep.list):
+        _refuse(f"list.{number}", changes, by_grid | everywhere, path)
+
+
+def _refuse(section: str, changes: Changes, elsewhere: dict[str, str], path: Path) -> None:
+    """Raise InputError for the first change whose path is ruled elsewhere."""
+    for key, value in changes.items():
+        if key.strip() in elsewhere:
+            raise InputError(
+                "would have no effect",
+                file=path,
+                field=f"{section}.{key}",
+                value=value,
+                allowed=elsewhere[key.strip()],
+            )
 
 
 def _combinations(sweep: Sweep) -> Iterator[Changes]:

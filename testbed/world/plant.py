@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.laws.coupling import centre_window
 from testbed.laws.drill import axial_force
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -182,7 +183,10 @@ def drill_step(board: Any) -> None:
 
 @njit
 def move_rods(board: Any) -> None:
-    """Extension, rate and loads of the twelve rods from the joints and the foot forces."""
+    """Extension, rate and loads of the twelve rods from the joints and the foot forces.
+
+    The rods run through where the engine has them, in the middle of the hydraulics' step: coupling.py says why.
+    """
     joint_to_cylinder(board.engine.joint, board.linkage, board.extension, board.arms)
     rotation = board.rotation
     for leg in range(4):
@@ -193,8 +197,8 @@ def move_rods(board: Any) -> None:
         for k in range(3):
             i = 3 * leg + k
             rod = board.inputs[i]
-            rod.extension = board.extension[i]
-            rod.rate = board.engine.joint_rate[i] * board.arms[i]
+            rate = board.engine.joint_rate[i] * board.arms[i]
+            centre_window(rod, board.extension[i], rate, board.clock.step_s)
             rod.load = along if k == 2 else 0.0
             rod.side_load = across if k == 2 else abs(along) if k == 1 else 0.0
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.groups import Sensor
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
 from testbed.recording.rows import XYZ
@@ -100,13 +101,10 @@ def sensor_records(
     """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero."""
     s = machine.sensor
     t = Transducer.zeros(len(CHAMBERS), len(AXES))
-    t["gain"], t["range"] = 1.0, s.pressure_range_pa
-    per_kelvin = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k
+    t["gain"] = 1.0
     draws = rng.uniform(-1.0, 1.0, t.size).reshape(t.shape)
-    if "pressure" not in chosen.without:
-        t["noise"] = s.pressure_noise_pa if chosen.noise else 0.0
-        t["resolution"] = s.pressure_resolution_pa if chosen.quantisation else 0.0
-        t["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
+    for k, axis in enumerate(machine.axes.values()):
+        _fit_transducers(t[:, k], axis.sensor, chosen, draws[:, k])
     other = OtherSensors.zeros()[0]
     other["rope_gain"] = 1.0
     noise = float(chosen.noise)
@@ -123,6 +121,17 @@ def sensor_records(
         other["temperature_step"] = s.temperature_resolution_k
     other["calibrated_at"] = s.calibration_temperature_degc
     return t, other
+
+
+def _fit_transducers(pair: NDArray[Any], sensor: Sensor, chosen: Sensors, draws: Any) -> None:
+    """Give an axis' two transducers their range and errors; `draws` (2,): thermal zeros by the largest."""
+    pair["range"] = sensor.pressure_range_pa
+    if "pressure" in chosen.without:
+        return
+    pair["noise"] = sensor.pressure_noise_pa if chosen.noise else 0.0
+    pair["resolution"] = sensor.pressure_resolution_pa if chosen.quantisation else 0.0
+    per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
+    pair["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
 
 
 def fail(transducer: Any, reading_pa: float) -> None:

@@ -93,7 +93,7 @@ def test_a_force_on_one_leg_shows_three_quarters_there_and_a_quarter_elsewhere()
 def test_the_declared_play_holds_a_command_back_by_its_half_width() -> None:
     time = np.arange(2000) / 1000.0
     triangle = 0.1 * np.abs(((time / 0.5) % 2.0) - 1.0)
-    out = through_amplifier(triangle, time, MACHINE)
+    out = through_amplifier(triangle, time, MACHINE.valve)
     half, lag = MACHINE.valve.hysteresis, 0.2 * MACHINE.valve.amplifier_lag_s
     rising = (time > 0.7) & (time < 0.95)
     np.testing.assert_allclose(triangle[rising] - out[rising], half + lag, atol=2.1e-4)

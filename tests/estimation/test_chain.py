@@ -9,7 +9,7 @@ from shipped import MACHINE
 
 from testbed.errors import InputError
 from testbed.estimation.cylinder import Conditions, friction_set, friction_value, stribeck_of
-from testbed.estimation.detectors.derived import valve_of
+from testbed.estimation.detectors.derived import valves_of
 from testbed.estimation.live import contact, encoder
 from testbed.estimation.live.believed import Believed, Leg, Tuning
 from testbed.estimation.live.chain import EstimatorChain, forces, replay, replay_rows
@@ -30,14 +30,14 @@ FRICTION = Friction(
     stribeck_minus_n=150.0,
     stribeck_speed_minus_m_s=0.008,
 )
-VALVE = valve_of(MACHINE)
+VALVES = valves_of(MACHINE)
 FIVE = stribeck_of(FRICTION)[0]
 PLAIN = Conditions(1.0, 0.0, 1.0, 0.0)
 
 
 def believed(**changes):
     leg = Leg(AREA_A, AREA_B, FRICTION, **changes)
-    return Believed((leg, leg, leg, leg), VALVE)
+    return Believed((leg, leg, leg, leg), VALVES)
 
 
 def measured(pressure_a=4.0e6, pressure_b=2.0e6, position=0.1, pitch=0.0):
@@ -216,7 +216,7 @@ def test_believed_gain_error_is_taken_out():
     legs = tuple(leg.with_effect(effect) if i == 1 else leg for i, leg in enumerate(b.legs))
     row = measured()
     row["pressure_a"][0, 5] *= 1.05
-    assert estimated(Believed(legs, VALVE), row)["one_chamber"] == pytest.approx(
+    assert estimated(Believed(legs, VALVES), row)["one_chamber"] == pytest.approx(
         np.full(4, 4.0e6 * AREA_A)
     )
 
@@ -238,11 +238,11 @@ def test_missing_column_is_named():
 def test_chain_refuses_a_step_that_is_not_positive():
     leg = Leg(AREA_A, AREA_B, FRICTION)
     with pytest.raises(InputError, match="dt_s"):
-        Believed((leg, leg, leg, leg), VALVE, dt_s=0.0)
+        Believed((leg, leg, leg, leg), VALVES, dt_s=0.0)
 
 
 def test_step_of_four_legs_with_their_contact_states_takes_less_than_thirty_microseconds():
-    chain = EstimatorChain(Believed(believed().legs, VALVE, tuning=Tuning()))
+    chain = EstimatorChain(Believed(believed().legs, VALVES, tuning=Tuning()))
     row = measured()
     chain.step(row)
     best = math.inf

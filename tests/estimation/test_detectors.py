@@ -139,7 +139,7 @@ def test_the_momentum_observer_follows_the_force_with_its_time_constant() -> Non
 def _leak_free() -> np.ndarray:
     belief = BELIEF.copy()
     for name in ("leakage", "leakage_pa", "leakage_at", "leakage_pb", "leakage_bt"):
-        belief["valve"][name] = 0.0
+        belief["legs"]["valve"][name] = 0.0
     return belief
 
 
@@ -169,7 +169,7 @@ def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
     """Unloading by dF lengthens oil and seal together: the pressures show k_oil / (k_oil + k_seal) of it."""
     dp, state = 1.0e4, derived.OilState.zeros()[0]
     state["pressure_a"], state["pressure_b"] = 3.0e6, 2.0e6
-    valve = _leak_free()["valve"][0]
+    valve = _leak_free()["legs"]["valve"][0, 0]
     travel = derived.oil_travel((-dp, 0.0), 9.0e6, 0.25, state, CYLINDER, valve, 1e-3)
     k_oil = dp * CYLINDER["area_a"] / travel
     assert 1.0e7 < k_oil < 3.0e7

@@ -79,6 +79,10 @@ RULED = {
     "hydraulics.parameters.legs.hip_x_m=0.95": "the URDF alone gives it",
     "hydraulics.parameters.each_leg.fl.hip_x_m=0.95": "the URDF alone gives it",
     "hydraulics.parameters.axes.fl_radial.oil.cooling_w_k=9": "all axes share it",
+    "hydraulics.parameters.power_unit.unloading_band_pa=1e6": "only power_unit.supply_kind = 2 reads it",
+    "hydraulics.parameters.valve.counterbalance_pilot_ratio=4": "only valve.holding_a = 2 reads it",
+    "hydraulics.parameters.power_unit.tank_oil_m3=0.1": "nothing reads it",
+    "model.parameters.axes.fl_radial.oil.entrained_air=0.01": "nothing reads it",
     "model.parameters.sensor.line_b_length_m=0.9": "nothing reads it",
 }
 

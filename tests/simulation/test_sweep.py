@@ -14,7 +14,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.formats.ownership import owned
-from testbed.scenario.sweep import load_sweep
+from testbed.scenario.sweep import Sweep, load_sweep
 from testbed.simulation.sweep import SweepRun, flattened, run_sweep, summary_of, table
 
 HEAD = "format: roboclimber-sweep/1\nscenario: stand_flat\nduration_s: 0.1\nkeep: summary\n"
@@ -58,6 +58,31 @@ def test_a_folder_is_called_after_changes_and_seed_and_marks_the_whole_scenario(
     assert longer.name.startswith("slope_deg-10_seed-1_") and longer.name != run.name
 
 
+OTHER = {
+    "scenario": "scenario: stand_slope_45",
+    "duration_s": "duration_s: 0.2",
+    "seeds": "seeds: [1, 2]",
+    "set": "set: {terrain.slope_deg: 5}",
+    "grid": "grid: {terrain.slope_deg: [5]}",
+    "list": "list: [{terrain.slope_deg: 5}]",
+}
+ELSEWHERE = {
+    "format": "has one value, another is refused",
+    "description": "tells people what the sweep is for",
+    "keep": "decides which files stay; test_every_run_is_made_once_and_summed_up",
+}
+
+
+def test_every_field_of_a_sweep_changes_its_runs(tmp_path: Path) -> None:
+    assert {*OTHER, *ELSEWHERE} == set(Sweep.model_fields)
+    plain = [run.scenario for run in load_sweep(_file(tmp_path, ""))[1]]
+    for field, text in OTHER.items():
+        path = _file(tmp_path, "")
+        kept = [line for line in path.read_text().splitlines() if not line.startswith(f"{field}:")]
+        path.write_text("\n".join([*kept, text, ""]))
+        assert [run.scenario for run in load_sweep(path)[1]] != plain, field
+
+
 def test_the_shipped_sweep_loads() -> None:
     assert len(load_sweep("slopes_and_payloads")[1]) == 24
 
@@ -76,6 +101,9 @@ def test_the_shipped_sweep_loads() -> None:
         "set: {seed: 5}": "set.seed = 5",
         "list: [{}, {seed: 5}]": "list.1.seed = 5",
         "set: {duration_s: 2}": "set.duration_s = 2: would have no effect (allowed: duration_s in one place",
+        "set: {terrain.friction: 0.5}\ngrid: {terrain.friction: [0.6]}": "set.terrain.friction = 0.5: would have no effect",
+        "set: {terrain.friction: 0.5}\nlist: [{terrain.friction: 0.6}]": "set.terrain.friction = 0.5: would have no effect",
+        "list: [{terrain.friction: 0.5}]\ngrid: {terrain.friction: [0.6]}": "list.0.terrain.friction = 0.5: would have no effect",
         "keep: some": "key 'keep' is given twice",
         "grid: {terrain.friction: ["
         + ", ".join(f"0.{i:06d}" for i in range(100_001))

@@ -1,4 +1,4 @@
-"""The compiled hydraulics against SciPy's Radau on random manoeuvres."""
+"""The compiled hydraulics against SciPy's Radau: random manoeuvres, masses that move freely, books of oil and energy."""
 
 from __future__ import annotations
 
@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.hydraulics.balance import balance
 from testbed.benchmarks.hydraulics.creep import creep
+from testbed.benchmarks.hydraulics.free_mass import (
+    FREE_MOTIONS,
+    MOST_N,
+    MOST_RMS_N,
+    compare_free,
+)
 from testbed.benchmarks.hydraulics.manoeuvres import HOLD_S, Manoeuvre, manoeuvre
 from testbed.benchmarks.hydraulics.reference import solve
 from testbed.formats.files import write_text
@@ -21,8 +27,8 @@ from testbed.report.tables import Table
 from testbed.scenario.parts import Rates
 
 Array = NDArray[np.float64]
-Piece = tuple[str, float]
-"""What is checked, and its number, seconds or switch."""
+Piece = tuple[str, float | str]
+"""What is checked, and its number, name, seconds or switch."""
 FULL_FORCE_N = 15e3
 STEP_S = 1e-3
 
@@ -108,18 +114,20 @@ def compare(
 
 @dataclass(frozen=True)
 class Hydraulics(Benchmark[Piece]):
-    """`manoeuvres` random manoeuvres, and the books of oil and energy over `seconds`."""
+    """`manoeuvres` random manoeuvres, motions of a free mass, and the books of oil and energy over `seconds`."""
 
     name = "hydraulics"
     noun = "checks"
     manoeuvres: int = 30
     seconds: float = 600.0
+    free_motions: Sequence[str] = tuple(FREE_MOTIONS)
 
     def cases(self) -> Mapping[str, Piece]:
-        """The manoeuvres, two balances and two creeping pistons."""
+        """The manoeuvres, the free mass, two balances and two creeping pistons."""
         pieces: dict[str, Piece] = {
             f"manoeuvre {number}": ("manoeuvre", number) for number in range(self.manoeuvres)
         }
+        pieces |= {f"free mass: {name}": ("free", name) for name in self.free_motions}
         return pieces | {
             "balance": ("balance", self.seconds),
             "balance_starved": ("balance_starved", self.seconds / 10.0),
@@ -133,6 +141,10 @@ class Hydraulics(Benchmark[Piece]):
         if kind == "manoeuvre":
             found = compare(int(value))
             return asdict(found) | {"holds": found.holds}
+        if kind == "free":
+            free = compare_free(str(value))
+            return asdict(free) | {"holds": free.holds}
+        value = float(value)
         if kind == "creep":
             return creep(leakage=bool(value))
         return balance(value, drive=1.5) if kind == "balance_starved" else balance(value)
@@ -140,18 +152,21 @@ class Hydraulics(Benchmark[Piece]):
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """All manoeuvres in one list, the rest by name."""
         found = [answers.pop(f"manoeuvre {number}") for number in range(self.manoeuvres)]
+        free = {name: answers.pop(f"free mass: {name}") for name in self.free_motions}
         return {
             "format": "roboclimber-hydraulics/1",
             "manoeuvres": found,
-            "holds": all(row["holds"] for row in found),
+            "free_mass": free,
+            "holds": all(row["holds"] for row in (*found, *free.values())),
             **answers,
         }
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """The manoeuvres, then the books."""
-        books = {k: v for k, v in result.items() if isinstance(v, dict)}
+        books = {k: v for k, v in result.items() if isinstance(v, dict) and k != "free_mass"}
         return [
             table(result["manoeuvres"]),
+            free_table(result["free_mass"]),
             *(
                 Table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in book.items()])
                 for name, book in books.items()
@@ -199,3 +214,22 @@ def table(found: Sequence[Mapping[str, Any]]) -> Table:
     holds = "yes" if all(row["holds"] for row in found) else "NO"
     rows.append(["all", allowed, *worst, "", "", holds])
     return Table("Force of the kernel less the reference's", HEADS, rows)
+
+
+def free_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Kernel and free mass against the reference, a row a motion."""
+    rows = [
+        [
+            name,
+            f"{row['rms_n']:.2f}",
+            f"{row['worst_n']:.2f}",
+            f"{1e6 * row['worst_m']:.2f}",
+            "yes" if row["holds"] else "NO",
+        ]
+        for name, row in found.items()
+    ]
+    heads = ["motion", "RMS [N]", "worst [N]", "worst position [um]", "holds"]
+    title = (
+        f"A mass that moves freely, less the reference's (allowed {MOST_RMS_N:g} and {MOST_N:g} N)"
+    )
+    return Table(title, heads, rows)

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.hydraulics.balance import STEP_S, Array, machine
-from testbed.compiled import njit
+from testbed.benchmarks.hydraulics.free_mass import FreeRig, Mass
 from testbed.laws.friction import stribeck_level
-from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, VAPOUR_PA, specific_volume
 
@@ -36,37 +35,28 @@ class Creep:
     """How far it went otherwise than leakage explains (the largest of all times)."""
 
 
-@njit
-def loaded_loop(
-    axes: Any, params: Any, given: Any, supply: Any, unit: Any, load: float, steps: int
-) -> None:
-    """A mass on the rod of a shut axis under `load` (N, inwards), stepped as the engine does: rate, then position."""
-    for _ in range(steps):
-        hydraulic_step(axes, params, given, supply, unit, STEP_S, 2)
-        given[0].rate += STEP_S * (axes[0].force - load) / MASS_KG
-        given[0].extension += STEP_S * given[0].rate
-
-
 def creep(seconds: float = 60.0, share: float = 0.5, leakage: bool = True) -> Creep:
     """A vertical axis at rest, then loaded by `share` of its break-away more, valves shut for `seconds`."""
     params, unit = machine()
     params = params[2:3].copy()
-    p, given = params[0], AxisInput.zeros()
+    p = params[0]
     p.valve.locked = 1.0
     if not leakage:
         p.inner_leakage = p.outer_leakage = 0.0
-    rod = given[0]
-    rod.extension = MIDDLE_M
-    axes = start_axes(params, given["extension"], np.array([CARRIED_N]))
-    supply, axis = start_supply(unit, 40.0, 0.06), axes[0]
+    masses = Mass.zeros()
+    masses["mass"], masses["position"] = MASS_KG, MIDDLE_M
+    axes = start_axes(params, masses["position"], np.array([CARRIED_N]))
+    rig = FreeRig(axes, params, start_supply(unit, 40.0, 0.06), unit, masses)
+    axis, rod = axes[0], masses[0]
     extra = share * float(p.seal.inward.coulomb + p.seal.inward.static)
     load = CARRIED_N + extra
 
     def run(span_s: float) -> None:
-        loaded_loop(axes, params, given, supply, unit, load, round(span_s / STEP_S))
+        steps = round(span_s / STEP_S)
+        rig.run(np.zeros(steps), np.full(steps, load))
 
     run(SETTLE_S)
-    start, held = float(rod.extension), float(axis.friction)
+    start, held = float(rod.position), float(axis.friction)
     hoses = np.array([p.a.hose_capacity, p.b.hose_capacity])
     oil, hose = _both(axis, "oil"), _both(axis, "hose_pressure")
     leaked, flow, explained, beyond = np.zeros(2), _leaks(axis, p, unit), start, 0.0
@@ -77,10 +67,10 @@ def creep(seconds: float = 60.0, share: float = 0.5, leakage: bool = True) -> Cr
         if k % 10 != 9:
             continue
         now = oil + leaked - hoses * (_both(axis, "hose_pressure") - hose)
-        level = _level(axis, p, float(rod.extension), float(rod.rate))
+        level = _level(axis, p, float(rod.position), float(rod.rate))
         explained = _stands_at(now, p, load, held, start, -level)
-        beyond = max(beyond, abs(float(rod.extension) - explained))
-    return Creep(seconds, extra, float(rod.extension) - start, explained - start, beyond)
+        beyond = max(beyond, abs(float(rod.position) - explained))
+    return Creep(seconds, extra, float(rod.position) - start, explained - start, beyond)
 
 
 def _both(axis: Any, name: str) -> Array:

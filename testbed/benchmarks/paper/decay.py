@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
+from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -88,10 +89,10 @@ def hold_loop(
 ) -> None:
     """Follow the references of `moments`, a Moment a millisecond, by a valve shut within the tolerance."""
     p, rod = params[0], given[0]
-    rod.extension, rod.rate = moments[0].reference, 0.0
+    position, rate = moments[0].reference, 0.0
     for k in range(moments.shape[0]):
         now = moments[k]
-        error = now.reference - rod.extension
+        error = now.reference - position
         wanted = now.reference_rate + 8.0 * error
         if now.reference_rate == 0.0 and abs(error) < tolerance:
             wanted = 0.0
@@ -99,10 +100,11 @@ def hold_loop(
         opening = wanted * p.a.area / (edge * math.sqrt(3.0e6))
         band = p.valve.dead_band
         rod.command = 0.0 if wanted == 0.0 else opening * (1.0 - band) + math.copysign(band, wanted)
+        centre_window(rod, position, rate, STEP_S)
         hydraulic_step(axes, params, given, supply, unit, STEP_S, 2)
-        rod.rate += STEP_S * (axes[0].force / CARRIED_KG - GRAVITY_M_S2)
-        rod.extension += STEP_S * rod.rate
-        now.position = rod.extension
+        rate += STEP_S * (axes[0].force / CARRIED_KG - GRAVITY_M_S2)
+        position += STEP_S * rate
+        now.position = position
         now.pressure_a = axes[0].a.pressure - ATMOSPHERE_PA
 
 

@@ -13,6 +13,7 @@ from testbed.benchmarks.paper.machine import changes as machine_changes
 from testbed.compiled import njit
 from testbed.control.valve_loop import position_loops, valve_command
 from testbed.formats.records import Record, quantity
+from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -168,22 +169,23 @@ def _simulate(
 ) -> None:
     """Position loop at RATE_HZ; oil, friction and frame in STEPS steps a sample."""
     axis, rod, loop = axes[0], given[0], loops[0]
-    rod.extension, rod.rate = samples[0].reference, 0.0
+    position, rate = samples[0].reference, 0.0
     h = 1.0 / RATE_HZ / STEPS
     for k in range(samples.shape[0]):
         now = samples[k]
         loop.reference, loop.reference_rate = now.reference, now.reference_rate
-        rod.command = valve_command(loop, counted(rod.extension, bench.count), 1.0 / RATE_HZ)
+        rod.command = valve_command(loop, counted(position, bench.count), 1.0 / RATE_HZ)
         for _ in range(STEPS):
-            depth = rod.extension - bench.at
-            push = CELL_STIFFNESS_N_M * depth + CELL_DAMPING_N_S_M * rod.rate
+            depth = position - bench.at
+            push = CELL_STIFFNESS_N_M * depth + CELL_DAMPING_N_S_M * rate
             rod.load = max(push, 0.0) if depth > 0.0 else 0.0
+            centre_window(rod, position, rate, h)
             hydraulic_step(axes, params, given, supply, unit, h, 1)
-            rod.rate += h * ((axis.force - rod.load) / MASS_KG + GRAVITY_M_S2)
-            rod.extension += h * rod.rate
+            rate += h * ((axis.force - rod.load) / MASS_KG + GRAVITY_M_S2)
+            position += h * rate
             now.friction += axis.friction / STEPS
             now.load += rod.load / STEPS
-        now.position, now.speed, now.command = rod.extension, rod.rate, rod.command
+        now.position, now.speed, now.command = position, rate, rod.command
         now.pressure_a = axis.a.pressure - ATMOSPHERE_PA
         now.pressure_b = axis.b.pressure - ATMOSPHERE_PA
         now.sensed_a = axis.transducers.a - ATMOSPHERE_PA

@@ -19,6 +19,7 @@ from testbed.errors import InputError
 from testbed.estimation.leg.flow import Edge
 from testbed.estimation.live.believed import friction_of
 from testbed.laws.valve import play
+from testbed.machine.groups import Valve
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import Recording
@@ -94,9 +95,8 @@ def declared_edge(machine: Machine) -> Edge:
     return Edge(share_b=machine.valve.edge_pb / machine.valve.edge_pa)
 
 
-def through_amplifier(command: Array, time_s: Array, machine: Machine) -> Array:
+def through_amplifier(command: Array, time_s: Array, valve: Valve) -> Array:
     """What reaches the spool's loop of a command, shape (n,): the declared amplifier lag, then the declared play."""
-    valve = machine.valve
     period = float(np.median(np.diff(time_s)))
     keep = float(np.exp(-period / valve.amplifier_lag_s))
     return np.asarray(_lag_and_play(command, keep, valve.hysteresis), dtype=np.float64)
@@ -144,7 +144,9 @@ def _recording(
         header=header,
         time_s=time,
         position_m=_column(data, f"position_{axis}", folder),
-        valve_command=through_amplifier(_column(data, f"valve_{axis}", folder), time, machine),
+        valve_command=through_amplifier(
+            _column(data, f"valve_{axis}", folder), time, machine.axes[axis].valve
+        ),
         pressure_a_pa=a,
         pressure_b_pa=b,
         supply_pressure_pa=None,

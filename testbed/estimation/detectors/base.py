@@ -32,10 +32,6 @@ class Detector(Protocol):
         ...
 
 
-class Nothing(Record):
-    """No state."""
-
-
 class CompiledDetector:
     """A detector from a compiled `step(sample, foot, numbers, state, dt_s) -> score`, one foot at a time."""
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
@@ -31,7 +32,7 @@ from testbed.estimation.cylinder import (
 )
 from testbed.estimation.live import encoder
 from testbed.formats.records import Record, part, quantity
-from testbed.machine.model import Machine
+from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS, VERTICAL
 
 SMOOTH_S = 0.0015
@@ -91,11 +92,15 @@ class Valve(Record):
     encoder_resolution = quantity("m", "one count")
 
 
-def valve_of(machine: Machine) -> NDArray[Any]:
-    """One `Valve` record, shape (1,), of the believed machine."""
-    v, oil = machine.valve, machine.oil
+def valves_of(machine: Machine) -> NDArray[Any]:
+    """`Valve` records (4,) of the vertical cylinders, fl, fr, rl, rr, of the believed machine."""
+    return np.concatenate([_valve_of(machine, machine.axes[f"{leg}_vertical"]) for leg in LEGS])
+
+
+def _valve_of(machine: Machine, axis: Axis) -> NDArray[Any]:
+    v, oil = axis.valve, axis.oil
     return Valve.one(
-        rated_flow=v.rated_flow_vertical_m3_s,
+        rated_flow=axis.rated_flow_m3_s,
         rated_drop=v.rated_drop_per_edge_pa,
         edge_pa=v.edge_pa,
         edge_at=v.edge_at,
@@ -192,9 +197,8 @@ def derive(row: Any, belief: Any, states: Any, out: Any) -> None:
 @njit
 def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
     """One sample of one leg; a missing pressure leaves everything as it was."""
-    axis, dt, valve = VERTICAL[leg], belief.dt, belief.valve
-    mine = belief.legs[leg]
-    c = mine.cylinder
+    axis, dt, mine = VERTICAL[leg], belief.dt, belief.legs[leg]
+    c, valve = mine.cylinder, mine.valve
     pa = true_pressure(row.pressure_a[axis], c.sensor_a, state.time)
     pb = true_pressure(row.pressure_b[axis], c.sensor_b, state.time)
     state.time += dt

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
-from testbed.estimation.detectors.derived import valve_of
+from testbed.estimation.detectors.derived import valves_of
 from testbed.machine.groups import Cylinder, StraightCylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
@@ -135,8 +135,8 @@ class Believed:
     """Everything the chain is built from: four legs (fl, fr, rl, rr), the step, the encoder, the tuning."""
 
     legs: tuple[Leg, Leg, Leg, Leg]
-    valve: NDArray[Any]
-    """Valve and oil as the contact detector believes them: one record `Valve` (detectors/derived.py), shape (1,)."""
+    valves: NDArray[Any]
+    """Valve and oil of each leg as the contact detector believes them: records `Valve` (detectors/derived.py), (4,)."""
     dt_s: float = 1.0e-3
     encoder_resolution_m: float = 1.0e-4
     gravity_m_s2: float = GRAVITY_M_S2
@@ -211,7 +211,7 @@ class Believed:
                     leg = leg.with_effect(effect)
             legs.append(leg)
         four = (legs[0], legs[1], legs[2], legs[3])
-        return cls(four, valve_of(machine), dt_s, machine.sensor.encoder_linear_m)
+        return cls(four, valves_of(machine), dt_s, machine.sensor.encoder_linear_m)
 
 
 def _declared_leg(machine: Machine, leg: str) -> Leg:

@@ -87,9 +87,9 @@ def belief_of(believed: Believed) -> NDArray[Any]:
         dwell_off=t.lost_dwell_s,
     )[0]
     belief["combined"] = CombinedNumbers.one(**Combined.numbers)[0]
-    belief["valve"] = believed.valve[0]
-    for record, leg in zip(belief["legs"], believed.legs, strict=True):
+    for record, leg, valve in zip(belief["legs"], believed.legs, believed.valves, strict=True):
         leg.write(record["cylinder"])
+        record["valve"] = valve
         record["mass"] = leg.moving_mass_kg
     if believed.body is not None:
         belief["body"] = believed.body[0]

@@ -42,6 +42,7 @@ class LegBelief(Record):
 
     cylinder = part(Cylinder, "cylinder, seals, sensors")
     mass = quantity("kg", "what moves with it")
+    valve = part(Valve, "valve and oil")
 
 
 class ChainBelief(Record):
@@ -60,7 +61,6 @@ class ChainBelief(Record):
     filter = part(persistent.Numbers, "of the filters")
     contact = part(contact.ContactLimits, "of the contact state")
     combined = part(CombinedNumbers, "of the detector")
-    valve = part(Valve, "valve and oil")
     legs = part(LegBelief, "vertical cylinders", per=LEGS)
     body = part(BodyBelief, "the whole machine")
 

@@ -402,11 +402,14 @@ def test_numbers_that_cannot_be_are_refused_by_name(path: str, value: float) -> 
 
 
 def test_the_check_writes_its_table(tmp_path: Path) -> None:
-    answer = run(Hydraulics(manoeuvres=1, seconds=2.0), tmp_path / "out")
+    answer = run(
+        Hydraulics(manoeuvres=1, seconds=2.0, free_motions=["stuck ramps"]), tmp_path / "out"
+    )
     assert json.loads((tmp_path / "out" / "hydraulics.json").read_text()) == answer
     lines = (tmp_path / "out" / "hydraulics.csv").read_text().splitlines()
     assert len(lines) == 3
     assert lines[1].split(",")[1] == "reversals"
+    assert answer["free_mass"]["stuck ramps"]["holds"]
     assert answer["holds"]
 
 
