@@ -170,7 +170,7 @@ class Known(Checked):
 
     @property
     def gravity_along_axis_m_s2(self) -> float:
-        """g cos(inclination), m/s2: along extension (extension points down at inclination 0)."""
+        """G cos(inclination), m/s2: along extension (extension points down at inclination 0)."""
         return GRAVITY_M_S2 * math.cos(math.radians(self.inclination_deg or 0.0))
 
     @property

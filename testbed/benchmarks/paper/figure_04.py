@@ -77,7 +77,7 @@ def through(read_pa: Array, ab: NDArray[np.float64]) -> Array:
 
 
 def own_calibration(trace: Trace, ab: NDArray[np.float64], name: str) -> Calibrated:
-    """a and b of both sensors by the balance of both chambers, friction and weight included."""
+    """A and b of both sensors by the balance of both chambers, friction and weight included."""
     volts = [through(p, s) for p, s in zip((trace.read_a_pa, trace.read_b_pa), ab, strict=True)]
     cell = (
         np.round(

@@ -132,7 +132,7 @@ def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
 
 @njit
 def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
-    """out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
+    """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
     rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
     fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
@@ -150,7 +150,7 @@ def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
 
 @njit
 def add_force(wrench: Any, force: Any, point: Any) -> None:
-    """wrench (6) += force (3) at point (3), about the body's origin."""
+    """Wrench (6) += force (3) at point (3), about the body's origin."""
     for k in range(3):
         wrench[k] += force[k]
     wrench[3] += point[1] * force[2] - point[2] * force[1]
@@ -188,7 +188,7 @@ def other_wrench(row: Any, gravity: Any, turning: Any, state: Any, body: Any) ->
 
 @njit
 def add_links(wrench: Any, leg: Any, q: Any, gravity: Any, means: Any) -> None:
-    """wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
+    """Wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
     force, point = np.empty(3), np.empty(3)
     for i in range(3):
         link, out = leg.links[i], q[1] if i > 0 else 0.0
@@ -205,7 +205,7 @@ def add_links(wrench: Any, leg: Any, q: Any, gravity: Any, means: Any) -> None:
 
 @njit
 def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
-    """wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and store."""
+    """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and store."""
     force, point = np.zeros(3), np.empty(3)
     for k in range(3):
         point[k] = body.drill_point[k]
@@ -263,7 +263,8 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
 @njit
 def take_means(body: Any, state: Any) -> Any:
     """Turn the sums into means; returns the body's angular acceleration (3), rad/s2. News of a piston at rest: the
-    change of its mean force."""
+    change of its mean force.
+    """
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
     turning, started = np.zeros(3), state.started != 0.0
     dt = body.every * body.decisions.dt
@@ -294,7 +295,7 @@ def take_means(body: Any, state: Any) -> Any:
     return turning
 
 
-@njit(apart=True)
+@njit
 def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     """One fusion: what the cylinders' forces are off by, from the means since the last one; arms (12) m/rad or 1."""
     first, fusion = state.started == 0.0, state.fusion
