@@ -1,5 +1,6 @@
 # make run   set up and run the main job        make test       set up and pass the tests
 # make lint  ruff and mypy                      make test-fast  without the slow tests
+# make test-long  the tests that take minutes each: every field perturbed, measured rigs, soak, a cold first start
 # make loop  hide an effect, run, diagnose, believe, run again: runs/loop/loop.html
 # make wheel build a wheel into dist/           make clean      remove the environment and what was built
 PYTHON ?= python3.11
@@ -8,8 +9,9 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 SCENARIO ?= scenarios/drill_slope_45.yaml
 PYTEST ?= $(BIN)/python -m pytest
+PARALLEL := --numprocesses logical --maxprocesses 4 --dist worksteal
 
-.PHONY: run loop test test-fast lint wheel setup clean
+.PHONY: run loop test test-fast test-long lint wheel setup clean
 
 run: $(VENV)/.stamp-run
 	@$(BIN)/testbed run $(SCENARIO)
@@ -18,10 +20,13 @@ loop: $(VENV)/.stamp-run
 	@$(BIN)/testbed loop --out runs/loop
 
 test: $(VENV)/.stamp-dev
-	@$(PYTEST)
+	@$(PYTEST) -m "not long" $(PARALLEL)
 
 test-fast: $(VENV)/.stamp-dev
-	@$(PYTEST) -m "not slow" --numprocesses logical --maxprocesses 4 --dist loadfile
+	@$(PYTEST) -m "not slow and not long" $(PARALLEL)
+
+test-long: $(VENV)/.stamp-dev
+	@$(PYTEST) -m long
 
 lint: $(VENV)/.stamp-dev
 	@$(BIN)/ruff format --check --quiet .

@@ -39,7 +39,7 @@ def test_there_are_ten_and_each_is_short() -> None:
 @pytest.mark.parametrize(
     "example",
     [
-        pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (file.stem in LONG))
+        pytest.param(file, id=file.stem, marks=[pytest.mark.long] * (file.stem in LONG))
         for file in EXAMPLES
     ],
 )

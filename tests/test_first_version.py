@@ -55,7 +55,7 @@ def test_a_robot_says_what_it_believes_about_itself() -> None:
     assert len(run.data["t"]) == 60
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_rig_is_diagnosed(tmp_path: Path) -> None:
     done = diagnose_folder(SAMPLES / "leg", tmp_path / "out", None, None, lambda _: None)
     assert done.tree["verdict"] == "none"

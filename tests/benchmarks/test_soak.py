@@ -43,7 +43,7 @@ def test_the_judge_sees_a_traceback_and_a_hang(monkeypatch: pytest.MonkeyPatch) 
     assert judged("parameters")[0] == "hung"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_short_soak_finds_nothing_wrong() -> None:
     soak = Soak(trials=5)
     assert soak.summarise(answers(soak))["wrong"] == {}

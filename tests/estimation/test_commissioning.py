@@ -38,7 +38,7 @@ def test_a_recording_without_a_foot_in_the_air_is_refused(tmp_path: Path) -> Non
         commission_any(str(tmp_path / "run"), tmp_path / "model.yaml", ["seed=3"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_drawn_machine_finds_its_weight_and_how_its_inertial_unit_is_mounted(
     tmp_path: Path,
 ) -> None:

@@ -96,7 +96,7 @@ def _allowed_idle(section: str, paths: Iterable[str]) -> list[str]:
     return [path for path in paths if (shared_path(path) or path) in over]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("section", SECTIONS)
 @pytest.mark.parametrize(("paths", "least"), [(_shared(), 85), (_own(), 90)], ids=["shared", "own"])
 def test_every_number_changes_a_run_or_is_refused(

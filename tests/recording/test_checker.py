@@ -163,7 +163,7 @@ def test_the_command_prints_json_and_exits_2_where_it_cannot_be_used(
         }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(DATA is None, reason="TESTBED_DATA (recordings/ and real/) is not set")
 def test_no_recording_of_the_shared_rigs_is_refused() -> None:
     folders = [

@@ -165,7 +165,7 @@ ELSEWHERE = {*DATA["told"], *DATA["expected"]}
 FIELDS = [field for field in every_field() if field not in ELSEWHERE]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_field_changes_the_recording_or_is_refused(places: dict[str, list[Place]]) -> None:
     assert not [field for field in FIELDS if field not in places], "in no scenario beside this test"
     fates = {field: _fate(field, places[field]) for field in FIELDS}

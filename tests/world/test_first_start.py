@@ -32,7 +32,7 @@ def _start(home: Path) -> tuple[dict[str, list[int]], str]:
     return json.loads(done.stdout.splitlines()[-1]), done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_processes_share_a_first_start_and_the_next_compiles_nothing(tmp_path: Path) -> None:
     first, said = _start(tmp_path)
     assert said.count("\n") == 1 and "first start" in said

@@ -28,13 +28,13 @@ def test_draws_take_both_kinds_of_supply_and_of_holding() -> None:
         assert (circuit["power_unit.accumulator_volume_m3"] == 0.0) == sensing
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_figures_4_6_and_9_hold_together_on_the_inferred_circuit_alone() -> None:
     assert bench(inferred("paper")).holds == (True, True, True)
     assert bench({}).holds == (False, False, False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_figure_6_fixes_the_edge_through_which_chamber_a_drains() -> None:
     half = bench(inferred("paper") | {"valve.edge_at": 1.0})
     assert half.holds[0] and not half.holds[1]
