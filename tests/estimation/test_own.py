@@ -112,12 +112,13 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     ropes = np.array([[0.98, 0.17, 0.1], [0.98, -0.17, 0.1]])
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]
     drill = np.array([5e3, -300.0, 40.0, 20.0, 1.5, -60.0])
-    row, means = DataRow.zeros(), own.Gathered.zeros()
-    row["position"], means["rope_tension"], means["specific_force"] = q, (9e3, 8e3), -gravity
+    row, states = DataRow.zeros(), own.BodyState.zeros()
+    row["position"] = q
+    states["means"]["rope_tension"], states["means"]["specific_force"] = (9e3, 8e3), -gravity
     for name, value in zip(DrillKnown.fields, drill, strict=True):
         row[name] = value
     numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
-    found = own.other_wrench(row[0], gravity, np.zeros(3), means[0], numbers[0])
+    found = own.other_wrench(row[0], gravity, np.zeros(3), states[0], numbers[0])
     expected = -MODEL.gravity_forces(q, gravity)[:6]
     for k, tension in enumerate((9e3, 8e3)):
         expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])

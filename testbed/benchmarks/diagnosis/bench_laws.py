@@ -8,11 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from testbed.formats.yaml_files import read_yaml
+
 Array = npt.NDArray[np.float64]
+LISTED = read_yaml(Path(__file__).with_name("listed_laws.yaml"))
+"""Which law stands for which listed effect, by kind of rig."""
 
 
 @dataclass(frozen=True)
@@ -176,16 +181,15 @@ def pressing(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     return 0.5 * motion.level_n * motion.direction * motion.pressure_pa / 3e5
 
 
-ON_A_DRIVE: dict[str, Law] = {
-    "friction.position": along,
-    "friction.presliding": presliding,
-    "inertia.mass": mass,
-    "force.spring": spring,
-    "force.cushion": cushion,
-}
-ON_A_CYLINDER: dict[str, Law] = {
-    "friction.position": along,
-    "friction.presliding": presliding,
-    "friction.pressure": pressing,
-    "force.spring": spring,
-}
+def _listed(kind: str) -> dict[str, Law]:
+    """Laws by the name of the effect that each stands for, on one kind of rig."""
+    laws: dict[str, Law] = {
+        law.__name__: law for law in (along, presliding, mass, spring, cushion, pressing)
+    }
+    return {effect: laws[law] for effect, law in LISTED[kind].items()}
+
+
+ON_A_DRIVE: dict[str, Law] = _listed("drive")
+ON_A_CYLINDER: dict[str, Law] = _listed("cylinder")
+AS_LARGE_AS_FRICTION: tuple[str, ...] = tuple(LISTED["as_large_as_friction"])
+"""Listed laws whose size is not told by one recording: friction itself sets it."""

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.bench_laws import (
+    AS_LARGE_AS_FRICTION,
     ON_A_CYLINDER,
     ON_A_DRIVE,
     OUTSIDE,
@@ -29,8 +30,6 @@ NOISES = ("white", "coloured", "quantised", "outliers")
 RATES_HZ = (200.0, 500.0, 1000.0)
 KINDS = ("outside", "listed", "clean", "outside", "listed", "outside")
 """In turn, so that every prefix holds every kind."""
-AS_LARGE_AS_FRICTION = ("friction.presliding", "friction.pressure", "inertia.mass")
-"""Listed laws whose size is not told by one recording: friction itself sets it."""
 LARGEST = 1.5
 SIZES = (3.0, 12.0)
 """What a law is worth beyond what friction (5), a mass and a zero can make of it, RMS over the sensor's noise."""
