@@ -33,7 +33,7 @@ ROOMS = (
 """Imports go up this list only. What the machine's electronics do (estimation, control) stands below the world that
 runs them, so that it cannot see it."""
 BELOW_THE_WORLD = ROOMS[: ROOMS.index("world")]
-GROUND = ("errors", "resources", "compiled", "kernel", "__init__", "__main__")
+GROUND = ("errors", "resources", "compiled", "__init__", "__main__")
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.relative_to(PACKAGE).parts)
 
 

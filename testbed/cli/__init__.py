@@ -93,6 +93,38 @@ def estimate(
 
 
 @app.command()
+def commission(
+    given: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO_OR_RECORDING",
+            help="Scenario of the programme (commissioning_flat), or a recording of it.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Model file to write, for --model.")],
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Change a value: a.b=c. May be repeated.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")] = None,
+    json: Json = False,
+) -> None:
+    """Let the robot calibrate and weigh itself: each foot in the air, the body up, down and to the sides.
+
+    From that recording alone: zeros, friction, weight, centre of mass, how the inertial unit is mounted.
+    """
+    from testbed.report.console import print_json, print_table, waiting
+    from testbed.workflows import commission as work
+
+    with waiting("commissioning"):
+        result = work.commission_any(given, out, set_ or [], seed)
+    if json:
+        print_json(result)
+        return
+    print_table(*work.table(result))
+    print(f"not shown: {len(result['not_shown'])} numbers; {out}")
+
+
+@app.command()
 def detect(
     recording: Annotated[
         Path, typer.Argument(help="Folder of a recording: a foot, one leg, or a run of the robot.")

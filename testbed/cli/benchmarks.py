@@ -234,13 +234,17 @@ def paper(
         list[str] | None,
         typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none."),
     ] = None,
+    machine: Annotated[
+        str,
+        typer.Option(help="Numbers inferred from the figures, by name, or 'declared' for none."),
+    ] = "paper",
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Run the paper's experiments and set its claims beside what is measured."""
     from testbed.benchmarks.paper.benchmark import Paper
 
-    show(Paper(tuple(figures or ())), out, jobs, json)
+    show(Paper(tuple(figures or ()), machine), out, jobs, json)
 
 
 @lab.command()

@@ -96,7 +96,8 @@ class PressureFriction(Effect):
 
 def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:
     """One leg of four may stick more than the others, not less than nothing: with the load between the diagonals open,
-    one leg that sticks and three with the opposite of it look alike."""
+    one leg that sticks and three with the opposite of it look alike.
+    """
     if effect.place is not None and coordinate.name == "coefficient":
         return replace(coordinate, low=0.0)
     return coordinate

@@ -14,7 +14,7 @@ from testbed.effects.terms import FlowTerms, Signals, Values
 
 
 def opening(spool: Any, deadband: float) -> Any:
-    """o = sign(s) max(|s| - d, 0) / (1 - d)."""
+    """O = sign(s) max(|s| - d, 0) / (1 - d)."""
     return np.sign(spool) * np.maximum(abs(spool) - deadband, 0.0) / (1.0 - deadband)
 
 

@@ -112,7 +112,7 @@ def true_pressure(reading: Any, sensor: Any, time_s: Any) -> Any:
 
 
 def piston_force_n(pressure_a: Any, pressure_b: Any, area_a: Any, area_b: Any) -> Any:
-    """pA A_A - pB A_B, N; numbers or arrays."""
+    """PA A_A - pB A_B, N; numbers or arrays."""
     return pressure_a * area_a - pressure_b * area_b
 
 
@@ -188,7 +188,7 @@ def extra_friction(cylinder: Any, pressures: float, load: float, across: float) 
 
 @njit
 def oil_stiffness(extension: float, cylinder: Any) -> float:
-    """beta (A_A^2 / V_A + A_B^2 / V_B), N/m, ports shut; V_A = dead_a + A_A x, V_B = dead_b + A_B (stroke - x)."""
+    """Beta (A_A^2 / V_A + A_B^2 / V_B), N/m, ports shut; V_A = dead_a + A_A x, V_B = dead_b + A_B (stroke - x)."""
     inside = min(max(extension, 0.0), cylinder.stroke)
     volume_a = cylinder.dead_volume_a + cylinder.area_a * inside
     volume_b = cylinder.dead_volume_b + cylinder.area_b * (cylinder.stroke - inside)

@@ -12,5 +12,5 @@ FAST = frozenset({"contract", "arcp", "nsz"})
 
 
 def njit_law(function: Callable[..., Any] | None = None, **options: Any) -> Any:
-    """`njit` for a law: division by zero gives infinity or NaN instead of an error, arithmetic as FAST allows."""
-    return njit(function, error_model="numpy", fastmath=set(FAST), **options)
+    """`njit` for a law: arithmetic as FAST allows."""
+    return njit(function, fastmath=set(FAST), **options)

@@ -19,6 +19,8 @@ from typing import Any
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
 
+STILL = 1.0e-12
+"""Share of a bristle's length below which a slide only shifts it: nothing is divided by less."""
 SMALLEST_N = 1.0e-3
 """The bristle divides by its level: dry friction that is off is this small."""
 
@@ -76,8 +78,8 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
 def bend_elastic(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
     """`bend` of the elasto-plastic contact: as a spring to the elastic share of `longest`, then relaxing towards it."""
     length = abs(way)
-    if length == 0.0:
-        return z, z
+    if length < STILL * longest:
+        return z + way, z
     along = math.copysign(1.0, way)
     bent = along * z
     free = min(max(elastic_share * longest - bent, 0.0), length)
@@ -159,7 +161,7 @@ def friction_step(
     s.bristle, mean = bend(start, slide, longest, p.elastic_share)
     bent = s.bristle - start
     if skipped != 0.0:  # the mean is that of the step, which begins where the skipped way ends
-        mean += 0.5 * skipped * (bent / slide if slide != 0.0 else 1.0)
+        mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
     return float(force + way.viscous * thinning * v)
 

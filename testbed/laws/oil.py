@@ -46,7 +46,7 @@ class OilNear(Record):
 
 @njit_law
 def gas_volume(p_pa: float, air: float) -> float:
-    """a (p0 / p)^(1 / 1.4): what the air of one standard volume takes up at the absolute pressure p."""
+    """A (p0 / p)^(1 / 1.4): what the air of one standard volume takes up at the absolute pressure p."""
     if air <= 0.0:
         return 0.0
     return air * math.exp(-math.log(p_pa / ATMOSPHERE_PA) * _POWER)
@@ -73,7 +73,7 @@ def specific_volume(p_pa: float, bulk_pa: float, air: float) -> tuple[float, flo
 
 @njit_law
 def vapour_volume(bulk_pa: float, air: float) -> float:
-    """nu at the vapour pressure: beyond it a chamber holds a void."""
+    """Nu at the vapour pressure: beyond it a chamber holds a void."""
     x = (VAPOUR_PA - ATMOSPHERE_PA) / bulk_pa
     return float((1.0 - air) * (1.0 - x + 0.5 * x * x) + air * GAS_AT_VAPOUR)
 

@@ -46,7 +46,7 @@ def play(state: float, command: float, half_width: float) -> float:
 
 @njit_law(forceinline=True)
 def opening(s: float, deadband: float) -> float:
-    """o = sign(s) max(|s| - d, 0) / (1 - d), -1..1."""
+    """O = sign(s) max(|s| - d, 0) / (1 - d), -1..1."""
     if s > deadband:
         return (s - deadband) / (1.0 - deadband)
     if s < -deadband:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_serializer, model_validator
 
@@ -18,6 +18,30 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 DEFAULT_TOLERANCE = 0.02
 """Share of a declared number by which the machine may differ from it where no tolerance is stated: what a workshop's
 drawing and a catalogue leave open (the measured seals' bores differ by up to 3 %)."""
+
+
+class Circuit(Checked):
+    """The circuit of an axis where it is not the published model's: equal tight edges, no holding, constant supply."""
+
+    edge_pa: Positive = Field(default=1.0, description="size of edge P-A against the rated flow, 1")
+    edge_at: Positive = Field(default=1.0, description="size of edge A-T, 1")
+    edge_pb: Positive = Field(default=1.0, description="size of edge P-B, 1")
+    edge_bt: Positive = Field(default=1.0, description="size of edge B-T, 1")
+    leakage_pa_m3_s_pa: NotNegative = Field(default=0.0, description="of edge P-A, m3/(s Pa)")
+    leakage_at_m3_s_pa: NotNegative = Field(default=0.0, description="of edge A-T, m3/(s Pa)")
+    leakage_pb_m3_s_pa: NotNegative = Field(default=0.0, description="of edge P-B, m3/(s Pa)")
+    leakage_bt_m3_s_pa: NotNegative = Field(default=0.0, description="of edge B-T, m3/(s Pa)")
+    holding_a: Literal["none", "check"] = Field(
+        default="none",
+        description="load-holding valve at A: lets oil out while the spool opens A-T",
+    )
+    holding_b: Literal["none", "check"] = Field(
+        default="none", description="load-holding valve at B, likewise"
+    )
+    supply: Literal["constant", "varying"] = Field(
+        default="constant",
+        description="varying (load-sensing, unloading): the measured supply pressure drives the edges",
+    )
 
 
 class Known(Checked):
@@ -72,6 +96,10 @@ class Known(Checked):
     cushion_length_m: float | None = Field(
         default=None, ge=0.0, description="end of the stroke that is damped, m"
     )
+    circuit: Circuit | None = Field(
+        default=None,
+        description="edges, holding valves and supply where they are not the published model's",
+    )
     tolerances: dict[str, Annotated[float, Field(gt=0.0, le=0.5)]] = Field(
         default_factory=dict,
         description=f"number -> share by which it may be off (default {DEFAULT_TOLERANCE:g}); "
@@ -84,7 +112,11 @@ class Known(Checked):
         """`bore_m: {value: 0.07, tolerance: 0.01}` -> the number, and its tolerance beside the others."""
         if not isinstance(data, Mapping):
             return data
-        stated = {k: v for k, v in data.items() if isinstance(v, Mapping) and k != "tolerances"}
+        stated = {
+            k: v
+            for k, v in data.items()
+            if isinstance(v, Mapping) and k not in ("tolerances", "circuit")
+        }
         for name, entry in stated.items():
             if not {"value"} <= set(entry) <= {"value", "tolerance"}:
                 raise impossible(
@@ -97,17 +129,19 @@ class Known(Checked):
     @field_validator("tolerances")
     @classmethod
     def _of_numbers(cls, value: dict[str, float]) -> dict[str, float]:
-        unknown = set(value) - (set(cls.model_fields) - {"tolerances"})
+        unknown = set(value) - (set(cls.model_fields) - {"tolerances", "circuit"})
         if unknown:
             raise ValueError(f"{sorted(unknown)[0]} is no declared number")
         return value
 
     @model_serializer(mode="wrap")
     def _without_empty(self, handler: Any) -> dict[str, Any]:
-        """Files carry `tolerances` only where some are stated."""
+        """Files carry `tolerances` and `circuit` only where they are stated."""
         tree: dict[str, Any] = handler(self)
         if not tree.get("tolerances"):
             tree.pop("tolerances", None)
+        if tree.get("circuit") is None:
+            tree.pop("circuit", None)
         return tree
 
     def tolerance(self, name: str) -> float:
@@ -136,7 +170,7 @@ class Known(Checked):
 
     @property
     def gravity_along_axis_m_s2(self) -> float:
-        """g cos(inclination), m/s2: along extension (extension points down at inclination 0)."""
+        """G cos(inclination), m/s2: along extension (extension points down at inclination 0)."""
         return GRAVITY_M_S2 * math.cos(math.radians(self.inclination_deg or 0.0))
 
     @property

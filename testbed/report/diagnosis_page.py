@@ -20,7 +20,7 @@ HEADLINES = {
 
 
 def page(d: Diagnosis) -> str:
-    """The page\'s text."""
+    """The page's text."""
     return render("diagnosis.html.j2", contents(d))
 
 

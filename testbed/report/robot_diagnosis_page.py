@@ -20,7 +20,7 @@ Array = npt.NDArray[np.float64]
 
 
 def page(d: RobotDiagnosis) -> str:
-    """The page\'s text."""
+    """The page's text."""
     return render("robot_diagnosis.html.j2", contents(d))
 
 

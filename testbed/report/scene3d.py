@@ -49,7 +49,7 @@ GROUND, PATCH, ROPE, DRILL, TRUE = (
 
 
 def library() -> Any:
-    """rerun. Raises InputError with the command that installs it."""
+    """Rerun. Raises InputError with the command that installs it."""
     try:
         import rerun
     except ImportError as error:

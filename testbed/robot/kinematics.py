@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class LegKinematics:
     """The four legs in the body frame: hips (4, 3) m, neutral directions (4) rad, and of each leg (4) m, how far its
-    foot is from its hip at radial extension 0 (`offsets_m`) and how high at vertical extension 0 (`retracted_m`)."""
+    foot is from its hip at radial extension 0 (`offsets_m`) and how high at vertical extension 0 (`retracted_m`).
+    """
 
     hips_m: Array
     directions_rad: Array
@@ -110,7 +111,7 @@ def length(x: float, y: float) -> float:
 
 @njit
 def exact_square(v: float) -> tuple[float, float]:
-    """v * v as the sum of two numbers (Dekker, Numerische Mathematik 18, 1971)."""
+    """V * v as the sum of two numbers (Dekker, Numerische Mathematik 18, 1971)."""
     scaled = v * 134217729.0
     high = scaled - (scaled - v)
     low, square = v - high, v * v

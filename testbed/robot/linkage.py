@@ -123,7 +123,7 @@ class RotationLinkage:
         )
 
     def moment_arm_m(self, angle_rad: ArrayLike) -> Array:
-        """d extension / d angle, m: torque per newton of cylinder force, for any array of joint angles, rad."""
+        """D extension / d angle, m: torque per newton of cylinder force, for any array of joint angles, rad."""
         turned = self.angle_neutral_rad + np.asarray(angle_rad, dtype=float)
         across = self.body_anchor_m * self.lever_m * np.sin(turned)
         return np.asarray(across / (self.extension_m(angle_rad) + self.closed_length_m))

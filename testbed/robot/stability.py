@@ -75,7 +75,7 @@ def wrench_margin_n(
 
 
 def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
-    """max of the last unknown with equal @ z = wanted, low <= z <= high; 0 where there is no such z."""
+    """Max of the last unknown with equal @ z = wanted, low <= z <= high; 0 where there is no such z."""
     count = equal.shape[1]
     cost = np.zeros(count)
     cost[-1] = -1.0

@@ -222,8 +222,16 @@ class Program(Checked):
     )
 
 
+class Commission(Checked):
+    """Move so that the robot can weigh and calibrate itself: each foot in the air, the body up, down and to the sides."""
+
+    kind: Literal["commission"]
+    start_s: float = Field(default=2.0, ge=0, description="time of the first motion [s]")
+
+
 Task = Annotated[
-    Stand | Raise | Sway | Drill | DrillHole | Crawl | Program, Field(discriminator="kind")
+    Commission | Stand | Raise | Sway | Drill | DrillHole | Crawl | Program,
+    Field(discriminator="kind"),
 ]
 
 

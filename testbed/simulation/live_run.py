@@ -94,7 +94,6 @@ class Run:
         self._holding = ExitStack()
         self._fault: BaseException | None = None
         self._started = time.perf_counter()
-        self._now_s = 0.0
         self._closed: dict[str, Any] | None = None
 
     def record_in(self, out: str | Path | None) -> Path:

@@ -17,7 +17,9 @@ SMALL = (360, 240)
 class Camera(Protocol):
     """What takes a picture: (width, height) in pixels -> RGB, shape (height, width, 3), uint8."""
 
-    def picture(self, width: int, height: int) -> npt.NDArray[np.uint8]: ...
+    def picture(self, width: int, height: int) -> npt.NDArray[np.uint8]:
+        """A picture of so many pixels."""
+        ...
 
 
 class Album:

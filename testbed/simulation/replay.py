@@ -1,4 +1,4 @@
-"""A run's recording handed to a gait again: what would it have ordered, seeing what was seen?"""
+"""A run's recording handed to a gait again: what it would have ordered, seeing what was seen."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.machine.names import AXES
+from testbed.estimation.commissioning import areas_m2, zero_name
+from testbed.machine.names import AXES, LEGS
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario
 
@@ -29,8 +30,20 @@ def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
         "draw": scenario.machine.draw,
         "seed": scenario.machine.seed,
         "numbers": {name: {"value": float(value), "unit": unit} for name, value, unit in weighed}
+        | zero_forces(simulation)
         | simulation.machines.drawn.numbers,
     }
+
+
+def zero_forces(simulation: Any) -> dict[str, Any]:
+    """What both sensors' zeros of each vertical cylinder make together, N: one foot in the air shows no more."""
+    out = {}
+    for leg in LEGS:
+        hidden = simulation.machine.hidden.cylinders[f"{leg}_vertical"]
+        area_a, area_b = areas_m2(simulation.machines.belief.axes[f"{leg}_vertical"])
+        force_n = area_a * hidden.zero_a_pa - area_b * hidden.zero_b_pa
+        out[zero_name(f"{leg}_vertical")] = {"value": force_n, "unit": "N"}
+    return out
 
 
 def weigh(model: RobotModel, link_masses_kg: NDArray[np.float64]) -> tuple[float, ...]:

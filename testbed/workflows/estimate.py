@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ import numpy.typing as npt
 from testbed.errors import InputError, naming
 from testbed.formats.files import check_file
 from testbed.formats.yaml_files import read_yaml
-from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 
 if TYPE_CHECKING:
@@ -21,6 +19,7 @@ if TYPE_CHECKING:
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
     from testbed.recording.robot import RobotRecording
+    from testbed.world.believed import OwnBelief
 
 Array = npt.NDArray[np.float64]
 
@@ -151,24 +150,18 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
 
     Raises InputError for a model or a survey that cannot be understood.
     """
-    from testbed.effects import read_believed
-    from testbed.estimation.live.believed import Believed
+    from testbed.world.believed import own_belief
 
-    dt_s = float(np.median(np.diff(run.data["t"])))
-    if model is None:
-        belief = Believed.from_machine(run.machine, dt_s)
-    else:
-        with naming(model):
-            belief = Believed.from_model(read_believed(model), dt_s, run.machine)
-    return with_body(belief, run.machine, run.header.surveyed, run.file)
+    believed = own_belief(run.machine, model)
+    belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
+    return with_body(belief, believed, run.header.surveyed, run.file)
 
 
-def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) -> Believed:
+def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Path) -> Believed:
     """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays by itself.
 
     Raises InputError where the survey cannot be understood.
     """
-    from testbed.estimation.live.body_belief import body_of
     from testbed.robot.model import Payload, RobotModel
 
     if surveyed is None:
@@ -178,15 +171,15 @@ def with_body(belief: Believed, machine: Machine, surveyed: object, file: Path) 
         ropes = np.array(
             [survey["rope_directions_in_world"][side] for side in SIDES], dtype=float
         ).reshape(2, 3)
-        mass_kg, urdf = float(survey["payload_kg"]), survey["urdf"] or machine.urdf
+        mass_kg = float(survey["payload_kg"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
             "cannot be understood",
             file=file,
             field="surveyed",
-            allowed="rope_directions_in_world {left, right}, payload_kg, urdf",
+            allowed="rope_directions_in_world {left, right}, payload_kg",
         ) from error
-    payload = Payload(mass_kg, machine.rod_store_body.position_m) if mass_kg > 0.0 else None
-    return replace(
-        belief, body=body_of(machine, RobotModel(urdf, payload), belief.legs, belief.dt_s, ropes)
-    )
+    store = believed.machine.rod_store_body
+    payload = Payload(mass_kg, store.position_m) if mass_kg > 0.0 else None
+    with believed.bodies() as urdf:
+        return believed.with_body(belief, RobotModel(urdf, payload), ropes)

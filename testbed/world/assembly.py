@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,6 @@ from testbed.control.drilling.thrust import ThrustBound, thrust_bound, thrust_ev
 from testbed.control.gait import BelievedStart, Gait
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts, gait_of
 from testbed.effects.hidden import Hidden
-from testbed.errors import naming
-from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.estimation.live.expected import Expectation
 from testbed.laws.drill import DrillLoads
@@ -26,6 +23,7 @@ from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
 from testbed.scenario.machines import Machines
 from testbed.scenario.scenario import Scenario
+from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
 from testbed.world.furnish import Truth, furnish
@@ -121,7 +119,9 @@ def assemble(
     Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
     """
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
-    belief = Robot.of(machines.belief, carried, height)
+    believed = own_belief(machines.belief, model)
+    with believed.bodies() as urdf:
+        belief = Robot.of(believed.machine, carried, height, urdf)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
     site = _true_site(scenario, machines)
     ground = make_ground(site.terrain)
@@ -149,7 +149,7 @@ def assemble(
         boards = furnish(truth, belief, engine, start)
         boards["drill"] = drill.loads
         drill.loads = boards[0].drill
-        electronics = _electronics(scenario, model, belief, start, own)
+        electronics = _electronics(scenario, believed, belief, start, own)
     except BaseException:
         engine.close()
         raise
@@ -183,7 +183,7 @@ def _true_site(scenario: Scenario, machines: Machines) -> Scenario:
 
 
 def _electronics(
-    scenario: Scenario, model: str | Path | None, belief: Robot, start: Start, own: OwnParts
+    scenario: Scenario, believed: OwnBelief, belief: Robot, start: Start, own: OwnParts
 ) -> dict[str, Any]:
     """What the machine's electronics run, and what people worked out before the run: fields of Assembled."""
     expected = ExpectedLoads(belief.model, belief.machine)
@@ -193,7 +193,7 @@ def _electronics(
     return {
         "start_events": thrust_events(scenario.task, thrust),
         "thrust": thrust,
-        "chain": _chain(scenario, model, belief, start.surveyed_directions),
+        "chain": _chain(scenario, believed, belief, start.surveyed_directions),
         "expectation": Expectation(expected, start.surveyed_directions),
         "gait": gait_of(scenario, _believed_start(belief, start), own),
     }
@@ -212,21 +212,9 @@ def _believed_start(belief: Robot, start: Start) -> BelievedStart:
 
 
 def _chain(
-    scenario: Scenario,
-    model: str | Path | None,
-    robot: Robot,
-    rope_directions: Array,
+    scenario: Scenario, believed: OwnBelief, robot: Robot, rope_directions: Array
 ) -> EstimatorChain:
-    from dataclasses import replace
-
-    dt = 1.0 / scenario.rates.estimator_hz
-    if model is None:
-        belief = Believed.from_machine(robot.machine, dt)
-    else:
-        from testbed.effects import read_believed
-
-        with naming(model):
-            belief = Believed.from_model(read_believed(model), dt, robot.machine)
+    belief = believed.legs(1.0 / scenario.rates.estimator_hz)
     wanted = {
         "kbf_q_n2": scenario.estimator.process_variance_n2,
         "kbf_r_n2": scenario.estimator.measurement_variance_n2,
@@ -234,5 +222,5 @@ def _chain(
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
     changes = {name: value for name, value in wanted.items() if value is not None}
-    body = body_of(robot.machine, robot.model, belief.legs, dt, rope_directions)
-    return EstimatorChain(replace(belief, tuning=replace(belief.tuning, **changes), body=body))
+    belief = replace(belief, tuning=replace(belief.tuning, **changes))
+    return EstimatorChain(believed.with_body(belief, robot.model, rope_directions))

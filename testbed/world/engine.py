@@ -366,12 +366,6 @@ class Engine:
             ]
         )
 
-    def link_position(self, link: int) -> Array:
-        """Centre of mass (3) of a link in the world, m; -1 is the base."""
-        if link < 0:
-            return np.array(p.getBasePositionAndOrientation(self.robot, self.client)[0])
-        return np.array(p.getLinkState(self.robot, link, physicsClientId=self.client)[0])
-
     def momentum(self) -> tuple[Array, Array]:
         """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of the whole robot."""
         c = self.client

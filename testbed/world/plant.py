@@ -113,7 +113,7 @@ def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
 
 @njit
 def add_cross(r: Any, f: Any, out: Any) -> None:
-    """out += r x f."""
+    """Out += r x f."""
     out[0] += r[1] * f[2] - r[2] * f[1]
     out[1] += r[2] * f[0] - r[0] * f[2]
     out[2] += r[0] * f[1] - r[1] * f[0]
@@ -203,7 +203,7 @@ def move_rods(board: Any) -> None:
             rod.side_load = across if k == 2 else abs(along) if k == 1 else 0.0
 
 
-@njit(apart=True)
+@njit
 def plant_step(board: Any) -> None:
     """From the engine's state to what the engine is given for the next step."""
     before, given, clock = board.before, board.given, board.clock

@@ -28,7 +28,7 @@ from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
-from testbed.world import precompile, sensing
+from testbed.world import first_start, sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
     CONTROL,
@@ -73,7 +73,7 @@ class Simulation:
         own: OwnParts = NOTHING_OWN,
     ) -> None:
         self.scenario = scenario
-        compiling = precompile.beside()
+        compiled = first_start.beside()
         self.machines = machines_of(scenario)
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
@@ -108,7 +108,7 @@ class Simulation:
         self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
         detector = scenario.estimator.detector
         self._judge = None if detector == BEST else Judge(detector, m.chain.belief)
-        precompile.finish(compiling, (*self._fixed, self._nowhere))
+        compiled()
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()

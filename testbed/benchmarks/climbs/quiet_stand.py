@@ -67,7 +67,8 @@ class QuietStand(Benchmark[str]):
 
     def work(self, case: str) -> dict[str, Any]:
         """How far loads wander (standard deviation, worst foot), drift (last second less first) and, between 1 kHz and
-        4 kHz, differ at any time (worst foot, N)."""
+        4 kHz, differ at any time (worst foot, N).
+        """
         slow, fast = (foot_loads(CASES[case], hz, self.duration_s) for hz in (1000, 4000))
         between_means = np.abs(slow.mean(axis=0) - fast.mean(axis=0))
         return {

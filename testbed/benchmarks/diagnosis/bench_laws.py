@@ -18,7 +18,8 @@ Array = npt.NDArray[np.float64]
 @dataclass(frozen=True)
 class Motion:
     """A prescribed motion, each array of shape (n,), SI; `level_n`: friction's Coulomb level; `pressure_pa`: of chamber
-    A, 0 on a drive; `current`: of an actuator that nobody declares, 0 to 1."""
+    A, 0 on a drive; `current`: of an actuator that nobody declares, 0 to 1.
+    """
 
     time_s: Array
     position_m: Array

@@ -71,7 +71,8 @@ class _Build:
 
 def make_bench(seed: int) -> tuple[Rig, Hidden]:
     """The rig of a seed: even seeds are drives, odd ones benches; in every third a current rides along, of a damper or
-    of something else."""
+    of something else.
+    """
     rng = np.random.default_rng([77, seed])
     drive, kind = seed % 2 == 0, KINDS[(seed // 2) % len(KINDS)]
     listed = ON_A_DRIVE if drive else ON_A_CYLINDER
@@ -136,7 +137,8 @@ def _motion(b: _Build, number: int) -> Motion:
 
 def _scaled(m: Motion, b: _Build, size_n: float) -> float:
     """The law's size with which RMS `size_n` is left once friction (5), a mass and a zero have taken up what they can;
-    less where the law as a whole would be larger than friction by LARGEST."""
+    less where the law as a whole would be larger than friction by LARGEST.
+    """
     assert b.law is not None
     plus, speed = m.velocity_m_s > 0.0, np.abs(m.velocity_m_s)
     one, bump = np.ones_like(speed), np.exp(-speed / 0.01)

@@ -108,4 +108,5 @@ def _drawn(case: Case) -> dict[str, Any]:
 
 
 def short(value: Any) -> Any:
+    """A number as a table shows it; all else as it is."""
     return f"{value:.6g}" if isinstance(value, float) else value

@@ -56,7 +56,7 @@ def press_recording(seed: int, seconds: float = 15.0) -> tuple[Recording, Array]
 
 
 def _pressure_a(rng: np.random.Generator, v: Array, load: Array, pb: Array) -> Array:
-    """pA (n,) that balances load, frame, pB and friction: (5) with a shift delta, and parts from load and pressures."""
+    """PA (n,) that balances load, frame, pB and friction: (5) with a shift delta, and parts from load and pressures."""
     friction = random_friction(rng)
     level = 0.5 * (friction.coulomb_plus_n + friction.coulomb_minus_n)
     even = friction.model_copy(update={"coulomb_plus_n": level, "coulomb_minus_n": level})
@@ -84,7 +84,7 @@ def _through_sensor(p: Array, ab: Array, rng: np.random.Generator) -> Array:
 
 
 def inside(result: Calibrated, true: Array) -> list[bool]:
-    """Per sensor: does its 95 % region hold the true (a, b)?"""
+    """Whether each sensor's 95 % region holds the true (a, b)."""
     out = []
     for sensor, ab in zip(result.sensors.values(), true, strict=True):
         d = np.array([sensor.a, sensor.b]) - ab

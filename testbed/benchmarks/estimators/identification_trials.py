@@ -107,7 +107,7 @@ def air_recording(
 
 
 def frame_force(v: Array, known: Known) -> Array:
-    """m a - m g cos(inclination), N, of the inner frame moving with v (n,) at RATE_HZ."""
+    """M a - m g cos(inclination), N, of the inner frame moving with v (n,) at RATE_HZ."""
     mass = known.moving_mass_kg or 0.0
     return np.asarray(mass * (np.gradient(v) * RATE_HZ - known.gravity_along_axis_m_s2))
 

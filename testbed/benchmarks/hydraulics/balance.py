@@ -136,7 +136,7 @@ def stored(axes: NDArray[Any], params: NDArray[Any], supply: Any, unit: Any) -> 
 
 
 def _energy(p: float, bulk: float, air: float) -> float:
-    """h - p nu, J per standard m3."""
+    """H - p nu, J per standard m3."""
     return float(enthalpy(p, bulk, air) - p * specific_volume(p, bulk, air)[0])
 
 

@@ -89,7 +89,7 @@ def enthalpy_between(p1: float, p2: float, bulk: float, air: float) -> float:
 
 @njit
 def edge(k: float, drop: float) -> float:
-    """k sign(drop) sqrt|drop|, smoothed below 0.2 bar as the kernel's."""
+    """K sign(drop) sqrt|drop|, smoothed below 0.2 bar as the kernel's."""
     return float(k * drop / (drop * drop + 4.0e8) ** 0.25)
 
 

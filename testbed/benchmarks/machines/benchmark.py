@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,9 @@ class DrawnMachines(Benchmark[Case]):
         """Squared error, samples and those that the interval holds, over all feet."""
         scenario, changes = TASKS[case.task]
         drawn = () if case.machine is None else draw_changes(case.draw, case.machine)
-        return {"task": case.task, "machine": case.machine} | _run(scenario, (*changes, *drawn))
+        return {"task": case.task, "machine": case.machine} | own_error(
+            scenario, (*changes, *drawn)
+        )
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """RMS error (N) and coverage by task and belief, and the worst machine of each."""
@@ -103,10 +106,11 @@ def draw_changes(draw: str, seed: int) -> tuple[str, str]:
     return f"machine.draw={draw}", f"machine.seed={seed}"
 
 
-def _run(name: str, changes: Sequence[str]) -> dict[str, Any]:
+def own_error(name: str, changes: Sequence[str], model: Path | None = None) -> dict[str, Any]:
+    """Sums of the own estimate's error over a run, whose estimators believe a model file."""
     from testbed.world.simulation import Simulation
 
-    world = Simulation(load_scenario(name, tuple(changes)))
+    world = Simulation(load_scenario(name, tuple(changes)), model)
     try:
         data_at, truth_at = world.data_columns.index, world.truth_columns.index
         load = [data_at(f"estimate_own_{leg}") for leg in LEGS]

@@ -9,13 +9,19 @@ from typing import Any
 
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.paper.experiment import Experiment
+from testbed.benchmarks.paper.machine import changed
 from testbed.benchmarks.paper.page import page, table
 from testbed.errors import InputError
+from testbed.machine.inferred import inferred
 from testbed.report.tables import Table
 
 FIGURES = ("4", "5", "6", "7", "8", "9", "11", "12")
 TABLES = {"II": "4", "III": "8", "IV": "12"}
 """The figure that each table belongs to."""
+
+
+DECLARED = "declared"
+"""The machine as roboclimber.yaml has it."""
 
 
 def chosen(names: Sequence[str]) -> list[str]:
@@ -32,24 +38,29 @@ def chosen(names: Sequence[str]) -> list[str]:
     return [f for f in FIGURES if f in wanted or not names]
 
 
-def experiment(figure: str) -> Experiment:
-    """Run the experiment of a figure."""
+def experiment(figure: str, machine: str = "paper") -> Experiment:
+    """Run the experiment of a figure on the declared machine, or with a set of numbers of inferred.yaml."""
     module = import_module(f"testbed.benchmarks.paper.figure_{int(figure):02d}")
-    found: Experiment = module.experiment()
+    with changed({} if machine == DECLARED else inferred(machine)):
+        found: Experiment = module.experiment()
     return found
 
 
 @dataclass(frozen=True)
 class Paper(Benchmark[str]):
-    """`figures` by number or table ('6', 'III'); all for none. Raises InputError for one that is none."""
+    """`figures` by number or table ('6', 'III'), all for none, on a machine. Raises InputError for what there is not."""
 
     name = "paper"
     noun = "figures"
     beside = ("estimators",)
     figures: tuple[str, ...] = ()
+    machine: str = "paper"
+    """A set of inferred.yaml, or "declared"."""
 
     def __post_init__(self) -> None:
         chosen(self.figures)
+        if self.machine != DECLARED:
+            inferred(self.machine)
 
     def cases(self) -> Mapping[str, str]:
         """The figures in the paper's order."""
@@ -57,7 +68,7 @@ class Paper(Benchmark[str]):
 
     def work(self, case: str) -> Experiment:
         """Run a figure's experiment."""
-        return experiment(case)
+        return experiment(case, self.machine)
 
     def summarise(self, answers: Answers) -> list[Experiment]:
         """The experiments."""

@@ -281,7 +281,7 @@ def _push(p: Any, x: float, time: float) -> float:
 
 @njit
 def _viscosity(p: Any, temperature: float) -> float:
-    """sigma over its value at 20 degC."""
+    """Sigma over its value at 20 degC."""
     warm = temperature - 20.0
     return float(
         np.exp(-p.temp * warm) if p.temp_form == 0.0 else 1.0 / (1.0 + p.temp * max(warm, -15.0))

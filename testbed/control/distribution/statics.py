@@ -81,7 +81,7 @@ class Balance:
 
     @property
     def measured_pull_n(self) -> Array:
-        """(2,)"""
+        """(2,)."""
         return self.measured[ROPES]
 
 

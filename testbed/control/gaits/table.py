@@ -7,6 +7,7 @@ from typing import Any
 
 from testbed.control.distribution.distribution import Controller
 from testbed.control.gait import BelievedStart, Gait, Layer, Layered
+from testbed.control.gaits.commission import CommissionGait
 from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import Pace
@@ -18,7 +19,7 @@ from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import Crawl, Program, Sway
+from testbed.scenario.tasks import Commission, Crawl, Program, Sway
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
         gait = checked_gait(own.gait, start, field="gait")
     elif isinstance(task, Crawl):
         gait = _crawl(task, start)
+    elif isinstance(task, Commission):
+        gait = CommissionGait(task, start)
     elif isinstance(task, Sway):
         gait = SwayGait(task, start)
     elif isinstance(task, Program):

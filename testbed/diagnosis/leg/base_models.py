@@ -165,7 +165,8 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
     """The fit with declared numbers held by their tolerance as independent samples would be: correlated ones would
-    outweigh it."""
+    outweigh it.
+    """
     memory = max(np.median(list(evidence(problem, fit).memory.values())), 1.0)
     coordinates = [restarted(c, fit.at) for c in fit.coordinates]
     coordinates = [

@@ -1,4 +1,4 @@
-"""`testbed diagnose`: what does the believed model of one axis lack?"""
+"""`testbed diagnose`: what the believed model of one axis lacks."""
 
 from __future__ import annotations
 
@@ -114,7 +114,8 @@ def _after(
 ) -> tuple[LegModel, tuple[EffectEntry, ...]]:
     """(the model that the diagnosis leaves, its effects): with the named effects; or with a generic correction, where
     nothing has a name and that carries over; or of the published form: on a bench as identified, for what has no name
-    bends a refit, whose recordings each have their own noise, more than an identification."""
+    bends a refit, whose recordings each have their own noise, more than an identification.
+    """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
         by_blocks = block_covariance(problem, chosen.fit)

@@ -28,7 +28,8 @@ def entries_of(
     fit: Fit, memory: float, by_blocks: npt.NDArray[np.float64] | None = None
 ) -> tuple[EffectEntry, ...]:
     """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins;
-    `by_blocks`: covariance with blocks as witnesses. The wider of both counts."""
+    `by_blocks`: covariance with blocks as witnesses. The wider of both counts.
+    """
     variance = np.diag(fit.covariance) * max(memory, 1.0)
     if by_blocks is not None:
         variance = np.maximum(variance, np.diag(by_blocks))

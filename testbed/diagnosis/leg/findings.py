@@ -67,7 +67,8 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
 
 def trials_json(proof: Proof) -> dict[str, Any]:
     """Names that passed their trials (whatever the verdict), share of resampled rigs that would name each again, names
-    refused with the reason, errors of runs left out, N."""
+    refused with the reason, errors of runs left out, N.
+    """
     return {
         "passed": list(proof.kept.names),
         "repeated": dict(proof.repeated),

@@ -111,7 +111,8 @@ def jacobian(
 ) -> dict[str, Array]:
     """Differences forward (backward at an upper bound), channel by channel; exact where friction enters straight.
 
-    A coordinate that does not move a channel has a zero column."""
+    A coordinate that does not move a channel has a zero column.
+    """
     out = {c: np.zeros((len(r), len(theta)), order="F") for c, r in at_zero.items()}
     exact = _exact(problem, coordinates, theta, fixed) if "force" in at_zero else {}
     for j, c in enumerate(coordinates):

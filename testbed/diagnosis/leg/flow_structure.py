@@ -23,7 +23,8 @@ TERMS = ("in", "out", "in_2", "out_2", "position", "one", "pressure_a", "pressur
 
 def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
     """(held-out log-likelihood that linear terms in both flow balances add to a fit, largest relative fall of a
-    moving group's noise); (0, 0) without flow balances."""
+    moving group's noise); (0, 0) without flow balances.
+    """
     if "flow" not in fit.residual:
         return 0.0, 0.0
     columns = np.concatenate([_columns(s) for s in problem.series])

@@ -21,7 +21,8 @@ LEAST, MOST_WORSE = 0.03, 0.01
 
 def correction(problem: Problem, refit: Fit) -> Fit | None:
     """The refit with generic terms, shrunk so that each recording is predicted best from the others; None if no size
-    of shrinking predicts them better."""
+    of shrinking predicts them better.
+    """
     before = _by_recording(problem, refit)
     best: tuple[float, Fit] | None = None
     for size in SIZES_N:

@@ -32,7 +32,8 @@ Names = tuple[str, ...]
 @dataclass(frozen=True)
 class Calibration:
     """Question -> sign -> weight; `rivals`: slack, share, power for single effects, power for larger sets; `lapses`:
-    rates at which a sure "no" (`..._missed`) and a sure "yes" (`..._ghost`) are wrong, for LAPSING."""
+    rates at which a sure "no" (`..._missed`) and a sure "yes" (`..._ghost`) are wrong, for LAPSING.
+    """
 
     left: Mapping[str, float]
     generic: Mapping[str, float]
@@ -130,7 +131,8 @@ def left_signs(s: Signs) -> dict[str, float]:
 
 def generic_signs(s: Signs) -> dict[str, float]:
     """The same, told by generic terms of the force balance: they gain, and not little beside what names gained; or they
-    alone gain more than the names do."""
+    alone gain more than the names do.
+    """
     generic = max(s.generic_gain, 0.5)
     share = generic / (generic + max(s.best.gain, 0.5))
     ahead = s.alone_gain - s.best.gain if s.best.names else 0.0

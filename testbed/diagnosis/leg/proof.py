@@ -125,7 +125,8 @@ class _RunErrors:
 
 def worse_than(state: Search, candidate: Candidate, identified: LegModel) -> bool:
     """Whether the force of blocks left out is worse with a set than as identified; never where none of its names shows
-    in the force. Of a leg's recordings often only one shows an effect at all, so blocks are left out and not runs."""
+    in the force. Of a leg's recordings often only one shows an effect at all, so blocks are left out and not runs.
+    """
     problem = state.problem
     if not any("force" in by_name(name).seen_in for name in candidate.names):
         return False

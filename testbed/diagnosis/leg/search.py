@@ -67,7 +67,8 @@ class Search:
 
 def _unlikely(candidate: Candidate, problem: Problem) -> float:
     """On one leg of four, whose rivals often explain the same: half the square of standard deviations by which a
-    parameter leaves its prior range, at most MOST_UNLIKELY each."""
+    parameter leaves its prior range, at most MOST_UNLIKELY each.
+    """
     if problem.kind != "robot":
         return 0.0
     total = 0.0

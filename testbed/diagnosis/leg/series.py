@@ -27,6 +27,8 @@ BIN = 3
 """Samples at RATE_HZ that are averaged into one residual."""
 BLOCK_S = 2.5
 """Residuals of one block are held out together: longer than their memory."""
+UNTOUCHED = 1e-3
+"""Share of clipped samples below which a smoothed sample counts as free of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +151,7 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     if recording.reference_force_n is not None:
         reference = smooth(even(recording.reference_force_n), width)[::step]
     saturated = (recording.saturated_a | recording.saturated_b).astype(np.float64)
-    clear = (smooth(even(saturated), width)[::step] < 1e-3) & ~in_gaps(
+    clear = (smooth(even(saturated), width)[::step] < UNTOUCHED) & ~in_gaps(
         recording.time_s, signals.time_s
     )
     stroke_full, open_ = None, None

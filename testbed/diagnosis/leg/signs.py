@@ -38,7 +38,8 @@ class Signs:
     """`refit`, `first`, `second`: no effect, the best single one, the best larger set; `gains`: every set that was
     tried with its gain. `generic_*`: what generic terms add to the best set, `alone_gain`: to the refit; `flow_*`: what
     linear terms add to the best set's flow balances. `memory`: correlation time of what the
-    best set leaves of the force, bins."""
+    best set leaves of the force, bins.
+    """
 
     refit: SetSigns
     first: SetSigns | None

@@ -70,7 +70,8 @@ def _without(
     state: Search, weights: Mapping[tuple[str, ...], float], failed: Names
 ) -> dict[tuple[str, ...], float]:
     """The weights with those of sets that hold a failed name given to the sets without it, where those were tried, or
-    else to none."""
+    else to none.
+    """
     out: dict[tuple[str, ...], float] = {}
     for names, weight in weights.items():
         left = tuple(n for n in names if n not in failed)

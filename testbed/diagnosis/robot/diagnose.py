@@ -1,4 +1,4 @@
-"""`testbed diagnose RUN`: which leg of the whole robot does not fit its model, and by which effect?"""
+"""`testbed diagnose RUN`: the leg of the whole robot that does not fit its model, and by which effect."""
 
 from __future__ import annotations
 
@@ -145,7 +145,8 @@ def diagnose_robot(
 
 def _common(problem: RobotProblem, before: Point, slides: bool, free: Sequence[Coordinate]) -> Fit:
     """What all four legs share: friction (where pistons slide), the declared effects' sizes, the valve's edges; and
-    what is free in each leg without being a finding."""
+    what is free in each leg without being a finding.
+    """
     coordinates: list[Coordinate] = list(free)
     if slides:
         coordinates += friction_coordinates(before.friction, FRICTION_SCALE_N)

@@ -32,7 +32,8 @@ Names = tuple[str, ...]
 class RobotSigns:
     """`gain`, `fall`: what the best single effect gains over the refit in held-out log-likelihood, and how far it
     lowers some group's noise; `more`, `more_fall`: what the best larger set adds to it; `worst`: noise that the best
-    set leaves in the worst leg, over that of the two best legs; `gains`: every set that was tried, with its gain."""
+    set leaves in the worst leg, over that of the two best legs; `gains`: every set that was tried, with its gain.
+    """
 
     gain: float
     fall: float

@@ -68,7 +68,8 @@ class RobotProblem(Problem):
 
     def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
         """Stacked binned flow residuals, slowed down: the encoder's error is bounded, so in the mean over FLOW_S it
-        falls much faster than chance, while a leak stays."""
+        falls much faster than chance, while a leak stays.
+        """
         found = super().flow(model, effects, edge)["flow"]
         first, parts = 0, []
         for s in self.series:

@@ -16,9 +16,8 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.compiled import njit
+from testbed.compiled import njit_over
 from testbed.estimation.detectors.sample import Sample
-from testbed.estimation.filters.base import named_after
 from testbed.formats.records import Record
 from testbed.machine.names import LEGS
 
@@ -31,10 +30,6 @@ class Detector(Protocol):
     def update(self, sample: Any) -> Array:
         """Scores (4,) of this sample."""
         ...
-
-
-class Nothing(Record):
-    """No state."""
 
 
 class CompiledDetector:
@@ -52,7 +47,7 @@ class CompiledDetector:
 
     def __init_subclass__(cls, step: Any) -> None:
         """Compile the loop over samples and feet when it is first needed."""
-        cls._loop = staticmethod(_loop_over(step))
+        cls._loop = staticmethod(njit_over(_detect, step))
 
     def __init__(self, **numbers: float) -> None:
         self._numbers = self.Numbers.one(**(self.numbers | numbers))
@@ -78,13 +73,14 @@ class CompiledDetector:
         return out
 
 
-def _loop_over(step: Any) -> Any:
-    def detect(samples: Any, numbers: Any, state: Any, dt_s: float, scores: Any) -> None:
-        for k in range(samples.shape[0]):
-            for foot in range(scores.shape[1]):
-                scores[k, foot] = step(samples[k], foot, numbers[0], state[foot], dt_s)
+step: Any = None
+"""In `_detect`, the detector's own."""
 
-    return njit(named_after(detect, step))
+
+def _detect(samples: Any, numbers: Any, state: Any, dt_s: float, scores: Any) -> None:
+    for k in range(samples.shape[0]):
+        for foot in range(scores.shape[1]):
+            scores[k, foot] = step(samples[k], foot, numbers[0], state[foot], dt_s)
 
 
 def start(detector: Any, dt_s: float) -> None:

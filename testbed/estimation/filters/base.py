@@ -12,21 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.compiled import njit
+from testbed.compiled import njit_over
 from testbed.formats.records import Record
 
 Array = NDArray[np.float64]
 Run = Callable[..., Array]
 
 
+step: Any = None
+"""In `_loop`, the filter's own."""
+
+
+def _loop(state: Any, z: Any, numbers: Any, x: Any) -> None:
+    for k in range(z.size):
+        x[k] = step(state[0], z[k], numbers[0])
+
+
 def over(step: Any, state: type[Record], numbers: type[Record]) -> Run:
     """`run(z, **numbers) -> x`: a step over z (n,) in N, starting from nothing, with its constants by name."""
-
-    def loop(state: Any, z: Array, numbers: Any, x: Array) -> None:
-        for k in range(z.size):
-            x[k] = step(state[0], z[k], numbers[0])
-
-    compiled = njit(named_after(loop, step))
+    compiled = njit_over(_loop, step)
 
     def run(z: Array, **constants: float) -> Array:
         x = np.empty(z.size)
@@ -34,10 +38,3 @@ def over(step: Any, state: type[Record], numbers: type[Record]) -> Run:
         return x
 
     return run
-
-
-def named_after(loop: Any, step: Any) -> Any:
-    """A loop over a step, kept in the cache of compiled functions under that step's module."""
-    loop.__module__ = getattr(step, "py_func", step).__module__
-    loop.__qualname__ = loop.__name__
-    return loop

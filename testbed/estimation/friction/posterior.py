@@ -134,7 +134,7 @@ def _draw(
 
 
 def _nearest_allowed(theta: Array, root: Array) -> Array:
-    """argmin over x >= 0 of |root^-1 (x - theta)|."""
+    """Argmin over x >= 0 of |root^-1 (x - theta)|."""
     from scipy.optimize import nnls
 
     whitening = np.linalg.inv(root)
@@ -164,7 +164,7 @@ class _Linear:
         return mean, precision, np.asarray(misfit + mean**2 @ self.prior)
 
     def log_evidence(self, grid: Array) -> Array:
-        """log p(rows | c_s) up to a constant, (len(grid),)."""
+        """Log p(rows | c_s) up to a constant, (len(grid),)."""
         _, precision, cost = self._solve(grid)
         return np.asarray(-0.5 * cost - 0.5 * np.linalg.slogdet(precision)[1])
 

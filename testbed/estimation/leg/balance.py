@@ -34,7 +34,7 @@ def force_terms(model: LegModel, signals: Signals, effects: Sequence[Active]) ->
 
 
 def piston_force_n(signals: Signals) -> Array:
-    """pA A_A - pB A_B, or a drive's actuator force; N, along extension, shape (n,)."""
+    """PA A_A - pB A_B, or a drive's actuator force; N, along extension, shape (n,)."""
     if signals.actuator_force_n is not None and signals.pressure_a_pa is None:
         return signals.actuator_force_n
     assert signals.pressure_a_pa is not None

@@ -24,7 +24,7 @@ from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
 from testbed.laws.linear import second_order
-from testbed.recording.known import Known
+from testbed.recording.known import Circuit, Known
 
 Array = npt.NDArray[np.float64]
 SMOOTH_DROP_PA = 5e4
@@ -149,9 +149,20 @@ class Valve(NamedTuple):
     rated_m3_s: float
     rated_drop_pa: float
     smooth_drop_pa: float
-    share_b: float
-    """Size of the edges at chamber B against those at A."""
     tank_pa: float
+    edge_pa: float
+    """Size of the edge from supply to A against the rated flow; the other three likewise."""
+    edge_at: float
+    edge_pb: float
+    edge_bt: float
+    leakage_pa_m3_s_pa: float
+    """Of the edge from supply to A; the other three likewise."""
+    leakage_at_m3_s_pa: float
+    leakage_pb_m3_s_pa: float
+    leakage_bt_m3_s_pa: float
+    held_a: bool
+    """A load-holding valve lets oil out of A only where the spool opens it to the tank."""
+    held_b: bool
 
 
 class Cylinder(NamedTuple):
@@ -182,12 +193,22 @@ class OilRows(NamedTuple):
 
 def _valve(known: Known, edge: Edge) -> Valve:
     assert known.valve_rated_flow_m3_s and known.valve_rated_drop_per_edge_pa
+    circuit = known.circuit or Circuit()
     return Valve(
         edge.gain * known.valve_rated_flow_m3_s,
         known.valve_rated_drop_per_edge_pa,
         edge.smooth_pa,
-        edge.share_b,
         known.tank_pressure_pa or 0.0,
+        circuit.edge_pa,
+        circuit.edge_at,
+        edge.share_b * circuit.edge_pb,
+        edge.share_b * circuit.edge_bt,
+        circuit.leakage_pa_m3_s_pa,
+        circuit.leakage_at_m3_s_pa,
+        circuit.leakage_pb_m3_s_pa,
+        circuit.leakage_bt_m3_s_pa,
+        circuit.holding_a != "none",
+        circuit.holding_b != "none",
     )
 
 
@@ -206,6 +227,9 @@ def _supply_pa(signals: Signals, terms: FlowTerms, open_: Array, edge: Edge) -> 
     """The declared supply pressure, less what it gives way under the drawn flow."""
     known, nominal = signals.known, signals.known.supply_pressure_nominal_pa
     assert nominal and signals.pressure_a_pa is not None and signals.pressure_b_pa is not None
+    varies = known.circuit is not None and known.circuit.supply == "varying"
+    if varies and signals.supply_pressure_pa is not None:
+        return signals.supply_pressure_pa
     if terms.droop_pa_s_m3 <= 0.0:
         return nominal
     valve = _valve(known, edge)
@@ -235,21 +259,27 @@ def _chambers(
 ) -> tuple[Array, Array]:
     """Both balances but the hose, m3/s, each of shape (n,)."""
     pressure_a, pressure_b = rows.pressure_a_pa, rows.pressure_b_pa
-    rated_a, rated_b = valve.rated_m3_s, valve.share_b * valve.rated_m3_s
+    rated, drop, soft = valve.rated_m3_s, valve.rated_drop_pa, valve.smooth_drop_pa
     a, b = np.empty_like(pressure_a), np.empty_like(pressure_a)
     last = len(pressure_a) - 1
     for i in range(len(pressure_a)):
         before, after = max(i - 1, 0), min(i + 1, last)
         rate = rate_hz / max(after - before, 1)
         open_ = rows.opening[i]
+        from_a, from_b = rows.supply_pa[i] - pressure_a[i], rows.supply_pa[i] - pressure_b[i]
+        to_a, to_b = pressure_a[i] - valve.tank_pa, pressure_b[i] - valve.tank_pa
+        flow_a = valve.leakage_pa_m3_s_pa * from_a - valve.leakage_at_m3_s_pa * to_a
+        flow_b = valve.leakage_pb_m3_s_pa * from_b - valve.leakage_bt_m3_s_pa * to_b
         if open_ > 0.0:
-            into_a, out_of_b = rows.supply_pa[i] - pressure_a[i], pressure_b[i] - valve.tank_pa
-            flow_a = edge_flow(open_, into_a, rated_a, valve.rated_drop_pa, valve.smooth_drop_pa)
-            flow_b = -edge_flow(open_, out_of_b, rated_b, valve.rated_drop_pa, valve.smooth_drop_pa)
+            flow_a += edge_flow(open_, from_a, valve.edge_pa * rated, drop, soft)
+            flow_b -= edge_flow(open_, to_b, valve.edge_bt * rated, drop, soft)
         else:
-            out_of_a, into_b = pressure_a[i] - valve.tank_pa, rows.supply_pa[i] - pressure_b[i]
-            flow_a = -edge_flow(open_, out_of_a, rated_a, valve.rated_drop_pa, valve.smooth_drop_pa)
-            flow_b = edge_flow(open_, into_b, rated_b, valve.rated_drop_pa, valve.smooth_drop_pa)
+            flow_a -= edge_flow(open_, to_a, valve.edge_at * rated, drop, soft)
+            flow_b += edge_flow(open_, from_b, valve.edge_pb * rated, drop, soft)
+        if valve.held_a and open_ >= 0.0:
+            flow_a = max(flow_a, 0.0)
+        if valve.held_b and open_ <= 0.0:
+            flow_b = max(flow_b, 0.0)
         volume_a = cylinder.dead_volume_a_m3 + cylinder.area_a_m2 * rows.position_m[i]
         left_m = cylinder.stroke_m - rows.position_m[i]
         volume_b = cylinder.dead_volume_b_m3 + cylinder.area_b_m2 * left_m

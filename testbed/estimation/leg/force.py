@@ -160,7 +160,8 @@ def trusted(
     speed_m_s: float = MOVING_M_S,
 ) -> Mask:
     """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a reversal, and far enough
-    behind it for friction to have built up on the new side."""
+    behind it for friction to have built up on the new side.
+    """
     from scipy.ndimage import binary_erosion
 
     fast = np.abs(velocity_m_s) > speed_m_s
@@ -199,7 +200,8 @@ def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
 
 def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
     """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground feels the load that
-    it had when it stopped, and the first samples behind a gap may already belong to a foot that lifts."""
+    it had when it stopped, and the first samples behind a gap may already belong to a foot that lifts.
+    """
     if not good.any():
         return np.zeros_like(raw)
     run = smooth_causal if causal else smooth

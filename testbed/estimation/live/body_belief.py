@@ -103,6 +103,7 @@ def body_of(
     body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
     body["rope_point"] = model.rope_attachments_m
     body["rope_direction"] = rope_directions_in_world
+    body["pin_gain"] = 1.0
     body["drill_point"], body["store_point"] = model.drill_mount_m, model.rod_store_m
     body["decisions"]["dt"] = dt_s
     numbers = model.leg_numbers()

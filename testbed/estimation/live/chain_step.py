@@ -159,7 +159,7 @@ def standard_deviation(
     return math.sqrt(sensors + friction + inertia + variance + rest)
 
 
-@njit(apart=True)
+@njit
 def step_chain(row: Any, belief: Any, state: Any) -> None:
     """All four legs, one step: reads the measured part of a DataRow and writes its estimates and contact states.
 

@@ -114,7 +114,8 @@ def predict(fusion: Any) -> None:
 @njit
 def observe(fusion: Any, h: Any, y: float, r: float, gate: float) -> float:
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it fits. Returns y - h . x
-    over its standard deviation."""
+    over its standard deviation.
+    """
     x, p = fusion.x, fusion.p
     ph = np.zeros(N)
     variance, error = r, y

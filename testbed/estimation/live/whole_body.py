@@ -65,6 +65,10 @@ class BodyBelief(Record):
     foot_height = quantity("m", "underside of a foot above the origin, joints at 0", per=LEGS)
     rope_point = quantity("m", "where the ropes pull, body frame", per=(SIDES, XYZ))
     rope_direction = quantity("1", "towards the anchors, world frame", per=(SIDES, XYZ))
+    pin_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
+    pin_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
+    unit_roll = quantity("rad", "how the inertial unit is turned against the body")
+    unit_pitch = quantity("rad", "the same, about its y axis before x")
     drill_point = quantity("m", "where the drill pushes, body frame", per=XYZ)
     store_point = quantity("m", "where the store of rods is, body frame", per=XYZ)
     filter = part(persistent.Numbers, "of the foot loads")
@@ -89,6 +93,7 @@ class BodyState(Record):
     joints = part(ff.JointMotion, "of the cylinders' sensors")
     motion = part(ff.BodyMotion, "as if it stood still, body frame")
     axes = part(AxisState, "cylinders", per=AXES)
+    attitude = quantity("rad", "of the body", per=("roll", "pitch", "yaw"))
     fusion = part(fu.Fusion, "what the cylinders' forces are off by")
     sums = part(Gathered, "since the last balance, added up")
     means = part(Gathered, "at the last balance")
@@ -114,8 +119,20 @@ def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
 
 
 @njit
+def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
+    """A vector (3), in place, into the body frame from an inertial unit that is mounted Ry(pitch) Rx(roll)."""
+    if roll == 0.0 and pitch == 0.0:
+        return
+    x, y, z = vector[0], vector[1], vector[2]
+    y, z = math.cos(roll) * y - math.sin(roll) * z, math.sin(roll) * y + math.cos(roll) * z
+    vector[0] = math.cos(pitch) * x + math.sin(pitch) * z
+    vector[1] = y
+    vector[2] = math.cos(pitch) * z - math.sin(pitch) * x
+
+
+@njit
 def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
-    """out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
+    """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
     rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
     fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
@@ -133,7 +150,7 @@ def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
 
 @njit
 def add_force(wrench: Any, force: Any, point: Any) -> None:
-    """wrench (6) += force (3) at point (3), about the body's origin."""
+    """Wrench (6) += force (3) at point (3), about the body's origin."""
     for k in range(3):
         wrench[k] += force[k]
     wrench[3] += point[1] * force[2] - point[2] * force[1]
@@ -142,13 +159,14 @@ def add_force(wrench: Any, force: Any, point: Any) -> None:
 
 
 @njit
-def other_wrench(row: Any, gravity: Any, turning: Any, means: Any, body: Any) -> Any:
+def other_wrench(row: Any, gravity: Any, turning: Any, state: Any, body: Any) -> Any:
     """Wrench (6) about the body's origin, body frame, of weight, inertia, ropes and drill.
 
-    row: DataRow (posture, attitude, what the drill's controls know); means: Gathered. Its specific force (the body's
+    row: DataRow (posture, what the drill's controls know). The specific force of the BodyState's means (the body's
     acceleration less gravity) and `turning` (3) rad/s2 (its angular acceleration) carry the body and the inner links;
     frames and feet stand still and carry gravity (3) m/s2 alone.
     """
+    means = state.means
     wrench, force = np.zeros(6), np.empty(3)
     for k in range(3):
         force[k] = -body.base_mass * means.specific_force[k]
@@ -157,7 +175,7 @@ def other_wrench(row: Any, gravity: Any, turning: Any, means: Any, body: Any) ->
     add_force(wrench, force, body.base_centre)
     for k in range(4):
         add_links(wrench, body.legs[k], row.position[3 * k : 3 * k + 3], gravity, means)
-    rotation = rotation_of(row.attitude)
+    rotation = rotation_of(state.attitude)
     for r in range(2):
         for k in range(3):
             force[k] = 0.0
@@ -170,7 +188,7 @@ def other_wrench(row: Any, gravity: Any, turning: Any, means: Any, body: Any) ->
 
 @njit
 def add_links(wrench: Any, leg: Any, q: Any, gravity: Any, means: Any) -> None:
-    """wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
+    """Wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
     force, point = np.empty(3), np.empty(3)
     for i in range(3):
         link, out = leg.links[i], q[1] if i > 0 else 0.0
@@ -187,7 +205,7 @@ def add_links(wrench: Any, leg: Any, q: Any, gravity: Any, means: Any) -> None:
 
 @njit
 def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
-    """wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and store."""
+    """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and store."""
     force, point = np.zeros(3), np.empty(3)
     for k in range(3):
         point[k] = body.drill_point[k]
@@ -245,7 +263,8 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
 @njit
 def take_means(body: Any, state: Any) -> Any:
     """Turn the sums into means; returns the body's angular acceleration (3), rad/s2. News of a piston at rest: the
-    change of its mean force."""
+    change of its mean force.
+    """
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
     turning, started = np.zeros(3), state.started != 0.0
     dt = body.every * body.decisions.dt
@@ -255,8 +274,10 @@ def take_means(body: Any, state: Any) -> Any:
         means.angular_rate[k] = rate
         means.specific_force[k] = sums.specific_force[k] / count
         sums.angular_rate[k] = sums.specific_force[k] = 0.0
+    turn_out_of_unit(means.specific_force, body.unit_roll, body.unit_pitch)
     for k in range(2):
-        means.rope_tension[k] = sums.rope_tension[k] / count
+        tension = sums.rope_tension[k] / count
+        means.rope_tension[k] = (tension - body.pin_zero[k]) / body.pin_gain[k]
         sums.rope_tension[k] = 0.0
     for k in range(4):
         for j in range(3):
@@ -274,7 +295,7 @@ def take_means(body: Any, state: Any) -> Any:
     return turning
 
 
-@njit(apart=True)
+@njit
 def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     """One fusion: what the cylinders' forces are off by, from the means since the last one; arms (12) m/rad or 1."""
     first, fusion = state.started == 0.0, state.fusion
@@ -340,8 +361,8 @@ def force_variance(p: Any, weights: Any, first: int) -> float:
 def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, state: Any) -> None:
     """The six equations: feet that carry, weight, ropes and drill add up to nothing but the balance's own error."""
     gravity, means = np.empty(3), state.means
-    gravity_in_body(row.attitude, body.gravity, gravity)
-    wrench = other_wrench(row, gravity, turning, means, body)
+    gravity_in_body(state.attitude, body.gravity, gravity)
+    wrench = other_wrench(row, gravity, turning, state, body)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     rows = np.zeros((6, fu.N))
     for k in range(4):
@@ -378,8 +399,12 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         joints.position[i] = row.position[i]
         joints.rate[i], joints.acceleration[i] = axis.speed / arms[i], axis.acceleration / arms[i]
         joints.torque[i] = (axis.force - axis.friction) * arms[i]
+    for k in range(3):
+        state.attitude[k] = row.attitude[k]
+    state.attitude[0] -= body.unit_roll
+    state.attitude[1] -= body.unit_pitch
     force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
-    gravity_in_body(row.attitude, body.gravity, lift)
+    gravity_in_body(state.attitude, body.gravity, lift)
     for k in range(3):
         rotation[k, k], lift[k] = 1.0, -lift[k]
     ff.foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)

@@ -1,4 +1,4 @@
-"""Signs and scales of forces: which one change of sign, scale or place would make the force balance close?
+"""Signs and scales of forces: the one change of sign, scale or place that would make the force balance close.
 
 Friction opposes motion. Written out, pA A_A - pB A_B + m (g cos(inclination) - a) - F_ext must look like
 C sign(v) + sigma v with C, sigma >= 0. A recording in which it does not, but would with one channel turned round,

@@ -82,7 +82,7 @@ def _size(vector: Array) -> float:
 
 @njit
 def _add_stiffness(map_: Array, slope: Array, stiffness: Array) -> None:
-    """stiffness (6, 6) += map slope map^T."""
+    """Stiffness (6, 6) += map slope map^T."""
     for row in range(6):
         for axis in range(3):
             part = 0.0

@@ -45,10 +45,19 @@ def test_the_inferred_seal_sticks_below_5_mm_s_and_not_above_the_declared_one_no
 
 
 def test_inferred_sets_name_numbers_that_there_are() -> None:
-    assert set(inferred()) == set(inferred("figure_5")) | set(inferred("figure_9"))
+    sets = [set(inferred(name)) for name in ("figure_5", "figure_9", "paper")]
+    assert set(inferred()) == set.union(*sets)
     assert inferred("figure_9") == {"seal.bristle_stiffness_n_m": 2.0e8}
-    with pytest.raises(InputError, match=r"figure_6.*allowed: figure_5, figure_9"):
+    with pytest.raises(InputError, match=r"figure_6.*allowed: figure_5, figure_9, paper"):
         inferred("figure_6")
+
+
+def test_the_inferred_circuit_sticks_at_5_mm_s_with_the_declared_seal_and_not_at_10() -> None:
+    circuit = inferred("paper")
+    assert slips_at(5e-3, circuit, 2.0) >= 3 and slips_at(1e-2, circuit, 2.0) == 0
+    assert not any(path.startswith("seal.") for path in circuit)
+    kept = ("valve.edge_at", "valve.edge_bt", "oil.entrained_air")
+    assert slips_at(5e-3, {path: circuit[path] for path in kept}, 2.0) < 3
 
 
 def test_experiments_see_the_machine_that_is_set_and_remember_each() -> None:

@@ -35,7 +35,7 @@ class Footholds:
     def __init__(
         self, model: RobotModel, legs: LegKinematics, start: Array, friction: float
     ) -> None:
-        """start (12): joints at the start; friction: believed, between foot and ground."""
+        """Start (12): joints at the start; friction: believed, between foot and ground."""
         self.legs, self._model, self._friction = legs, model, friction
         self.home: Array = legs.feet(start)
         self.nought: Array = start - legs.joints(self.home)

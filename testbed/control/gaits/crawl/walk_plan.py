@@ -45,7 +45,7 @@ class WalkPlan:
         ground: GroundSearch,
         offset: Array,
     ) -> None:
-        """offset (3): how far the feet's common load lies off their middle at the start, m."""
+        """Offset (3): how far the feet's common load lies off their middle at the start, m."""
         self._task, self._footholds, self._pace = task, footholds, pace
         self._ropes, self._ground, self._offset = ropes, ground, offset
         heading = np.radians(task.heading_deg)

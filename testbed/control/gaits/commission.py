@@ -1,0 +1,113 @@
+"""What a crew lets the robot do to know itself: each foot lifted and moved in the air, then the body raised, lowered and leant.
+
+On level ground. A foot in the air carries nothing, so its cylinders show their zeros and their friction at several
+speeds; a body that moves up and down on four feet shows its weight, its ways to the sides show where that weight is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.control.command import Command
+from testbed.control.gait import BelievedStart
+from testbed.control.measured import Measured
+from testbed.machine.names import LEGS
+from testbed.scenario.tasks import Commission
+
+Array = NDArray[np.float64]
+SHIFT_M, SHIFT_S = 0.17, 6.0
+"""How far the body goes away from the foot that is to be lifted, forward and to the side, and in what time."""
+LIFT_M, SPEED_M_S = 0.04, 0.02
+"""A foot is lifted so far before it moves, at this speed."""
+HEIGHT_M, LEAN_M, AWAY_M = 0.10, 0.05, 0.12
+"""Ways of the body: up, one pair of feet against the other, to the sides."""
+BOB_M, AWAY_S = 0.03, 4.0
+"""At the sides it goes up and down so far; the time for a way to the side."""
+FOOT_SPEEDS_M_S, BODY_SPEEDS_M_S = (0.006, 0.02, 0.06), (0.02,)
+"""Of a foot in the air and of the body, each up and down."""
+REST_S = 0.5
+
+
+@dataclass(frozen=True)
+class Key:
+    """Where body and feet are to be at a time; between two keys they go steadily."""
+
+    t: float
+    body_m: tuple[float, float, float]
+    lift_m: tuple[float, float, float, float]
+    stance: tuple[bool, bool, bool, bool]
+
+
+class CommissionGait:
+    """See the module's docstring. A Gait."""
+
+    def __init__(self, task: Commission, start: BelievedStart) -> None:
+        self._legs = start.legs
+        self._feet = self._legs.feet(start.joints)
+        self._nought = start.joints - self._legs.joints(self._feet)
+        self._keys = program(task)
+        self._times = np.array([key.t for key in self._keys])
+        self._places = np.array([(*key.body_m, *key.lift_m) for key in self._keys])
+
+    def command(self, t: float, dt: float, measured: Measured) -> Command:
+        """See Gait."""
+        del measured
+        now = np.array([np.interp(t + dt, self._times, way) for way in self._places.T])
+        feet = self._feet - now[:3]
+        feet[:, 2] += now[3:]
+        at = max(int(np.searchsorted(self._times, t + dt)) - 1, 0)
+        stance = np.array(self._keys[at].stance)
+        return Command(joints=self._legs.joints(feet) + self._nought, stance=stance)
+
+
+def duration_s(task: Commission) -> float:
+    """How long the whole programme takes."""
+    return program(task)[-1].t + REST_S
+
+
+def program(task: Commission) -> list[Key]:
+    """The programme as keys, in order."""
+    keys = [Key(task.start_s, (0.0, 0.0, 0.0), (0.0,) * 4, (True,) * 4)]
+
+    def go(seconds: float, body: Array, lift: Array, leg: int | None = None) -> None:
+        x, y, z = body.tolist()
+        fl, fr, rl, rr = lift.tolist()
+        stance = (leg != 0, leg != 1, leg != 2, leg != 3)
+        keys.append(Key(keys[-1].t + seconds, (x, y, z), (fl, fr, rl, rr), stance))
+
+    nought, none = np.zeros(3), np.zeros(4)
+    for leg in range(len(LEGS)):
+        away = np.array([-SHIFT_M if leg < 2 else SHIFT_M, SHIFT_M if leg % 2 else -SHIFT_M, 0.0])
+        go(SHIFT_S, away, none)
+        go(REST_S, away, none)
+        only = np.eye(len(LEGS))[leg]
+        height = 0.0
+        for goal, speed in ((LIFT_M, SPEED_M_S), *_strokes(), (0.0, SPEED_M_S)):
+            go(abs(goal - height) / speed, away, goal * only, leg)
+            height = goal
+        go(REST_S, away, none)
+        go(SHIFT_S, nought, none)
+    for speed in BODY_SPEEDS_M_S:
+        for height in (HEIGHT_M, 0.0, -HEIGHT_M, 0.0):
+            go(HEIGHT_M / speed, np.array([0.0, 0.0, height]), none)
+    for pair in (np.array([1.0, 1.0, -1.0, -1.0]), np.array([1.0, -1.0, 1.0, -1.0])):
+        for side in (1.0, -1.0, 0.0):
+            go(2.0 * LEAN_M / SPEED_M_S, nought, side * LEAN_M * pair)
+    for x, y in ((1, 0), (0, 0), (-1, 0), (0, 0), (0, 1), (0, 0), (0, -1), (0, 0)):
+        place = AWAY_M * np.array([x, y, 0.0])
+        go(AWAY_S, place, none)
+        for bob in (BOB_M, -BOB_M, 0.0):
+            go(2.0, place + np.array([0.0, 0.0, bob]), none)
+    return keys
+
+
+def _strokes() -> list[tuple[float, float]]:
+    """(height m, speed m/s) of a foot's ways in the air, to and fro at every speed."""
+    return [
+        (height, speed)
+        for speed in FOOT_SPEEDS_M_S
+        for height in (LIFT_M + min(0.12, 4.0 * speed), LIFT_M)
+    ]

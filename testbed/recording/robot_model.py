@@ -1,0 +1,88 @@
+"""The model file of the whole robot: what it believes of itself beyond its drawing.
+
+The YAML file: `format`, `rig: robot`, `machine` (path of `testbed parameters` -> value), `effects` (a list of
+`{name, place, parameters}`). A number is `{value, unit, interval90}` or bare.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+
+from testbed.errors import InputError
+from testbed.formats.checked import Checked, Sequence, checked
+from testbed.formats.yaml_files import read_mapping, write_yaml
+from testbed.recording.leg_model import FORMAT, Parameter
+from testbed.scenario.parts import Undeclared
+
+
+class PlacedEffect(Checked):
+    """An effect of the robot, and where it sits."""
+
+    name: Annotated[str, Field(min_length=1)]
+    place: str
+    parameters: dict[str, Parameter]
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _plain_numbers(cls, value: Any) -> Any:
+        return _parameters(value)
+
+    def hidden(self) -> Undeclared:
+        """The same as a scenario's entry, which checks the place."""
+        values = {name: p.value for name, p in self.parameters.items()}
+        return Undeclared(effect=self.name, at=self.place, parameters=values)
+
+
+class RobotModelFile(Checked):
+    """What a robot believes of itself beyond its drawing."""
+
+    format: Literal["roboclimber-model/1"] = "roboclimber-model/1"
+    rig: Literal["robot"] = "robot"
+    description: str = ""
+    machine: dict[str, Parameter] = Field(default_factory=dict)
+    effects: Annotated[tuple[PlacedEffect, ...], Sequence] = ()
+
+    @field_validator("machine", mode="before")
+    @classmethod
+    def _plain_numbers(cls, value: Any) -> Any:
+        return _parameters(value)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Path of the machine -> believed value."""
+        return {path: p.value for path, p in self.machine.items()}
+
+
+def _parameters(value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    return {k: v if isinstance(v, (Mapping, Parameter)) else {"value": v} for k, v in value.items()}
+
+
+def is_robot_model(path: str | Path) -> bool:
+    """Whether a model file is one of the whole robot."""
+    return read_mapping(Path(path)).get("rig") == "robot"
+
+
+def read_robot_model(path: str | Path) -> RobotModelFile:
+    """Read the model file of a robot. Raises InputError naming file, field, value and what is allowed."""
+    path = Path(path)
+    tree = read_mapping(path)
+    if tree.get("format") != FORMAT:
+        raise InputError(
+            "is not a model's format",
+            file=path,
+            field="format",
+            value=tree.get("format"),
+            allowed=FORMAT,
+        )
+    return checked(RobotModelFile, tree, path)
+
+
+def write_robot_model(path: str | Path, model: RobotModelFile) -> None:
+    """Write the model file of a robot. Raises InputError where it cannot be written."""
+    write_yaml(Path(path), model.model_dump(mode="json", exclude_none=True))
