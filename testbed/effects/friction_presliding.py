@@ -139,10 +139,11 @@ class Presliding(Effect):
         return encoder_m * min(values["stiffness"], slips_at_n / BENT_M)
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
-        """Another seal's bristles."""
+        """Another seal's plain bristles, as the equation has them."""
         cylinder = world.cylinders[place]
         cylinder.bristle_stiffness_n_m = values["stiffness"]
         cylinder.bristle_damping_n_s_m = values["damping"]
+        cylinder.elastic_share = 0.0
 
 
 EFFECTS = (Presliding(),)

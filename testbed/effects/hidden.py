@@ -21,6 +21,7 @@ class HiddenCylinder:
     load_coefficient: float = 0.0
     bristle_stiffness_n_m: float | None = None
     bristle_damping_n_s_m: float | None = None
+    elastic_share: float | None = None
     thinning_1_k: float | None = None
     """Viscous friction falls at this rate with the oil's temperature, above 20 degC."""
     mass_kg: float = 0.0

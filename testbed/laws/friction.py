@@ -2,7 +2,13 @@
 
     dz/dt = v - k |v| z / g(v),   F = k z + d dz/dt + sigma v,   g(v) = F_c0 + F_s0 exp(-|v| / c_s)
 
-Over a slide z depends on the way alone but for g, so it relaxes exponentially and the mean force has a closed form.
+With an elastic share s > 0 the contact is elasto-plastic (Dupont and others, 2002: nothing slips below break-away):
+
+    dz/dt = v (1 - alpha |z| k / g),   alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z grows, else 0
+
+Its steady state is the same. Vibration below s of the break-away force then leaves a stuck seal its force, which the
+plain bristle (s = 0) gives up by and by. Over a slide z depends on the way alone but for g, so it relaxes
+exponentially and the mean force has a closed form.
 """
 
 from __future__ import annotations
@@ -13,6 +19,8 @@ from typing import Any
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
 
+STILL = 1.0e-12
+"""Share of a bristle's length below which a slide only shifts it: nothing is divided by less."""
 SMALLEST_N = 1.0e-3
 """The bristle divides by its level: dry friction that is off is this small."""
 
@@ -33,6 +41,7 @@ class SealParameters(Record):
     inward = part(Sliding, "retracting")
     bristle_stiffness = quantity("N/m", "of the contact before it slides")
     bristle_damping = quantity("N s/m", "of the same")
+    elastic_share = quantity("1", "of the break-away force below which the contact only bends")
     position_slope = quantity("1", "how dry friction grows along the stroke, share of its middle")
     pressure_coefficient = quantity("m2", "dry friction by the sum of both gauge pressures")
     load_coefficient = quantity("1", "dry friction by the load that presses the rod in")
@@ -65,12 +74,33 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
     return aim + (start - aim) * left, aim + (start - aim) * (1.0 - left) / exponent
 
 
+@njit_law
+def bend_elastic(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
+    """`bend` of the elasto-plastic contact: as a spring to the elastic share of `longest`, then relaxing towards it."""
+    length = abs(way)
+    if length < STILL * longest:
+        return z + way, z
+    along = math.copysign(1.0, way)
+    bent = along * z
+    free = min(max(elastic_share * longest - bent, 0.0), length)
+    total = free * (bent + 0.5 * free)
+    bent += free
+    if length > free:
+        reach = (1.0 - elastic_share) * longest
+        bent, mean = relax(bent, longest, (length - free) / reach)
+        total += mean * (length - free)
+    return along * bent, along * total / length
+
+
 @njit_law(forceinline=True)
-def bend(z: float, way: float, longest: float) -> tuple[float, float]:
+def bend(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
     """The bristle z (m) after, and its mean over, an even slide by `way` (m); longest: level / stiffness, m. Exact.
 
-    dz = dx - |dx| z / longest: steady sliding ends at +-longest, and |z| never passes max(longest, its start).
+    Steady sliding ends at +-longest, and |z| never passes max(longest, its start).
     """
+    if elastic_share > 0.0:
+        new, mean = bend_elastic(z, way, longest, elastic_share)
+        return new, mean
     exponent = abs(way) / longest
     if exponent < 1e-6:
         new = z + way - exponent * z
@@ -128,10 +158,10 @@ def friction_step(
     level = stribeck_level(speed, fc, fs, way.stribeck_speed)
     longest = level / p.bristle_stiffness
     start, slide = s.bristle, skipped + dt * rod.rate
-    s.bristle, mean = bend(start, slide, longest)
+    s.bristle, mean = bend(start, slide, longest, p.elastic_share)
     bent = s.bristle - start
     if skipped != 0.0:  # the mean is that of the step, which begins where the skipped way ends
-        mean += 0.5 * skipped * (bent / slide if slide != 0.0 else 1.0)
+        mean += 0.5 * skipped * (bent / slide if abs(slide) > STILL * longest else 1.0)
     force = p.bristle_stiffness * mean + p.bristle_damping * bent / dt
     return float(force + way.viscous * thinning * v)
 

@@ -186,6 +186,7 @@ class Seal(Group):
 
     bristle_stiffness_n_m: Annotated[float, Field(gt=0.0, le=1.0e12)]
     bristle_damping_n_s_m: Annotated[float, Field(ge=0.0, le=1.0e9)]
+    elastic_share: Annotated[float, Field(ge=0.0, le=0.99)]
     position_slope: Annotated[float, Field(ge=-2.0, lt=2.0)]
     pressure_coefficient_m2: Annotated[float, Field(ge=0.0, le=1.0e-2)]
     load_coefficient: Annotated[float, Field(ge=0.0, le=10.0)]

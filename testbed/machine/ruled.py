@@ -55,7 +55,7 @@ The tank's content is only counted: what leaves it comes back, and no run can em
 """
 MODEL: Rules = (
     (r"rope\..*|drill\..*|rock\..*|drill_body\..*|legs\.hip_z_m", UNREAD),
-    (r"seal\.bristle_damping_n_s_m|end_stop\.(stiffness|damping)_\w+", UNREAD),
+    (r"seal\.(bristle_damping_n_s_m|elastic_share)|end_stop\.(stiffness|damping)_\w+", UNREAD),
     (r"oil\.(outer_leakage|hose|ambient|heat_capacity|cooling)\w+", UNREAD),
     (r"power_unit\.(?!full_flow_m3_s|supply_pressure_pa|tank_pressure_pa).*", UNREAD),
     (r"sensor\.(pressure_(noise|resolution)_pa|line_b_\w+|\w+_noise_\w+)", UNREAD),

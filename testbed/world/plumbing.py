@@ -79,6 +79,7 @@ def _seal(own: Any, axis: Axis) -> None:
     back["viscous"] = cylinder.viscous_in_n_s_m
     own["bristle_stiffness"] = seal.bristle_stiffness_n_m
     own["bristle_damping"] = seal.bristle_damping_n_s_m
+    own["elastic_share"] = seal.elastic_share
     own["position_slope"] = seal.position_slope
     own["pressure_coefficient"] = seal.pressure_coefficient_m2
     own["load_coefficient"] = seal.load_coefficient

@@ -38,6 +38,7 @@ REPLACED: Mapping[str, str] = {
     "position_slope": "seal.position_slope",
     "bristle_stiffness_n_m": "seal.bristle_stiffness",
     "bristle_damping_n_s_m": "seal.bristle_damping",
+    "elastic_share": "seal.elastic_share",
     "thinning_1_k": "seal.viscosity_rate",
     "spring_n_m": "extra.spring_stiffness",
     "spring_rest_m": "extra.spring_rest",

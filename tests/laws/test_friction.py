@@ -78,11 +78,39 @@ def test_steady_sliding_is_equation_5(v: float) -> None:
 
 
 def test_stuck_bristle_is_a_spring_that_keeps_its_load() -> None:
-    assert bend(1e-5, 0.0, 800.0 / K) == (1e-5, 1e-5)
+    assert bend(1e-5, 0.0, 800.0 / K, 0.0) == (1e-5, 1e-5)
     rod = AxisInput.zeros()[0]
     state, p = _seal()
     state.bristle = 1e-5
     assert friction_step(state, p, rod, 0.0, 0.0, 0.0, 1.0, 1e-3) == pytest.approx(300.0)
+
+
+def _force_after_a_minute_of_vibration(share: float) -> float:
+    """What is left of 300 N, N, after 60 s of +-20 N at 30 Hz on a contact of 826 N break-away."""
+    longest, z = 826.0 / K, 300.0 / K
+    ways = np.diff(20.0 / K * np.sin(2.0 * np.pi * 30.0 * 1e-3 * np.arange(60_001)))
+    for way in ways:
+        z, _ = bend(z, way, longest, share)
+    return K * z
+
+
+def test_vibration_leaves_an_elasto_plastic_seal_its_force_and_takes_it_from_a_plain_bristle() -> (
+    None
+):
+    assert _force_after_a_minute_of_vibration(0.7) == pytest.approx(300.0, abs=0.1)
+    assert abs(_force_after_a_minute_of_vibration(0.0)) < 30.0
+
+
+def test_an_elasto_plastic_seal_slides_at_the_same_level_and_keeps_what_it_had_below() -> None:
+    force = _slide(_seal(elastic_share=0.7), 0.05)
+    assert force == pytest.approx(_slide(_seal(), 0.05), rel=1e-6)
+    longest = 800.0 / K
+    there, _ = bend(0.0, 0.69 * longest, longest, 0.7)
+    back, _ = bend(there, -0.69 * longest, longest, 0.7)
+    assert back == pytest.approx(0.0, abs=1e-12 * longest)
+    beyond, _ = bend(0.0, 1.5 * longest, longest, 0.7)
+    returned, _ = bend(beyond, -1.5 * longest, longest, 0.7)
+    assert returned < -0.4 * longest
 
 
 def test_a_skipped_way_bends_the_contact_before_the_step() -> None:
@@ -95,17 +123,21 @@ def test_a_skipped_way_bends_the_contact_before_the_step() -> None:
     assert state.bristle == pytest.approx(0.0, abs=1e-15)
 
 
-@given(st.floats(-2e-5, 2e-5), st.floats(-5e-3, 5e-3))
-def test_bristle_never_passes_its_level(z: float, way: float) -> None:
-    new, _ = bend(z, way, 800.0 / K)
+SHARES = st.sampled_from([0.0, 0.3, 0.7])
+"""Plain and elasto-plastic contacts."""
+
+
+@given(st.floats(-2e-5, 2e-5), st.floats(-5e-3, 5e-3), SHARES)
+def test_bristle_never_passes_its_level(z: float, way: float, share: float) -> None:
+    new, _ = bend(z, way, 800.0 / K, share)
     assert K * abs(new) <= max(800.0, K * abs(z)) * (1 + 1e-9)
 
 
-@given(st.floats(-2e-5, 2e-5), st.floats(-5e-4, 5e-4))
-def test_two_half_slides_are_one_slide(z: float, way: float) -> None:
-    whole, mean = bend(z, way, 800.0 / K)
-    half, first = bend(z, 0.5 * way, 800.0 / K)
-    twice, second = bend(half, 0.5 * way, 800.0 / K)
+@given(st.floats(-2e-5, 2e-5), st.floats(-5e-4, 5e-4), SHARES)
+def test_two_half_slides_are_one_slide(z: float, way: float, share: float) -> None:
+    whole, mean = bend(z, way, 800.0 / K, share)
+    half, first = bend(z, 0.5 * way, 800.0 / K, share)
+    twice, second = bend(half, 0.5 * way, 800.0 / K, share)
     assert twice == pytest.approx(whole, rel=1e-6, abs=1e-15)
     assert 0.5 * (first + second) == pytest.approx(mean, rel=1e-5, abs=1e-11)
 

@@ -141,7 +141,12 @@ def friction_rates(
         ) * p.seal.bristle_stiffness / fc * dwell
         fs = fs + fc * dwell
     g = fc + fs * math.exp(-abs(v) / cs)
-    dz = v - p.seal.bristle_stiffness * abs(v) * z / g
+    bend = p.seal.bristle_stiffness * abs(z) / g
+    share = p.seal.elastic_share
+    slip = bend
+    if share > 0.0:
+        slip = (bend - share) / (1.0 - share) if bend > share and v * z > 0.0 else 0.0
+    dz = v - abs(v) * slip * (1.0 if z >= 0.0 else -1.0)
     return p.seal.bristle_stiffness * z + p.seal.bristle_damping * dz + sigma * warm * v, dz, rate
 
 
