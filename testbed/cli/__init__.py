@@ -99,10 +99,11 @@ def estimate(
 @app.command()
 def commission(
     given: Annotated[
-        str,
+        list[str],
         typer.Argument(
-            metavar="SCENARIO_OR_RECORDING",
-            help="Scenario of the programme (commissioning_flat), or a recording of it.",
+            metavar="SCENARIO_OR_RECORDING...",
+            help="Scenario of the programme (commissioning_flat), or a recording of it and one of the ropes' "
+            "(commissioning_slope).",
         ),
     ],
     out: Annotated[Path, typer.Option(help="Model file to write, for --model.")],
@@ -112,9 +113,9 @@ def commission(
     seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")] = None,
     json: Json = False,
 ) -> None:
-    """Let the robot calibrate and weigh itself: each foot in the air, the body up, down and to the sides.
+    """Let the robot calibrate and weigh itself: each foot in the air, the body up, down and to the sides, the ropes.
 
-    From that recording alone: zeros, friction, weight, centre of mass, how the inertial unit is mounted.
+    From that alone: zeros, friction, weight, centre of mass, how the inertial unit is mounted, ropes and load pins.
     """
     from testbed.report.console import print_json, print_table, waiting
     from testbed.workflows import commission as work

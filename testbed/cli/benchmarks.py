@@ -19,6 +19,13 @@ Draw = Annotated[
     str | None,
     typer.Option(help="Draw each run's machine from these tolerances: workshop. [as drawn up]"),
 ]
+Drawn = Annotated[
+    str,
+    typer.Option(
+        help="Each run's machine is drawn from these tolerances: workshop; none: as drawn up."
+    ),
+]
+WORKSHOP = "workshop"
 Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
 
 
@@ -36,6 +43,15 @@ def show(benchmark: Benchmark[Any], out: Path, jobs: int, json: bool) -> None:
     for table in benchmark.tables(result):
         print_table(*table)
     print(out / f"{benchmark.name}.json")
+
+
+def tolerances_named(draw: str) -> str | None:
+    """The tolerances of that name. Raises InputError where there are none."""
+    from testbed.errors import InputError
+
+    if draw not in (WORKSHOP, "none"):
+        raise InputError("no such tolerances", field="--draw", value=draw, allowed="workshop, none")
+    return None if draw == "none" else draw
 
 
 @benchmarks.command()
@@ -106,7 +122,7 @@ def filters(
 def estimators(
     out: Out,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
-    draw: Draw = None,
+    draw: Drawn = WORKSHOP,
     estimator: Annotated[
         list[str] | None,
         typer.Option(
@@ -119,21 +135,28 @@ def estimators(
     """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
     from testbed.benchmarks.estimators.benchmark import Estimators
 
-    show(Estimators(few, draw, tuple(estimator or ())), out, jobs, json)
+    show(Estimators(few, tolerances_named(draw), tuple(estimator or ())), out, jobs, json)
 
 
 @benchmarks.command()
 def machines(
     out: Out,
     machines: Annotated[int, typer.Option(min=1, help="Drawn machines.")] = 8,
-    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 1,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 2000,
+    commission: Annotated[
+        bool, typer.Option(help="Let each machine commission itself first, 8 simulated minutes.")
+    ] = True,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Keep the runs in this folder, and take them from there.")
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Judge the own estimate on drawn machines that the model knows the drawing of, beside a perfect belief."""
+    """Judge the whole-body estimate on drawn machines: perfect, commissioned and drawing-board belief, idea by idea."""
     from testbed.benchmarks.machines.benchmark import DrawnMachines
 
-    show(DrawnMachines(machines, first_seed), out, jobs, json)
+    benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings)
+    show(benchmark, out, jobs, json)
 
 
 @benchmarks.command()
@@ -142,7 +165,7 @@ def distribution(
     jobs: Jobs = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
-    draw: Draw = None,
+    draw: Drawn = WORKSHOP,
     controller: Annotated[
         list[str] | None,
         typer.Option(
@@ -156,7 +179,7 @@ def distribution(
     from testbed.control.distribution.controllers import CONTROLLERS
 
     names = tuple(controller or CONTROLLERS)
-    show(ForceDistribution(cases, seeds, names, draw), out, jobs, json)
+    show(ForceDistribution(cases, seeds, names, tolerances_named(draw)), out, jobs, json)
 
 
 @benchmarks.command("evaluate-diagnosis")
@@ -262,13 +285,15 @@ def climbs(
     case: Annotated[
         list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
     ] = None,
+    draw: Drawn = WORKSHOP,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each."""
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
-    show(Climbs(seeds, first_seed, way, tuple(case or CASES)), out, jobs, json)
+    chosen = tuple(case or CASES)
+    show(Climbs(seeds, first_seed, way, chosen, tolerances_named(draw)), out, jobs, json)
 
 
 @lab.command("expected-loads")

@@ -48,6 +48,8 @@ class HiddenCylinder:
     pressure_delay_s: float = 0.0
     encoder_offset: float = 0.0
     """m, of a rotation joint rad; added to the reading."""
+    play_rad: float = 0.0
+    """Half of what a rotation joint moves before its encoder follows."""
 
 
 @dataclass
@@ -97,6 +99,8 @@ class Hidden:
     body_masses: list[HiddenMass] = field(default_factory=list)
     centre_of_mass_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Shift of the body's centre of mass, body frame."""
+    hinges_m: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    """Leg -> shift of its rotation joint, body frame."""
     unit_roll_rad: float = 0.0
     unit_pitch_rad: float = 0.0
     """How the inertial unit is mounted: added to what it reads."""

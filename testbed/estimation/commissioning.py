@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.leg.motion import motion, through_steps
+from testbed.estimation.live.uncertainty import areas_m2
 from testbed.machine.groups import StraightCylinder
 from testbed.machine.model import Axis, Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
 from testbed.robot.model import RobotModel
 from testbed.scenario.drawn import tolerances
 
@@ -65,6 +66,14 @@ FLOOR = {
     "pressure": 3.0e-6,
 }
 """Least standard deviation that is stated: what the model's laws leave open (E)."""
+OF_ROPE = {
+    "azimuth": ("rope.direction.azimuth", "rad", 1.0e-3),
+    "elevation": ("rope.direction.elevation", "rad", 1.0e-3),
+    "pin_gain": ("rope.tension_gain.gain_error", "1", 1.0e-3),
+    "pin_zero": ("rope.tension_gain.zero", "N", 20.0),
+    "rope_height": ("rope.attachment.height", "m", 1.0e-3),
+}
+"""Constant of the whole-body estimate -> effect and parameter, unit, least standard deviation that is stated (E)."""
 MASS_FLOOR_KG, CENTRE_FLOOR_M = 8.0, 0.005
 
 
@@ -77,11 +86,14 @@ class Number:
     sd: float
     shown: bool = True
 
+    @property
+    def interval90(self) -> tuple[float, float]:
+        """It holds the truth in 90 of 100 cases."""
+        return self.value - Z90 * self.sd, self.value + Z90 * self.sd
+
     def tree(self) -> dict[str, Any]:
         """As JSON carries it."""
-        half = Z90 * self.sd
-        interval = [self.value - half, self.value + half]
-        return {"value": self.value, "unit": self.unit, "interval90": interval}
+        return {"value": self.value, "unit": self.unit, "interval90": list(self.interval90)}
 
 
 @dataclass(frozen=True)
@@ -181,12 +193,6 @@ class _Seen:
             in_air[:, pick],
             settled[pick],
         )
-
-
-def areas_m2(axis: Axis) -> tuple[float, float]:
-    """Piston's and ring's."""
-    bore, rod = axis.cylinder.bore_m, axis.cylinder.rod_m
-    return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)
 
 
 def _settled(on: NDArray[np.bool_], t: Array) -> NDArray[np.bool_]:
@@ -350,6 +356,23 @@ def _body_numbers(
         shown = spread < SHOWN * prior_sd[k + 1] / total
         numbers[f"centre_of_mass_{axis}_m"] = Number(float(centre[k]), "m", spread, shown)
     return numbers, mass_kg, np.asarray(moment)
+
+
+def of_ropes(
+    mean: Mapping[str, float], sd: Mapping[str, float], known: Mapping[str, float]
+) -> dict[str, Number]:
+    """What the whole-body estimate learnt of ropes and load pins, from its constants by name: their means, their
+    standard deviations, and those of before.
+    """
+    out = {}
+    for quantity, (number, unit, least) in OF_ROPE.items():
+        for side in SIDES:
+            name = f"{quantity}_{side}"
+            spread = math.hypot(sd[name], least)
+            effect, _, parameter = number.rpartition(".")
+            shown = spread < SHOWN * known[name]
+            out[f"{effect}@rope_{side}.{parameter}"] = Number(mean[name], unit, spread, shown)
+    return out
 
 
 def _attitude(data: Mapping[str, Array], seen: _Seen, model: RobotModel) -> dict[str, Number]:

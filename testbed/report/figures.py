@@ -70,6 +70,36 @@ def foot_loads(
     return figure
 
 
+def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
+    """Per leg: the estimate with its 90 % interval, less the true load; red below it where the interval was wrong."""
+    figure, axes = new_figure(4, 6.3, legend_rows=1)
+    t = data["t"]
+    start, end = float(t[0]), float(t[-1])
+    for ax, leg in zip(axes, LEGS, strict=True):
+        true = np.interp(t, truth["t"], truth[f"foot_load_{leg}"])
+        ends = [data[f"own_{end}_{leg}"] - true for end in ("low", "high")]
+        wrong = (ends[0] > 0.0) | (ends[1] < 0.0)
+        middle, bottom = course(t, ends[0])
+        ax.fill_between(
+            middle, bottom, course(t, ends[1])[1], color=BAND, lw=0, label="90 % interval"
+        )
+        ax.plot(*course(t, data[f"estimate_own_{leg}"] - true), color=BLUE, label="estimate")
+        ax.axhline(0.0, color=BLACK, lw=1.0, label="truth")
+        low, high = limits(*ends, np.zeros(1))
+        ax.set_ylim(low - 0.15 * (high - low), high)
+        _bars(ax, wrong, t, low - 0.08 * (high - low), VERMILION, 0.06 * (high - low))
+        held = 100.0 * (1.0 - float(wrong.mean()))
+        ax.set_title(
+            f"{leg}, {LEG_NAME[leg]}: the interval holds the truth {held:.0f} % of the time"
+        )
+        ax.set_ylabel("less truth [N]")
+        _mark(ax, events, start, end)
+    handles, labels = axes[0].get_legend_handles_labels()
+    add_legend(figure, handles, labels, 3)
+    finish_time_axis(axes, start, end)
+    return figure
+
+
 def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
     """Per method: estimate minus truth; means in one colour a leg, the band holds all legs' values."""
     names = methods(data)
@@ -248,10 +278,12 @@ def _slice(t: Array, start: float, end: float) -> slice:
     return slice(int(np.searchsorted(t, start)), int(np.searchsorted(t, end, side="right")))
 
 
-def _bars(ax: Axes, flags: npt.NDArray[np.bool_], t: Array, row: float, colour: str) -> None:
+def _bars(
+    ax: Axes, flags: npt.NDArray[np.bool_], t: Array, row: float, colour: str, height: float = 0.26
+) -> None:
     step = float(np.median(np.diff(t)))
     spans = [(float(t[a]), float(t[b - 1] - t[a]) + step) for a, b in intervals(flags, t)]
-    ax.broken_barh(spans, (row - 0.13, 0.26), facecolors=colour, edgecolors="none")
+    ax.broken_barh(spans, (row - 0.5 * height, height), facecolors=colour, edgecolors="none")
 
 
 def _mark(ax: Axes, events: Events, start: float, end: float) -> None:

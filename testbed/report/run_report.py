@@ -141,6 +141,12 @@ def _parts(
                 "Estimate minus truth, the paper's equations one after the other.",
                 figures.estimate_errors(data, truth, events),
             )
+        if all(f"own_low_{leg}" in data for leg in LEGS):
+            add(
+                "How sure the estimate is",
+                "The whole-body estimate and its 90 % interval, less the true load. Red: the interval was wrong.",
+                figures.intervals_held(data, truth, events),
+            )
         add(
             "Pressures",
             "As the transducers read them, through their calibration.",

@@ -46,8 +46,10 @@ class Tolerance(Checked):
             return (self.number,)
         if self.number.startswith("rope."):
             each: tuple[str, ...] = tuple(f"rope_{side}" for side in SIDES)
+        elif self.number.startswith("joint.play"):
+            each = tuple(axis for axis in AXES if axis.endswith("_rotation"))
         else:
-            each = LEGS if self.number.startswith("each_leg.") else AXES
+            each = LEGS if self.number.startswith(("each_leg.", "leg.")) else AXES
         return tuple(self.number.replace("*", one) for one in each)
 
     def draw(self, name: str, seed: int) -> float | None:

@@ -214,6 +214,12 @@ class Model(Checked):
         default_factory=dict,
         description="dotted path of roboclimber.yaml -> the believed value (SI)",
     )
+    tolerances: Literal["workshop"] | None = Field(
+        default="workshop",
+        description="how far the machine may be from what is believed, so far as no model file says better: the "
+        "whole-body estimate learns within these, and its intervals are as wide as they leave them; null: what is "
+        "believed is taken to be exact",
+    )
 
 
 class OwnMachine(Checked):

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.commissioning import areas_m2, zero_name
+from testbed.estimation.commissioning import zero_name
+from testbed.estimation.live.uncertainty import areas_m2
 from testbed.machine.names import AXES, LEGS
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario

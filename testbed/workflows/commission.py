@@ -1,11 +1,16 @@
-"""`testbed commission`: the robot moves as a crew would let it, and from that recording alone calibrates and weighs itself."""
+"""`testbed commission`: the robot moves as a crew would let it, and from the recordings alone calibrates and weighs itself.
+
+Two stages: on level ground without ropes (feet in the air, the body up, down and to the sides), then on a slope on its
+ropes. What the first one found is what the second one believes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +19,8 @@ from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
 from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
-from testbed.estimation.commissioning import Weighed, areas_m2, weigh_itself, zero_name
+from testbed.estimation.commissioning import Number, Weighed, of_ropes, weigh_itself, zero_name
+from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.files import check_file
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
@@ -23,40 +29,62 @@ from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_ro
 from testbed.report.tables import Table
 from testbed.robot.model import Payload, RobotModel
 
+if TYPE_CHECKING:
+    from testbed.recording.robot import RobotRecording
+    from testbed.scenario.scenario import Scenario
+
 LONGEST_S = 600.0
-BEYOND_FEET = (
-    "sensor zeros of either chamber by itself",
-    "gains of pressure sensors",
+ROPES_STAGE = "commissioning_slope"
+"""The second stage of a commissioning that is given as a scenario on level ground."""
+NEVER_SHOWN = (
+    "zeros of either chamber's sensor by itself",
+    "gains, bows and hystereses of pressure sensors",
     "friction of radial and rotation cylinders",
-    "rope directions, load pins, heights of the ropes' attachments",
 )
-"""What feet in the air and a body without ropes cannot show."""
+"""What neither stage can show."""
+OF_THE_ROPES = ("rope directions", "load pins", "heights of the ropes' attachments")
+"""What level ground cannot show."""
 
 
-def commission(recording: Path, out: str | Path) -> dict[str, Any]:
-    """Weigh and calibrate from a recording of the programme; writes the model file and returns what was found.
+def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
+    """Calibrate and weigh from recordings of the programme; writes the model file and returns what was found.
 
-    Raises InputError for a recording that cannot serve; then nothing is written.
+    The first recording is of level ground, a second one of the ropes. Raises InputError for recordings that cannot
+    serve; then nothing is written.
     """
     from testbed.recording.robot import read_robot
 
     out = check_file(out, (".yaml", ".yml"))
-    run = read_robot(recording)
-    seconds = float(run.data["t"][-1] - run.data["t"][0])
+    runs = [read_robot(folder) for folder in recordings]
+    seconds = sum(float(run.data["t"][-1] - run.data["t"][0]) for run in runs)
     if seconds > LONGEST_S:
-        raise InputError("is too long", file=recording, value=seconds, allowed=f"{LONGEST_S:g} s")
-    survey = run.header.surveyed or {}
-    carried_kg = float(survey.get("payload_kg", 0.0))
+        raise InputError("is too long", file=out, value=seconds, allowed=f"{LONGEST_S:g} s in all")
+    level = runs[0]
+    model = _model(level)
+    found = weigh_itself(_with_sideways(level, model), level.machine, model)
+    file, numbers = believed(found, level.machine, seconds), dict(found.numbers)
+    for run in runs[1:]:
+        ropes = _ropes(run, file)
+        numbers |= ropes
+        file = file.model_copy(update={"effects": (*file.effects, *_effects(ropes))})
+    write_robot_model(out, file)
+    hidden = [name for name, n in numbers.items() if not n.shown]
+    never = NEVER_SHOWN if len(runs) > 1 else (*NEVER_SHOWN, *OF_THE_ROPES)
+    return {
+        "numbers": {name: n.tree() for name, n in numbers.items() if n.shown},
+        "not_shown": [*hidden, *never],
+        "simulated_s": seconds,
+    }
+
+
+def _model(run: RobotRecording) -> RobotModel:
+    """The drawing-board robot with what was loaded."""
+    carried_kg = float((run.header.surveyed or {}).get("payload_kg", 0.0))
     store = run.machine.rod_store_body.position_m
-    model = RobotModel(run.machine.urdf, Payload(carried_kg, store) if carried_kg > 0.0 else None)
-    found = weigh_itself(_with_sideways(run, model), run.machine, model)
-    write_robot_model(out, believed(found, run.machine, model, seconds))
-    shown = {name: n.tree() for name, n in found.numbers.items() if n.shown}
-    hidden = [name for name, n in found.numbers.items() if not n.shown]
-    return {"numbers": shown, "not_shown": [*hidden, *BEYOND_FEET], "simulated_s": seconds}
+    return RobotModel(run.machine.urdf, Payload(carried_kg, store) if carried_kg > 0.0 else None)
 
 
-def _with_sideways(run: Any, model: RobotModel) -> dict[str, Any]:
+def _with_sideways(run: RobotRecording, model: RobotModel) -> dict[str, Any]:
     """The recording's columns, and what the drawing-board belief makes of the feet's forces along x and y."""
     from testbed.estimation.live.chain import replay
     from testbed.world.believed import OwnBelief
@@ -68,31 +96,75 @@ def _with_sideways(run: Any, model: RobotModel) -> dict[str, Any]:
     return {**run.data, **{name: estimated[name] for name in sideways}}
 
 
+def _ropes(run: RobotRecording, file: RobotModelFile) -> dict[str, Number]:
+    """What the whole-body estimate has learnt of the ropes at the end of a recording, believing the first stage."""
+    from testbed.estimation.live.chain import learnt_over
+    from testbed.workflows.estimate import robot_belief
+
+    if not any(np.any(run.data.get(f"rope_tension_{side}", 0.0)) for side in ("left", "right")):
+        raise InputError(
+            "shows no rope that pulls", file=run.file, allowed="a recording of the ropes' programme"
+        )
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "model.yaml"
+        write_robot_model(path, file)
+        belief = robot_belief(run, path)
+    return of_ropes(*learnt_over(run.data, belief))
+
+
 def commission_any(
-    given: str, out: str | Path, overrides: Sequence[str] = (), seed: int | None = None
+    given: Sequence[str], out: str | Path, overrides: Sequence[str] = (), seed: int | None = None
 ) -> dict[str, Any]:
-    """As `commission`, from a recording, or from a scenario that is run first on its (perhaps drawn) machine."""
+    """As `commission`, from recordings, or from a scenario that is run first on its (perhaps drawn) machine."""
+    check_file(out, (".yaml", ".yml"))
+    folders = [Path(g).parent if Path(g).name == "recording.yaml" else Path(g) for g in given]
+    if all((folder / "recording.yaml").is_file() for folder in folders):
+        if overrides or seed is not None:
+            raise InputError("would have no effect on a recording", field="--set, --seed")
+        return commission(folders, out)
+    if len(given) > 1:
+        raise InputError(
+            "is no recording",
+            file=out,
+            value=" ".join(given),
+            allowed="recordings, or one scenario",
+        )
+    with recorded(given[0], overrides, seed) as runs:
+        return commission(runs, out)
+
+
+@contextmanager
+def recorded(
+    name: str, overrides: Sequence[str] = (), seed: int | None = None
+) -> Iterator[list[Path]]:
+    """Recordings of a scenario's programme and, where it is on level ground, of the ropes', for as long as needed."""
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
 
-    check_file(out, (".yaml", ".yml"))
-    folder = Path(given).parent if Path(given).name == "recording.yaml" else Path(given)
-    if (folder / "recording.yaml").is_file():
-        if overrides or seed is not None:
-            raise InputError("would have no effect on a recording", field="--set, --seed")
-        return commission(folder, out)
-    scenario = load_scenario(given, list(overrides), seed)
-    if scenario.duration_s > LONGEST_S:
+    scenarios = [load_scenario(name, list(overrides), seed)]
+    first = scenarios[0]
+    if not first.ropes.enabled:
+        scenarios.append(_on_ropes(first))
+    seconds = sum(scenario.duration_s for scenario in scenarios)
+    if seconds > LONGEST_S:
+        allowed = f"at most {LONGEST_S:g} s in all"
         raise InputError(
-            "is too long",
-            file=given,
-            field="duration_s",
-            value=scenario.duration_s,
-            allowed=f"at most {LONGEST_S:g} s",
+            "is too long", file=name, field="duration_s", value=seconds, allowed=allowed
         )
     with TemporaryDirectory() as place:
-        run_scenario(scenario, Path(place) / "run")
-        return commission(Path(place) / "run", out)
+        folders = [Path(place) / str(k) for k in range(len(scenarios))]
+        for scenario, folder in zip(scenarios, folders, strict=True):
+            run_scenario(scenario, folder)
+        yield folders
+
+
+def _on_ropes(level: Scenario) -> Scenario:
+    """The second stage of the machine of the first."""
+    from testbed.scenario.scenario import load_scenario
+
+    slope = load_scenario(ROPES_STAGE, seed=level.seed)
+    same = ("machine", "model", "hydraulics", "sensors", "undeclared", "estimator", "rates")
+    return slope.model_copy(update={name: getattr(level, name) for name in same})
 
 
 def table(result: Mapping[str, Any]) -> Table:
@@ -105,42 +177,43 @@ def table(result: Mapping[str, Any]) -> Table:
     return Table(title, ["number", "value", "90 % interval", "unit"], rows)
 
 
-def believed(found: Weighed, machine: Machine, model: RobotModel, seconds: float) -> RobotModelFile:
+def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile:
     """What the robot is to believe: friction by path, zeros, weight and the inertial unit as effects."""
     numbers = found.numbers
-    effects = [_effect(Attitude.kind, "body", _turned(found))]
-    effects.append(
-        _effect(HiddenPayload.kind, "body", {"mass": found.mass_kg, "x": 0.0, "y": 0.0, "z": 0.0})
-    )
-    shift = found.moment_kg_m / machine.body.mass_kg
-    effects.append(
-        _effect(CentreOfMass.kind, "body", dict(zip("xyz", shift.tolist(), strict=True)))
-    )
+    total, body_kg = numbers["total_mass_kg"], machine.body.mass_kg
+    whole = {
+        f"{HiddenPayload.kind}@body.mass": Number(found.mass_kg, "kg", total.sd),
+        **{f"{HiddenPayload.kind}@body.{k}": Number(0.0, "m", 0.0) for k in "xyz"},
+    }
+    for k, axis in enumerate("xyz"):
+        spread = numbers[f"centre_of_mass_{axis}_m"].sd * total.value / body_kg
+        shift = float(found.moment_kg_m[k]) / body_kg
+        whole[f"{CentreOfMass.kind}@body.{axis}"] = Number(shift, "m", spread)
     for leg in LEGS:
         axis = f"{leg}_vertical"
         area_a, _ = areas_m2(machine.axes[axis])
-        zero_pa = numbers[zero_name(axis)].value / area_a
-        effects.append(_effect(ZeroA.kind, axis, {"zero": zero_pa}))
+        force = numbers[zero_name(axis)]
+        zero = Number(force.value / area_a, "Pa", force.sd / area_a)
+        whole[f"{ZeroA.kind}@{axis}.zero"] = zero
+    turned = {name: n for name, n in numbers.items() if name.startswith(Attitude.kind)}
     paths = {p: n for p, n in numbers.items() if p.startswith("axes.") and "zero_force" not in p}
     return RobotModelFile(
         description=f"found by the robot itself in {seconds:.0f} s of its commissioning programme",
         machine={
-            path: Parameter(value=max(n.value, 0.0), unit=n.unit, interval90=n.tree()["interval90"])
+            path: Parameter(value=max(n.value, 0.0), unit=n.unit, interval90=n.interval90)
             for path, n in paths.items()
         },
-        effects=tuple(effects),
+        effects=tuple(_effects(turned | whole)),
     )
 
 
-def _turned(found: Weighed) -> dict[str, float]:
-    return {
-        name.rpartition(".")[2]: number.value
-        for name, number in found.numbers.items()
-        if name.startswith(Attitude.kind)
-    }
-
-
-def _effect(name: str, place: str, values: dict[str, float]) -> PlacedEffect:
-    return PlacedEffect(
-        name=name, place=place, parameters={k: Parameter(value=v) for k, v in values.items()}
-    )
+def _effects(numbers: Mapping[str, Number]) -> Iterator[PlacedEffect]:
+    """Numbers named effect@place.parameter as entries of a model file."""
+    entries: dict[tuple[str, str], dict[str, Parameter]] = {}
+    for name, n in numbers.items():
+        effect, _, rest = name.partition("@")
+        place, _, parameter = rest.partition(".")
+        value = Parameter(value=n.value, unit=n.unit, interval90=n.interval90)
+        entries.setdefault((effect, place), {})[parameter] = value
+    for (effect, place), parameters in entries.items():
+        yield PlacedEffect(name=effect, place=place, parameters=parameters)

@@ -183,9 +183,26 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
     """
     from testbed.world.believed import own_belief
 
-    believed = own_belief(run.machine, model)
+    believed = own_belief(run.machine, model, tolerances_of(run))
     belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
     return with_body(belief, believed, run.header.surveyed, run.file)
+
+
+def tolerances_of(run: RobotRecording) -> str | None:
+    """How far the recorded machine may be from what is believed; the workshop's tolerances where nothing is said."""
+    from testbed.estimation.live.uncertainty import WORKSHOP
+
+    surveyed = run.header.surveyed if isinstance(run.header.surveyed, Mapping) else {}
+    name = surveyed.get("tolerances", WORKSHOP)
+    if name not in (None, WORKSHOP):
+        raise InputError(
+            "no such tolerances",
+            file=run.file,
+            field="surveyed.tolerances",
+            value=name,
+            allowed=f"{WORKSHOP}, null",
+        )
+    return name
 
 
 def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Path) -> Believed:

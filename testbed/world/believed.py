@@ -6,12 +6,15 @@ belief can hold is taken.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from testbed.effects import by_name, read_believed
@@ -19,18 +22,32 @@ from testbed.effects.hidden import Hidden
 from testbed.effects.robot_attitude import Attitude
 from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
+from testbed.effects.rope_attachment import RopeAttachment
+from testbed.effects.rope_direction import RopeDirection
 from testbed.effects.rope_tension_gain import TensionGain
 from testbed.errors import InputError, naming
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import body_of
+from testbed.estimation.live.body_belief import OwnTuning, body_of
+from testbed.estimation.live.uncertainty import HOLDS, WORKSHOP, Uncertainty
 from testbed.machine.model import Machine
+from testbed.machine.names import AXES
 from testbed.machine.ruled import check_effective
 from testbed.recording.leg_model import EffectEntry, LegModel
-from testbed.recording.robot_model import is_robot_model, read_robot_model
+from testbed.recording.robot_model import RobotModelFile, is_robot_model, read_robot_model
 from testbed.robot.model import RobotModel
-from testbed.world.undeclared import bodies_of, hidden_of
+from testbed.world.undeclared import attachments_of, bodies_of, hidden_of
 
-OF_THE_BODY = (HiddenPayload.kind, CentreOfMass.kind, Attitude.kind, TensionGain.kind)
+OF_THE_BODY = tuple(
+    effect.kind
+    for effect in (
+        HiddenPayload,
+        CentreOfMass,
+        Attitude,
+        TensionGain,
+        RopeDirection,
+        RopeAttachment,
+    )
+)
 """Effects that are no cylinder's and that a belief can hold."""
 
 
@@ -45,6 +62,13 @@ class OwnBelief:
     of_body: Hidden | None = None
     file: Path = Path()
     """Where the model was read."""
+    sure: Uncertainty = field(default_factory=lambda: Uncertainty(WORKSHOP))
+    """How far the machine may be from all that."""
+
+    @cached_property
+    def expected(self) -> Machine:
+        """The machine that estimates start from: where tolerances do not lie evenly about the drawing, their mean."""
+        return self.machine.replaced(self.sure.expected(self.machine))
 
     @contextmanager
     def bodies(self) -> Iterator[Path]:
@@ -60,28 +84,68 @@ class OwnBelief:
         return Believed.from_machine(self.machine, dt_s, self.of_cylinders)
 
     def with_body(
-        self, belief: Believed, model: RobotModel, rope_directions_in_world: NDArray[Any]
+        self,
+        belief: Believed,
+        model: RobotModel,
+        rope_directions_in_world: NDArray[Any],
+        tuning: OwnTuning | None = None,
     ) -> Believed:
         """`belief` with the whole machine in it, sensors' errors included."""
-        body = body_of(self.machine, model, belief.legs, belief.dt_s, rope_directions_in_world)
-        if self.of_body is not None:
-            hidden = self.of_body
-            body["unit_roll"], body["unit_pitch"] = hidden.unit_roll_rad, hidden.unit_pitch_rad
-            ropes = hidden.ropes.values()
-            body["pin_gain"] = [1.0 + rope.tension_gain_error for rope in ropes]
-            body["pin_zero"] = [rope.tension_zero_n for rope in ropes]
+        hidden = self.of_body or Hidden()
+        ropes = list(hidden.ropes.values())
+        body = body_of(
+            self.expected,
+            model,
+            belief.legs,
+            belief.dt_s,
+            turned_ropes(rope_directions_in_world, hidden),
+            tuning,
+            sure=self.sure,
+            effects=self.of_cylinders,
+        )
+        body["unit_roll"], body["unit_pitch"] = hidden.unit_roll_rad, hidden.unit_pitch_rad
+        body["pin_gain"] = [1.0 + rope.tension_gain_error for rope in ropes]
+        body["pin_zero"] = [rope.tension_zero_n for rope in ropes]
+        body["rope_point"] = attachments_of(hidden, model.rope_attachments_m)
         return replace(belief, body=body)
 
 
-def own_belief(machine: Machine, model: str | Path | None) -> OwnBelief:
+def turned_ropes(directions: NDArray[Any], hidden: Hidden) -> NDArray[Any]:
+    """Unit vectors (2, 3) towards the anchors, world frame, turned as `rope.direction` has it.
+
+    The slope that it speaks of is the one in which both ropes lie.
+    """
+    turned = [(rope.azimuth_rad, rope.elevation_rad) for rope in hidden.ropes.values()]
+    if not np.any(turned):
+        return directions
+    up = directions.sum(axis=0) / np.linalg.norm(directions.sum(axis=0))
+    left = np.cross((0.0, 0.0, 1.0), up)
+    left /= np.linalg.norm(left)
+    slope = np.column_stack([up, left, np.cross(up, left)])
+    out = []
+    for direction, (azimuth, elevation) in zip(directions, turned, strict=True):
+        x, y, z = direction @ slope
+        heading, rise = math.atan2(y, x) + azimuth, math.asin(z) + elevation
+        level = math.cos(rise)
+        out.append(slope @ [level * math.cos(heading), level * math.sin(heading), math.sin(rise)])
+    return np.array(out)
+
+
+def own_belief(
+    machine: Machine, model: str | Path | None, tolerances: str | None = WORKSHOP
+) -> OwnBelief:
     """What a model file, of the whole robot or of one leg, makes of a believed machine.
+
+    `tolerances`: how far the machine may be from it; what the file gives with an interval is known that well. None:
+    all is believed as it is.
 
     Raises InputError, naming the file, for what cannot be believed.
     """
     if model is None:
-        return OwnBelief(machine)
+        return OwnBelief(machine, sure=Uncertainty(tolerances))
     if not is_robot_model(model):
-        return OwnBelief(machine, read_believed(model), file=Path(model))
+        of_leg, sure = read_believed(model), Uncertainty(tolerances)
+        return OwnBelief(machine, of_leg, file=Path(model), sure=sure)
     file = read_robot_model(model)
     for path, value in file.numbers.items():
         check_effective(path, value, True, model, "machine")
@@ -90,7 +154,7 @@ def own_belief(machine: Machine, model: str | Path | None) -> OwnBelief:
         effect = by_name(entry.name, model, f"effects.{k}.name")
         values = {name: p.value for name, p in entry.parameters.items()}
         effect.complete(values, model, f"effects.{k}.parameters")
-        if effect.live and entry.place.endswith("_vertical"):
+        if effect.live and entry.place in AXES:
             of_cylinders.append(
                 EffectEntry(name=entry.name, place=entry.place, parameters=entry.parameters)
             )
@@ -102,7 +166,7 @@ def own_belief(machine: Machine, model: str | Path | None) -> OwnBelief:
                 file=model,
                 field=f"effects.{k}",
                 value=f"{entry.name} at {entry.place}",
-                allowed=f"{', '.join(OF_THE_BODY)}; at vertical cylinders what `testbed effects` says is live",
+                allowed=f"{', '.join(OF_THE_BODY)}; at cylinders what `testbed effects` says is live",
             )
     with naming(model):
         return OwnBelief(
@@ -110,4 +174,19 @@ def own_belief(machine: Machine, model: str | Path | None) -> OwnBelief:
             None,
             tuple(of_cylinders),
             hidden_of(of_body),
+            Path(model),
+            Uncertainty(tolerances, spreads_of(file)),
         )
+
+
+def spreads_of(file: RobotModelFile) -> dict[str, float]:
+    """Standard deviations that a model file's intervals tell, by path, or effect@place.parameter."""
+    numbers = dict(file.machine)
+    for entry in file.effects:
+        for name, parameter in entry.parameters.items():
+            numbers[f"{entry.name}@{entry.place}.{name}"] = parameter
+    return {
+        name: HOLDS * (n.interval90[1] - n.interval90[0])
+        for name, n in numbers.items()
+        if n.interval90 is not None
+    }

@@ -53,6 +53,8 @@ class OtherSensors(Record):
     temperature_step = quantity("K", "step of the oil thermometer; 0: none")
     calibrated_at = quantity("degC", "oil temperature at which the transducers' zeros hold")
     joint_offset = quantity("m or rad", "what an encoder reads too much", per=AXES)
+    play = quantity("m or rad", "way of a joint before its encoder follows", per=AXES)
+    followed = quantity("m or rad", "where the encoder has followed to", per=AXES)
     rope_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
     rope_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
     mounted_roll = quantity("rad", "how the inertial unit is turned against the body")
@@ -168,7 +170,11 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
     row.t = t
     for i in range(12):
         count = board.sensors.count_rad if i % 3 == 0 else board.sensors.count_m
-        row.position[i] = counted(board.engine.joint[i] + board.sensors.joint_offset[i], count)
+        place = board.engine.joint[i]
+        if board.sensors.play[i] > 0.0:
+            followed = max(board.sensors.followed[i], place - board.sensors.play[i])
+            place = board.sensors.followed[i] = min(followed, place + board.sensors.play[i])
+        row.position[i] = counted(place + board.sensors.joint_offset[i], count)
         row.valve[i] = board.inputs[i].command
     sense_pressures(row, board, noise, t, sample)
     other, supply = board.sensors, board.supply

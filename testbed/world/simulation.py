@@ -402,13 +402,16 @@ class Simulation:
         }
 
     def surveyed(self) -> dict[str, Any]:
-        """What people measured of the place and the load before the run: rope directions, rods carried, the believed URDF."""
+        """What people measured of the place and the load before the run, and what is believed of the machine: its URDF, how
+        far it may be from its drawing.
+        """
         directions = self.machine.expectation.rope_directions_in_world
         believed_urdf = self.scenario.model.urdf or self.scenario.robot.urdf
         return {
             "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
             "payload_kg": self.scenario.carried_kg,
             "urdf": believed_urdf,
+            "tolerances": self.scenario.model.tolerances,
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

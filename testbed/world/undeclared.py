@@ -20,7 +20,7 @@ from testbed.formats.records import get, put
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.urdf_check import read_urdf
-from testbed.robot.urdf.merge import ballasted
+from testbed.robot.urdf.merge import ballasted, rehung
 from testbed.scenario.parts import Undeclared
 from testbed.world.sensing import DELAY_LENGTH
 
@@ -129,6 +129,7 @@ def put_into_other_sensors(world: Hidden, other: Any) -> None:
     other["mounted_roll"] += world.unit_roll_rad
     other["mounted_pitch"] += world.unit_pitch_rad
     other["joint_offset"] += [cylinder.encoder_offset for cylinder in world.cylinders.values()]
+    other["play"] = [cylinder.play_rad for cylinder in world.cylinders.values()]
     other["rope_gain"] += [rope.tension_gain_error for rope in world.ropes.values()]
     other["rope_zero"] += [rope.tension_zero_n for rope in world.ropes.values()]
 
@@ -152,13 +153,14 @@ def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) ->
 @contextmanager
 def bodies_of(world: Hidden, urdf: Path) -> Iterator[Path]:
     """The URDF of what the world has, for as long as it is read: the machine's own where its body hides nothing."""
-    if not world.body_masses and not any(world.centre_of_mass_m):
+    if not (world.body_masses or world.hinges_m or any(world.centre_of_mass_m)):
         yield urdf
         return
     masses = [(mass.mass_kg, mass.position_m) for mass in world.body_masses]
     with TemporaryDirectory() as folder:
         path = Path(folder) / urdf.name
-        path.write_text(ballasted(read_urdf(urdf), masses, world.centre_of_mass_m))
+        hung = rehung(read_urdf(urdf), world.hinges_m)
+        path.write_text(ballasted(hung, masses, world.centre_of_mass_m))
         yield path
 
 

@@ -7,13 +7,14 @@ from testbed.estimation.cylinder import Cylinder, oil_stiffness
 from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
+NUMBERS = at_rest.numbers(1e-3)[0]
 
 
 def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
     s = at_rest.RestMemory.zeros()[0]
     if start is not None:
-        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, 1e-3)
-    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, 1e-3) for p in piston_n])
+        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, NUMBERS)
+    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, NUMBERS) for p in piston_n])
 
 
 def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():

@@ -9,10 +9,12 @@ import pytest
 from shipped import shipped_model
 
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live import whole_body as own
+from testbed.estimation.live import whole_body, wrench
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of, without
 from testbed.estimation.live.chain import EstimatorChain
+from testbed.estimation.live.fusion import Constants
+from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow, DrillKnown
@@ -91,7 +93,7 @@ def test_map_from_cylinders_to_foot_is_the_inverse_of_pinocchios_jacobian() -> N
         _, jacobians = MODEL.feet(q)
         for k in range(4):
             found = np.empty((3, 3))
-            own.leg_map(legs[k], q[3 * k : 3 * k + 3], arms(q)[3 * k], found)
+            wrench.leg_map(legs[k], q[3 * k : 3 * k + 3], arms(q)[3 * k], found)
             # tau = -J^T F, cylinder forces f = tau / arm
             j = jacobians[k][:, 3 * k : 3 * k + 3]
             expected = -np.linalg.inv(j.T) @ np.diag(arms(q)[3 * k : 3 * k + 3])
@@ -102,7 +104,7 @@ def test_feet_stand_where_pinocchio_has_them() -> None:
     q = np.random.default_rng(2).uniform(*MODEL.limits.T)
     numbers, legs, point = body(), MODEL.leg_numbers(), np.empty(3)
     for k in range(4):
-        own.foot_point(legs[k], q[3 * k : 3 * k + 3], numbers["foot_height"][0, k], point)
+        wrench.foot_point(legs[k], q[3 * k : 3 * k + 3], numbers["foot_height"][0, k], point)
         np.testing.assert_allclose(point, MODEL.foot_positions_m(q)[k], atol=1e-12)
 
 
@@ -112,16 +114,16 @@ def test_weight_ropes_and_drill_make_the_wrench_of_the_statics() -> None:
     ropes = np.array([[0.98, 0.17, 0.1], [0.98, -0.17, 0.1]])
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]
     drill = np.array([5e3, -300.0, 40.0, 20.0, 1.5, -60.0])
-    row, states = DataRow.zeros(), own.BodyState.zeros()
+    row, view = DataRow.zeros(), wrench.View(np.eye(3), gravity, -gravity)
     row["position"] = q
-    states["means"]["rope_tension"], states["means"]["specific_force"] = (9e3, 8e3), -gravity
     for name, value in zip(DrillKnown.fields, drill, strict=True):
         row[name] = value
     numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
-    found = own.other_wrench(row[0], gravity, np.zeros(3), states[0], numbers[0])
+    tension = np.array([9e3, 8e3])
+    found = wrench.other_wrench(row[0], view, np.zeros(3), tension, numbers[0])
     expected = -MODEL.gravity_forces(q, gravity)[:6]
-    for k, tension in enumerate((9e3, 8e3)):
-        expected += point_wrench(tension * ropes[k], MODEL.rope_attachments_m[k])
+    for k in range(2):
+        expected += point_wrench(tension[k] * ropes[k], MODEL.rope_attachments_m[k])
     expected += known_wrench(MODEL, np.array([tuple(drill)], DrillKnown.dtype)[0], gravity)
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
@@ -156,7 +158,7 @@ def started(zero_sd: float, spread: float, balance_sd: float) -> np.void:
     sizes = filter_["sizes"]
     sizes["zero_sd"], sizes["spread"], sizes["balance_sd"] = zero_sd, spread, balance_sd
     sizes["keep"], sizes["balance_keep"], sizes["dt"] = 1.0, 1.0, 0.01
-    fu.start(filter_)
+    fu.start(filter_, np.zeros(len(fu.CONSTANTS)))
     return filter_
 
 
@@ -166,12 +168,12 @@ def test_a_foot_that_moves_both_ways_in_the_air_tells_the_zero_from_friction() -
     h, x, p = np.zeros(fu.N), filter_["x"], filter_["p"]
     h[fu.ZERO + 2] = h[fu.DEVIATION + 2] = 1.0
     for _ in range(50):  # extending: friction 30 N more than believed; then retracting: 30 N less
-        fu.observe(filter_, h, 180.0, 400.0, 1e9)
+        fu.observe(filter_, h, 180.0, 400.0, 1e9, True)
     # the piston has turned: what friction deviated by is forgotten, the zero stays
     filter_["sizes"]["keep"][2] = 0.0
     fu.predict(filter_)
     for _ in range(50):
-        fu.observe(filter_, h, 120.0, 400.0, 1e9)
+        fu.observe(filter_, h, 120.0, 400.0, 1e9, True)
     assert x[fu.ZERO + 2] == pytest.approx(150.0, abs=15.0)
     assert np.sqrt(p[fu.ZERO + 2, fu.ZERO + 2]) < 45.0
 
@@ -179,12 +181,66 @@ def test_a_foot_that_moves_both_ways_in_the_air_tells_the_zero_from_friction() -
 def test_one_observation_is_the_textbook_kalman_update() -> None:
     filter_ = started(zero_sd=3.0, spread=4.0, balance_sd=1.0)
     h, x, p = np.zeros(fu.N), filter_["x"], filter_["p"]
-    h[0] = h[12] = 1.0  # z and d of one axis: variances 9 and 16, noise 25: gain 9 / 50 and 16 / 50
-    fu.observe(filter_, h, 10.0, 25.0, 1e9)
-    assert x[0] == pytest.approx(1.8) and x[12] == pytest.approx(3.2)
-    assert p[0, 0] == pytest.approx(9.0 - 81.0 / 50.0) and p[0, 12] == pytest.approx(
-        -9.0 * 16.0 / 50.0
+    zero, friction = fu.ZERO, fu.DEVIATION
+    h[zero] = h[friction] = 1.0  # variances 9 and 16, noise 25: gain 9 / 50 and 16 / 50
+    fu.observe(filter_, h, 10.0, 25.0, 1e9, True)
+    assert x[zero] == pytest.approx(1.8) and x[friction] == pytest.approx(3.2)
+    assert p[zero, zero] == pytest.approx(9.0 - 81.0 / 50.0)
+    assert p[zero, friction] == pytest.approx(-9.0 * 16.0 / 50.0)
+
+
+def test_what_leaves_its_set_goes_to_the_others_by_how_unsure_they_are() -> None:
+    filter_ = started(zero_sd=30.0, spread=40.0, balance_sd=1.0)
+    filter_["sizes"]["low"], filter_["sizes"]["high"] = -10.0, 10.0
+    h, x = np.zeros(fu.N), filter_["x"]
+    h[fu.ZERO] = h[fu.DEVIATION] = 1.0
+    fu.observe(filter_, h, 50.0, 1e-3, 1e9, True)
+    fu.stay_in_sets(filter_)
+    assert x[fu.DEVIATION] == pytest.approx(10.0)
+    assert x[fu.ZERO] + x[fu.DEVIATION] == pytest.approx(50.0, abs=0.1)
+
+
+def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> None:
+    """Every constant of weight, unit and ropes: believed off by a little, against its row."""
+    gravity, row, state = (
+        attitude_gravity(0.05, -0.6),
+        DataRow.zeros(),
+        whole_body.BodyState.zeros(),
     )
+    ropes = np.array([[0.6, 0.17, 0.75], [0.6, -0.17, 0.75]])
+    ropes /= np.linalg.norm(ropes, axis=1)[:, None]
+    row["position"], row["attitude"] = STANCE, (0.05, -0.6, 0.2)
+    state["means"]["specific_force"], state["means"]["rope_tension"] = -gravity, (9e3, 8e3)
+    numbers = body_of(MACHINE, MODEL, BELIEF.legs, 1e-3, ropes)
+    rows, turning = np.zeros((6, fu.N)), np.zeros(3)
+    right = whole_body.weigh_body(row[0], turning, numbers[0], state[0], rows)
+
+    def off(**changes: object) -> np.ndarray:
+        other, again = numbers.copy(), np.zeros((6, fu.N))
+        for name, value in changes.items():
+            other[name] = value
+        return whole_body.weigh_body(row[0], turning, other[0], state[0], again) - right
+
+    lighter = off(base_mass=numbers["base_mass"] - 10.0)  # at its centre
+    centre = numbers["base_centre"][0]
+    moment = sum(10.0 * centre[k] * rows[:, fu.MOMENT + k] for k in range(3))
+    np.testing.assert_allclose(lighter, 10.0 * rows[:, fu.MASS] + moment, atol=1e-6)
+    np.testing.assert_allclose(
+        off(unit_pitch=-1e-4), 1e-4 * rows[:, fu.UNIT + 1], rtol=0.02, atol=2e-3
+    )
+    lower = numbers["rope_point"].copy()
+    lower[0, 1, 2] -= 0.01
+    np.testing.assert_allclose(off(rope_point=lower), 0.01 * rows[:, fu.ROPE_HEIGHT + 1], atol=1e-6)
+
+
+def test_the_workshops_tolerances_make_the_widths() -> None:
+    known = constants(Uncertainty("workshop"), MACHINE)[0]
+    assert known["unit"][0] == pytest.approx(0.018 / 24.0**0.5)
+    assert known["side"][2] == pytest.approx(0.2 / 12.0**0.5)
+    assert 80.0 < known["zero"][2] < 150.0
+    assert not np.any(Constants.as_table(constants(Uncertainty(None), MACHINE)))
+    found = Uncertainty("workshop", {"robot.attitude@body.roll": 1e-4})
+    assert constants(found, MACHINE)[0]["unit"][0] == 1e-4
 
 
 def test_a_missing_sample_is_bridged_and_teaches_nothing() -> None:

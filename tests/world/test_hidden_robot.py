@@ -11,7 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.recording.rows import DataRow
 from testbed.scenario.scenario import load_scenario
+from testbed.world.sensing import Noise, sense
 from testbed.world.simulation import Simulation
 
 Array = NDArray[np.float64]
@@ -216,3 +218,25 @@ def test_a_unit_askew_reads_another_attitude_and_gravity_along_other_axes() -> N
     roll, pitch = askew["attitude_roll"], askew["attitude_pitch"]
     upward = [-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)]
     assert force / np.linalg.norm(force) == pytest.approx(np.array(upward), abs=5e-3)
+
+
+def test_a_joint_with_play_moves_before_its_encoder_follows() -> None:
+    with world("stand_flat", "joint.play", "fl_rotation", half_width=0.004) as simulation:
+        board = simulation.machine.boards[0]
+        row, noise = DataRow.zeros()[0], Noise.zeros()[0]
+        shown = []
+        for angle in (0.02, 0.017, 0.013, 0.010):
+            board.engine.joint[0] = angle
+            sense(row, board, noise, 0.0, 0)
+            shown.append(row.position[0])
+    np.testing.assert_allclose(shown, [0.016, 0.016, 0.016, 0.014], atol=4e-4)
+
+
+def test_a_leg_that_hangs_elsewhere_stands_elsewhere() -> None:
+    with world("stand_flat", "leg.hinge", "rr", x=0.02, y=-0.01, z=0.005) as simulation:
+        q = simulation.machine.start_joints
+        true = simulation.machine.kinematics.foot_positions_m(q)
+        believed = simulation.machine.belief.model.foot_positions_m(q)
+    moved = np.zeros((4, 3))
+    moved[LEGS.index("rr")] = (0.02, -0.01, 0.005)
+    np.testing.assert_allclose(true - believed, moved, atol=1e-9)

@@ -1,8 +1,8 @@
 """Long climbs: ten metres up each slope, on planes and on rough rock, several seeds each.
 
-A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws the sensors' errors,
-the true friction and, on rock, the surface; control believes one friction and knows nothing of the rock but its
-roughness.
+A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws the machine, the
+sensors' errors, the true friction and, on rock, the surface; control believes the machine on the drawing board, one
+friction, and knows nothing of the rock but its roughness.
 """
 
 from __future__ import annotations
@@ -83,13 +83,20 @@ CASES: dict[str, tuple[str, ...]] = {
 }
 
 
-def climbs(cases: Sequence[str], seeds: int, first: int = 1) -> list[Climb]:
-    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample."""
+def climbs(
+    cases: Sequence[str], seeds: int, first: int = 1, draw: str | None = None
+) -> list[Climb]:
+    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample.
+
+    `draw`: tolerances from which each seed's machine is drawn; None: the world has the one on the drawing board.
+    """
     out = []
     for seed in range(first, seeds + 1):
         for case in cases:
             friction = float(np.random.default_rng([seed, 77]).uniform(*FRICTION))
             drawn = [f"terrain.friction={friction:.4f}"]
+            if draw is not None:
+                drawn += [f"machine.draw={draw}", f"machine.seed={seed}"]
             if case.startswith(ROUGH):
                 drawn.append(f"terrain.roughness_seed={seed}")
             out.append(Climb(case, seed, (*LONG, *CASES[case], *drawn)))
@@ -106,6 +113,7 @@ class Climbs(Benchmark[Climb]):
     first_seed: int = 1
     way_m: float = WAY_M
     chosen: tuple[str, ...] = tuple(CASES)
+    draw: str | None = "workshop"
 
     def __post_init__(self) -> None:
         for name in self.chosen:
@@ -119,7 +127,7 @@ class Climbs(Benchmark[Climb]):
 
     def cases(self) -> Mapping[str, Climb]:
         """Every climb by slope and seed."""
-        made = climbs(self.chosen, self.seeds, self.first_seed)
+        made = climbs(self.chosen, self.seeds, self.first_seed, self.draw)
         return {f"{climb.case}, seed {climb.seed}, {self.way_m:g} m": climb for climb in made}
 
     def work(self, case: Climb) -> Outcome:

@@ -28,7 +28,7 @@ class Estimators(Benchmark[Trial]):
     name = "estimators"
     noun = "runs"
     few: bool = False
-    draw: str | None = None
+    draw: str | None = "workshop"
     """Tolerances from which each run's machine is drawn, beside the errors of friction that it has anyhow."""
 
     own: tuple[str, ...] = ()

@@ -1,7 +1,9 @@
 """What a crew lets the robot do to know itself: each foot lifted and moved in the air, then the body raised, lowered and leant.
 
-On level ground. A foot in the air carries nothing, so its cylinders show their zeros and their friction at several
-speeds; a body that moves up and down on four feet shows its weight, its ways to the sides show where that weight is.
+On level ground, without ropes. A foot in the air carries nothing, so its cylinders show their zeros and their friction
+at several speeds; a body that moves up and down on four feet shows its weight, its ways to the sides show where that
+weight is. On its ropes the robot keeps its feet on the ground: it pulls and slackens one rope, then the other, then
+both, and moves at each pull up, down and to the sides, so that friction shows itself apart from the ropes.
 """
 
 from __future__ import annotations
@@ -29,6 +31,18 @@ BOB_M, AWAY_S = 0.03, 4.0
 FOOT_SPEEDS_M_S, BODY_SPEEDS_M_S = (0.006, 0.02, 0.06), (0.02,)
 """Of a foot in the air and of the body, each up and down."""
 REST_S = 0.5
+PULLS_M = (
+    (0.0, 0.0),
+    (0.012, 0.0),
+    (0.0, 0.012),
+    (0.012, 0.012),
+    (-0.01, 0.0),
+    (0.0, -0.01),
+    (-0.01, -0.01),
+)
+"""Rope taken in, left and right, at which the body moves; a metre is worth some 300 kN of a rope of 30 m."""
+PULL_S, MOVE_M = 2.0, 0.03
+"""The time for a change of pull; the body's ways at each."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +53,8 @@ class Key:
     body_m: tuple[float, float, float]
     lift_m: tuple[float, float, float, float]
     stance: tuple[bool, bool, bool, bool]
+    pull_m: tuple[float, float] = (0.0, 0.0)
+    """Rope taken in beyond what the body's way asks for, left and right."""
 
 
 class CommissionGait:
@@ -48,28 +64,67 @@ class CommissionGait:
         self._legs = start.legs
         self._feet = self._legs.feet(start.joints)
         self._nought = start.joints - self._legs.joints(self._feet)
-        self._keys = program(task)
+        self._ropes = start.rope_directions_in_body
+        self._keys = program(task, bool(np.any(start.rope_tension_n > 0.0)))
         self._times = np.array([key.t for key in self._keys])
-        self._places = np.array([(*key.body_m, *key.lift_m) for key in self._keys])
+        self._places = np.array([(*key.body_m, *key.lift_m, *key.pull_m) for key in self._keys])
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""
         del measured
-        now = np.array([np.interp(t + dt, self._times, way) for way in self._places.T])
+        before, now = self._at(t), self._at(t + dt)
         feet = self._feet - now[:3]
-        feet[:, 2] += now[3:]
+        feet[:, 2] += now[3:7]
         at = max(int(np.searchsorted(self._times, t + dt)) - 1, 0)
-        stance = np.array(self._keys[at].stance)
-        return Command(joints=self._legs.joints(feet) + self._nought, stance=stance)
+        rope_ways = -self._ropes @ (now[:3] - before[:3]) - (now[7:] - before[7:])
+        return Command(
+            joints=self._legs.joints(feet) + self._nought,
+            rope_rates_m_s=rope_ways / dt,
+            stance=np.array(self._keys[at].stance),
+        )
+
+    def _at(self, t: float) -> Array:
+        """Body (3), feet (4) and ropes (2) at a time, as the keys have them."""
+        return np.array([np.interp(t, self._times, way) for way in self._places.T])
 
 
-def duration_s(task: Commission) -> float:
+def duration_s(task: Commission, on_ropes: bool = False) -> float:
     """How long the whole programme takes."""
-    return program(task)[-1].t + REST_S
+    return program(task, on_ropes)[-1].t + REST_S
 
 
-def program(task: Commission) -> list[Key]:
+def program(task: Commission, on_ropes: bool = False) -> list[Key]:
     """The programme as keys, in order."""
+    return _pulling(task) if on_ropes else _lifting(task)
+
+
+def _pulling(task: Commission) -> list[Key]:
+    """On four feet and two ropes."""
+    on, none = (True,) * 4, (0.0,) * 4
+    keys = [Key(task.start_s, (0.0, 0.0, 0.0), none, on)]
+    ways = (
+        (0, 0, 1),
+        (0, 0, -1),
+        (0, 0, 1),
+        (0, 0, 0),
+        (1, 0, 0),
+        (-1, 0, 0),
+        (0, 1, 0),
+        (0, -1, 0),
+        (0, 0, 0),
+    )
+    for pull in (*PULLS_M, (0.0, 0.0)):
+        keys.append(Key(keys[-1].t + PULL_S, (0.0, 0.0, 0.0), none, on, pull))
+        for way in ways:
+            goal = MOVE_M * np.array(way)
+            seconds = float(np.linalg.norm(goal - keys[-1].body_m)) / SPEED_M_S
+            x, y, z = goal.tolist()
+            keys.append(Key(keys[-1].t + max(seconds, REST_S), (x, y, z), none, on, pull))
+    return keys
+
+
+def _lifting(task: Commission) -> list[Key]:
+    """Without ropes, on level ground."""
     keys = [Key(task.start_s, (0.0, 0.0, 0.0), (0.0,) * 4, (True,) * 4)]
 
     def go(seconds: float, body: Array, lift: Array, leg: int | None = None) -> None:

@@ -47,7 +47,6 @@ class AxisBelief(Record):
     end_cushion_length = quantity("m", "stretch before either end in which a damper grows")
     end_cushion_damping = quantity("N s/m", "of that damper at the end")
     thermal_sd = quantity("N/K", "standard deviation of the sensors' zero by warmth, as a force")
-    zero_sd = quantity("N", "standard deviation of the calibration itself, as a force")
 
 
 class AxisState(Record):
@@ -62,8 +61,11 @@ class AxisState(Record):
     low = quantity("N", "lower end of friction's set")
     high = quantity("N", "upper end of friction's set")
     spread = quantity("N", "standard deviation of friction")
+    use = quantity("1", "likeliest friction as a share of what it can be that way, -1 to 1")
+    across = quantity("N", "load across the rod")
     slides = quantity("1", "how surely it slides, 0 to 1")
     sense = quantity("1", "the way it slid last: -1, 0, 1")
+    rested = quantity("s", "for how long it has been at rest")
     speed = quantity("m/s", "of the piston")
     acceleration = quantity("m/s2", "of the piston, 0 at rest")
     changed = quantity("1", "1 where friction's set has just become another")
@@ -77,10 +79,15 @@ class Decisions(Record):
     rest_speed = quantity("m/s", "slower than this a piston stands still")
     slide_speed = quantity("m/s", "faster than this it surely slides")
     friction_share = quantity("1", "sliding friction is known to this share")
+    slow_share = quantity("1", "the same of a piston that hardly moves: it may stick and slip")
+    slow_speed = quantity("m/s", "over which that fades")
     speed_sd = quantity("m/s", "standard deviation of the speed")
     rest_share = quantity("1", "standard deviation of friction at rest over its set's half width")
+    fresh_more = quantity("1", "by how much more it is unsure right after a stop, of that")
+    fresh = quantity("s", "over which that fades: creep leads friction towards the middle")
     knows_dependence = quantity("1", "0/1: friction beyond (5)")
     remembers = quantity("1", "0/1: the memory of friction at rest")
+    rest = part(friction_at_rest.RestNumbers, "of that memory")
 
 
 class Loads(NamedTuple):
@@ -161,10 +168,17 @@ def step_axis(
     low, high = friction_set(v, seen.sense, slides, c.friction, now)
     ratio = c.seal_stiffness / oil_stiffness(x, c)
     push = push_of(command, c.deadband)
-    likely = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, dt)
+    likely = friction_at_rest.step(
+        state.rest, piston, low, high, slides, push, ratio, decisions.rest
+    )
     if decisions.remembers == 0.0 or not loads.followed:
         likely = 0.5 * (low + high)
-    spread = spread_n(v, high - low, c.friction, now, decisions)
+    state.rested = state.rested + dt if slides <= 0.0 else 0.0
+    fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
+    spread = spread_n(v, fresh * (high - low), c.friction, now, decisions)
+    end = high if likely > 0.0 else -low
+    state.use = min(max(likely / end, -1.0), 1.0) if end > 0.0 else 0.0
+    state.across = loads.across
     if x < END_ZONE_M or x > c.stroke - END_ZONE_M:  # a stop pushes as the load asks for
         low, high, spread = low - END_FORCE_N, high + END_FORCE_N, END_FORCE_N
     state.friction, state.low, state.high, state.spread = likely, low, high, spread
@@ -181,7 +195,7 @@ def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: 
     out, back = friction.sides[EXTENDING], friction.sides[RETRACTING]
     level = 0.5 * (friction_size(abs(v), out, now) + friction_size(abs(v), back, now))
     slope = max(out.viscous, back.viscous) * now.thinning
-    sliding_sd = math.sqrt(
-        (decisions.friction_share * level) ** 2 + (slope * decisions.speed_sd) ** 2
-    )
-    return math.sqrt(sliding_sd**2 + (0.5 * decisions.rest_share * width) ** 2)
+    sticks = decisions.slow_share * math.exp(-abs(v) / decisions.slow_speed) if v != 0.0 else 0.0
+    share = math.hypot(decisions.friction_share, sticks)
+    sliding_sd = math.hypot(share * level, slope * decisions.speed_sd)
+    return math.hypot(sliding_sd, 0.5 * decisions.rest_share * width)

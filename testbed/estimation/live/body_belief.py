@@ -11,11 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
+from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.axis import Decisions
 from testbed.estimation.live.believed import Leg, friction_of
+from testbed.estimation.live.fusion import Constants
+from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
 from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
+from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import RotationLinkage, stroke_m
 from testbed.robot.model import RobotModel
 
@@ -35,12 +39,16 @@ class OwnTuning:
 
     rich: bool = True
     """Friction beyond (5): warmth of the oil, place on the stroke, pressure, side load, rest."""
-    history: bool = True
+    history: bool = False
     """Friction at rest remembers (friction_at_rest.py)."""
     swing: bool = True
     """A foot in the air carries nothing: zeros are learnt there."""
     balance: bool = True
     """Foot forces, weight, ropes and drill add up to nothing."""
+    friction: bool = True
+    """Friction of each cylinder is learnt while it slides."""
+    weighs: bool = True
+    """Weight, centre of mass, ropes, load pins and the inertial unit's bracket are learnt."""
     robust: bool = True
     """A zero far beyond its expected size is set free, so that one bad sensor carries the blame alone."""
     every: int = 5
@@ -48,29 +56,40 @@ class OwnTuning:
     rest_m_s: float = 0.001
     slide_m_s: float = 0.003
     friction_share: float = 0.07
+    slow_share: float = 0.6
+    slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
-    rest_share: float = 0.45
+    rest_share: float = 0.33
+    fresh_more: float = 0.7
+    fresh_s: float = 1.0
     sliding_keep_s: float = 0.5
-    rest_keep_s: float = 1.0
+    rest_keep_s: float = 0.3
+    drift_s: float = friction_at_rest.DRIFT_S
+    bent_s: float = friction_at_rest.BENT_S
+    open_share: float = friction_at_rest.OPEN_SHARE
     body_keep_s: float = 0.3
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
     rope_share: float = 0.005
     drill_share: float = 0.05
     blow_share: float = 0.2
-    sd_at_rest: float = 0.7
     force_sd_n: float = 120.0
     moment_sd_n_m: float = 180.0
+    set_margin: float = 0.2
     news_share: float = 0.8
     news_noise_n: float = 50.0
     gate: float = 8.0
     tail_s: float = 3.0
     zero_wander_n2_s: float = 1.0
     zero_sd_n: float = 20.0
+    """The calibration itself, beside what the machine's tolerances say of the sensors."""
+    dry_sd_n: float = 20.0
+    """Dry friction likewise."""
     air_load_n: float = 1500.0
     air_dwell_s: float = 0.15
     air_sd_n: float = 40.0
     noise_sd_n: float = 15.0
+    moving_sd_n: float = 70.0
     filter_q_n2: float = 150.0
     filter_r_n2: float = 1500.0
     e_max_n: float = 500.0
@@ -84,11 +103,14 @@ def body_of(
     dt_s: float,
     rope_directions_in_world: Array,
     tuning: OwnTuning | None = None,
+    sure: Uncertainty | None = None,
+    effects: Sequence[EffectEntry] = (),
 ) -> NDArray[Any]:
     """One record `BodyBelief`, shape (1,): `machine`, `model` as believed, `legs` the four vertical cylinders.
 
     `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as surveyed at the start;
-    zeros where there are no ropes.
+    zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's tolerances. `effects`: of
+    cylinders, believed at the axis of their place, those of vertical ones in `legs` already.
     """
     t = OwnTuning() if tuning is None else tuning
     linkage = RotationLinkage.from_machine(machine)
@@ -96,6 +118,8 @@ def body_of(
     body = out[0]
     body["believed"] = 1.0
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
+    sure = Uncertainty(WORKSHOP) if sure is None else sure
+    body["known"] = Constants.as_table(_learnt(constants(sure, machine), t))[0]
     body["calibrated_at"] = machine.sensor.calibration_temperature_degc
     body["base_mass"], body["base_centre"] = model.base_mass()
     body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
@@ -105,15 +129,27 @@ def body_of(
     body["rope_direction"] = rope_directions_in_world
     body["pin_gain"] = 1.0
     body["drill_point"], body["store_point"] = model.drill_mount_m, model.rod_store_m
-    body["decisions"]["dt"] = dt_s
+    body["decisions"]["dt"] = body["decisions"]["rest"]["dt"] = dt_s
     numbers = model.leg_numbers()
     numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
     for i, axis in enumerate(machine.axes.values()):
-        _declare(body["axes"][i], axis, linkage)
+        _declare(body["axes"][i], axis, linkage, [e for e in effects if e.place == axis.name])
         if axis.joint == "vertical":
             legs[i // len(JOINTS)].write(body["axes"][i].cylinder)
     return out
+
+
+def _learnt(known: NDArray[Any], t: OwnTuning) -> NDArray[Any]:
+    """`known` (Constants) as the tuning lets it be learnt: what is not is believed as it is."""
+    for name in Constants.fields:
+        if name == "zero":
+            known[name] = np.hypot(known[name], t.zero_sd_n)
+        elif name in ("out", "back"):
+            known[name] = np.hypot(known[name], t.dry_sd_n) if t.friction else 0.0
+        elif not (t.friction if name == "side" else t.weighs):
+            known[name] = 0.0
+    return known
 
 
 def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
@@ -129,8 +165,9 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
     body["air_load"], body["air_dwell"] = t.air_load_n, t.air_dwell_s
     body["air_sd"], body["learns_in_air"] = t.air_sd_n, t.swing
     body["balances"], body["noise_sd"] = t.balance, t.noise_sd_n
+    body["moving_sd"] = t.moving_sd_n
     body["news_share"], body["news_noise"] = t.news_share, t.news_noise_n
-    body["sd_at_rest"] = t.sd_at_rest if t.balance else 1.0
+    body["set_margin"] = t.set_margin
     body["balance_sd"][:3] = t.weight_share * weight_n
     body["balance_sd"][3:] = t.centre_sd_m * weight_n
     body["filter"] = persistent.Numbers.one(
@@ -145,15 +182,22 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
         rest_speed=t.rest_m_s,
         slide_speed=t.slide_m_s,
         friction_share=t.friction_share,
+        slow_share=t.slow_share,
+        slow_speed=t.slow_m_s,
         speed_sd=t.speed_sd_m_s,
         rest_share=t.rest_share,
+        fresh_more=t.fresh_more,
+        fresh=t.fresh_s,
         knows_dependence=t.rich,
         remembers=t.history,
+        rest=friction_at_rest.numbers(1.0, t.drift_s, t.bent_s, t.open_share)[0],
     )[0]
 
 
-def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
-    """One AxisBelief as the machine declares it."""
+def _declare(
+    out: Any, axis: Axis, linkage: RotationLinkage, effects: Sequence[EffectEntry]
+) -> None:
+    """One AxisBelief as the machine declares it, with believed effects where they are not the vertical legs'."""
     c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
     area_a = 0.25 * math.pi * c.bore_m**2
     leg = Leg(
@@ -172,6 +216,8 @@ def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
         seal_stiffness_n_m=seal.bristle_stiffness_n_m,
         valve_deadband=axis.valve.deadband,
     )
+    for effect in effects if axis.joint != "vertical" else ():
+        leg = leg.with_effect(effect)
     leg.write(out.cylinder)
     out.cylinder.side_coefficient = seal.side_load_coefficient
     out.dwell_gain, out.dwell_time = seal.dwell_gain, seal.dwell_time_s
@@ -184,7 +230,6 @@ def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
     per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
     both = math.hypot(leg.area_a_m2, leg.area_b_m2)
     out.thermal_sd = per_kelvin / math.sqrt(3.0) * both  # any slope up to that is as likely
-    out.zero_sd = OwnTuning.zero_sd_n
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:

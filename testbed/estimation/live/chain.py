@@ -23,9 +23,11 @@ from numpy.typing import NDArray
 from testbed.errors import InputError
 from testbed.estimation.detectors.combined import Combined, CombinedNumbers
 from testbed.estimation.filters import persistent
+from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain_step import ChainBelief, ChainState, replay_chain
 from testbed.estimation.live.contact import ContactLimits
+from testbed.estimation.live.fusion import CONSTANTS
 from testbed.formats.records import from_columns
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
@@ -74,6 +76,7 @@ def belief_of(believed: Believed) -> NDArray[Any]:
     belief["rest_speed"], belief["slide_speed"] = t.rest_m_s, t.slide_m_s
     belief["pressure_sd"], belief["friction_share"] = t.pressure_sd_pa, t.friction_sd_share
     belief["speed_sd"], belief["acceleration_sd"] = t.speed_sd_m_s, t.acceleration_sd_m_s2
+    belief["rest"] = friction_at_rest.numbers(believed.dt_s)[0]
     belief["filter"] = persistent.Numbers.one(
         process_variance=t.kbf_q_n2,
         measurement_variance=t.kbf_r_n2,
@@ -129,6 +132,22 @@ def replay_rows(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any
     rows, chain = rows_of(columns, believed), EstimatorChain(believed)
     replay_chain(rows, chain.belief, chain.state)
     return rows
+
+
+def learnt_over(
+    columns: Mapping[str, Array], believed: Believed
+) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    """What the whole-body estimate has learnt at the end of a recording, by names of its `Constants`: how far each is
+    from the believed, its standard deviation, and that of before. Raises as `rows_of`.
+    """
+    rows, chain = rows_of(columns, believed), EstimatorChain(believed)
+    replay_chain(rows, chain.belief, chain.state)
+    fusion = chain.state["body"]["fusion"][0]
+    sd = np.sqrt(np.maximum(np.diag(fusion["p"]), 0.0))
+    return tuple(  # type: ignore[return-value]
+        dict(zip(CONSTANTS, np.asarray(values, dtype=float).tolist(), strict=False))
+        for values in (fusion["x"], sd, chain.belief["body"]["known"][0])
+    )
 
 
 def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:

@@ -1,14 +1,17 @@
-"""Four legs, one body: what each cylinder's force is off by, learnt from what must balance. Compiled.
+"""What the whole-body estimate learns, and the Kalman filter that learns it. Compiled.
 
-A cylinder's force is off by a zero (thermal, constant) and by what friction deviates from its likeliest value (inside
-its set). Three things are known of them:
+A cylinder's force is off by its sensors' zero and by what its friction differs from the believed: by a constant for each
+way it slides, by a share of the load across the rod, and by what friction does beside that. The body's balance is off by
+weight and centre of mass that are not those of the drawing, by ropes and load pins, and by the inertial unit's bracket.
+`Unknowns` names all of it; most are constants, known beforehand to the tolerances of a machine as built or to the
+intervals of its commissioning, and one filter keeps what is learnt of them together with how sure it is. What nothing
+shows stays as wide as it was. Three things are observed (whole_body.py):
 - the body's balance: foot forces, weight, ropes and drill add up to nothing, forces and moments (6 equations);
 - a foot in the air carries nothing (3 equations a leg): moving both ways, this tells the zero from friction;
 - friction stays in its set: the deviation is cut off at its ends.
-A Kalman filter over `Unknowns` keeps what is learnt and how sure it is; `balance` is what the body's balance itself
-is off by (weight, centre of mass, rope directions, drill): known to a standard deviation, and never zero, so that a
-thousand balances do not make a certainty. Zeros have heavy tails: what stays far beyond its expected size is widened
-until one sensor carries the blame, not all of them.
+`balance` is what the balance is off by for a moment: it fades within a fraction of a second, so that a thousand balances
+do not make a certainty. Zeros have heavy tails: what stays far beyond its expected size is widened until one sensor
+carries the blame, not all of them.
 """
 
 from __future__ import annotations
@@ -20,43 +23,71 @@ import numpy as np
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, part, quantity
-from testbed.machine.names import AXES
+from testbed.machine.names import AXES, SIDES
+from testbed.recording.rows import XYZ
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
-class Unknowns(Record):
-    """What is learnt."""
+class Constants(Record):
+    """What stays as it is while the machine works, each as the difference from what is believed."""
 
-    zero = quantity("N", "constant error of a cylinder's force", per=AXES)
-    deviation = quantity("N", "friction less its likeliest value", per=AXES)
-    balance = quantity("N", "error of the body's balance (moments N m)", per=WRENCH)
+    zero = quantity("N", "what the sensors of a cylinder add to its force", per=AXES)
+    out = quantity("N", "dry friction of a piston that slides out", per=AXES)
+    back = quantity("N", "dry friction of a piston that slides in", per=AXES)
+    side = quantity("1", "friction by the load across the rod", per=AXES)
+    mass = quantity("kg", "mass of the machine")
+    moment = quantity("kg m", "its first moment about the body's origin, body frame", per=XYZ)
+    unit = quantity("rad", "how the inertial unit is turned on the body", per=("roll", "pitch"))
+    azimuth = quantity("rad", "direction of a rope, about the body's z", per=SIDES)
+    elevation = quantity("rad", "direction of a rope, towards the body's z", per=SIDES)
+    pin_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
+    pin_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
+    rope_height = quantity("m", "height at which a rope pulls", per=SIDES)
 
 
-NAMES = tuple(Unknowns.column_names())
+class Unknowns(Constants):
+    """Everything that is learnt."""
+
+    deviation = quantity("N", "friction less what all of that makes of it", per=AXES)
+    balance = quantity("N", "momentary error of the body's balance (moments N m)", per=WRENCH)
+
+
+NAMES, CONSTANTS = tuple(Unknowns.column_names()), tuple(Constants.column_names())
+"""Every unknown in the filter's order, which begins with the constants."""
 N = len(NAMES)
-ZERO = NAMES.index(f"zero_{AXES[0]}")
-DEVIATION = NAMES.index(f"deviation_{AXES[0]}")
-BALANCE = NAMES.index(f"balance_{WRENCH[0]}")
-"""Where each of them begins in the filter's vector."""
+
+
+def place(name: str) -> int:
+    """Where a quantity of `Unknowns` begins in the filter's vector."""
+    return next(
+        k for k, column in enumerate(NAMES) if column == name or column.startswith(name + "_")
+    )
+
+
+ZERO, OUT, BACK, SIDE = place("zero"), place("out"), place("back"), place("side")
+MASS, MOMENT, UNIT = place("mass"), place("moment"), place("unit")
+AZIMUTH, ELEVATION = place("azimuth"), place("elevation")
+PIN_GAIN, PIN_ZERO, ROPE_HEIGHT = place("pin_gain"), place("pin_zero"), place("rope_height")
+DEVIATION, BALANCE = place("deviation"), place("balance")
 
 
 class Sizes(Record):
     """How large the unknowns are expected to be, and how they move on over one step."""
 
     dt = quantity("s", "step")
-    keep = quantity("1", "share of itself that a deviation keeps", per=AXES)
+    keep = quantity("1", "share of itself that a sliding piston's deviation keeps", per=AXES)
     spread = quantity("N", "standard deviation of a deviation", per=AXES)
     news = quantity(
-        "N2", "variance that a piston's change of force adds to its deviation", per=AXES
+        "N2", "variance that a resting piston's deviation gains, up to its spread's", per=AXES
     )
-    zero_sd = quantity("N", "standard deviation of a zero", per=AXES)
     zero_grown = quantity("N2", "by how much a zero's variance has grown", per=AXES)
     balance_keep = quantity("1", "share of itself that an error of the balance keeps")
     balance_sd = quantity("N", "standard deviation of it (moments N m)", per=WRENCH)
     low = quantity("N", "lower end of a deviation's set", per=AXES)
     high = quantity("N", "upper end of a deviation's set", per=AXES)
     tail = quantity("s", "within it a zero beyond twice its size is set free; 0: never")
+    zero_sd = quantity("N", "standard deviation of a zero by now", per=AXES)
 
 
 class Fusion(Record):
@@ -68,13 +99,15 @@ class Fusion(Record):
 
 
 @njit
-def start(fusion: Any) -> None:
-    """Nothing is known beyond the expected sizes."""
+def start(fusion: Any, known: Any) -> None:
+    """Nothing is known beyond the expected sizes; known: standard deviations of the CONSTANTS."""
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for i in range(N):
         x[i] = 0.0
         for j in range(N):
             p[i, j] = 0.0
+    for i in range(len(CONSTANTS)):
+        p[i, i] = known[i] ** 2
     for i in range(12):
         p[ZERO + i, ZERO + i] = sizes.zero_sd[i] ** 2
         p[DEVIATION + i, DEVIATION + i] = sizes.spread[i] ** 2
@@ -83,24 +116,22 @@ def start(fusion: Any) -> None:
 
 
 @njit
-def keep_of(sizes: Any, i: int) -> float:
-    """Share of itself that unknown i keeps."""
-    if i >= BALANCE:
-        return float(sizes.balance_keep)
-    return float(sizes.keep[i - DEVIATION]) if i >= DEVIATION else 1.0
+def fade(fusion: Any, i: int, kept: float) -> None:
+    """Let unknown i keep this share of itself."""
+    fusion.x[i] *= kept
+    for j in range(N):
+        fusion.p[i, j] *= kept
+    for j in range(N):
+        fusion.p[j, i] *= kept
 
 
 @njit
 def predict(fusion: Any) -> None:
     """One step on: deviations and errors of the balance fade, and spread out to their expected sizes."""
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
-    for i in range(N):
-        kept = keep_of(sizes, i)
-        x[i] *= kept
-        for j in range(N):
-            p[i, j] *= kept * keep_of(sizes, j)
     for i in range(12):
         d, z, spread = DEVIATION + i, ZERO + i, sizes.spread[i] ** 2
+        fade(fusion, d, sizes.keep[i])
         p[d, d] = min(p[d, d] + sizes.news[i], max(spread, p[d, d]))
         p[d, d] += (1.0 - sizes.keep[i] ** 2) * spread
         p[z, z] += sizes.zero_grown[i]
@@ -108,44 +139,52 @@ def predict(fusion: Any) -> None:
             p[z, z] += x[z] ** 2 * sizes.dt / sizes.tail
     for i in range(6):
         b = BALANCE + i
+        fade(fusion, b, sizes.balance_keep)
         p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.balance_sd[i] ** 2
 
 
 @njit
-def observe(fusion: Any, h: Any, y: float, r: float, gate: float) -> float:
+def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) -> float:
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it fits. Returns y - h . x
     over its standard deviation.
+
+    Where it does not learn, constants are considered (Schmidt): they stay as they are, and what is not known of them
+    is not known of the others either.
     """
     x, p = fusion.x, fusion.p
-    ph = np.zeros(N)
+    ph, gain = np.zeros(N), np.zeros(N)
     variance, error = r, y
     for j in range(N):
-        if h[j] != 0.0:  # most are
+        if h[j] != 0.0:  # many are
             for i in range(N):
-                ph[i] += p[i, j] * h[j]
+                ph[i] += p[j, i] * h[j]
     for i in range(N):
         variance += h[i] * ph[i]
         error -= h[i] * x[i]
     score = error / math.sqrt(variance)
     if abs(score) > gate:
         variance = (error / gate) ** 2
-    gain = 1.0 / variance
+    for i in range(0 if learns else DEVIATION, N):
+        gain[i] = ph[i] / variance
+        x[i] += gain[i] * error
     for i in range(N):
-        k = ph[i] * gain
-        x[i] += k * error
+        rest = ph[i] - variance * gain[i]
         for j in range(N):
-            p[i, j] -= k * ph[j]
+            p[i, j] -= gain[i] * ph[j] + rest * gain[j]
     return score
 
 
 @njit
 def stay_in_sets(fusion: Any) -> None:
-    """Cut deviations off at the ends of their sets; what lay outside is known no better."""
+    """Bring deviations back to the ends of their sets; what they lose, the other unknowns take, each by how unsure it
+    is, so that what was observed stays explained.
+    """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for i in range(12):
         k = DEVIATION + i
-        if x[k] < sizes.low[i]:
-            x[k] = sizes.low[i]
-        elif x[k] > sizes.high[i]:
-            x[k] = sizes.high[i]
+        beyond = min(max(x[k], sizes.low[i]), sizes.high[i]) - x[k]
+        if beyond != 0.0 and p[k, k] > 1.0:
+            share = beyond / p[k, k]
+            for j in range(N):
+                x[j] += p[j, k] * share
         p[k, k] = max(p[k, k], 1.0)

@@ -16,6 +16,16 @@ from testbed.compiled import njit
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions, Loads, step_axis
+from testbed.estimation.live.wrench import (
+    View,
+    add_force,
+    foot_point,
+    gravity_in_body,
+    leg_map,
+    other_wrench,
+    rope_direction,
+    view_of,
+)
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
@@ -24,6 +34,10 @@ from testbed.robot.loads import foot_forces as ff
 
 LEVEL_SHARE = 0.15
 """What a sample weighs in the filtered forces along x and y."""
+Z90 = 1.645
+"""Half width of a normal's 90 % interval, standard deviations."""
+SMALL_RAD = 1.0e-4
+"""Turn by which it is tried out what a turned inertial unit does."""
 
 
 class BodyBelief(Record):
@@ -38,6 +52,7 @@ class BodyBelief(Record):
     rest_keep = quantity("s", "the same at rest")
     balance_keep = quantity("s", "for how long the balance's own error lasts")
     rope_share = quantity("1", "of the ropes' tensions, that the balance may be off by")
+    known = quantity("N", "standard deviations of what is constant", per=fu.CONSTANTS)
     drill_share = quantity("1", "of the ordered thrust, likewise")
     blow_share = quantity("1", "of the thrust, by blows, likewise")
     force_variance = quantity("N2", "of the balance of forces")
@@ -51,9 +66,10 @@ class BodyBelief(Record):
     learns_in_air = quantity("1", "0/1: zeros are learnt from feet in the air")
     balances = quantity("1", "0/1: the body's balance is used")
     noise_sd = quantity("N", "noise of a filtered load")
+    moving_sd = quantity("N", "what inertia and friction leave beside it while the piston slides")
+    set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
     news_share = quantity("1", "of a change of force at rest, that may be friction's")
     news_noise = quantity("N", "of such a change, that is noise")
-    sd_at_rest = quantity("1", "stated standard deviation over the filter's own, at rest")
     calibrated_at = quantity("degC", "temperature of the sensors' calibration")
     base_mass = quantity("kg", "of body and turntables")
     base_centre = quantity("m", "its centre from the body's origin", per=XYZ)
@@ -93,7 +109,6 @@ class BodyState(Record):
     joints = part(ff.JointMotion, "of the cylinders' sensors")
     motion = part(ff.BodyMotion, "as if it stood still, body frame")
     axes = part(AxisState, "cylinders", per=AXES)
-    attitude = quantity("rad", "of the body", per=("roll", "pitch", "yaw"))
     fusion = part(fu.Fusion, "what the cylinders' forces are off by")
     sums = part(Gathered, "since the last balance, added up")
     means = part(Gathered, "at the last balance")
@@ -110,130 +125,6 @@ class BodyState(Record):
 
 
 @njit
-def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
-    """Gravity's vector (3) in the body frame, m/s2, at roll, pitch, yaw."""
-    roll, pitch = attitude[0], attitude[1]
-    out[0] = gravity * math.sin(pitch)
-    out[1] = -gravity * math.cos(pitch) * math.sin(roll)
-    out[2] = -gravity * math.cos(pitch) * math.cos(roll)
-
-
-@njit
-def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
-    """A vector (3), in place, into the body frame from an inertial unit that is mounted Ry(pitch) Rx(roll)."""
-    if roll == 0.0 and pitch == 0.0:
-        return
-    x, y, z = vector[0], vector[1], vector[2]
-    y, z = math.cos(roll) * y - math.sin(roll) * z, math.sin(roll) * y + math.cos(roll) * z
-    vector[0] = math.cos(pitch) * x + math.sin(pitch) * z
-    vector[1] = y
-    vector[2] = math.cos(pitch) * z - math.sin(pitch) * x
-
-
-@njit
-def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
-    """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
-    rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
-    fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
-    reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
-    out[0, 0], out[1, 0], out[2, 0] = arm * ry / reach, -arm * rx / reach, 0.0
-    out[0, 1], out[1, 1], out[2, 1] = -rx + aside / reach * ry, -ry - aside / reach * rx, 0.0
-    out[0, 2], out[1, 2], out[2, 2] = 0.0, 0.0, 1.0
-
-
-@njit
-def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
-    """Underside of the foot in the body frame, m (3)."""
-    x, y = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
-    out[0], out[1], out[2] = leg.hip[0] + x, leg.hip[1] + y, height - q[2]
-
-
-@njit
-def add_force(wrench: Any, force: Any, point: Any) -> None:
-    """Wrench (6) += force (3) at point (3), about the body's origin."""
-    for k in range(3):
-        wrench[k] += force[k]
-    wrench[3] += point[1] * force[2] - point[2] * force[1]
-    wrench[4] += point[2] * force[0] - point[0] * force[2]
-    wrench[5] += point[0] * force[1] - point[1] * force[0]
-
-
-@njit
-def other_wrench(row: Any, gravity: Any, turning: Any, state: Any, body: Any) -> Any:
-    """Wrench (6) about the body's origin, body frame, of weight, inertia, ropes and drill.
-
-    row: DataRow (posture, what the drill's controls know). The specific force of the BodyState's means (the body's
-    acceleration less gravity) and `turning` (3) rad/s2 (its angular acceleration) carry the body and the inner links;
-    frames and feet stand still and carry gravity (3) m/s2 alone.
-    """
-    means = state.means
-    wrench, force = np.zeros(6), np.empty(3)
-    for k in range(3):
-        force[k] = -body.base_mass * means.specific_force[k]
-        for j in range(3):
-            wrench[3 + k] -= body.inertia[k, j] * turning[j]
-    add_force(wrench, force, body.base_centre)
-    for k in range(4):
-        add_links(wrench, body.legs[k], row.position[3 * k : 3 * k + 3], gravity, means)
-    rotation = rotation_of(state.attitude)
-    for r in range(2):
-        for k in range(3):
-            force[k] = 0.0
-            for j in range(3):
-                force[k] += means.rope_tension[r] * rotation[j, k] * body.rope_direction[r, j]
-        add_force(wrench, force, body.rope_point[r])
-    add_drill(wrench, row, gravity, body)
-    return wrench
-
-
-@njit
-def add_links(wrench: Any, leg: Any, q: Any, gravity: Any, means: Any) -> None:
-    """Wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
-    force, point = np.empty(3), np.empty(3)
-    for i in range(3):
-        link, out = leg.links[i], q[1] if i > 0 else 0.0
-        x, y = ff.turn_z(
-            q[0], link.centre[0] + leg.radial[0] * out, link.centre[1] + leg.radial[1] * out
-        )
-        point[0], point[1] = leg.hip[0] + x, leg.hip[1] + y
-        point[2] = leg.hip[2] + link.centre[2] - (q[2] if i == 2 else 0.0)
-        for j in range(3):
-            pull = gravity[j] if i == 2 else -means.specific_force[j]
-            force[j] = link.mass * pull
-        add_force(wrench, force, point)
-
-
-@njit
-def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
-    """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and store."""
-    force, point = np.zeros(3), np.empty(3)
-    for k in range(3):
-        point[k] = body.drill_point[k]
-    force[2] = row.ordered_thrust + row.rods_in_hole * gravity[2]
-    add_force(wrench, force, point)
-    wrench[5] += row.ordered_torque
-    point[2] += row.rods_mast_height
-    for k in range(3):
-        force[k] = row.rods_in_mast * gravity[k]
-    add_force(wrench, force, point)
-    for k in range(3):
-        force[k] = row.rods_stored * gravity[k]
-    add_force(wrench, force, body.store_point)
-
-
-@njit
-def rotation_of(rpy: Any) -> Any:
-    """Body to world (3, 3): Rz(yaw) Ry(pitch) Rx(roll)."""
-    cr, cp, cy = math.cos(rpy[0]), math.cos(rpy[1]), math.cos(rpy[2])
-    sr, sp, sy = math.sin(rpy[0]), math.sin(rpy[1]), math.sin(rpy[2])
-    out = np.empty((3, 3))
-    out[0, 0], out[0, 1], out[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
-    out[1, 0], out[1, 1], out[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
-    out[2, 0], out[2, 1], out[2, 2] = -sp, cp * sr, cp * cr
-    return out
-
-
-@njit
 def expect_sizes(row: Any, body: Any, state: Any) -> None:
     """How large what is to be learnt may be by now, from the means since the last balance, into fusion.sizes."""
     sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
@@ -246,11 +137,12 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
         sizes.keep[i] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
         sizes.spread[i] = axis.spread
-        variance = belief.zero_sd**2 + (belief.thermal_sd * warm) ** 2
+        variance = body.known[fu.ZERO + i] ** 2 + (belief.thermal_sd * warm) ** 2
         sizes.zero_sd[i] = math.sqrt(variance)
         sizes.zero_grown[i] = max(variance - state.zero_variance[i], 0.0) + body.zero_wander * dt
         state.zero_variance[i] = max(variance, state.zero_variance[i])
         margin = 2.0 * axis.spread if axis.slides > 0.0 else 0.0
+        margin += body.set_margin * (axis.high - axis.low)
         sizes.low[i] = axis.low - axis.friction - margin
         sizes.high[i] = axis.high - axis.friction + margin
     for k in range(6):
@@ -274,7 +166,6 @@ def take_means(body: Any, state: Any) -> Any:
         means.angular_rate[k] = rate
         means.specific_force[k] = sums.specific_force[k] / count
         sums.angular_rate[k] = sums.specific_force[k] = 0.0
-    turn_out_of_unit(means.specific_force, body.unit_roll, body.unit_pitch)
     for k in range(2):
         tension = sums.rope_tension[k] / count
         means.rope_tension[k] = (tension - body.pin_zero[k]) / body.pin_gain[k]
@@ -302,7 +193,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     turning = take_means(body, state)
     expect_sizes(row, body, state)
     if first:
-        fu.start(fusion)
+        fu.start(fusion, body.known)
         state.started = 1.0
     else:
         fu.predict(fusion)
@@ -316,17 +207,18 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     if body.balances != 0.0:
         balance_body(row, turning, maps, on_ground, body, state)
     fu.stay_in_sets(fusion)
+    h = np.zeros(fu.N)
     for k in range(4):
         for r in range(3):
-            variance = max(force_variance(fusion.p, maps[k, r], 3 * k), 0.0)
+            weigh_leg(k, maps[k, r], state, h)
+            variance = max(leg_variance(fusion.p, h, k), 0.0)
             state.force_sd[k, r] = math.sqrt(variance + body.noise_sd**2)
 
 
 @njit
 def hangs(k: int, row: Any, body: Any, state: Any) -> bool:
     """Whether foot k is in the air by now; counts for how long."""
-    axis, x = 3 * k + 2, state.fusion.x
-    up = state.means.foot_force[k, 2] - x[fu.ZERO + axis] - x[fu.DEVIATION + axis]
+    up = state.means.foot_force[k, 2] - learnt(3 * k + 2, state)
     off = bool(row.carrying[k] < 0.5 and abs(up) < body.air_load)
     dt = body.every * body.decisions.dt
     state.in_air[k] = state.in_air[k] + dt if off else 0.0
@@ -338,51 +230,142 @@ def learn_in_air(k: int, map_: Any, body: Any, state: Any) -> None:
     """Three observations: foot k carries nothing. map_ (3, 3): leg_map."""
     h = np.zeros(fu.N)
     for r in range(3):
-        for j in range(3):
-            h[fu.ZERO + 3 * k + j] = h[fu.DEVIATION + 3 * k + j] = map_[r, j]
-        force = state.means.foot_force[k, r]
-        fu.observe(state.fusion, h, force, body.air_sd**2, body.gate)
+        weigh_leg(k, map_[r], state, h)
+        force, slides = state.means.foot_force[k, r], state.axes[3 * k + 2].slides >= 1.0
+        fu.observe(state.fusion, h, force, body.air_sd**2, body.gate, r == 2 and slides)
 
 
 @njit
-def force_variance(p: Any, weights: Any, first: int) -> float:
-    """Variance of a foot force that weighs (3) the forces of the cylinders from `first` on, N2."""
+def weigh_cylinder(i: int, weight: float, axis: Any, h: Any) -> None:
+    """How the unknowns of cylinder i, by `weight`, make up a force that is seen: into the row h (N) of an observation."""
+    h[fu.ZERO + i] = h[fu.DEVIATION + i] = weight
+    h[fu.OUT + i] = weight * max(axis.use, 0.0)
+    h[fu.BACK + i] = weight * min(axis.use, 0.0)
+    h[fu.SIDE + i] = weight * axis.use * axis.across
+
+
+@njit
+def weigh_leg(k: int, weights: Any, state: Any, h: Any) -> None:
+    """The same of leg k, whose cylinders' forces weigh (3)."""
+    for j in range(3):
+        weigh_cylinder(3 * k + j, weights[j], state.axes[3 * k + j], h)
+
+
+@njit
+def learnt(i: int, state: Any) -> float:
+    """What cylinder i's force is off by, as learnt, N."""
+    x, use = state.fusion.x, state.axes[i].use
+    friction = max(use, 0.0) * x[fu.OUT + i] + min(use, 0.0) * x[fu.BACK + i]
+    friction += use * state.axes[i].across * x[fu.SIDE + i]
+    return float(x[fu.ZERO + i] + friction + x[fu.DEVIATION + i])
+
+
+@njit
+def leg_variance(p: Any, h: Any, k: int) -> float:
+    """Variance of what an observation's row h (N) makes of leg k's cylinders, N2."""
+    groups = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION)
     total = 0.0
-    for i in range(3):
-        for j in range(3):
-            zi, zj = fu.ZERO + first + i, fu.ZERO + first + j
-            di, dj = fu.DEVIATION + first + i, fu.DEVIATION + first + j
-            both = p[zi, zj] + p[di, dj] + p[zi, dj] + p[di, zj]
-            total += weights[i] * weights[j] * both
+    for first in groups:
+        for i in range(first + 3 * k, first + 3 * k + 3):
+            for second in groups:
+                for j in range(second + 3 * k, second + 3 * k + 3):
+                    total += h[i] * p[i, j] * h[j]
     return total
 
 
 @njit
 def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, state: Any) -> None:
     """The six equations: feet that carry, weight, ropes and drill add up to nothing but the balance's own error."""
-    gravity, means = np.empty(3), state.means
-    gravity_in_body(state.attitude, body.gravity, gravity)
-    wrench = other_wrench(row, gravity, turning, state, body)
-    point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     rows = np.zeros((6, fu.N))
+    wrench = weigh_body(row, turning, body, state, rows)
+    point, column, effect = np.empty(3), np.empty(3), np.empty(6)
+    slides = True
     for k in range(4):
         if on_ground[k] == 0.0:
             continue
+        slides = slides and state.axes[3 * k + 2].slides >= 1.0
         foot_point(body.legs[k], row.position[3 * k : 3 * k + 3], body.foot_height[k], point)
-        add_force(wrench, means.foot_force[k], point)
+        add_force(wrench, state.means.foot_force[k], point)
         for j in range(3):
             for r in range(3):
                 column[r] = maps[k, r, j]
             effect[:] = 0.0
             add_force(effect, column, point)
             for r in range(6):
-                rows[r, fu.ZERO + 3 * k + j] = rows[r, fu.DEVIATION + 3 * k + j] = effect[r]
+                weigh_cylinder(3 * k + j, effect[r], state.axes[3 * k + j], rows[r])
     for r in range(6):
         rows[r, fu.BALANCE + r] = 1.0
         variance = body.force_variance if r < 3 else body.moment_variance
         if r == 2:
             variance += (body.blow_share * row.ordered_thrust) ** 2
-        fu.observe(state.fusion, rows[r], wrench[r], variance, body.gate)
+        upright = r >= 2 and r < 5
+        learns = upright and slides and row.ordered_thrust == 0.0
+        fu.observe(state.fusion, rows[r], wrench[r], variance, body.gate, learns)
+
+
+@njit
+def weigh_body(row: Any, turning: Any, body: Any, state: Any, rows: Any) -> Any:
+    """Wrench (6) of weight, ropes and drill as believed, and into rows (6, N) what makes it differ from the true one."""
+    means, roll, pitch = state.means, body.unit_roll, body.unit_pitch
+    attitude, felt, tension = row.attitude, means.specific_force, means.rope_tension
+    view = view_of(attitude, felt, roll, pitch, body.gravity)
+    wrench = other_wrench(row, view, turning, tension, body)
+    for axis in range(2):
+        turn = (SMALL_RAD, 0.0) if axis == 0 else (0.0, SMALL_RAD)
+        other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], body.gravity)
+        turned = other_wrench(row, other, turning, tension, body)
+        for r in range(6):
+            rows[r, fu.UNIT + axis] = (wrench[r] - turned[r]) / SMALL_RAD
+    moment = np.zeros(3)
+    for k in range(3):
+        rows[k, fu.MASS] = view.specific_force[k]
+        moment[:] = 0.0
+        moment[k] = 1.0
+        put_moment(rows, fu.MOMENT + k, moment, view.specific_force)
+    for k in range(2):
+        weigh_rope(k, view, tension[k], body, rows)
+    return wrench
+
+
+@njit
+def weigh_rope(k: int, view: View, tension: float, body: Any, rows: Any) -> None:
+    """What rope k's wrench is off by, into rows (6, N): direction, load pin, height at which it pulls."""
+    if tension <= 0.0:
+        return
+    along, left, up = np.empty(3), np.zeros(3), np.zeros(3)
+    rope_direction(view, body.rope_direction[k], along)
+    level = math.sqrt(along[0] ** 2 + along[1] ** 2)
+    left[0], left[1] = -along[1], along[0]
+    if level > 0.0:
+        up[0], up[1], up[2] = -along[2] * along[0] / level, -along[2] * along[1] / level, level
+    point = body.rope_point[k]
+    put_force(rows, fu.AZIMUTH + k, left, -tension, point)
+    put_force(rows, fu.ELEVATION + k, up, -tension, point)
+    put_force(rows, fu.PIN_GAIN + k, along, tension, point)
+    put_force(rows, fu.PIN_ZERO + k, along, 1.0, point)
+    lever = np.zeros(3)
+    lever[2] = -tension
+    put_moment(rows, fu.ROPE_HEIGHT + k, lever, along)
+
+
+@njit
+def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -> None:
+    """Into a column of rows (6, N): a force of this size along a direction (3) at a point (3)."""
+    wrench, force = np.zeros(6), np.empty(3)
+    for k in range(3):
+        force[k] = size * direction[k]
+    add_force(wrench, force, point)
+    for r in range(6):
+        rows[r, column] = wrench[r]
+
+
+@njit
+def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
+    """Into a column of rows (6, N): the moment of a force (3) at a lever (3), without the force."""
+    wrench = np.zeros(6)
+    add_force(wrench, force, lever)
+    for r in range(3, 6):
+        rows[r, column] = wrench[r]
 
 
 @njit
@@ -399,12 +382,11 @@ def step_body(row: Any, body: Any, state: Any) -> None:
         joints.position[i] = row.position[i]
         joints.rate[i], joints.acceleration[i] = axis.speed / arms[i], axis.acceleration / arms[i]
         joints.torque[i] = (axis.force - axis.friction) * arms[i]
-    for k in range(3):
-        state.attitude[k] = row.attitude[k]
-    state.attitude[0] -= body.unit_roll
-    state.attitude[1] -= body.unit_pitch
     force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
-    gravity_in_body(state.attitude, body.gravity, lift)
+    attitude = np.empty(2)
+    attitude[0] = row.attitude[0] - body.unit_roll
+    attitude[1] = row.attitude[1] - body.unit_pitch
+    gravity_in_body(attitude, body.gravity, lift)
     for k in range(3):
         rotation[k, k], lift[k] = 1.0, -lift[k]
     ff.foot_forces(body.legs, joints, rotation, state.motion, normals, force, up)
@@ -449,11 +431,11 @@ def gather(row: Any, force: Any, state: Any) -> None:
 @njit
 def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
     """What is learnt taken off the legs' forces (4, 3), filtered, with its uncertainty, into the row."""
-    x, map_, own, interval = state.fusion.x, np.empty((3, 3)), row.own, row.estimate_own
+    map_, own, interval = np.empty((3, 3)), row.own, row.estimate_own
     for k in range(4):
         leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k], map_)
         for j in range(3):
-            off = x[fu.ZERO + 3 * k + j] + x[fu.DEVIATION + 3 * k + j]
+            off = learnt(3 * k + j, state)
             for r in range(3):
                 force[k, r] -= map_[r, j] * off
         load = persistent.step(state.filters[k], force[k, 2], body.filter)
@@ -476,13 +458,8 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
 @njit
 def bounds(k: int, load: float, body: Any, state: Any, interval: Any) -> None:
     """How sure the load (N) of foot k is, into the row's Interval."""
-    i = 3 * k + 2
-    axis, fusion = state.axes[i], state.fusion
-    friction = axis.friction + fusion.x[fu.DEVIATION + i]
-    zero_variance = max(fusion.p[fu.ZERO + i, fu.ZERO + i], 0.0)
-    sensors = 2.0 * math.sqrt(zero_variance) + 2.0 * body.noise_sd
-    interval.low[k] = min(load, load + friction - axis.high - sensors)
-    interval.high[k] = max(load, load + friction - axis.low + sensors)
-    stated = body.sd_at_rest if axis.slides <= 0.0 else 1.0
     variance = state.filters[k].estimate.variance
-    interval.sd[k] = math.sqrt((stated * state.force_sd[k, 2]) ** 2 + variance)
+    variance += (state.axes[3 * k + 2].slides * body.moving_sd) ** 2
+    sd = math.sqrt(state.force_sd[k, 2] ** 2 + variance)
+    interval.sd[k] = sd
+    interval.low[k], interval.high[k] = load - Z90 * sd, load + Z90 * sd

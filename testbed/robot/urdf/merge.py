@@ -7,7 +7,7 @@ to an engine that knows diagonal inertias only. Links named in `keep` stay apart
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -45,6 +45,17 @@ def ballasted(
     mass, centre, tensor = _mass(body, np.eye(3), np.zeros(3))
     points = [(kg, np.array(point, dtype=np.float64), np.zeros((3, 3))) for kg, point in masses]
     _set_inertial(body, [(mass, centre + np.asarray(shift_m), tensor), *points])
+    return ET.tostring(robot, encoding="unicode")
+
+
+def rehung(text: str, shifts_m: Mapping[str, Sequence[float]]) -> str:
+    """URDF text whose legs hang elsewhere: leg -> shift (3) of its rotation joint, body frame, m."""
+    robot = ET.fromstring(text)
+    for joint in robot.findall("joint"):
+        leg, _, kind = str(joint.get("name")).partition("_")
+        if kind == "rotation" and leg in shifts_m:
+            rotation, place = origin_of(joint.find("origin"))
+            _set_frame(joint, rotation, place + np.asarray(shifts_m[leg]))
     return ET.tostring(robot, encoding="unicode")
 
 

@@ -1,0 +1,191 @@
+"""One task on one drawn machine, and what the robot may believe of that machine: its truth, its drawing, what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.estimators.trials import Series, simulate
+from testbed.effects import by_name
+from testbed.estimation.live.believed import Believed
+from testbed.estimation.live.body_belief import OwnTuning, without
+from testbed.estimation.live.chain import replay_rows
+from testbed.estimation.live.uncertainty import Uncertainty
+from testbed.machine.names import LEGS
+from testbed.recording.leg_model import EffectEntry
+from testbed.robot.robot import Robot
+from testbed.scenario.machines import machines_of
+from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.world.believed import OwnBelief, own_belief
+from testbed.world.undeclared import hidden_of
+
+Array = NDArray[np.float64]
+RAISE = "task={kind: raise, start_s: 2, to_m: 0.35, step_m: 0.03, every_s: 4, speed_m_s: 0.02}"
+TASKS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "stand": ("stand_slope_45", ("duration_s=20",)),
+    "raise": ("stand_slope_45", ("duration_s=18", RAISE)),
+    "drill": ("drill_slope_45", ("duration_s=20",)),
+    "heavy drill": ("drill_slope_45", ("duration_s=20", "robot.payload_kg=1300")),
+    "crawl": ("crawl_slope_45", ("duration_s=26",)),
+}
+"""Task -> shipped scenario and changes."""
+PERFECT, BOARD, COMMISSIONED = "perfect", "drawing board", "commissioned"
+ABLATIONS: dict[str, tuple[str, ...]] = {
+    "without weight and ropes learnt": ("weighs",),
+    "without friction learnt": ("friction",),
+    "without feet in the air": ("swing",),
+    "without balance of the body": ("balance",),
+    "without friction's history": ("history",),
+    "without what friction depends on": ("rich",),
+}
+"""The drawing board's belief with one idea of the estimate switched off."""
+PUBLISHED = ("friction", "modified_kbf")
+"""The paper's (7), and its filter on it, beside every belief's own estimate on the drawing board."""
+LEFT_OUT_S, Z90, MOVING_M_S, AROUND = 1.0, 1.645, 3.0e-3, 25
+"""The first second, in which everything starts from nothing, is not scored. A piston moves where it does so over as
+many samples to both sides."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A task on the machine that `draw` makes with `seed`."""
+
+    task: str
+    seed: int
+    draw: str
+
+    def load(self) -> Scenario:
+        """As a scenario; the seed draws its noise too."""
+        name, changes = TASKS[self.task]
+        return load_scenario(name, [*changes, *draw_changes(self.draw, self.seed)], seed=self.seed)
+
+
+def draw_changes(draw: str, seed: int) -> tuple[str, str]:
+    """Overrides that put a scenario onto a drawn machine."""
+    return f"machine.draw={draw}", f"machine.seed={seed}"
+
+
+def truth_as_belief(scenario: Scenario) -> OwnBelief:
+    """All of the scenario's machine that a belief can hold, believed exactly."""
+    machines = machines_of(scenario)
+    hidden = machines.drawn.undeclared
+    cylinders = tuple(
+        EffectEntry(
+            name=entry.effect,
+            place=entry.at,
+            parameters={k: {"value": v} for k, v in entry.parameters.items()},  # type: ignore[misc]
+        )
+        for entry in hidden
+        if by_name(entry.effect).live
+    )
+    return OwnBelief(machines.truth, None, cylinders, hidden_of(hidden), sure=Uncertainty(None))
+
+
+def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
+    """What the robot may believe: by name; `model`: what its commissioning found."""
+    board = machines_of(scenario).belief
+    found = {
+        PERFECT: truth_as_belief(scenario),
+        BOARD: own_belief(board, None, scenario.model.tolerances),
+    }
+    if model is not None:
+        found[COMMISSIONED] = own_belief(board, model, scenario.model.tolerances)
+    return found
+
+
+def chain_belief(
+    own: OwnBelief, scenario: Scenario, ropes: Array, tuning: OwnTuning | None = None
+) -> Believed:
+    """What the estimators' chain is built from; ropes (2, 3): surveyed directions, world frame."""
+    belief = own.legs(1.0 / scenario.rates.estimator_hz)
+    with own.bodies() as urdf:
+        robot = Robot.of(own.machine, scenario.carried_kg, scenario.ropes.attachment_height_m, urdf)
+        return own.with_body(belief, robot.model, ropes, tuning)
+
+
+def estimates(
+    scenario: Scenario, series: Series, model: Path | None, ablations: bool
+) -> Iterator[tuple[str, Array, Array | None]]:
+    """Name of a belief or of a method, its foot loads (4, n), and their standard deviation (4, n) where it says one."""
+    for name, own in beliefs(scenario, model).items():
+        rows = replay_rows(series.data, chain_belief(own, scenario, series.rope_directions))
+        yield name, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
+        if name != BOARD:
+            continue
+        for method in PUBLISHED:
+            yield method, rows["estimate"][method].T, None
+        for label, ideas in ABLATIONS.items() if ablations else ():
+            tuning = without(OwnTuning(), *ideas)
+            belief = chain_belief(own, scenario, series.rope_directions, tuning)
+            rows = replay_rows(series.data, belief)
+            yield label, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
+
+
+def sums(error: Array, sd: Array | None, moving: NDArray[np.bool_]) -> dict[str, float]:
+    """Samples, squared error, and how many the 90 % interval holds; those of moving pistons apart; all (4, n)."""
+    out: dict[str, float] = {}
+    for prefix, mask in (("", np.ones_like(moving)), ("moving_", moving)):
+        out[f"{prefix}samples"] = int(mask.sum())
+        out[f"{prefix}square"] = float((error[mask] ** 2).sum())
+        if sd is not None:
+            out[f"{prefix}held"] = int((np.abs(error[mask]) <= Z90 * sd[mask]).sum())
+    return out
+
+
+def scores(
+    run: Run, model: Path | None, ablations: bool, record: Callable[[Scenario], Series] = simulate
+) -> Mapping[str, dict[str, float]]:
+    """`sums` of every belief and method over one run."""
+    scenario = run.load()
+    series = record(scenario)
+    late = series.data["t"] > LEFT_OUT_S
+    true = np.array([series.truth[f"foot_load_{leg}"] for leg in LEGS])
+    place = np.array([series.data[f"position_{leg}_vertical"] for leg in LEGS])
+    way = np.zeros_like(place)
+    way[:, AROUND:-AROUND] = np.abs(place[:, 2 * AROUND :] - place[:, : -2 * AROUND])
+    step_s = 1.0 / scenario.rates.record_hz
+    moving = (way > MOVING_M_S * 2 * AROUND * step_s)[:, late]
+    return {
+        name: sums((load - true)[:, late], None if sd is None else sd[:, late], moving)
+        for name, load, sd in estimates(scenario, series, model, ablations)
+    }
+
+
+def kept(series: Series, file: Path) -> None:
+    """Write what a run left, in single precision."""
+    columns = {f"data_{k}": v.astype(np.float32) for k, v in series.data.items()}
+    columns |= {f"truth_{k}": v.astype(np.float32) for k, v in series.truth.items()}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    whole = file.with_suffix(".part.npz")
+    np.savez(whole, ropes=series.rope_directions, time=series.data["t"], **columns)
+    whole.replace(file)
+
+
+def read_kept(file: Path) -> Series:
+    """The same again."""
+    with np.load(file) as stored:
+        parts: dict[str, dict[str, Array]] = {"data": {}, "truth": {}}
+        for name in stored.files:
+            part, _, column = name.partition("_")
+            if part in parts:
+                parts[part][column] = stored[name].astype(np.float64)
+        parts["data"]["t"] = stored["time"]
+        return Series(parts["data"], parts["truth"], stored["ropes"])
+
+
+def recorder(folder: Path | None, name: str) -> Callable[[Scenario], Series]:
+    """Simulates, or reads what a former run of that name left in the folder; None: nothing is kept."""
+    if folder is None:
+        return simulate
+    file = folder / f"{name}.npz"
+
+    def record(scenario: Scenario) -> Series:
+        if not file.is_file():
+            kept(simulate(scenario), file)
+        return read_kept(file)
+
+    return record

@@ -1,0 +1,161 @@
+"""How sure a robot is of what it believes of itself: a machine's tolerances as built, or what its commissioning left.
+
+`Uncertainty` gives the standard deviation of a number by its name in the tolerance file (workshop.yaml): a path of the
+machine, or effect@place.parameter. `constants` makes of these what the whole-body estimate does not know beforehand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from numpy.typing import NDArray
+
+from testbed.estimation.live.fusion import Constants
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import AXES, SIDES
+from testbed.recording.rows import XYZ
+from testbed.scenario.drawn import Tolerance, tolerances
+
+WORKSHOP = "workshop"
+"""The tolerance file of a machine of which nothing else is said."""
+CHAMBER_PA = 4.0e6
+"""About what stands in a chamber under load (E): what a sensor's gain and bow make of it counts as its zero."""
+LOAD_N = 8.0e3
+"""About what a vertical cylinder carries (E)."""
+OFF_MIDDLE = 0.25
+"""About how far a piston is from the middle of its stroke, share of the stroke (E)."""
+HOLDS = 1.0 / 3.290
+"""Standard deviation of a normal over the width of its 90 % interval."""
+
+
+def spread_of(tolerance: Tolerance) -> tuple[float, float]:
+    """Mean and standard deviation of a tolerance's draw; where not every machine has it, of all machines."""
+    low, high = tolerance.range
+    middle = 0.5 * (low + high)
+    variance = (high - low) ** 2 / (24.0 if tolerance.spread == "triangular" else 12.0)
+    none = 1.0 if tolerance.by == "factor" else 0.0
+    mean = none + tolerance.chance * (middle - none)
+    second = tolerance.chance * (variance + (middle - none) ** 2)
+    return mean, math.sqrt(second - (mean - none) ** 2)
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Standard deviations of a machine's numbers: by `draw`, the name of a tolerance file, but for those in `found`."""
+
+    draw: str | None = None
+    """None: whatever is believed is believed exactly."""
+    found: Mapping[str, float] = field(default_factory=dict)
+    """Name of a number -> standard deviation that its measurement left."""
+
+    @cached_property
+    def _tolerances(self) -> dict[str, Tolerance]:
+        return {n: t for t in (tolerances(self.draw) if self.draw else ()) for n in t.names()}
+
+    def sd(self, number: str, machine: Machine) -> float:
+        """Of one number, in its unit; 0 where nothing says that it may be off."""
+        if number in self.found:
+            return self.found[number]
+        tolerance = self._tolerances.get(number)
+        if tolerance is None:
+            return 0.0
+        scale = machine.quantity(number).value if tolerance.by == "factor" else 1.0
+        return abs(scale) * spread_of(tolerance)[1]
+
+    def expected(self, machine: Machine) -> dict[str, float]:
+        """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing -> what to expect."""
+        out = {}
+        for number, tolerance in self._tolerances.items():
+            if number in self.found:
+                continue
+            if number.startswith("axes.") and number.split(".")[2] in ("cylinder", "seal"):
+                drawn = machine.quantity(number).value
+                mean = tolerance.applied(drawn, spread_of(tolerance)[0])
+                if mean != drawn:
+                    out[number] = mean
+        return out
+
+
+def constants(sure: Uncertainty, machine: Machine) -> NDArray[Any]:
+    """Standard deviations of what the whole-body estimate takes for constant, one record `Constants`, shape (1,)."""
+    out = Constants.zeros()
+    known = out[0]
+
+    def sd(number: str) -> float:
+        return sure.sd(number, machine)
+
+    for i, axis in enumerate(machine.axes.values()):
+        known["zero"][i] = zero_sd(sure, machine, axis)
+        known["out"][i], known["back"][i] = friction_sd(sure, machine, axis)
+        known["side"][i] = sd(f"axes.{axis.name}.seal.side_load_coefficient")
+    links_kg = [sd(f"inertia.mass@{axis}.mass") for axis in AXES]
+    payload_kg, reach_m = sd("robot.payload@body.mass"), machine.legs.hip_x_m
+    known["mass"] = math.hypot(payload_kg, *links_kg)
+    for k, name in enumerate(XYZ):
+        body = machine.body.mass_kg * sd(f"robot.centre_of_mass@body.{name}")
+        place = payload_kg * sd(f"robot.payload@body.{name}")
+        known["moment"][k] = math.hypot(body, place, math.hypot(*links_kg) * abs(reach_m))
+    known["unit"] = [sd(f"robot.attitude@body.{name}") for name in ("roll", "pitch")]
+    for k, side in enumerate(SIDES):
+        known["azimuth"][k] = sd(f"rope.direction@rope_{side}.azimuth")
+        known["elevation"][k] = sd(f"rope.direction@rope_{side}.elevation")
+        known["pin_gain"][k] = sd(f"rope.tension_gain@rope_{side}.gain_error")
+        known["pin_zero"][k] = sd(f"rope.tension_gain@rope_{side}.zero")
+        known["rope_height"][k] = sd(f"rope.attachment@rope_{side}.height")
+    return out
+
+
+def areas_m2(axis: Axis) -> tuple[float, float]:
+    """Piston's and ring's."""
+    bore, rod = axis.cylinder.bore_m, axis.cylinder.rod_m
+    return math.pi / 4 * bore**2, math.pi / 4 * (bore**2 - rod**2)
+
+
+def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
+    """What the sensors of an axis, and its bore, may add to its force at about the pressures of its work, N."""
+
+    def sd(effect: str, parameter: str) -> float:
+        return sure.sd(f"{effect}@{axis.name}.{parameter}", machine)
+
+    area_a, area_b = areas_m2(axis)
+    whole = f"sensor.zero_a@{axis.name}.zero"
+    if whole in sure.found:  # it was found with all that the sensors add to the force
+        return area_a * sure.found[whole]
+    parts = [
+        area_a * sd("sensor.zero_a", "zero"),
+        area_b * sd("sensor.zero_b", "zero"),
+        area_a * CHAMBER_PA * sd("sensor.gain_a", "gain_error"),
+        area_b * CHAMBER_PA * sd("sensor.gain_b", "gain_error"),
+        (area_a - area_b) * sd("sensor.linearity", "bow"),
+        area_a * sd("sensor.hysteresis", "width"),
+    ]
+    bore_m = sure.sd(f"axes.{axis.name}.cylinder.bore_m", machine)
+    parts.append(2.0 * bore_m / axis.cylinder.bore_m * LOAD_N)
+    return math.hypot(*parts)
+
+
+def friction_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> tuple[float, float]:
+    """What dry friction may be off by out and in, N, but for what the load across the rod makes of it."""
+
+    def sd(path: str) -> float:
+        return sure.sd(f"axes.{axis.name}.{path}", machine)
+
+    cylinder = axis.cylinder
+    both = [
+        0.5
+        * (cylinder.coulomb_out_n + cylinder.coulomb_in_n)
+        * OFF_MIDDLE
+        * sd("seal.position_slope"),
+        2.0 * CHAMBER_PA * sd("seal.pressure_coefficient_m2"),
+    ]
+    if axis.joint == "vertical":
+        both.append(LOAD_N * sure.sd(f"friction.load@{axis.name}.coefficient", machine))
+    out, back = (
+        math.hypot(sd(f"cylinder.coulomb_{way}_n"), 0.5 * sd(f"cylinder.static_{way}_n"), *both)
+        for way in ("out", "in")
+    )
+    return out, back
