@@ -285,6 +285,10 @@ def climbs(
     case: Annotated[
         list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
     ] = None,
+    gait: Annotated[
+        list[str] | None,
+        typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
+    ] = None,
     draw: Drawn = WORKSHOP,
     jobs: Jobs = 1,
     json: Json = False,
@@ -292,8 +296,8 @@ def climbs(
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each."""
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
-    chosen = tuple(case or CASES)
-    show(Climbs(seeds, first_seed, way, chosen, tolerances_named(draw)), out, jobs, json)
+    cases, own = tuple(case or CASES), tuple(gait or ())
+    show(Climbs(seeds, first_seed, way, cases, own, tolerances_named(draw)), out, jobs, json)
 
 
 @lab.command("expected-loads")

@@ -39,7 +39,7 @@ class ForceDistribution(Benchmark[Run]):
     count: int = 1000
     seeds: int = 1
     controllers: tuple[str, ...] = tuple(CONTROLLERS)
-    draw: str | None = None
+    draw: str | None = "workshop"
     """Tolerances from which each case's machine is drawn."""
 
     def __post_init__(self) -> None:
