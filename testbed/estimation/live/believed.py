@@ -16,23 +16,12 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.derived import valves_of
-from testbed.machine.groups import Cylinder, StraightCylinder, Valve
+from testbed.machine.groups import Cylinder, StraightCylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
-
-
-DRIFT_S = 0.4
-"""Within this time the leaks of a valve that holds no load let friction at rest drift to the middle of its set (E)."""
-HELD_DRIFT_S = 0.4
-"""The same behind a load-holding valve (E)."""
-
-
-def rest_drift_s(valve: Valve) -> float:
-    """In what time friction at rest drifts."""
-    return HELD_DRIFT_S if valve.holding_a or valve.holding_b else DRIFT_S
 
 
 @dataclass(frozen=True)
@@ -65,7 +54,6 @@ class Leg:
     bulk_modulus_pa: float = 1.4e9
     entrained_air: float = 0.0
     seal_stiffness_n_m: float = 3.0e7
-    rest_drift_s: float = DRIFT_S
     valve_deadband: float = 0.03
 
     @property
@@ -82,7 +70,6 @@ class Leg:
         cylinder["bulk_modulus"] = self.bulk_modulus_pa
         cylinder["air"] = self.entrained_air
         cylinder["seal_stiffness"] = self.seal_stiffness_n_m
-        cylinder["rest_drift"] = self.rest_drift_s
         cylinder["deadband"] = self.valve_deadband
         a, b = cylinder["sensor_a"], cylinder["sensor_b"]
         a["gain"], a["zero"], a["drift"] = self.gain_a, self.zero_a_pa, self.drift_a_pa_s
@@ -247,7 +234,6 @@ def _declared_leg(machine: Machine, leg: str) -> Leg:
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
         entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
-        rest_drift_s=rest_drift_s(axis.valve),
         valve_deadband=axis.valve.deadband,
     )
 
