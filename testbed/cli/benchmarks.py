@@ -265,8 +265,8 @@ def paper(
     ] = None,
     machine: Annotated[
         str,
-        typer.Option(help="Numbers inferred from the figures, by name, or 'declared' for none."),
-    ] = "paper",
+        typer.Option(help="Set of the machine's numbers: inferred or original."),
+    ] = "inferred",
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -289,15 +289,14 @@ def climbs(
         list[str] | None,
         typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
     ] = None,
-    draw: Drawn = WORKSHOP,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Climb ten metres up every slope, on planes and on rough rock, several seeds each."""
+    """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed on its own drawn machine."""
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
     cases, own = tuple(case or CASES), tuple(gait or ())
-    show(Climbs(seeds, first_seed, way, cases, own, tolerances_named(draw)), out, jobs, json)
+    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
 
 
 @lab.command("expected-loads")

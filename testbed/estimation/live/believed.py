@@ -68,6 +68,7 @@ class Leg:
     dead_volume_a_m3: float = 4.0e-4
     dead_volume_b_m3: float = 4.0e-4
     bulk_modulus_pa: float = 1.4e9
+    entrained_air: float = 0.0
     seal_stiffness_n_m: float = 3.0e7
     valve_deadband: float = 0.03
 
@@ -83,6 +84,7 @@ class Leg:
         cylinder["dead_volume_a"] = self.dead_volume_a_m3
         cylinder["dead_volume_b"] = self.dead_volume_b_m3
         cylinder["bulk_modulus"] = self.bulk_modulus_pa
+        cylinder["air"] = self.entrained_air
         cylinder["seal_stiffness"] = self.seal_stiffness_n_m
         cylinder["deadband"] = self.valve_deadband
         a, b = cylinder["sensor_a"], cylinder["sensor_b"]
@@ -204,7 +206,7 @@ class Believed:
         """
         four = [_declared_leg(machine, leg) for leg in LEGS]
         found = cls._of(four, effects, dt_s, machine)
-        return replace(found, supply_pa=machine.power_unit.supply_pressure_pa)
+        return replace(found, supply_pa=machine.power_unit.ready_pressure_pa)
 
     @classmethod
     def from_model(cls, model: LegModel, dt_s: float, machine: Machine) -> Believed:
@@ -293,6 +295,7 @@ def _declared_leg(machine: Machine, leg: str) -> Leg:
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
         valve_deadband=axis.valve.deadband,
     )
