@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.leg.motion import motion, through_steps
-from testbed.estimation.live.uncertainty import areas_m2
+from testbed.estimation.live.uncertainty import areas_m2, spread_of
 from testbed.machine.groups import StraightCylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
@@ -85,6 +85,8 @@ class Number:
     unit: str
     sd: float
     shown: bool = True
+    before: tuple[float, float] | None = None
+    """Value and standard deviation by drawing and tolerances."""
 
     @property
     def interval90(self) -> tuple[float, float]:
@@ -94,6 +96,13 @@ class Number:
     def tree(self) -> dict[str, Any]:
         """As JSON carries it."""
         return {"value": self.value, "unit": self.unit, "interval90": list(self.interval90)}
+
+    def before90(self) -> tuple[float, float] | None:
+        """The interval by drawing and tolerances."""
+        if self.before is None:
+            return None
+        value, sd = self.before
+        return value - Z90 * sd, value + Z90 * sd
 
 
 @dataclass(frozen=True)
@@ -118,7 +127,7 @@ def weigh_itself(data: Mapping[str, Array], machine: Machine, model: RobotModel)
     covariance: Array = np.linalg.inv(normal).astype(np.float64)
     found = covariance @ (rows.T @ (values * weights**2))
     sd = np.sqrt(np.diag(covariance))
-    numbers = _leg_numbers(prior_mean + found, sd, prior_sd)
+    numbers = _leg_numbers(prior_mean + found, sd, prior_mean, prior_sd)
     body, mass_kg, shift = _body_numbers(
         np.asarray(found[-4:]), covariance[-4:, -4:], prior_sd[-4:], model
     )
@@ -320,7 +329,7 @@ def _balances(
     yield third, about_y, np.full(len(at), MOMENT_SD_N_M)
 
 
-def _leg_numbers(found: Array, sd: Array, prior_sd: Array) -> dict[str, Number]:
+def _leg_numbers(found: Array, sd: Array, prior_mean: Array, prior_sd: Array) -> dict[str, Number]:
     out: dict[str, Number] = {}
     for k, leg in enumerate(LEGS):
         for j, name in enumerate(OF_LEG):
@@ -331,7 +340,8 @@ def _leg_numbers(found: Array, sd: Array, prior_sd: Array) -> dict[str, Number]:
             )
             least = FLOOR[name.partition("_")[0]]
             stated = math.hypot(float(sd[at]), least)
-            out[path] = Number(float(found[at]), unit, stated, stated < SHOWN * prior_sd[at])
+            before = float(prior_mean[at]), float(prior_sd[at])
+            out[path] = Number(float(found[at]), unit, stated, stated < SHOWN * before[1], before)
     return out
 
 
@@ -350,11 +360,14 @@ def _body_numbers(
     centre = (model.total_mass_kg * drawn + moment) / total
     sd = np.sqrt(np.diag(covariance))
     mass_sd = math.hypot(float(sd[0]), MASS_FLOOR_KG)
-    numbers = {"total_mass_kg": Number(total, "kg", mass_sd, mass_sd < SHOWN * prior_sd[0])}
+    before = model.total_mass_kg, float(prior_sd[0])
+    shown = mass_sd < SHOWN * before[1]
+    numbers = {"total_mass_kg": Number(total, "kg", mass_sd, shown, before)}
     for k, axis in enumerate("xyz"):
         spread = math.hypot(float(sd[k + 1]) / total, CENTRE_FLOOR_M)
-        shown = spread < SHOWN * prior_sd[k + 1] / total
-        numbers[f"centre_of_mass_{axis}_m"] = Number(float(centre[k]), "m", spread, shown)
+        before = float(drawn[k]), float(prior_sd[k + 1]) / total
+        shown = spread < SHOWN * before[1]
+        numbers[f"centre_of_mass_{axis}_m"] = Number(float(centre[k]), "m", spread, shown, before)
     return numbers, mass_kg, np.asarray(moment)
 
 
@@ -371,7 +384,9 @@ def of_ropes(
             spread = math.hypot(sd[name], least)
             effect, _, parameter = number.rpartition(".")
             shown = spread < SHOWN * known[name]
-            out[f"{effect}@rope_{side}.{parameter}"] = Number(mean[name], unit, spread, shown)
+            out[f"{effect}@rope_{side}.{parameter}"] = Number(
+                mean[name], unit, spread, shown, (0.0, known[name])
+            )
     return out
 
 
@@ -389,7 +404,9 @@ def _attitude(data: Mapping[str, Array], seen: _Seen, model: RobotModel) -> dict
         roll, pitch = math.atan2(-y, -z), math.asin(x / GRAVITY_M_S2)
         turned.append([roll + math.atan(across), pitch - math.atan(along)])
     mean = np.mean(turned, axis=0)
-    return {
-        f"{Attitude.kind}@body.{name}": Number(float(value), "rad", LEVEL_SD_RAD)
-        for name, value in zip(("roll", "pitch"), mean, strict=True)
-    }
+    out = {}
+    for name, value in zip(("roll", "pitch"), mean, strict=True):
+        number = f"{Attitude.kind}@body.{name}"
+        before = 0.0, spread_of(next(t for t in tolerances("workshop") if t.number == number))[1]
+        out[number] = Number(float(value), "rad", LEVEL_SD_RAD, before=before)
+    return out

@@ -215,11 +215,11 @@ class Model(Checked):
         default_factory=dict,
         description="dotted path of roboclimber.yaml -> the believed value (SI)",
     )
-    tolerances: Literal["workshop"] | None = Field(
-        default="workshop",
+    tolerances: Literal["workshop", "exact"] | None = Field(
+        default=None,
         description="how far the machine may be from what is believed, so far as no model file says better: the "
-        "whole-body estimate learns within these, and its intervals are as wide as they leave them; null: what is "
-        "believed is taken to be exact",
+        "whole-body estimate learns within these, and its intervals are as wide as they leave them; exact: not at "
+        "all; null: as machine.draw",
     )
 
 

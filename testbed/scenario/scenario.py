@@ -101,6 +101,12 @@ class Scenario(Checked):
         return self
 
     @property
+    def tolerances(self) -> str | None:
+        """How far the machine may be from what is believed of it: a tolerance file's name; None: it is as believed."""
+        chosen = self.model.tolerances or self.machine.draw
+        return None if chosen == "exact" else chosen
+
+    @property
     def carried_kg(self) -> float:
         """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
         return self.robot.payload_kg + (

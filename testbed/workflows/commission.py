@@ -21,11 +21,12 @@ from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed, of_ropes, weigh_itself, zero_name
 from testbed.estimation.live.uncertainty import areas_m2
-from testbed.formats.files import check_file
+from testbed.formats.files import check_file, write_text
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
+from testbed.report.page import render
 from testbed.report.tables import Table
 from testbed.robot.model import Payload, RobotModel
 
@@ -70,11 +71,28 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     write_robot_model(out, file)
     hidden = [name for name, n in numbers.items() if not n.shown]
     never = NEVER_SHOWN if len(runs) > 1 else (*NEVER_SHOWN, *OF_THE_ROPES)
-    return {
+    result = {
         "numbers": {name: n.tree() for name, n in numbers.items() if n.shown},
         "not_shown": [*hidden, *never],
         "simulated_s": seconds,
     }
+    write_text(out.with_suffix(".html"), page(numbers, result))
+    return result
+
+
+def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
+    """Before and after as a page: each number, its intervals, and what the motion could not show."""
+    rows = []
+    for name, n in numbers.items():
+        if not n.shown:
+            continue
+        known = n.before90()
+        before = "" if known is None else f"{known[0]:.4g} to {known[1]:.4g}"
+        after = f"{n.interval90[0]:.4g} to {n.interval90[1]:.4g}"
+        share = "" if n.before is None else f"{100.0 * n.sd / n.before[1]:.0f} %"
+        rows.append([name, n.unit, before, f"{n.value:.4g}", after, share])
+    contents = {"rows": rows, "hidden": result["not_shown"], "seconds": result["simulated_s"]}
+    return render("commission.html.j2", contents)
 
 
 def _model(run: RobotRecording) -> RobotModel:

@@ -119,7 +119,7 @@ def assemble(
     Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
     """
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
-    believed = own_belief(machines.belief, model, scenario.model.tolerances)
+    believed = own_belief(machines.belief, model, scenario.tolerances)
     with believed.bodies() as urdf:
         belief = Robot.of(believed.machine, carried, height, urdf)
     seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]

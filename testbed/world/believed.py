@@ -81,7 +81,8 @@ class OwnBelief:
         if self.of_leg is not None:
             with naming(self.file):
                 return Believed.from_model(self.of_leg, dt_s, self.machine)
-        return Believed.from_machine(self.machine, dt_s, self.of_cylinders)
+        vertical = [e for e in self.of_cylinders if str(e.place).endswith("_vertical")]
+        return Believed.from_machine(self.machine, dt_s, vertical)
 
     def with_body(
         self,

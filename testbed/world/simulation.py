@@ -411,7 +411,7 @@ class Simulation:
             "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
             "payload_kg": self.scenario.carried_kg,
             "urdf": believed_urdf,
-            "tolerances": self.scenario.model.tolerances,
+            "tolerances": self.scenario.tolerances,
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -148,8 +148,8 @@ def test_a_sensor_that_lies_beyond_what_friction_can_hide_carries_the_blame_alon
     fused = own_loads(OwnTuning(), lie, steps=20_000) - true
     stiff = own_loads(without(OwnTuning(), "robust"), lie, steps=20_000) - true
     assert alone[0] > 3500.0
-    assert np.abs(fused).max() < 500.0
-    assert np.abs(fused).max() < 0.7 * np.abs(stiff).max()
+    assert np.abs(fused).max() < 900.0  # weight and centre of mass are tolerated by half as much
+    assert np.abs(fused).max() < 0.4 * np.abs(stiff).max()
 
 
 def started(zero_sd: float, spread: float, balance_sd: float) -> np.void:
@@ -189,15 +189,19 @@ def test_one_observation_is_the_textbook_kalman_update() -> None:
     assert p[zero, friction] == pytest.approx(-9.0 * 16.0 / 50.0)
 
 
-def test_what_leaves_its_set_goes_to_the_others_by_how_unsure_they_are() -> None:
+def test_what_leaves_its_set_goes_to_a_zero_that_is_set_free_and_to_no_other_constant() -> None:
     filter_ = started(zero_sd=30.0, spread=40.0, balance_sd=1.0)
+    filter_["sizes"]["tail"], filter_["pinned"][0] = 1.0, 2.0
+    filter_["p"][fu.MASS, fu.MASS] = 100.0
     filter_["sizes"]["low"], filter_["sizes"]["high"] = -10.0, 10.0
     h, x = np.zeros(fu.N), filter_["x"]
-    h[fu.ZERO] = h[fu.DEVIATION] = 1.0
-    fu.observe(filter_, h, 50.0, 1e-3, 1e9, True)
+    h[fu.ZERO] = h[fu.DEVIATION] = h[fu.MASS] = 1.0
+    fu.observe(filter_, h, 50.0, 1e-3, 1e9, False)
     fu.stay_in_sets(filter_)
+    assert x[fu.MASS] == 0.0
     assert x[fu.DEVIATION] == pytest.approx(10.0)
-    assert x[fu.ZERO] + x[fu.DEVIATION] == pytest.approx(50.0, abs=0.1)
+    explained = 50.0 * 2500.0 / 2600.0  # the mass, of variance 100, may be the rest
+    assert x[fu.ZERO] + x[fu.DEVIATION] == pytest.approx(explained, abs=3.0)
 
 
 def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> None:

@@ -90,10 +90,10 @@ def beliefs(scenario: Scenario, model: Path | None) -> dict[str, OwnBelief]:
     board = machines_of(scenario).belief
     found = {
         PERFECT: truth_as_belief(scenario),
-        BOARD: own_belief(board, None, scenario.model.tolerances),
+        BOARD: own_belief(board, None, scenario.tolerances),
     }
     if model is not None:
-        found[COMMISSIONED] = own_belief(board, model, scenario.model.tolerances)
+        found[COMMISSIONED] = own_belief(board, model, scenario.tolerances)
     return found
 
 

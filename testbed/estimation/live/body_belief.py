@@ -79,7 +79,7 @@ class OwnTuning:
     news_share: float = 0.8
     news_noise_n: float = 50.0
     gate: float = 8.0
-    tail_s: float = 3.0
+    tail_s: float = 2.0
     zero_wander_n2_s: float = 1.0
     zero_sd_n: float = 20.0
     """The calibration itself, beside what the machine's tolerances say of the sensors."""

@@ -10,8 +10,8 @@ shows stays as wide as it was. Three things are observed (whole_body.py):
 - a foot in the air carries nothing (3 equations a leg): moving both ways, this tells the zero from friction;
 - friction stays in its set: the deviation is cut off at its ends.
 `balance` is what the balance is off by for a moment: it fades within a fraction of a second, so that a thousand balances
-do not make a certainty. Zeros have heavy tails: what stays far beyond its expected size is widened until one sensor
-carries the blame, not all of them.
+do not make a certainty. Zeros have heavy tails: where a cylinder's force stays off by more than friction hides, its zero is set
+free until that one sensor carries the blame, not all of them.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Sizes(Record):
     balance_sd = quantity("N", "standard deviation of it (moments N m)", per=WRENCH)
     low = quantity("N", "lower end of a deviation's set", per=AXES)
     high = quantity("N", "upper end of a deviation's set", per=AXES)
-    tail = quantity("s", "within it a zero beyond twice its size is set free; 0: never")
+    tail = quantity("s", "after it a zero is set free whose deviation stays at an end; 0: never")
     zero_sd = quantity("N", "standard deviation of a zero by now", per=AXES)
 
 
@@ -95,7 +95,15 @@ class Fusion(Record):
 
     x = quantity("N", "Unknowns", per=NAMES)
     p = quantity("N2", "their covariance", per=(NAMES, NAMES))
+    pinned = quantity("s", "for how long a deviation has stood at an end of its set", per=AXES)
+    beyond = quantity("N", "by how far it was last led beyond it", per=AXES)
     sizes = part(Sizes, "expected")
+
+
+@njit
+def is_freed(fusion: Any, i: int) -> bool:
+    """Whether cylinder i's force is off by more than friction hides, so that its sensors must carry the blame."""
+    return bool(fusion.sizes.tail > 0.0 and fusion.pinned[i] > fusion.sizes.tail)
 
 
 @njit
@@ -128,15 +136,15 @@ def fade(fusion: Any, i: int, kept: float) -> None:
 @njit
 def predict(fusion: Any) -> None:
     """One step on: deviations and errors of the balance fade, and spread out to their expected sizes."""
-    x, p, sizes = fusion.x, fusion.p, fusion.sizes
+    p, sizes = fusion.p, fusion.sizes
     for i in range(12):
         d, z, spread = DEVIATION + i, ZERO + i, sizes.spread[i] ** 2
         fade(fusion, d, sizes.keep[i])
         p[d, d] = min(p[d, d] + sizes.news[i], max(spread, p[d, d]))
         p[d, d] += (1.0 - sizes.keep[i] ** 2) * spread
         p[z, z] += sizes.zero_grown[i]
-        if sizes.tail > 0.0 and abs(x[z]) > 2.0 * sizes.zero_sd[i]:
-            p[z, z] += x[z] ** 2 * sizes.dt / sizes.tail
+        if is_freed(fusion, i):
+            p[z, z] += (fusion.beyond[i] + sizes.zero_sd[i]) ** 2 * sizes.dt / sizes.tail
     for i in range(6):
         b = BALANCE + i
         fade(fusion, b, sizes.balance_keep)
@@ -148,8 +156,8 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
     """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it fits. Returns y - h . x
     over its standard deviation.
 
-    Where it does not learn, constants are considered (Schmidt): they stay as they are, and what is not known of them
-    is not known of the others either.
+    Where it does not learn, constants are considered (Schmidt), but for zeros that are set free: they stay as they are,
+    and what is not known of them is not known of the others either.
     """
     x, p = fusion.x, fusion.p
     ph, gain = np.zeros(N), np.zeros(N)
@@ -164,9 +172,10 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
     score = error / math.sqrt(variance)
     if abs(score) > gate:
         variance = (error / gate) ** 2
-    for i in range(0 if learns else DEVIATION, N):
-        gain[i] = ph[i] / variance
-        x[i] += gain[i] * error
+    for i in range(N):
+        if learns or i >= DEVIATION or (i < OUT and is_freed(fusion, i)):
+            gain[i] = ph[i] / variance
+            x[i] += gain[i] * error
     for i in range(N):
         rest = ph[i] - variance * gain[i]
         for j in range(N):
@@ -176,15 +185,18 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
 
 @njit
 def stay_in_sets(fusion: Any) -> None:
-    """Bring deviations back to the ends of their sets; what they lose, the other unknowns take, each by how unsure it
-    is, so that what was observed stays explained.
+    """Bring deviations back to the ends of their sets. What they lose, the balance's own error and zeros that are set
+    free take, each by how unsure it is, so that what was observed stays explained.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for i in range(12):
         k = DEVIATION + i
         beyond = min(max(x[k], sizes.low[i]), sizes.high[i]) - x[k]
+        fusion.beyond[i] = abs(beyond)
+        fusion.pinned[i] = max(fusion.pinned[i] + (sizes.dt if beyond != 0.0 else -sizes.dt), 0.0)
         if beyond != 0.0 and p[k, k] > 1.0:
             share = beyond / p[k, k]
             for j in range(N):
-                x[j] += p[j, k] * share
+                if j >= DEVIATION or (j < OUT and is_freed(fusion, j)):
+                    x[j] += p[j, k] * share
         p[k, k] = max(p[k, k], 1.0)
