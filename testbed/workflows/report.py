@@ -11,7 +11,7 @@ from testbed.errors import InputError
 from testbed.formats.files import write_text
 from testbed.formats.ownership import owned
 from testbed.report.run_report import page
-from testbed.simulation.runs import RecordedRun, check_run, read_run, run_machines
+from testbed.simulation.runs import RecordedRun, check_run, read_run, run_machines, run_scenario_of
 
 
 def write_report(folder: str | Path) -> Path:
@@ -24,7 +24,9 @@ def write_report(folder: str | Path) -> Path:
         run, report = read_run(path), path / "report.html"
         with _shown(path):
             summary = run.summary or _of_a_killed_run(run)
-            text = page(run, summary, run_machines(path).truth)
+            scenario = run_scenario_of(path)
+            terrain = scenario.terrain if scenario is not None else None
+            text = page(run, summary, run_machines(path).truth, terrain)
         write_text(report, text)
     return report
 
