@@ -70,7 +70,8 @@ def motion_at(
 
     def vectors(name: str) -> Array:
         """(n, 3) in the slope's frame."""
-        return np.stack([truth[f"{name}{k}"][rows] for k in "xyz"], axis=1) @ to_slope.T
+        in_world: Array = np.stack([truth[f"{name}{k}"][rows] for k in "xyz"], axis=1)
+        return np.asarray(in_world @ to_slope.T)
 
     origin = vectors("body_pose_in_world_")
     quaternions = np.stack([truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"], axis=1)

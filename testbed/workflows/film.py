@@ -37,7 +37,7 @@ def film(folder: Path, path: Path, tell: Tell | None = None) -> Path:
             origin, quaternion, joints = _pose(run, int(row))
             pose(machine, origin, quaternion, joints)
             depth_m = float(run.truth["hole_depth"][row]) if "hole_depth" in run.truth else 0.0
-            set_shown(machine, [row <= last for last in last_pulled], depth_m)
+            set_shown(machine, [bool(row <= last) for last in last_pulled], depth_m)
             video.add(machine.picture(*SIZE))
             if tell is not None:
                 tell(f"{number + 1} of {len(rows)} pictures")
