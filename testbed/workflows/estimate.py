@@ -202,7 +202,7 @@ def tolerances_of(run: RobotRecording) -> str | None:
             value=name,
             allowed=f"{WORKSHOP}, null",
         )
-    return name
+    return None if name is None else WORKSHOP
 
 
 def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Path) -> Believed:

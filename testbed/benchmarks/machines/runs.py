@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,7 +158,7 @@ def scores(
 
 def kept(series: Series, file: Path) -> None:
     """Write what a run left, in single precision."""
-    columns = {f"data_{k}": v.astype(np.float32) for k, v in series.data.items()}
+    columns: dict[str, Any] = {f"data_{k}": v.astype(np.float32) for k, v in series.data.items()}
     columns |= {f"truth_{k}": v.astype(np.float32) for k, v in series.truth.items()}
     file.parent.mkdir(parents=True, exist_ok=True)
     whole = file.with_suffix(".part.npz")

@@ -64,7 +64,7 @@ class Uncertainty:
         if tolerance is None:
             return 0.0
         scale = machine.quantity(number).value if tolerance.by == "factor" else 1.0
-        return abs(scale) * spread_of(tolerance)[1]
+        return float(abs(scale) * spread_of(tolerance)[1])
 
     def expected(self, machine: Machine) -> dict[str, float]:
         """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing -> what to expect."""
