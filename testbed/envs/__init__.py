@@ -21,6 +21,24 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
         "testbed.envs.force_distribution:ForceDistributionEnv",
         {"scenario": "drill_slope_45", "randomisation": "distribution"},
     ),
+    "Roboclimber/Keep-v0": (
+        "testbed.envs.keep:KeepEnv",
+        {
+            "scenario": "stand_slope_45",
+            "overrides": ["rates.record_hz=100"],
+            "duration_s": 10.0,
+            "randomisation": "keep",
+            "step_ms": 100,
+        },
+    ),
+    "Roboclimber/DrillHole-v0": (
+        "testbed.envs.drill_hole:DrillHoleEnv",
+        {
+            "scenario": "drill_unknown_rock",
+            "randomisation": "drill_hole",
+            "step_ms": 1000,
+        },
+    ),
 }
 """Id -> entry point and keyword arguments, all plain JSON values."""
 
