@@ -18,6 +18,7 @@ from testbed.envs.base import RoboclimberEnv, action_rows
 from testbed.envs.observations import HOLE_TABLE
 from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError
+from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.rows import DataRow
 from testbed.scenario.drilling import DrillHole
@@ -83,6 +84,27 @@ class DrillHoleEnv(RoboclimberEnv):
         self._first_pull = DataRow.from_table(data)["rope_tension"].mean(axis=0)
         self._depth_m, self._bit_m, self._rate_m_s = drill.depth_m, self._bit_known_m(), 0.0
         return data, truth
+
+    @property
+    def task(self) -> DrillHole:
+        """How the drill is worked."""
+        return self._task
+
+    @property
+    def believed(self) -> Machine:
+        """The machine that control believes in."""
+        return self._sim.machine.belief.machine
+
+    @property
+    def reserve_n(self) -> float:
+        """Thrust at which a foot would leave, as reckoned at the start."""
+        return float(self._sim.machine.thrust.reserve_n)
+
+    @property
+    def best_feed_n(self) -> float:
+        """Best feed for the rock that the bit is in: a truth, for oracles alone."""
+        drill = self._sim.machine.drill
+        return float(drill.best_feed_n(drill.depth_m))
 
     def _bit_known_m(self) -> float:
         """Depth of the bit by the drill's own count of its rods."""

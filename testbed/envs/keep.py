@@ -49,7 +49,7 @@ class KeepEnv(RoboclimberEnv):
 
     def _begin(self, spec: Scenario) -> None:
         self._friction = spec.terrain.friction
-        self._fault_s = min((event.at_s for event in spec.events), default=0.0)
+        self.fault_s = min((event.at_s for event in spec.events), default=0.0)
         self._hauled = np.zeros(len(SIDES))
         self._trim, self._orders = Trim(), Orders()
         machine = self._sim.machine
@@ -79,7 +79,7 @@ class KeepEnv(RoboclimberEnv):
 
     def _amounts(self, truth: Truth, action: Array, ended: bool) -> dict[str, float]:
         del truth, action
-        since = min(max(self._sim.t_s - self._fault_s, 0.0), self._step_s)
+        since = min(max(self._sim.t_s - self.fault_s, 0.0), self._step_s)
         kept = max(0.0, 1.0 - self._sim.machine.judge.slip_m / SLIP_M)
         return {"held": 0.0 if ended else since * kept}
 
@@ -90,4 +90,4 @@ class KeepEnv(RoboclimberEnv):
 
     def _info(self, truth: Truth, data: Array) -> dict[str, Any]:
         slip = float(self._sim.machine.judge.slip_m)
-        return {**super()._info(truth, data), "slip_m": slip, "fault_s": self._fault_s}
+        return {**super()._info(truth, data), "slip_m": slip, "fault_s": self.fault_s}

@@ -123,7 +123,7 @@ KEEP_TABLE: tuple[Observed, ...] = (
 )
 """The observation where a stance is to be kept."""
 HOLE_TABLE: tuple[Observed, ...] = (
-    Observed("control.bit_rate", "way of the bit in the last step", "m/s", "hole", 0.0, 0.02),
+    Observed("control.bit_rate", "way of the bit in the last step", "m/s", "hole", 0.0, 0.03),
     Observed("orders.feed", "feed ordered while drilling", "N", "body z", 0.0, 1.2e4),
     Observed("orders.hammer", "share of the hammer's energy ordered", "1", "-", 0.0, 1.0),
     Observed("control.drilling", "the bit is at work", "1", "-", 0.0, 1.0),
