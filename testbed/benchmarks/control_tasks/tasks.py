@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from testbed.envs.agents.base import Agent, Constant, Trained
 from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve, action_of
-from testbed.envs.agents.keep import Hauling, Pulls
+from testbed.envs.agents.keep import Hauling, Secure
 from testbed.envs.drill_hole import HANDBOOK
 from testbed.envs.policies import read_policy
 from testbed.errors import InputError
@@ -77,8 +77,8 @@ TASKS: dict[str, Task] = {
         {
             "nothing": Entrant(lambda env: Constant(np.zeros(6))),
             "quadratic program": Entrant(lambda env: Constant(np.zeros(6)), QP),
-            "hauling rule": Entrant(lambda env: Hauling(Pulls(None, 1.0))),
-            "ready and hauling": Entrant(lambda env: Hauling(Pulls(1.1, 1.0))),
+            "hauling rule": Entrant(lambda env: Hauling()),
+            "secure pull": Entrant(lambda env: Secure()),
         },
         ("hauling rule",),
         Plans(

@@ -1,11 +1,12 @@
-"""Rules that keep a stance: haul what still holds, and stand ready for a rope that may part.
+"""Agents that keep a stance: one hauls what still holds, one also stands ready for a rope that may part.
 
 Both know from the foot loads what the slope pulls down: W = N tan(slope), N the sum of the foot loads in the first step.
+With both ropes pulling c W the feet have (c - 1) W to hold up the slope; in the moment in which one of them parts,
+(1 - c / 2) W down the slope. The secure pull makes the larger of the two as small as can be, c = 4/3, and leaves the feet
+a part of the least friction that has to be reckoned with.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,25 +26,23 @@ MOST_N = 3.0e4
 """Highest pull that is asked for: a little less than a traction device's rating."""
 
 
-@dataclass(frozen=True)
-class Pulls:
-    """What the rule wants of the ropes, as shares of the pull along the slope."""
+LEAST_FRICTION, USED_SHARE = 0.3, 0.7
+"""Friction that has to be reckoned with on wet rock (D), and the share of it that may be used up the slope (E)."""
+REACTION_S = 0.3
+"""Time in which a lack of pull is to be made up for (E)."""
 
-    ready: float | None = None
-    """Of both ropes together while both hold; None leaves them alone."""
-    alone: float = 1.0
-    """Of a rope that is left alone."""
-    reaction_s: float = 0.3
-    """Time in which a lack is to be made up for."""
+
+def secure_share(slope: float, least_friction: float) -> float:
+    """Pull of both ropes together over the slope's pull W; slope: its tangent."""
+    return min(4.0 / 3.0, 1.0 + USED_SHARE * least_friction / slope)
 
 
 class Hauling:
-    """Hauls the rope that is left when the other holds no more; may pull harder beforehand. See Pulls."""
+    """Hauls the rope that is left when the other holds no more, and hauls back one that has slipped."""
 
-    def __init__(self, pulls: Pulls = Pulls()) -> None:
-        self._pulls = pulls
+    def __init__(self) -> None:
         self._first: Array | None = None
-        self._slope_n = 0.0
+        self._slope = self._slope_n = 0.0
 
     def act(self, observation: Vector) -> Vector:
         """See Agent."""
@@ -51,22 +50,29 @@ class Hauling:
         tension = seen.each("rope_tension", SIDES)
         if self._first is None:
             self._first = tension
-            loads = seen.each("estimate_own", LEGS).sum()
-            self._slope_n = float(loads * np.tan(-seen["attitude_pitch"]))
+            self._slope = float(np.tan(-seen["attitude_pitch"]))
+            self._slope_n = float(seen.each("estimate_own", LEGS).sum()) * self._slope
         latest = self._first + seen.each("control.pull_change", SIDES)
+        holds = latest > SLACK_SHARE * self._first
+        wanted = self._ready(latest) if holds.all() else np.where(holds, self._slope_n, self._first)
+        lacking = np.minimum(wanted, MOST_N) - latest
         action = np.zeros(len(SIDES) + len(LEGS), dtype=np.float32)
-        action[: len(SIDES)] = self._speeds(latest) / HAUL_M_S
+        action[: len(SIDES)] = lacking / ROPE_N_M / REACTION_S / HAUL_M_S
         return np.clip(action, -1.0, 1.0)
 
-    def _speeds(self, tension: Array) -> Array:
-        """Speeds of both ropes, m/s, + hauls in."""
-        assert self._first is not None
-        holds = tension > SLACK_SHARE * self._first
-        if holds.all():
-            if self._pulls.ready is None:
-                return np.zeros(len(SIDES))
-            wanted = np.full(len(SIDES), 0.5 * self._pulls.ready * self._slope_n)
-        else:
-            wanted = np.where(holds, self._pulls.alone * self._slope_n, self._first)
-        lacking = np.minimum(wanted, MOST_N) - tension
-        return np.asarray(lacking / ROPE_N_M / max(self._pulls.reaction_s, STEP_S))
+    def _ready(self, tension: Array) -> Array:
+        """Pulls (2) that are wanted while both ropes hold, N: those that they have."""
+        return tension
+
+
+class Secure(Hauling):
+    """The same, and pulls so that the feet can hold what comes when either rope parts; see the module's docstring."""
+
+    def __init__(self, least_friction: float = LEAST_FRICTION) -> None:
+        super().__init__()
+        self._least_friction = least_friction
+
+    def _ready(self, tension: Array) -> Array:
+        del tension
+        share = secure_share(self._slope, self._least_friction)
+        return np.full(len(SIDES), 0.5 * share * self._slope_n)

@@ -9,7 +9,7 @@ from testbed.benchmarks.control_tasks.benchmark import ORACLE, ControlTasks, sum
 from testbed.benchmarks.control_tasks.oracle import search
 from testbed.control.observed import Observed
 from testbed.envs.agents.drill_hole import FEEDS_N, Adaptive, Drill, Reserve
-from testbed.envs.agents.keep import Hauling, Pulls
+from testbed.envs.agents.keep import Hauling, Secure, secure_share
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N
 from testbed.envs.observations import HOLE_TABLE, KEEP_TABLE
 from testbed.errors import InputError
@@ -70,12 +70,31 @@ def test_the_rule_hauls_the_rope_that_is_left_for_both() -> None:
     still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
     whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
     cut = whole | {"control.pull_change_left": -1.3e4}
-    rule = Hauling(Pulls(None, 1.0))
+    rule = Hauling()
     assert not rule.act(told(KEEP_TABLE, **loads, **still, **whole)).any()
     action = rule.act(told(KEEP_TABLE, **loads, **still, **cut))
     assert action[1] == 1.0 and action[0] > 0.5 and not action[2:].any()
     tight = told(KEEP_TABLE, **loads, **still, **cut | {"control.pull_change_right": 1.5e4})
-    assert rule.act(tight)[1] == 0.0
+    assert rule.act(tight)[1] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("slope_deg", [40, 60])
+def test_the_secure_pull_asks_no_more_of_friction_before_a_loss_than_after_it(
+    slope_deg: float,
+) -> None:
+    """Of friction without end 4/3 of the slope's pull: a third too much before, a third too little after a rope parts."""
+    slope = float(np.tan(np.radians(slope_deg)))
+    assert secure_share(slope, 10.0) == pytest.approx(4.0 / 3.0)
+    held = secure_share(slope, 0.3)
+    assert 1.0 < held < 4.0 / 3.0 and (held - 1.0) * slope <= 0.3
+
+
+def test_the_secure_agent_pulls_before_anything_happens() -> None:
+    loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
+    still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
+    whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
+    action = Secure().act(told(KEEP_TABLE, **loads, **still, **whole))
+    assert action[0] == pytest.approx(action[1]) and 0.0 < action[0] <= 1.0
 
 
 def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
