@@ -21,6 +21,16 @@ ENVIRONMENTS: dict[str, tuple[str, dict[str, Any]]] = {
         "testbed.envs.force_distribution:ForceDistributionEnv",
         {"scenario": "drill_slope_45", "randomisation": "distribution"},
     ),
+    "Roboclimber/Climb-v1": (
+        "testbed.envs.climb_steps:ClimbStepsEnv",
+        {
+            "scenario": "crawl_slope_45",
+            "overrides": ["rates.record_hz=100", "task.steps=1000"],
+            "duration_s": 60.0,
+            "randomisation": "climb",
+            "step_ms": 100,
+        },
+    ),
     "Roboclimber/Keep-v0": (
         "testbed.envs.keep:KeepEnv",
         {

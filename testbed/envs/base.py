@@ -205,7 +205,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             raise InputError("the episode has ended", field="step", allowed="reset first")
         wanted = np.clip(wanted, -1.0, 1.0)
         self._order(wanted)
-        data, truth = self._sim.run_block(self._rows)
+        data, truth = self._run()
         if not len(data):  # the run ended before the next row
             assert self._last is not None
             data, truth = self._last
@@ -255,6 +255,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         self._trim.pull_n = np.clip(
             self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N
         )
+
+    def _run(self) -> tuple[Array, Array]:
+        """Let a step's time go by: its rows."""
+        data, truth = self._sim.run_block(self._rows)
+        return data, truth
 
     def _ordered(self) -> dict[str, float]:
         """What the agent and the drill have ordered so far, by the table's names."""

@@ -141,6 +141,18 @@ HOLE_TABLE: tuple[Observed, ...] = (
     Observed("orders.diagonal", "set points of fl and rr, up", "m", "joint", -1e-3, 1e-3),
 )
 """The observation where a hole is drilled."""
+CLIMB_TABLE: tuple[Observed, ...] = (
+    Observed("orders.stride", "stride of the last group of swings", "m", "slope", 0.0, 0.6),
+    Observed("orders.height", "height of its swings", "m", "slope", 0.0, 0.12),
+    Observed("orders.haste", "share of pump and valves over the usual", "1", "-", 0.5, 1.5),
+    Observed("control.margin", "planned wrench margin of the next group", "N", "-", 0.0, 8e3),
+    Observed("control.time", "time that the last group took", "s", "-", 0.0, 20.0),
+    *_STANDING,
+    *seen(_each("rope_tension", SIDES), (0.0, 3.5e4), "along it"),
+    *seen(["supply_pressure"], (5.0e6, 1.0e7), "gauge"),
+    *seen(["attitude_roll", "attitude_yaw"], (-0.1, 0.1), "body to world"),
+)
+"""The observation where a gait is decided on."""
 SHARE_TABLE: tuple[Observed, ...] = VIEW
 """The observation where wanted loads are moved: what a controller that shares the load sees."""
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import testbed.envs  # noqa: F401  (registers the environments)
+from testbed.envs.climb_steps import STRIDE_M
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N, HANDBOOK
 from testbed.envs.keep import HAUL_M_S
 from testbed.envs.randomisation import draw_overrides, named_set
@@ -116,6 +117,23 @@ def test_neither_idleness_nor_leaning_on_the_limits_keeps_as_well_as_hauling_the
         assert max(idle[gamma], limit[gamma]) < kept[gamma]
 
 
+@pytest.mark.slow
+def test_a_longer_stride_goes_further_in_a_step_and_the_step_is_a_group_of_swings() -> None:
+    """Strides of 0.4 m take the body 0.2 m in a group of two swings, 0.3 m take it 0.15 m."""
+    ways = {}
+    for action in (0.0, -0.1 / STRIDE_M):
+        env = gymnasium.make("Roboclimber/Climb-v1", randomisation=None, duration_s=40.0).unwrapped
+        env.reset(seed=1)
+        for _ in range(2):
+            _, reward, lost, _, info = env.step(np.array([action, 0.0, 0.0], dtype=np.float32))
+            assert not lost and reward == pytest.approx(sum(info["reward_terms"].values()))
+        assert env._gait.steps_done == 4
+        ways[action] = info["way_m"]
+        env.close()
+    assert ways[0.0] == pytest.approx(0.4, abs=0.04)
+    assert ways[-0.1 / STRIDE_M] == pytest.approx(0.3, abs=0.04)
+
+
 def test_an_observation_by_name_holds_the_numbers_of_the_flat_one() -> None:
     seen = {}
     for form in ("flat", "dict"):
@@ -147,8 +165,8 @@ def test_faults_are_one_or_two_of_their_kinds_at_their_times() -> None:
 
 
 def test_the_machine_is_drawn_anew_at_every_reset_unless_nothing_is_to_vary() -> None:
-    for name in ("Keep", "DrillHole"):
-        env = gymnasium.make(f"Roboclimber/{name}-v0", duration_s=3.0).unwrapped
+    for name in ("Keep-v0", "DrillHole-v0", "Climb-v1"):
+        env = gymnasium.make(f"Roboclimber/{name}", duration_s=3.0).unwrapped
         drawn = []
         for seed in (1, 2):
             env.reset(seed=seed)

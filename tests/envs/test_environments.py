@@ -15,6 +15,7 @@ from gymnasium.vector import AutoresetMode
 import testbed.envs
 from testbed.envs.climb import ClimbEnv
 from testbed.envs.observations import (
+    CLIMB_TABLE,
     HOLE_TABLE,
     KEEP_TABLE,
     SHARE_TABLE,
@@ -70,7 +71,8 @@ def test_the_page_of_the_environments_is_what_the_code_says() -> None:
     text = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
     assert text == page(), "python -m testbed.envs.describe > docs/environments.md"
     assert all(
-        f"| {row.column} |" in text for row in (*TABLE, *SHARE_TABLE, *KEEP_TABLE, *HOLE_TABLE)
+        f"| {row.column} |" in text
+        for row in (*TABLE, *SHARE_TABLE, *KEEP_TABLE, *HOLE_TABLE, *CLIMB_TABLE)
     )
 
 
