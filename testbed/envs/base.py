@@ -143,16 +143,23 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     ) -> tuple[Observation, dict[str, Any]]:
         """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this episode.
 
-        A draw that falls, slides or tears a rope before the agent's first step is drawn again.
+        A draw that falls, slides or tears a rope before the agent's first step, or that cannot be built, is drawn again.
         """
         super().reset(seed=seed)
         further = [str(change) for change in (options or {}).get("overrides", ())]
+        refused: InputError | None = None
         for _ in range(DRAWS):
-            data, truth = self._draw(further)
+            try:
+                data, truth = self._draw(further)
+            except InputError as error:
+                if not self._randomisation:
+                    raise
+                refused = error
+                continue
             if self._sim.verdict == "stood":
                 break
         else:
-            raise InputError(
+            raise refused or InputError(
                 "never stands",
                 field="randomisation",
                 value=f"{DRAWS} draws",

@@ -91,14 +91,20 @@ class ClimbStepsEnv(RoboclimberEnv):
         self._gait.choose(self._stride, self._haste)
 
     def _run(self) -> tuple[Array, Array]:
-        """Until a group of swings is done, or the run ends."""
-        groups, blocks = self._gait.groups, [self._sim.run_block(1)]
-        while not self._sim.finished and not self._gait.done:
-            if self._gait.groups > groups and self._gait.between_groups:
-                break
-            blocks.append(self._sim.run_block(1))
-        data, truth = zip(*blocks, strict=True)
-        return np.concatenate(data), np.concatenate(truth)
+        """Until a group of swings is done, or the run ends: where no stride is within reach any more, too."""
+        groups = self._gait.groups
+        data, truth = np.empty((0, 0)), np.empty((0, 0))
+        blocks: list[tuple[Array, Array]] = []
+        try:
+            while not self._sim.finished and not self._gait.done:
+                blocks.append(self._sim.run_block(1))
+                if self._gait.groups > groups and self._gait.between_groups:
+                    break
+        except InputError:
+            self._sim.finished = True
+        if blocks:
+            data, truth = (np.concatenate(part) for part in zip(*blocks, strict=True))
+        return data, truth
 
     def _ordered(self) -> dict[str, float]:
         return {

@@ -18,16 +18,16 @@ MANY_STEPS: dict[str, Any] = {
 }
 """For a step of 20 ms. Few passes over many steps: cases differ more than actions do, and no action is a good one."""
 FEW_STEPS: dict[str, Any] = {
-    "n_steps": 512,
-    "batch_size": 128,
+    "n_steps": 500,
+    "batch_size": 125,
     "n_epochs": 8,
     "gae_lambda": 0.95,
     "gamma": 0.99,
     "ent_coef": 0.0,
-    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -0.7},
+    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -1.5},
 }
 """For decisions of a tenth of a second and longer, of which an episode has some tens."""
-SETTINGS: dict[str, dict[str, Any]] = {}
+SETTINGS = {"keep": FEW_STEPS, "drill-hole": FEW_STEPS, "climb": FEW_STEPS}
 """By task; MANY_STEPS where there is none."""
 
 

@@ -121,12 +121,10 @@ class ControlTasks(Benchmark[Case]):
 @lru_cache(maxsize=8)
 def _environment(name: str, overrides: tuple[str, ...]) -> Any:
     """An environment of a process, used again and again."""
-    import gymnasium
+    from testbed import envs
 
-    from testbed.envs import ENVIRONMENTS
-
-    own = ENVIRONMENTS[name][1].get("overrides", [])
-    return gymnasium.make(f"testbed.envs:{name}", overrides=[*own, *overrides])
+    own = envs.ENVIRONMENTS[name][1].get("overrides", [])
+    return envs.make(name, overrides=[*own, *overrides])
 
 
 def episode(name: str, entrant: Entrant, seed: int) -> dict[str, Any]:
