@@ -133,7 +133,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         box = gymnasium.spaces.Box
         if not self._by_name:
             return box(-1.0, 1.0, (len(self.table),), np.float32)
-        rows = {row.column: box(row.low, row.high, (1,), np.float32) for row in self.table}
+        rows: dict[str, gymnasium.Space[Any]] = {
+            row.column: box(row.low, row.high, (1,), np.float32) for row in self.table
+        }
         return gymnasium.spaces.Dict(rows)
 
     # ---- gymnasium's five -----------------------------------------------------------------------------------

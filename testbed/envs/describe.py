@@ -102,9 +102,9 @@ def _drawn(how: Mapping[str, Any]) -> str:
         return " or ".join(f"`{value}`" for value in how["one_of"])
     if "integers" in how:
         return "{} to {}, whole".format(*how["integers"])
-    if "kinds" in how:
-        return "one of {}, {:g} of the runs two of them, {:g} to {:g} s after the start".format(
-            ", ".join(how["kinds"]), how["two"], *how["at_s"]
+    if "first" in how:
+        return "{}; in {:g} of the runs then {}; {:g} to {:g} s after the start".format(
+            " or ".join(how["first"]), how["two"], " or ".join(how["second"]), *how["at_s"]
         )
     return (
         f"{np.round(how['probability'], 2):g} of the runs have one of: {', '.join(how['effects'])}"

@@ -1,6 +1,7 @@
 """Drilling in rock that nobody knows: once a second the agent sets feed and hammer, rope pulls and the diagonal's load.
 
-Metres are paid, lost and slipped feet cost. The machine as it is shipped does HANDBOOK all the time.
+The quadratic program shares the load out below, a hundred times a second; pulls and loads are what is wanted beyond its
+plan. Metres are paid, lost and slipped feet cost. The machine as it is shipped does HANDBOOK all the time.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.control.distribution.controllers import distribution
+from testbed.control.distribution.corrected import PULL_N, SHARE_N, Corrected
 from testbed.control.gait import Layered
 from testbed.control.layers.orders import Orders
-from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
 from testbed.envs.base import RoboclimberEnv, action_rows
 from testbed.envs.observations import HOLE_TABLE
@@ -20,7 +22,6 @@ from testbed.envs.rewards import END, LOST, Term, Truth
 from testbed.errors import InputError
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
-from testbed.recording.rows import DataRow
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
 
@@ -29,10 +30,6 @@ FEED_N = 5.5e3
 """Feed for an action of 0: the handbook's best one in medium rock."""
 FEED_RANGE_N = 5.0e3
 """By how much an action of 1 raises it."""
-PULL_RANGE_N = 4.0e3
-"""Pull of both ropes beyond that at the start for an action of 1."""
-DIAGONAL_RANGE_M = 1.0e-3
-"""How far an action of 1 raises fl and rr, and lowers fr and rl."""
 DIAGONAL = np.array([1.0, -1.0, -1.0, 1.0])
 DEPTH = Term("depth", "way of the bit into the rock", "m", 100.0)
 SLIP = Term("slip", "further slip of the foot that slipped most", "m", -100.0)
@@ -55,10 +52,14 @@ class DrillHoleEnv(RoboclimberEnv):
             FEED_N + FEED_RANGE_N,
         ),
         Observed("action_hammer", "share of the hammer's energy", "1", "-", 0, 1),
+        *action_rows("pull of the {} rope beyond the plan's", SIDES, "N", "along it", PULL_N),
         *action_rows(
-            "pull of the {} rope beyond that at the start", SIDES, "N", "along it", PULL_RANGE_N
+            "normal load of {} beyond the plan's",
+            ["fl and rr, less of fr and rl,"],
+            "N",
+            "body z",
+            SHARE_N,
         ),
-        *action_rows("set points of {}", ["fl and rr up"], "m", "joint", DIAGONAL_RANGE_M),
     )
     terms = (DEPTH, LOST, SLIP, END)
 
@@ -69,10 +70,14 @@ class DrillHoleEnv(RoboclimberEnv):
             )
         self._task = spec.task
         self._friction = spec.terrain.friction
-        self._trim, self._orders = Trim(), Orders()
-        self._slip_m = 0.0
+        self._orders, self._sharing = Orders(), Corrected()
+        self._slip_m = self._diagonal = 0.0
         machine = self._sim.machine
-        machine.gait = Layered(machine.gait, (self._trim, self._orders))
+        ropes = (
+            machine.expectation.rope_directions_in_world @ machine.ground.rotation_slope_to_world
+        )
+        layer = distribution(machine.belief, ropes, self._sharing)
+        machine.gait = Layered(machine.gait, (layer, self._orders))
 
     def _settle(self) -> tuple[Array, Array]:
         """Until the bit is at work."""
@@ -81,7 +86,6 @@ class DrillHoleEnv(RoboclimberEnv):
         data, truth = self._sim.run_block(rows)
         while drill.phase not in AT_WORK and not self._sim.finished:
             data, truth = self._sim.run_block(rows)
-        self._first_pull = DataRow.from_table(data)["rope_tension"].mean(axis=0)
         self._depth_m, self._bit_m, self._rate_m_s = drill.depth_m, self._bit_known_m(), 0.0
         return data, truth
 
@@ -93,7 +97,8 @@ class DrillHoleEnv(RoboclimberEnv):
     @property
     def believed(self) -> Machine:
         """The machine that control believes in."""
-        return self._sim.machine.belief.machine
+        believed: Machine = self._sim.machine.belief.machine
+        return believed
 
     @property
     def reserve_n(self) -> float:
@@ -114,8 +119,8 @@ class DrillHoleEnv(RoboclimberEnv):
     def _order(self, action: Array) -> None:
         self._orders.feed_n = FEED_N + FEED_RANGE_N * float(action[0])
         self._orders.hammer = 0.5 * (1.0 + float(action[1]))
-        self._trim.pull_n = np.maximum(self._first_pull + PULL_RANGE_N * action[2:4], 0.0)
-        self._trim.goal_m = DIAGONAL_RANGE_M * float(action[4]) * DIAGONAL
+        self._diagonal = float(action[4])
+        self._sharing.order(np.concatenate([self._diagonal * DIAGONAL, action[2:4]]))
 
     def _ordered(self) -> dict[str, float]:
         feed = self._task.feed_n if self._orders.feed_n is None else self._orders.feed_n
@@ -126,7 +131,7 @@ class DrillHoleEnv(RoboclimberEnv):
         return {
             "orders.feed": feed,
             "orders.hammer": self._orders.hammer,
-            "orders.diagonal": float(self._trim.goal_m[0]),
+            "orders.diagonal": SHARE_N * self._diagonal,
             "control.bit_rate": self._rate_m_s,
             "control.drilling": float(drill.phase in AT_WORK),
             "control.jammed": float(drill.phase == "jam"),

@@ -138,7 +138,9 @@ HOLE_TABLE: tuple[Observed, ...] = (
     ),
     *_STANDING,
     *seen(_each("rope_tension", SIDES), (0.0, 3.5e4), "along it"),
-    Observed("orders.diagonal", "set points of fl and rr, up", "m", "joint", -1e-3, 1e-3),
+    Observed(
+        "orders.diagonal", "load wanted on fl and rr beyond the plan's", "N", "body z", -2e3, 2e3
+    ),
 )
 """The observation where a hole is drilled."""
 CLIMB_TABLE: tuple[Observed, ...] = (

@@ -92,14 +92,12 @@ def _faults(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Events and patches of one or two faults; the same count of random numbers is taken for any of them."""
     _checked("faults", how)
-    kinds, two = how["kinds"], rng.random() < how["two"]
+    two = rng.random() < how["two"]
     events: list[dict[str, Any]] = []
     patches: list[dict[str, Any]] = []
-    first = int(rng.integers(len(kinds)))
-    other = (first + 1 + int(rng.integers(max(len(kinds) - 1, 1)))) % len(kinds)
     sides = list(rng.permutation(SIDES))
-    for number, place in enumerate((first, other)):
-        kind, side = kinds[place], str(sides[number])
+    for number, kinds in enumerate((how["first"], how["second"])):
+        kind, side = kinds[int(rng.integers(len(kinds)))], str(sides[number])
         at_s, size, leg = float(rng.uniform(*how["at_s"])), rng.random(), str(rng.choice(LEGS))
         if number == 1 and not two:
             break
@@ -116,7 +114,7 @@ def _faults(
 def _checked(path: str, how: Any) -> None:
     kinds = {
         "undeclared": {"probability", "effects", "places"},
-        "faults": {"at_s", "two", "kinds"},
+        "faults": {"at_s", "two", "first", "second"},
     }.get(path)
     plain = ({"uniform"}, {"one_of"}, {"integers"})
     if not isinstance(how, Mapping) or (set(how) != kinds if kinds else set(how) not in plain):

@@ -13,16 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.envs.agents.base import Readings, Vector
+from testbed.envs.agents.base import Vector
 from testbed.envs.agents.drill_hole import action_of
-from testbed.envs.agents.keep import MOST_N, ROPE_N_M, STEP_S
-from testbed.envs.keep import HAUL_M_S, RAISE_M
-from testbed.envs.observations import KEEP_TABLE
-from testbed.machine.names import LEGS, SIDES
+from testbed.envs.agents.keep import DIAGONAL, STEP_S, Secure
 
 Array = NDArray[np.float64]
 POPULATION, KEPT = 8, 2
 """Plans drawn a round, and how many of them the next round is drawn around."""
+FRONT = np.array([1.0, 1.0, -1.0, -1.0])
 LEAST_SPREAD = 0.1
 """A spread never falls below this share of the first one."""
 
@@ -65,40 +63,30 @@ def search(
     return Found(plan, top, tuple(history))
 
 
-class KeepPlan:
-    """Eight numbers: pull of the left and right rope as shares of half the slope's pull, of the diagonal and of the
-    front's set points in mm, before the fault; the same four after it, of each rope that is left by the whole pull.
+class KeepPlan(Secure):
+    """Six numbers: pull of the left and right rope before a loss, as shares of half the slope's pull, and of the rope
+    that is left after it, of the whole; how much more of the load fl and rr are to carry; how far the front is raised,
+    mm; time in which a lack of pull is made up for, s.
     """
 
-    def __init__(self, fault_s: float, plan: Array) -> None:
-        self._fault_s, self._before, self._after = fault_s, plan[:4], plan[4:]
-        self._t_s = 0.0
-        self._slope_n = 0.0
-        self._first: Array | None = None
-        self._raised = np.zeros(len(LEGS))
+    def __init__(self, plan: Array) -> None:
+        super().__init__()
+        self._before, self._alone, self._uneven, self._front_mm, lag_s = plan[:2], *plan[2:]
+        self._lifted_mm = 0.0
+        self.reaction_s = max(float(lag_s), STEP_S)
 
-    def act(self, observation: Vector) -> Vector:
-        """See Agent."""
-        seen = Readings(observation, KEEP_TABLE)
-        tension = seen.each("rope_tension", SIDES)
-        if self._first is None:
-            self._first = tension
-            loads = seen.each("estimate_own", LEGS).sum()
-            self._slope_n = float(loads * np.tan(-seen["attitude_pitch"]))
-        self._t_s += STEP_S
-        late = self._t_s + STEP_S > self._fault_s
-        now = self._after if late else self._before
-        latest = self._first + seen.each("control.pull_change", SIDES)
-        slack = latest < 0.25 * self._first
-        share = np.where(slack[::-1], 1.0, 0.5) if late else np.full(len(SIDES), 0.5)
-        wanted = np.minimum(now[:2] * share * self._slope_n, MOST_N)
-        speeds = np.where(slack, 0.0, (wanted - latest) / ROPE_N_M / STEP_S)
-        raised = 1e-3 * (
-            now[2] * np.array([1.0, -1.0, -1.0, 1.0]) + now[3] * np.array([1.0, 1.0, -1.0, -1.0])
-        )
-        lifts = np.clip((raised - self._raised) / RAISE_M, -1.0, 1.0)
-        self._raised = self._raised + RAISE_M * lifts
-        return np.clip(np.concatenate([speeds / HAUL_M_S, lifts]), -1.0, 1.0).astype(np.float32)
+    def _ready(self, tension: Array) -> Array:
+        del tension
+        return np.asarray(0.5 * self._before * self._slope_n)
+
+    def _left(self) -> float:
+        return float(self._alone) * self._slope_n
+
+    def _raised(self, loads: Array) -> Array:
+        step_mm = float(np.clip(self._front_mm - self._lifted_mm, -1.0, 1.0))
+        self._lifted_mm += step_mm
+        shifted = loads - 0.25 * self._uneven * loads.sum() * DIAGONAL
+        return super()._raised(shifted) + 0.5 * step_mm * FRONT
 
 
 class HolePlan:

@@ -43,7 +43,7 @@ class Trained:
 
     def act(self, observation: Vector) -> Vector:
         """See Agent."""
-        return self._network.answer(observation).astype(np.float32)
+        return self._network.answer(observation.astype(float)).astype(np.float32)
 
 
 class Readings:

@@ -2,7 +2,8 @@
 
 The adaptive one knows the law of penetration (laws/penetration.py) but not the rock: from feed and rate it infers how
 much energy the rock takes, layer by layer, and presses as hard as is best for what it believes. How much of the stance's
-reserve it may use it finds out as it goes: less after a foot that lost its load, slowly more while all carry.
+reserve it may use it finds out as it goes: less after a foot that came near to losing its load, slowly more while all
+carry.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ STANDSTILL_M_S, VOID_M_S = 1.0e-5, 0.029
 """A bit that is slower stands, one that is faster falls through a void."""
 ALL_THE_TIME = 0.99
 """A state's mean over a step from which it lasted for all of it."""
+NEARLY_LOST_N = 500.0
+"""A foot with less load is about to be lost (E)."""
 JAM_WORTH_S = 8.0
 """Time that a jam costs: it is drawn back and turned free."""
 
@@ -103,9 +106,9 @@ class Stance:
         self.share = min(share, most)
 
     def allowed_n(self, seen: Readings, feed_n: float) -> float:
-        """The highest feed for now, from the contact states and loads under the feed so far."""
-        carried = seen.each("contact", LEGS)
-        if carried.min() < ALL_THE_TIME:
+        """The highest feed for now, from the feet's loads under the feed so far."""
+        loads = seen.each("estimate_own", LEGS)
+        if loads.min() < NEARLY_LOST_N:
             self.share = max(0.85 * min(self.share, feed_n / self._reserve_n), 0.1)
         else:
             self.share = min(self.share + 0.01, self._most)

@@ -26,6 +26,9 @@ MOST_N = 3.0e4
 """Highest pull that is asked for: a little less than a traction device's rating."""
 
 
+DIAGONAL = np.array([1.0, -1.0, -1.0, 1.0])
+EVEN_SHARE, EVENING = 0.1, 0.3
+"""Share of the load by which one diagonal may carry more than the other, and how fast the rest is evened out (E)."""
 LEAST_FRICTION, USED_SHARE = 0.3, 0.7
 """Friction that has to be reckoned with on wet rock (D), and the share of it that may be used up the slope (E)."""
 REACTION_S = 0.3
@@ -39,6 +42,9 @@ def secure_share(slope: float, least_friction: float) -> float:
 
 class Hauling:
     """Hauls the rope that is left when the other holds no more, and hauls back one that has slipped."""
+
+    reaction_s = REACTION_S
+    """Time in which a lack of pull is made up for."""
 
     def __init__(self) -> None:
         self._first: Array | None = None
@@ -57,8 +63,17 @@ class Hauling:
         wanted = self._ready(latest) if holds.all() else np.where(holds, self._slope_n, self._first)
         lacking = np.minimum(wanted, MOST_N) - latest
         action = np.zeros(len(SIDES) + len(LEGS), dtype=np.float32)
-        action[: len(SIDES)] = lacking / ROPE_N_M / REACTION_S / HAUL_M_S
+        action[: len(SIDES)] = lacking / ROPE_N_M / self.reaction_s / HAUL_M_S
+        action[len(SIDES) :] = self._raised(seen.each("estimate_own", LEGS))
         return np.clip(action, -1.0, 1.0)
+
+    def _left(self) -> float:
+        """Pull that is wanted of a rope that is left alone, N: all of the slope's."""
+        return self._slope_n
+
+    def _raised(self, loads: Array) -> Array:
+        """Increments of the vertical set points (4) as actions, from the feet's loads (4), N: none."""
+        return np.zeros(len(loads))
 
     def _ready(self, tension: Array) -> Array:
         """Pulls (2) that are wanted while both ropes hold, N: those that they have."""
@@ -76,3 +91,10 @@ class Secure(Hauling):
         del tension
         share = secure_share(self._slope, self._least_friction)
         return np.full(len(SIDES), 0.5 * share * self._slope_n)
+
+    def _raised(self, loads: Array) -> Array:
+        """Both diagonals are to carry alike: only then do all four feet hold against a turn on one rope."""
+        uneven = float(DIAGONAL @ loads) / max(float(loads.sum()), 1.0)
+        if abs(uneven) < EVEN_SHARE:
+            return np.zeros(len(loads))
+        return np.asarray(-EVENING * uneven * DIAGONAL)

@@ -8,7 +8,7 @@ import pytest
 from testbed.benchmarks.control_tasks.benchmark import ORACLE, ControlTasks, summary
 from testbed.benchmarks.control_tasks.oracle import search
 from testbed.control.observed import Observed
-from testbed.envs.agents.drill_hole import FEEDS_N, Adaptive, Drill, Reserve
+from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve
 from testbed.envs.agents.keep import Hauling, Secure, secure_share
 from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N
 from testbed.envs.observations import HOLE_TABLE, KEEP_TABLE
@@ -29,10 +29,11 @@ def told(table: tuple[Observed, ...], **readings: float) -> np.ndarray:
     return np.array(values, dtype=np.float32)
 
 
-def _hole(rate: float, feed: float, contact: float = 1.0) -> np.ndarray:
-    states = {f"contact_{leg}": contact if leg == "fl" else 1.0 for leg in ("fl", "fr", "rl", "rr")}
+def _hole(rate: float, feed: float, load_n: float = 5000.0) -> np.ndarray:
+    """Bit at work with the full hammer, the same load on every foot."""
+    loads = {f"estimate_own_{leg}": load_n for leg in ("fl", "fr", "rl", "rr")}
     known = {"control.drilling": 1.0, "orders.hammer": 1.0}
-    return told(HOLE_TABLE, **{"control.bit_rate": rate, "orders.feed": feed}, **known, **states)
+    return told(HOLE_TABLE, **{"control.bit_rate": rate, "orders.feed": feed}, **known, **loads)
 
 
 @pytest.mark.parametrize("energy", [0.4, 1.0, 2.5])
@@ -48,13 +49,15 @@ def test_the_adaptive_agent_finds_the_best_feed_of_rock_that_it_does_not_know(
     assert thrust_factor(feed, best) > 0.9
 
 
-def test_the_adaptive_agent_presses_less_after_a_foot_that_lost_its_load() -> None:
-    agent = Adaptive(Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, 7.0e3), share=0.7, most=0.9)
-    feeds = [
-        FEED_N + FEED_RANGE_N * float(agent.act(_hole(3e-3, 4750.0, contact))[0])
-        for contact in (1.0, 0.5, 0.5)
-    ]
-    assert feeds[0] > feeds[1] > feeds[2] >= FEEDS_N[0]
+def test_the_adaptive_agent_presses_less_where_the_stance_hardly_carries() -> None:
+    """Reserve 7 kN: a stance that is even but nearly lost (400 N a foot) bears less thrust than one of 5 kN a foot."""
+    drill, feeds = Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, 7.0e3), {}
+    for load in (5000.0, 400.0):
+        agent = Adaptive(drill, share=0.7, most=0.7)
+        for _ in range(3):
+            action = agent.act(_hole(3e-3, 4750.0, load))
+        feeds[load] = float(action[0])
+    assert feeds[400.0] < feeds[5000.0]
 
 
 def test_a_fixed_feed_is_held_to_its_share_of_the_reserve() -> None:
@@ -95,6 +98,10 @@ def test_the_secure_agent_pulls_before_anything_happens() -> None:
     whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
     action = Secure().act(told(KEEP_TABLE, **loads, **still, **whole))
     assert action[0] == pytest.approx(action[1]) and 0.0 < action[0] <= 1.0
+    assert not action[2:].any()
+    heavy = loads | {"estimate_own_fl": 1.2e4, "estimate_own_rr": 1.2e4}
+    evened = Secure().act(told(KEEP_TABLE, **heavy, **still, **whole))[2:]
+    assert evened[0] == evened[3] < 0.0 < evened[1] == evened[2]
 
 
 def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
