@@ -116,7 +116,7 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
     if shown.path == "stood":
         look |= {"vmin": 0.0, "vmax": 1.0}
     if max(len(kind) for kind in kinds) > MOST_CELLS:
-        drawn = ax.scatter(axes[0], axes[1] if len(axes) > 1 else found, c=found, s=18, **look)
+        drawn: Any = ax.scatter(axes[0], axes[1] if len(axes) > 1 else found, c=found, s=18, **look)
     else:
         drawn = ax.imshow(_means(axes, kinds, found), origin="lower", aspect="auto", **look)
         ax.set_xticks(range(len(kinds[0])), [str(v) for v in kinds[0]])
