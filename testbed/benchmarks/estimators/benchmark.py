@@ -12,10 +12,11 @@ from testbed.benchmarks.estimators.trials import DITHERED, JUDGE, LIARS, Trial, 
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.marks import code, digest
 from testbed.estimation.estimator import estimator_of
+from testbed.estimation.live.uncertainty import Uncertainty
 from testbed.formats.sockets import split_user_class
 from testbed.machine.build import build_machine
 from testbed.report.tables import Table
-from testbed.robot.model import RobotModel
+from testbed.world.believed import OwnBelief
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,12 @@ class Estimators(Benchmark[Trial]):
 
     def work(self, case: Trial) -> dict[str, Any]:
         """The run's scores, which add up with those of other runs."""
-        machine = build_machine()
+        believed = OwnBelief(build_machine(), sure=Uncertainty(case.draw))
         return {
             "name": case.name,
             "kind": case.kind,
             "oil_degc": case.oil_degc,
-            "scores": scores(simulate(case.load()), machine, RobotModel(machine.urdf), self.own),
+            "scores": scores(simulate(case.load()), believed, self.own),
         }
 
     def summarise(self, answers: Answers) -> dict[str, Any]:

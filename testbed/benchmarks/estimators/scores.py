@@ -21,12 +21,12 @@ from testbed.estimation.estimator import estimator_of, loads_over
 from testbed.estimation.filters import persistent
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
-from testbed.estimation.live.body_belief import OwnTuning, body_of, without
+from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.chain import replay, replay_rows
 from testbed.formats.sockets import user_code
-from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.robot.model import RobotModel
+from testbed.world.believed import OwnBelief
 
 Array = NDArray[np.float64]
 Scores = dict[str, dict[str, dict[str, Any]]]
@@ -37,19 +37,22 @@ BIN_N, BINS = 5.0, 1200
 Z90 = 1.645
 
 PAPER = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
-NOTHING = without(OwnTuning(), "rich", "history", "swing", "balance", "robust")
+IDEAS = ("rich", "swing", "balance", "friction", "weighs", "robust")
+NOTHING = without(OwnTuning(), *IDEAS)
 OWN: dict[str, OwnTuning] = {
     "three cylinders": NOTHING,
     "+ what friction depends on": replace(NOTHING, rich=True),
-    "+ history at rest": replace(NOTHING, rich=True, history=True),
-    "+ zero learnt in swing": replace(NOTHING, rich=True, history=True, swing=True),
-    "+ balance of the body": replace(NOTHING, rich=True, history=True, swing=True, balance=True),
+    "+ zero learnt in swing": replace(NOTHING, rich=True, swing=True),
+    "+ balance of the body": replace(NOTHING, rich=True, swing=True, balance=True),
+    "+ friction learnt": without(OwnTuning(), "weighs", "robust"),
     "own: all, robust": OwnTuning(),
     "own without what friction depends on": without(OwnTuning(), "rich"),
-    "own without history at rest": without(OwnTuning(), "history"),
     "own without zero learnt in swing": without(OwnTuning(), "swing"),
     "own without the care for bad sensors": without(OwnTuning(), "robust"),
     "own without balance of the body": without(OwnTuning(), "balance"),
+    "own without friction learnt": without(OwnTuning(), "friction"),
+    "own without weight and ropes learnt": without(OwnTuning(), "weighs"),
+    "own with friction's history at rest": replace(OwnTuning(), history=True),
 }
 """Built up idea by idea, then each idea taken away from the whole."""
 NAMES = {
@@ -66,9 +69,9 @@ APART = ("dither", "still", "liar")
 WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
-def scores(series: Series, machine: Machine, model: RobotModel, own: Iterable[str] = ()) -> Scores:
+def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scores:
     """Sums of one run: estimator -> category -> sums. `own`: classes of the user's own, FILE.py:Class."""
-    belief = Believed.from_machine(machine, 1e-3)
+    belief, model = believed.legs(1e-3), RobotModel(believed.machine.urdf)
     late = series.data["t"] > LEFT_OUT_S
     speed = np.array([_speed(series, leg) for leg in LEGS])[:, late]
     true = np.array([series.truth[f"foot_load_{leg}"] for leg in LEGS])[:, late]
@@ -88,17 +91,17 @@ def scores(series: Series, machine: Machine, model: RobotModel, own: Iterable[st
         keep(method, _legs(alone, f"estimate_{method}"))
     keep(ALONE, _legs(alone, "estimate_own"), _legs(alone, "own_sd"))
     for name, tuning in OWN.items():
-        body = body_of(machine, model, belief.legs, 1e-3, series.rope_directions, tuning)
-        found = replay(series.data, replace(belief, body=body))
+        whole = believed.with_body(belief, model, series.rope_directions, tuning)
+        found = replay(series.data, whole)
         sideways = np.array([[found[f"own_{k}_{leg}"] for k in "xy"] for leg in LEGS])
         keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
     keep(FLOOR, floor(series, belief))
-    body = body_of(machine, model, belief.legs, 1e-3, series.rope_directions)
+    whole = believed.with_body(belief, model, series.rope_directions)
     for name in own:
         estimator = estimator_of(name, "--estimator")
         start(estimator, belief.dt_s)
         with user_code():
-            loads = loads_over(estimator, replay_rows(series.data, replace(belief, body=body)))
+            loads = loads_over(estimator, replay_rows(series.data, whole))
         keep(name, loads.T)
     return out
 

@@ -60,7 +60,7 @@ def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
         "class Mine:\n    def update(self, row):\n        return row.estimate.two_chamber\n"
     )
     own = f"{tmp_path / 'mine.py'}:Mine"
-    found = scores(series, MACHINE, shipped_model(), (own,))
+    found = scores(series, OwnBelief(MACHINE), (own,))
     assert found[own] == found["two_chamber"]
     errors = {name: marks(found[name]["all"])["rmse_n"] or 0.0 for name in found}
     assert (
