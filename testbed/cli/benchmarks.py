@@ -354,6 +354,14 @@ def quiet_stand(
     show(QuietStand(seconds), out, jobs, json)
 
 
+@lab.command("paper-sensitivity")
+def paper_sensitivity(out: Out, jobs: Jobs = 1, json: Json = False) -> None:
+    """Say which number of the inferred circuit each of the paper's figures fixes, and which it leaves open."""
+    from testbed.benchmarks.paper.sensitivity import Sensitivity
+
+    show(Sensitivity(), out, jobs, json)
+
+
 @lab.command("robot-diagnosis")
 def robot_diagnosis(
     out: Out,
