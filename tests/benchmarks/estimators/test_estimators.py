@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shipped import MACHINE, shipped_model
+from shipped import MACHINE
 
 from testbed.benchmarks.estimators.benchmark import Estimators
 from testbed.benchmarks.estimators.scores import (
@@ -22,6 +22,7 @@ from testbed.benchmarks.estimators.trials import CHOOSE, JUDGE, simulate
 from testbed.benchmarks.harness import write
 from testbed.errors import InputError
 from testbed.scenario.scenario import load_scenario
+from testbed.world.believed import OwnBelief
 
 
 def test_marks_of_known_errors() -> None:
