@@ -67,7 +67,8 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     for run in runs[1:]:
         ropes = _ropes(run, file)
         numbers |= ropes
-        file = file.model_copy(update={"effects": (*file.effects, *_effects(ropes))})
+        shown = {name: n for name, n in ropes.items() if n.shown}
+        file = file.model_copy(update={"effects": (*file.effects, *_effects(shown))})
     write_robot_model(out, file)
     hidden = [name for name, n in numbers.items() if not n.shown]
     never = NEVER_SHOWN if len(runs) > 1 else (*NEVER_SHOWN, *OF_THE_ROPES)

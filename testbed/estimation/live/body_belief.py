@@ -33,8 +33,7 @@ class OwnTuning:
 
     `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation of friction at rest,
     as a share of its set's half width; `*_keep_s`: for how long a deviation lasts (the balance's own shorter than
-    friction's: else it takes what a stuck piston hides for an error of the weight); `sd_at_rest`: what is stated of
-    the filter's standard deviation at rest: errors there have long tails, and its own makes intervals too wide.
+    friction's: else it takes what a stuck piston hides for an error of the weight).
     """
 
     rich: bool = True
@@ -59,8 +58,8 @@ class OwnTuning:
     slow_share: float = 0.6
     slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
-    rest_share: float = 0.33
-    fresh_more: float = 0.7
+    rest_share: float = 0.36
+    fresh_more: float = 1.0
     fresh_s: float = 1.0
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3

@@ -277,18 +277,17 @@ def leg_variance(p: Any, h: Any, k: int) -> float:
 def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, state: Any) -> None:
     """The six equations: feet that carry, weight, ropes and drill add up to nothing but the balance's own error.
 
-    Constants are learnt from them while the cylinders that they weigh slide, and no drill pushes: at rest friction
-    hides as much as there is to learn, and hides it for long.
+    Constants are learnt from those of them that vertical cylinders make up, while these slide and no drill pushes: at
+    rest friction hides as much as there is to learn, and hides it for long.
     """
     rows = np.zeros((6, fu.N))
     wrench = weigh_body(row, turning, body, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
-    upright, level = True, True
+    slides = True
     for k in range(4):
         if on_ground[k] == 0.0:
             continue
-        upright = upright and state.axes[3 * k + 2].slides >= 1.0
-        level = level and min(state.axes[3 * k].slides, state.axes[3 * k + 1].slides) >= 1.0
+        slides = slides and state.axes[3 * k + 2].slides >= 1.0
         foot_point(body.legs[k], row.position[3 * k : 3 * k + 3], body.foot_height[k], point)
         add_force(wrench, state.means.foot_force[k], point)
         for j in range(3):
@@ -303,7 +302,7 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
         variance = body.force_variance if r < 3 else body.moment_variance
         if r == 2:
             variance += (body.blow_share * row.ordered_thrust) ** 2
-        learns = (upright if 2 <= r < 5 else level) and row.ordered_thrust == 0.0
+        learns = 2 <= r < 5 and slides and row.ordered_thrust == 0.0
         fu.observe(state.fusion, rows[r], wrench[r], variance, body.gate, learns)
 
 
