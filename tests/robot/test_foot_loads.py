@@ -19,6 +19,7 @@ from testbed.machine.names import LEGS
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.foot_loads import (
     ExpectedLoads,
+    Footing,
     FootLoads,
     drill_wrench,
     external_wrench,
@@ -150,7 +151,7 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
         slope_gravity(slope),
         rope_forces_in_body=ropes,
         height_m=heights,
-        foot_compliance_m_n=gives,
+        footing=Footing(compliance_m_n=gives),
     )
     assert found.friction_use.max() < 1.0
     points = MODEL.foot_positions_m(STANCE)
@@ -191,7 +192,7 @@ def test_a_swinging_foot_carries_nothing() -> None:
     found = LOADS.solve(
         STANCE,
         LEVEL,
-        in_contact=[True, False, True, True],
+        footing=Footing(in_contact=[True, False, True, True]),
         payload=Payload(200.0, (-0.8, 0.4, 0.5)),
     )
     assert found.balanced and not found.in_contact[1]
@@ -222,7 +223,7 @@ def test_sensitivities_are_the_slopes_of_the_loads() -> None:
             rope_forces_in_body=ropes,
             height_m=heights,
             drill_wrench_in_body=wrench,
-            normals_in_body=normals,
+            footing=Footing(normals_in_body=normals),
         )
 
     found = solve()

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.robot.contact.solver import solve_contacts
+from testbed.robot.contact.solver import Feet, solve_contacts
 
 Array = NDArray[np.float64]
 
@@ -123,21 +125,39 @@ def _in_body(
     return in_body, load, by_height, by_wrench
 
 
+class Legs(NamedTuple):
+    """The legs at one posture, in the body frame."""
+
+    undersides: Array
+    """Lowest point of each foot, (n, 3), m."""
+    jacobians: Array
+    """Motion of the undersides by the joints, (n, 3, 12)."""
+    verticals: NDArray[np.int64]
+    """Each leg's vertical joint among the twelve, (n,)."""
+    radius_m: float
+    """Of the feet."""
+    compliance: Array
+    """Of the joints, (12,), m/N or rad/(N m)."""
+
+
+class Ground(NamedTuple):
+    """What the feet stand on, in the body frame."""
+
+    normals: Array
+    """(n, 3)."""
+    compliance: Array
+    """Of the ground and of what else gives at a foot, (n, 3, 3), m/N."""
+    heights: Array
+    """How far it stands proud of the plane through the unloaded feet, (n,), m."""
+    reached: NDArray[np.bool_]
+    """Under feet that may touch, (n,)."""
+    friction: Array
+    """(n,)."""
+
+
 @njit
 def feet_under_load(
-    load: Array,
-    centre: Array,
-    undersides: Array,
-    jacobians: Array,
-    verticals: NDArray[np.int64],
-    normals: Array,
-    radius_m: float,
-    joints: Array,
-    extra: Array,
-    heights: Array,
-    active: NDArray[np.bool_],
-    friction: Array,
-    push: Array,
+    load: Array, centre: Array, legs: Legs, ground: Ground, push: Array
 ) -> tuple[Array, ...]:
     """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which reserves are counted.
 
@@ -145,17 +165,22 @@ def feet_under_load(
     Returns forces in the body frame, normal, tangential, vertical loads, friction use, touching (0 or 1), vertical
     loads per height and per wrench, reserves, missing wrench, Newton steps (1,).
     """
-    n = normals.shape[0]
+    n, friction = ground.friction.shape[0], ground.friction
     axes = np.empty((n, 3))
     for i in range(n):
         for k in range(3):
-            axes[i, k] = -jacobians[i, k, verticals[i]]
-    frames = contact_axes(normals)
-    maps = contact_maps(undersides, axes, frames, radius_m, centre)
-    compliances = contact_compliances(jacobians, joints, extra, frames)
-    forces, touches, _, missing, per_height, per_load, steps = solve_contacts(
-        _moved(load, centre), maps, compliances, heights, active, friction
+            axes[i, k] = -legs.jacobians[i, k, legs.verticals[i]]
+    frames = contact_axes(ground.normals)
+    feet = Feet(
+        contact_maps(legs.undersides, axes, frames, legs.radius_m, centre),
+        contact_compliances(legs.jacobians, legs.compliance, ground.compliance, frames),
+        ground.heights,
+        ground.reached,
     )
+    found, missing, per_height, per_load, steps = solve_contacts(
+        _moved(load, centre), feet, friction
+    )
+    forces, touches = found.forces, found.touches
     back = np.empty(3)
     for k in range(3):
         back[k] = -centre[k]
