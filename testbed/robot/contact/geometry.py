@@ -10,6 +10,11 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.robot.contact.solver import Feet, solve_contacts
 
+ALONG_X = 1e-9
+"""Size of a tangent below which the normal lies along body x."""
+UNLOADS_N_N = -1e-9
+"""A push takes load from a foot where its load's slope is below this."""
+
 Array = NDArray[np.float64]
 
 
@@ -23,7 +28,7 @@ def contact_axes(normals: Array) -> Array:
     for i in range(normals.shape[0]):
         x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
         size = np.sqrt((1.0 - x * x) ** 2 + (x * y) ** 2 + (x * z) ** 2)
-        size = size if size > 1e-9 else np.nan
+        size = size if size > ALONG_X else np.nan
         a, b, c = (1.0 - x * x) / size, -x * y / size, -x * z / size
         frames[i, 0, 0], frames[i, 1, 0], frames[i, 2, 0] = x, y, z
         frames[i, 0, 1], frames[i, 1, 1], frames[i, 2, 1] = a, b, c
@@ -203,7 +208,7 @@ def feet_under_load(
         slope = 0.0
         for k in range(6):
             slope += per_load[i, 0, k] * push[k]
-        if slope < -1e-9:
+        if slope < UNLOADS_N_N:
             reserve[i] = -forces[i, 0] / slope
     return (
         in_body,

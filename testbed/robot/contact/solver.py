@@ -22,6 +22,9 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.robot.contact.law import foot_reaction
 
+SHORTEST_STEP = 1e-6
+"""Share of a Newton step below which the line search gives up."""
+
 Array = NDArray[np.float64]
 MOST_STEPS = 60
 """Newton steps for one set of friction bounds."""
@@ -149,7 +152,7 @@ def _newton(
         for k in range(6):
             gain += step[k] * balance.residual[k]
             start[k] = move[k]
-        while length > 1e-6:
+        while length > SHORTEST_STEP:
             for k in range(6):
                 move[k] = start[k] + length * step[k]
             potential = _evaluate(move, load, feet, bounds, frozen, balance)

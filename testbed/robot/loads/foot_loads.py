@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from testbed.formats.records import SET
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import Ground, Legs, feet_under_load
@@ -190,7 +191,7 @@ class ExpectedLoads:
             tangential,
             vertical,
             use,
-            carries > 0.5,
+            carries > SET,
             *sensitivities,
             reserve,
             missing,
