@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from in_units import in_units
 
 from testbed.control.gait import Layered
 from testbed.envs.base import (
@@ -15,7 +16,7 @@ from testbed.envs.base import (
     PULL_STEP_N,
     RoboclimberEnv,
 )
-from testbed.envs.observations import TABLE, in_units
+from testbed.envs.observations import TABLE
 from testbed.errors import InputError
 from testbed.machine.names import LEGS, SIDES
 

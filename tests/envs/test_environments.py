@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
+from in_units import in_units
 
 import testbed.envs
 from testbed.envs.climb import climbing_reward
-from testbed.envs.observations import SHARE_TABLE, TABLE, in_units
+from testbed.envs.observations import SHARE_TABLE, TABLE
 from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
 from testbed.recording.rows import TruthRow
 

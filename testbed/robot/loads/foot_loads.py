@@ -180,7 +180,8 @@ class ExpectedLoads:
             vertical,
             use,
             carries,
-            *sensitivities,
+            by_height,
+            by_wrench,
             reserve,
             missing,
             steps,
@@ -192,11 +193,12 @@ class ExpectedLoads:
             vertical,
             use,
             carries > SET,
-            *sensitivities,
+            by_height,
+            by_wrench,
             reserve,
             missing,
-            balanced=bool(missing @ missing <= BALANCED**2 * (load @ load)),
-            newton_steps=int(steps[0]),
+            bool(missing @ missing <= BALANCED**2 * (load @ load)),
+            int(steps[0]),
         )
 
     def _legs(
