@@ -429,42 +429,76 @@ def loop(
 @app.command()
 def sweep(
     file: Annotated[
-        str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")
+        str,
+        typer.Argument(
+            metavar="SWEEP",
+            help="Sweep file, or the name of a shipped one; with --vary a scenario.",
+        ),
     ],
     out: Annotated[
         Path, typer.Option(help="Folder for the runs and results; goes on where it was.")
     ],
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Of a scenario: path=1,2,3 (grid) or path=low:high:samples (Latin hypercube)."
+        ),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there."),
+    ] = None,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Make the i-th of n parts only.")
+    ] = None,
+    merge: Annotated[
+        list[Path] | None,
+        typer.Option(help="Make no run: gather those of other folders. May be repeated."),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Run a scenario many times: a grid or list of changes, each with every seed; resumable."""
+    """Run a scenario many times: grids, lists and Latin hypercubes of changes, each with every seed; resumable."""
+    from testbed.formats.files import write_text
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
-    from testbed.scenario.sweep import load_sweep
-    from testbed.simulation.sweep import run_sweep, table
+    from testbed.report.sweep_page import page
+    from testbed.scenario.sweep import load_sweep, sweep_of
+    from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
+    from testbed.simulation.workers import Workers
 
-    loaded, runs = load_sweep(file)
-    with counting_progress(len(runs), "runs") as progress:
-        results = run_sweep(loaded, runs, out, jobs, progress)
+    share, workers = Share.of(shard), Workers(jobs, dask) if dask else Workers.told(jobs)
+    loaded, runs = sweep_of(file, vary) if vary else load_sweep(file)
+    if merge:
+        results = merge_sweeps(runs, merge, out)
+    else:
+        with counting_progress(len(runs), "runs") as progress:
+            results = run_sweep(loaded, runs, out, workers, share, progress)
+    write_text(out / "sweep.html", page(loaded.description or file, results, len(runs)))
     if json:
         print_json(results)
     else:
-        print_table(f"{len(results)} runs", *table(results))
-        print(out / "results.csv")
+        print_table(f"{len(results)} of {len(runs)} runs", *table(results))
+        print(out / "sweep.html")
 
 
 @app.command()
 def train(
-    task: Annotated[str, typer.Argument(help="stand, climb, drill or force-distribution.")],
+    task: Annotated[
+        str, typer.Argument(help="An environment's name: stand, climb, drill-hole, keep, ...")
+    ],
     out: Annotated[
         Path,
         typer.Option(help="Folder for policy, checkpoints and episodes; goes on where it was."),
     ],
-    steps: Annotated[int, typer.Option(help="Steps of the environment in all.")] = 200_000,
-    seed: Annotated[int, typer.Option(help="Seed of the first start.")] = 0,
-    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of the environment in all.")] = 200_000,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of a new training; one that goes on keeps its own. [0]"),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
 ) -> None:
-    """Train a policy by reinforcement learning (needs the extra rl)."""
+    """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command goes on."""
     from testbed.envs.training import train as trained
     from testbed.report.progress import counting_progress
 
@@ -474,7 +508,12 @@ def train(
 
 @app.command()
 def play(
-    policy: Annotated[Path, typer.Argument(help="A policy.npz or policy.zip of `testbed train`.")],
+    policy: Annotated[
+        Path,
+        typer.Argument(
+            help="A policy.npz or policy.zip of `testbed train`: of both only arrays are read, never code."
+        ),
+    ],
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
@@ -482,7 +521,7 @@ def play(
     json: Json = False,
 ) -> None:
     """Let a trained policy act on a scenario for one episode."""
-    from testbed.envs.training import play as played
+    from testbed.envs.playing import play as played
     from testbed.report.console import print_json, print_table
 
     found = played(policy, scenario, seed, gui, video)
