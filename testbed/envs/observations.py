@@ -182,6 +182,16 @@ class Observer:
         return np.asarray(clipped, dtype=np.float32)
 
 
+def in_units(
+    observation: NDArray[np.float32], table: Sequence[Observed] = TABLE
+) -> dict[str, float]:
+    """Column -> value in its unit, from a normalised observation (clipped rows stay clipped)."""
+    return {
+        row.column: float((row.high + row.low) / 2 + value * (row.high - row.low) / 2)
+        for row, value in zip(table, observation, strict=True)
+    }
+
+
 def as_markdown(table: Sequence[Observed] = TABLE) -> str:
     """The table as markdown: index, name, meaning, unit, frame, low, high."""
     lines = [

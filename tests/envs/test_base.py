@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from in_units import in_units
 
 from testbed.control.gait import Layered
 from testbed.envs.base import (
@@ -16,7 +15,7 @@ from testbed.envs.base import (
     PULL_STEP_N,
     RoboclimberEnv,
 )
-from testbed.envs.observations import TABLE
+from testbed.envs.observations import TABLE, in_units
 from testbed.errors import InputError
 from testbed.machine.names import LEGS, SIDES
 

@@ -8,10 +8,9 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
-from in_units import in_units
 
 import testbed.envs  # noqa: F401  (registers the environments)
-from testbed.envs.observations import TABLE, Observer, as_markdown
+from testbed.envs.observations import TABLE, Observer, as_markdown, in_units
 from testbed.envs.randomisation import draw_overrides, named_set, sets
 from testbed.errors import InputError
 from testbed.scenario.scenario import load_scenario

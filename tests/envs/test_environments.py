@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
-from in_units import in_units
 
 import testbed.envs
 from testbed.envs.climb import ClimbEnv
@@ -21,6 +20,7 @@ from testbed.envs.observations import (
     KEEP_TABLE,
     SHARE_TABLE,
     TABLE,
+    in_units,
 )
 from testbed.envs.rewards import HOLDING, Truth, holding_amounts, term_weights, truth_of_step
 from testbed.recording.rows import TruthRow
