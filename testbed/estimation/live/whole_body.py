@@ -26,7 +26,7 @@ from testbed.estimation.live.wrench import (
     rope_direction,
     view_of,
 )
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 from testbed.robot.linkage import joint_to_cylinder
@@ -219,7 +219,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
 def hangs(k: int, row: Any, body: Any, state: Any) -> bool:
     """Whether foot k is in the air by now; counts for how long."""
     up = state.means.foot_force[k, 2] - learnt(3 * k + 2, state)
-    off = bool(row.carrying[k] < 0.5 and abs(up) < body.air_load)
+    off = bool(row.carrying[k] < SET and abs(up) < body.air_load)
     dt = body.every * body.decisions.dt
     state.in_air[k] = state.in_air[k] + dt if off else 0.0
     return off
