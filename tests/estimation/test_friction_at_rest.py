@@ -80,4 +80,4 @@ def test_friction_never_leaves_its_set(push):
 
 def test_sliding_piston_has_the_friction_of_its_set_of_one():
     s = at_rest.RestMemory.zeros()[0]
-    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, 1e-3) == 650.0
+    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, NUMBERS) == 650.0
