@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import itemgetter
 from pathlib import Path
@@ -59,6 +59,9 @@ class Engine:
         self._given: NDArray[Any] | None = None
         self._foot_grounds: list[int] = []
         self._centre: Sequence[float] = (0.0, 0.0, 0.0)
+        self._footing = np.zeros((len(LEGS), 3))
+        """Friction, stiffness and damping of the ground under each foot."""
+        self._sunk_m = np.zeros(len(LEGS))
         c = self.client
         p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
         p.setPhysicsEngineParameter(
@@ -199,6 +202,7 @@ class Engine:
         self, leg: int, friction: float, stiffness_n_m: float, damping_n_s_m: float
     ) -> None:
         """What the ground is under one foot: its friction coefficient, stiffness and damping."""
+        self._footing[leg] = friction, stiffness_n_m, damping_n_s_m
         c, link = self.client, list(self.foot_links)[leg]
         p.changeDynamics(self.robot, link, lateralFriction=friction, physicsClientId=c)
         p.changeDynamics(
@@ -211,6 +215,7 @@ class Engine:
 
     def sink_ground(self, leg: int, depth_m: float) -> None:
         """Put the ground under one foot `depth_m` below the surface (an engine with `sinking`)."""
+        self._sunk_m[leg] = depth_m
         pose = self._ground_pose(depth_m)
         p.resetBasePositionAndOrientation(
             self._foot_grounds[leg], *pose, physicsClientId=self.client
@@ -229,6 +234,44 @@ class Engine:
         p.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
+
+    def state(self) -> dict[str, NDArray[Any]]:
+        """All that the next steps depend on: bodies and contacts as the engine writes them, and what was set since."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "state.bullet"
+            p.saveBullet(str(file), physicsClientId=self.client)
+            bodies = np.frombuffer(file.read_bytes(), dtype=np.uint8)
+        store = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
+        return {
+            "bodies": bodies,
+            "centre": np.array(self._centre, dtype=np.float64),
+            "store": np.array([store[0], *store[2]]),
+            "footing": self._footing.copy(),
+            "sunk_m": self._sunk_m.copy(),
+        }
+
+    def put_state(self, state: Mapping[str, NDArray[Any]]) -> None:
+        """Take over what `state` of an engine with the same bodies gave: its steps go on from there, bit for bit.
+
+        Raises InputError where the engine cannot read it.
+        """
+        mass, *inertia = (float(value) for value in state["store"])
+        p.changeDynamics(self.robot, self._store, mass=mass, physicsClientId=self.client)
+        p.changeDynamics(
+            self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client
+        )
+        for leg, (friction, stiffness, damping) in enumerate(state["footing"].tolist()):
+            self.set_footing(leg, friction, stiffness, damping)
+            if self._foot_grounds:
+                self.sink_ground(leg, float(state["sunk_m"][leg]))
+        with tempfile.TemporaryDirectory() as folder, quiet():
+            file = Path(folder) / "state.bullet"
+            file.write_bytes(np.asarray(state["bodies"], dtype=np.uint8).tobytes())
+            try:
+                p.restoreState(fileName=str(file), physicsClientId=self.client)
+            except p.error as error:
+                raise InputError("the engine cannot read these bodies", field="state") from error
+        self._centre = tuple(state["centre"].tolist())
 
     def read(self, state: NDArray[Any]) -> None:
         """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the principal axes."""

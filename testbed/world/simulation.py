@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from testbed.control.command import Command, SetPoints
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts
 from testbed.control.measured import Measured
-from testbed.errors import SimulationFault
+from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.table import BEST
 from testbed.estimation.estimator import SHIPPED
 from testbed.estimation.live.chosen import ChosenEstimator
@@ -29,7 +29,15 @@ from testbed.machine.names import AXES, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import CutRope, FailSensor, Payload, SetSupply, Shove
+from testbed.scenario.tasks import (
+    CutRope,
+    FailSensor,
+    LiftFoot,
+    Payload,
+    SetRope,
+    SetSupply,
+    Shove,
+)
 from testbed.world import first_start, sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
@@ -47,6 +55,7 @@ from testbed.world.between import (
 )
 from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
+from testbed.world.saved import State, restore, save
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -74,7 +83,7 @@ class Simulation:
         gui: bool = False,
         own: OwnParts = NOTHING_OWN,
     ) -> None:
-        self.scenario = scenario
+        self.scenario, self._model, self._own = scenario, model, own
         compiled = first_start.beside()
         self.machines = machines_of(scenario)
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
@@ -372,6 +381,59 @@ class Simulation:
     def row(self) -> Any:
         """The running row of data: one DataRow, what the electronics know now."""
         return self._row[0]
+
+    # ---- other ways to go on -------------------------------------------------------------------------------
+
+    def save(self, *others: Any) -> State:
+        """The run at this instant (saved.py), and the objects `others` that go with it."""
+        return save(self, *others)
+
+    def restore(self, state: State, *others: Any) -> None:
+        """Go on from a saved state of this scenario. Raises InputError where it belongs to another."""
+        last = self._last
+        restore(state, self, *others)
+        self._last = last
+        self.finished = self._step >= last or self.verdict != "stood"
+
+    def branch(self, seed: int | None = None) -> Simulation:
+        """Another simulation that stands where this one does and goes its own way; `seed`: with other noise from here on.
+
+        Raises InputError where a gait or controller came as an object: two runs cannot share it.
+        """
+        for part in (self._own.gait, self._own.controller):
+            if part is not None and not isinstance(part, str | type):
+                raise InputError(
+                    "is an object, which two runs cannot share",
+                    field="gait or controller",
+                    value=type(part).__name__,
+                    allowed="a class, or FILE.py:Class",
+                )
+        other = Simulation(self.scenario, self._model, own=self._own)
+        try:
+            other.restore(self.save())
+        except BaseException:
+            other.close()
+            raise
+        if seed is not None:
+            other.reseed(seed)
+        return other
+
+    def reseed(self, seed: int) -> None:
+        """Let everything random that is still to come come from another seed."""
+        m = self.machine
+        m.noise_rng, m.added_noise_rng = (np.random.default_rng([seed, k]) for k in (1, 40))
+        self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
+
+    def happen(self, event: Any) -> None:
+        """Let an event happen now, whatever its time. Raises InputError for one that a gait carries out."""
+        if isinstance(event, LiftFoot | SetRope):
+            raise InputError(
+                "is carried out by the task from its start on",
+                field="event",
+                value=event.kind,
+                allowed="an event of the scenario, or one that happens to the machine",
+            )
+        self._happen(event, self.t_s)
 
     # ---- what others ask -----------------------------------------------------------------------------------
 
