@@ -91,9 +91,10 @@ def _named(spelt: str, allowed: set[str]) -> type:
         kind: Any = loaded
         for word in name.split("."):
             kind = getattr(kind, word, None)
-        if isinstance(kind, type) and _spelt(kind) == spelt:
-            if module.startswith(OWN) or module in allowed:
-                return kind
+        if not isinstance(kind, type) or _spelt(kind) != spelt or not _in_python(kind):
+            continue
+        if module.startswith(OWN) or module in allowed:
+            return kind
     raise ValueError(f"{spelt} is no class of this run")
 
 
@@ -102,8 +103,10 @@ def _in_python(kind: type) -> bool:
     """Whether a class and all that it inherits from are written in Python: its objects are their attributes."""
     return all(
         one is object
-        or bool(one.__flags__ & MADE_IN_PYTHON)
-        and str(getattr(sys.modules.get(one.__module__), "__file__", ".py")).endswith(".py")
+        or (
+            bool(one.__flags__ & MADE_IN_PYTHON)
+            and str(getattr(sys.modules.get(one.__module__), "__file__", ".py")).endswith(".py")
+        )
         for one in kind.__mro__
     )
 
@@ -200,11 +203,9 @@ def plain_generator(generator: np.random.Generator) -> dict[str, Any]:
     return state
 
 
-def _index(
-    thing: Any, path: str, constant: Constant, there: dict[str, Any], met: set[int]
-) -> None:
+def _index(thing: Any, path: str, constant: Constant, there: dict[str, Any], met: set[int]) -> None:
     """Every object of a tree by the path on which it is first met."""
-    if isinstance(thing, PLAIN) or isinstance(thing, np.generic) and thing.dtype.names is None:
+    if isinstance(thing, PLAIN) or (isinstance(thing, np.generic) and thing.dtype.names is None):
         return
     if isinstance(thing, MethodType) and _is_ours(thing.__self__):
         _index(thing.__self__, f"{path}.__self__", constant, there, met)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed import __version__
+from testbed.estimation.losses import ROBOCLIMBER_NOMINAL_N, loss_force_n
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.report.animation import animation
@@ -40,6 +41,7 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) ->
     method = best_method(methods(run.data))
     by_leg = load_residuals(run.data, method) if method else {}
     enough = len(run.time_s) >= FEWEST_ROWS
+    loss_n = loss_force_n(summary.get("nominal_load_n") or ROBOCLIMBER_NOMINAL_N)
     found = (summary.get("residuals") or {}).get("stands_out")
     named = Suspect(**found) if found else None
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
@@ -56,7 +58,7 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) ->
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": slope_deg,
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method)
+        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method, loss_n)
         if enough
         else [],
         "animation": animation(run.data, run.truth, slope_deg, machine) if enough else None,
@@ -106,6 +108,7 @@ def _parts(
     by_leg: Mapping[str, Array],
     named: Suspect | None,
     method: str | None,
+    loss_n: float,
 ) -> list[dict[str, str]]:
     import matplotlib
 
@@ -153,15 +156,15 @@ def _parts(
         )
         add(
             "Contact and events",
-            "Black: the foot truly carries (300 N and more); orange: the detector's word.",
-            figures.contacts(data, truth, events),
+            f"Black: the foot truly carries ({loss_n:g} N and more); orange: the detector's word.",
+            figures.contacts(data, truth, events, loss_n),
         )
         up = _way_up(truth, slope_deg)
         add(
             "Body",
             "Margin: share of the load off the edge about which the robot would tip first, 0 to 0.5.",
             figures.body(
-                truth["t"], tilt_deg(truth, slope_deg), up, stability_margin(truth), events
+                truth["t"], tilt_deg(truth, slope_deg), up, stability_margin(truth, loss_n), events
             ),
         )
     return parts

@@ -343,7 +343,7 @@ class Bound(Checked):
 class Expect(Checked):
     """What must come out of the run; the tests check it."""
 
-    verdict: Literal["stood", "fell", "slid", "rope broke"] | None = Field(
+    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = Field(
         default=None, description="how the run must end"
     )
     summary: dict[str, Bound] = Field(

@@ -8,6 +8,7 @@ and is read without pickle.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import zipfile
 from collections.abc import Mapping
@@ -46,6 +47,8 @@ class State:
     """Simulated time at which it was taken."""
     told: Mapping[str, Any]
     """The scenario and the model that it belongs to."""
+    scenario: Mapping[str, Any]
+    """The whole scenario, as a file could say it."""
     engine: Mapping[str, NDArray[Any]]
     parts: Taken
 
@@ -56,6 +59,7 @@ class State:
             "format": FORMAT,
             "t_s": self.t_s,
             "told": self.told,
+            "scenario": self.scenario,
             "nodes": self.parts.nodes,
             "arrays": len(self.parts.arrays),
         }
@@ -82,7 +86,8 @@ def read_state(path: str | Path) -> State:
                 for name in found.files
                 if name.startswith("engine_")
             }
-        return State(float(head["t_s"]), head["told"], engine, Taken(head["nodes"], arrays))
+        parts = Taken(head["nodes"], arrays)
+        return State(float(head["t_s"]), head["told"], head["scenario"], engine, parts)
     except (OSError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         raise InputError(
             f"is no saved state: {error}", file=file, allowed="a file that a state was written to"
@@ -97,6 +102,7 @@ def save(simulation: Simulation, *others: Any) -> State:
     return State(
         t_s=simulation.t_s,
         told=_told(simulation),
+        scenario=plain(simulation.scenario.model_dump(mode="json")),
         engine=simulation.machine.engine.state(),
         parts=take([simulation, *others], constant),
     )
@@ -123,8 +129,6 @@ def _told(simulation: Simulation) -> dict[str, Any]:
     """What a state must have in common with the run that it goes into."""
     scenario = simulation.scenario.model_dump(mode="json", exclude=set(UNTOLD))
     belief = np.ascontiguousarray(simulation.machine.chain.belief)
-    import hashlib
-
     return {
         "scenario": plain(scenario),
         "model": hashlib.sha256(belief.tobytes()).hexdigest(),

@@ -55,6 +55,7 @@ from testbed.world.between import (
 )
 from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
+from testbed.world.progress import progress
 from testbed.world.saved import State, restore, save
 from testbed.world.verdict import LOOK_TICKS
 
@@ -330,7 +331,12 @@ class Simulation:
         belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
-            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > 300.0, belly_n
+            t,
+            m.board.rotation,
+            feet,
+            self._command.stance,
+            m.board.normal_force > m.judge.bears_n,
+            belly_n,
         )
         if end is not None:
             self.events.append(end)
@@ -453,9 +459,10 @@ class Simulation:
         return {
             "verdict": self.verdict,
             "foot_slip_m": m.judge.slip_m,
-            "tilt_deg": math.degrees(m.judge.tilt_rad),
+            "turn_max_deg": math.degrees(m.judge.turn_rad),
             **m.drill.summary(),
             **m.settlement(),
+            "progress": progress(m.gait, m.drill, self.t_s),
             "pump_work_j": float(m.board.supply.pump_work),
             "oil_temperature_degc": float(m.board.supply.temperature),
             "total_mass_kg": float(m.engine.masses().sum()),

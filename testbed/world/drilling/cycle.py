@@ -302,3 +302,12 @@ class DrillCycle:
         """See drilling.Drilling."""
         found = {**self._count, "pull_max_n": self._pull_max, "phase": self.phase}
         return {"hole_depth_m": self.depth_m, "drill": found}
+
+    def progress(self) -> dict[str, Any]:
+        """See drilling.Drilling."""
+        return {
+            "done": self.phase == "done",
+            "phase": self.phase,
+            "hole_depth_m": self.depth_m,
+            "hole_depth_wanted_m": self.task.depth_m,
+        }

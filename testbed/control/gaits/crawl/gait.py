@@ -9,6 +9,7 @@ the ropes do in rope_hold.py; this file is the order of events.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,12 @@ class CrawlGait:
     def margins_n(self) -> list[float]:
         """Planned wrench margin of every group of swings, N."""
         return self._plan.margins_n
+
+    def progress(self, t: float) -> dict[str, Any]:
+        """What of the walk is made."""
+        del t
+        steps = {"steps_made": self.steps_done, "steps_wanted": self.task.steps}
+        return {"done": self.done, **steps, "way_m": self.way_m}
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""

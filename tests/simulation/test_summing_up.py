@@ -1,0 +1,100 @@
+"""What a run is said to have come to: verdict, wrong leg-seconds, fields that are all described."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import testbed
+from testbed.errors import SimulationFault
+from testbed.estimation.losses import nominal_load_n
+from testbed.machine.names import LEGS
+from testbed.report.console import run_status
+from testbed.simulation import metrics
+from testbed.simulation.summary_fields import FIELDS, table, undocumented
+from testbed.simulation.summing_up import UNLOADED_S, Ending
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def _columns(lost_s: float, carrying: float = 1.0) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Ten seconds in which `rr` bears nothing for `lost_s`, and no word ever says so."""
+    t = np.arange(10_000) / 1000.0
+    data: dict[str, Any] = {"t": t}
+    truth: dict[str, Any] = {"t": t}
+    for leg in LEGS:
+        truth[f"contact_normal_{leg}"] = np.full(len(t), 9000.0)
+        data[f"carrying_{leg}"] = np.ones(len(t))
+        data[f"contact_{leg}"] = np.ones(len(t))
+    truth["contact_normal_rr"][t >= 10.0 - lost_s] = 0.0
+    data["carrying_rr"][:] = carrying
+    return data, truth
+
+
+@pytest.mark.parametrize(
+    ("lost_s", "carrying", "verdict"),
+    [(4.9, 1.0, "stood"), (5.2, 1.0, "lost footing"), (5.2, 0.0, "stood")],
+)
+def test_a_foot_that_hangs_for_long_is_not_stood_on(
+    lost_s: float, carrying: float, verdict: str
+) -> None:
+    unloaded_s = metrics.longest_unloaded_s(*_columns(lost_s, carrying))
+    assert unloaded_s["fl"] == 0.0
+    assert Ending(0.0).verdict("stood", unloaded_s) == verdict
+    assert Ending(0.0).verdict("slid", unloaded_s) == "slid"
+    assert UNLOADED_S == 5.0
+
+
+def test_wrong_leg_seconds_are_counted_though_no_word_ever_changed() -> None:
+    data, truth = _columns(2.0)
+    data["contact_fl"][:] = 0.0  # wrong from the first row on: no alarm, but ten wrong seconds
+    assert metrics.false_alarms(data, truth) == 0
+    wrong = metrics.wrong_leg_seconds(data, truth)
+    assert wrong["missed_s"] == pytest.approx(2.0, abs=2e-3)
+    assert wrong["false_flight_s"] == pytest.approx(10.0, abs=2e-3)
+
+
+def test_a_fault_is_said_before_any_verdict() -> None:
+    ending = Ending(0.0, fault=SimulationFault("72 GN"))
+    assert ending.verdict("rope broke", {}) == "fault: 72 GN"
+
+
+@pytest.mark.parametrize(("mass_kg", "load_n"), [(4000.0, 1e4), (8000.0, 2e4), (62.5, 200.0)])
+def test_the_nominal_load_is_a_quarter_of_the_weight_to_one_figure(
+    mass_kg: float, load_n: float
+) -> None:
+    assert nominal_load_n(mass_kg) == load_n
+
+
+@pytest.mark.parametrize(
+    ("summary", "status"),
+    [
+        ({}, 0),
+        ({"expectations": {"met": True, "unmet": []}}, 0),
+        ({"expectations": {"met": False, "unmet": ["verdict"]}}, 3),
+        ({"interrupted": True}, 130),
+    ],
+)
+def test_the_exit_status_says_whether_expectations_were_met(
+    summary: dict[str, Any], status: int
+) -> None:
+    assert run_status(summary) == status
+
+
+def test_the_page_of_verdicts_has_the_table_of_the_fields() -> None:
+    assert table() in (DOCS / "verdicts.md").read_text()
+
+
+@pytest.mark.slow
+def test_every_field_of_a_summary_is_described_and_an_unfinished_task_said() -> None:
+    scenario = testbed.load_scenario("drill_deep", duration=0.5)
+    with testbed.simulate(scenario) as run:
+        run.step(500)
+    summary = run.summary()
+    assert undocumented(summary) == []
+    assert not summary["progress"]["done"]
+    assert summary["progress"]["hole_depth_wanted_m"] == scenario.task.depth_m
+    assert {"verdict", "detector.missed_s"} <= set(FIELDS)
