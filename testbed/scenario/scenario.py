@@ -35,6 +35,7 @@ from testbed.scenario.parts import (
     Undeclared,
 )
 from testbed.scenario.tasks import (
+    Chain,
     Crawl,
     Drill,
     Event,
@@ -44,8 +45,10 @@ from testbed.scenario.tasks import (
     RodChange,
     SetRope,
     Stand,
+    Stop,
     Sway,
     Task,
+    Turn,
 )
 
 FORMAT = "roboclimber-scenario/1"
@@ -91,7 +94,16 @@ class Scenario(Checked):
 
     @model_validator(mode="after")
     def _events_can_happen(self) -> Scenario:
-        if isinstance(self.task, Crawl | Sway | Program):
+        tasks = self.task.tasks if isinstance(self.task, Chain) else (self.task,)
+        walks = any(isinstance(task, Crawl) for task in tasks)
+        for event in self.events:
+            if isinstance(event, Stop | Turn) and not walks:
+                raise impossible(
+                    f"events: {event.kind} with nothing that walks", "a task that crawls"
+                )
+        if isinstance(self.task, Stand | Sway) and self.task.for_s is not None:
+            raise impossible("task.for_s: a task alone goes on to the end", "duration_s")
+        if isinstance(self.task, Crawl | Sway | Program | Chain):
             for event in self.events:
                 if isinstance(event, LiftFoot | SetRope):
                     raise impossible(
@@ -101,22 +113,30 @@ class Scenario(Checked):
         return self
 
     @property
+    def drilling(self) -> Drill | DrillHole | None:
+        """The task that drills, if any does."""
+        if isinstance(self.task, Chain):
+            return self.task.drilling
+        return self.task if isinstance(self.task, Drill | DrillHole) else None
+
+    @property
     def carried_kg(self) -> float:
         """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
         return self.robot.payload_kg + (
-            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
+            self.drilling.stored_kg if isinstance(self.drilling, DrillHole) else 0.0
         )
 
     @property
     def taken_kg(self) -> float:
         """What tasks and events take off the rod store, kg."""
         taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
-        if isinstance(self.task, Drill):
+        task = self.drilling
+        if isinstance(task, Drill):
             laps = 1
-            if self.task.repeat:
-                lap_s = sum(p.duration_s for p in self.task.phases)
-                laps = math.ceil(max(self.duration_s - self.task.start_s, 0.0) / lap_s)
-            taken += laps * sum(p.rod_kg for p in self.task.phases if isinstance(p, RodChange))
+            if task.repeat:
+                lap_s = sum(p.duration_s for p in task.phases)
+                laps = math.ceil(max(self.duration_s - task.start_s, 0.0) / lap_s)
+            taken += laps * sum(p.rod_kg for p in task.phases if isinstance(p, RodChange))
         return taken
 
 
@@ -145,10 +165,12 @@ def load_scenario(
         data["seed"] = seed
     if duration is not None:
         data["duration_s"] = duration
+    _chain(data, path)
     _find_file(data, path, "robot", "urdf")
     _find_file(data, path, "model", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
-    _find_class(data, path, "task", "file")
+    for task, place in _raw_tasks(data):
+        _find_class({place: task}, path, place, "file")
     _find_class(data, path, "control", "distribution")
     scenario = _on_its_slope(checked(Scenario, data, path))
     _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
@@ -160,6 +182,24 @@ def load_scenario(
     _check_store(scenario, truth, path)
     _check_posture(scenario.robot, truth, path)
     return scenario
+
+
+def _chain(data: dict[str, Any], path: Path) -> None:
+    """Spell `tasks: [...]` as the task that it stands for."""
+    if "tasks" not in data:
+        return
+    if "task" in data:
+        raise InputError("beside task", file=path, field="tasks", allowed="one of both")
+    data["task"] = {"kind": "chain", "tasks": data.pop("tasks")}
+
+
+def _raw_tasks(data: Any) -> list[tuple[Any, str]]:
+    """The task of a raw tree, or those of its chain, each with its place."""
+    task = data.get("task")
+    parts = task.get("tasks") if isinstance(task, dict) else None
+    if isinstance(parts, list):
+        return [(part, f"task.tasks.{k}") for k, part in enumerate(parts)]
+    return [(task, "task")]
 
 
 def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") -> None:

@@ -126,7 +126,7 @@ def assemble(
     site = _true_site(scenario, machines)
     ground = make_ground(site.terrain)
     hidden = hidden_of((*machines.drawn.undeclared, *scenario.undeclared))
-    drill = drilling_of(scenario.task, DrillLoads.zeros()[0], scenario.seed, machines.truth)
+    drill = drilling_of(scenario.drilling, DrillLoads.zeros()[0], scenario.seed, machines.truth)
     with bodies_of(hidden, machines.truth.urdf) as urdf:
         robot = Robot.of(machines.truth, carried, height, urdf)
         engine = Engine(
@@ -191,7 +191,7 @@ def _electronics(
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return {
-        "start_events": thrust_events(scenario.task, thrust),
+        "start_events": thrust_events(scenario.drilling, thrust),
         "thrust": thrust,
         "chain": _chain(scenario, believed, belief, start.surveyed_directions),
         "expectation": Expectation(expected, start.surveyed_directions),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.command import Command, SetPoints
+from testbed.control.gaits.chain import chain_in
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts
 from testbed.control.measured import Measured
 from testbed.errors import InputError, SimulationFault
@@ -108,6 +109,7 @@ class Simulation:
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
         self._hold = DrillHold()
+        self._chain = chain_in(self.machine.gait)
         m, b = self.machine, self.machine.board
         self._rope_was_whole = [bool(whole) for whole in b.ropes["whole"]]
         self._row["reference"] = m.start_joints
@@ -262,9 +264,7 @@ class Simulation:
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         m.drill.most_n = m.thrust.most_n
-        for news in self._hold.update(
-            m.drill, t, self._every_tick * self.dt, self._command.hold_drill
-        ):
+        for news in self._drill(t):
             self.events.append({"t": t, **news})
         m.limit_thrust()
         drill_known(m.drill, self._row[0])
@@ -281,6 +281,19 @@ class Simulation:
             m.footing.update(
                 m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt
             )
+
+    def _drill(self, t: float) -> list[dict[str, Any]]:
+        """Let the drill work, in a chain of tasks from its turn on; returns what has happened."""
+        m, dt = self.machine, self._every_tick * self.dt
+        chain = self._chain
+        if chain is None:
+            return self._hold.update(m.drill, t, dt, self._command.hold_drill)
+        if t < chain.drill_began_s:
+            return []
+        since = t - chain.drill_began_s
+        news = self._hold.update(m.drill, since, dt, self._command.hold_drill)
+        chain.drill_done = bool(m.drill.progress().get("done", True))
+        return news
 
     def _follow(self, command: Command, t: float) -> None:
         """Hand a command to the loops, the ropes and the rows: the one place where set points begin to move.

@@ -81,6 +81,27 @@ class CrawlGait:
         """Planned wrench margin of every group of swings, N."""
         return self._plan.margins_n
 
+    @property
+    def moved_m(self) -> Array:
+        """(3) how far the body has gone by its set points, path frame."""
+        return self._body.copy()
+
+    @property
+    def between(self) -> bool:
+        """Whether one motion is over and the next has not begun, with all feet meant to stand."""
+        swinging = self._queue and self._queue[0].doing in (Doing.SWING, Doing.SEARCH, Doing.SEAT)
+        return self._phase is None and not swinging
+
+    def end_walk(self) -> int:
+        """Make no more swings than are begun, then bring the body over its feet; returns how many are left."""
+        begun = sum(phase.doing is Doing.SEAT for phase in self._queue)
+        if self._phase is not None and self._phase.doing is Doing.SEAT:
+            begun += 1
+        left = max(self.task.steps - self.steps_done - begun, 0)
+        self.task = self.task.model_copy(update={"steps": self.task.steps - left})
+        self._plan.follow(self.task)
+        return left
+
     def progress(self, t: float) -> dict[str, Any]:
         """What of the walk is made."""
         del t

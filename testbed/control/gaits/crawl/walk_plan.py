@@ -56,6 +56,10 @@ class WalkPlan:
         self.margins_n: list[float] = []
         """Planned wrench margin of every group of swings, N."""
 
+    def follow(self, task: Crawl) -> None:
+        """Go on by a task that differs in its number of steps."""
+        self._task = task
+
     def rehearse(self) -> None:
         """Plan the first swings without making them: InputError where a stride is out of reach."""
         feet, body, steps_done = self._footholds.home.copy(), np.zeros(3), 0
