@@ -91,7 +91,9 @@ def _named(spelt: str, allowed: set[str]) -> type:
         kind: Any = loaded
         for word in name.split("."):
             kind = getattr(kind, word, None)
-        if not isinstance(kind, type) or _spelt(kind) != spelt or not _in_python(kind):
+        if not isinstance(kind, type) or _spelt(kind) != spelt:
+            continue
+        if not _in_python(kind) and not (issubclass(kind, tuple) and hasattr(kind, "_fields")):
             continue
         if module.startswith(OWN) or module in allowed:
             return kind

@@ -31,6 +31,16 @@ if TYPE_CHECKING:
 FORMAT = "roboclimber-state/1"
 UNTOLD = ("name", "description", "duration_s", "expect", "mutation")
 """Fields of a scenario that a state does not depend on."""
+BROKEN = (
+    OSError,
+    EOFError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    zipfile.BadZipFile,
+)
+"""What reading a damaged file raises."""
 constant = constants(
     Engine,
     Machine,
@@ -88,7 +98,7 @@ def read_state(path: str | Path) -> State:
             }
         parts = Taken(head["nodes"], arrays)
         return State(float(head["t_s"]), head["told"], head["scenario"], engine, parts)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
+    except BROKEN as error:
         raise InputError(
             f"is no saved state: {error}", file=file, allowed="a file that a state was written to"
         ) from error
