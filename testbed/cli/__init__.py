@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from testbed.cli.benchmarks import benchmarks
+from testbed.cli.machines import machines
 from testbed.cli.options import Json
 from testbed.cli.states import states
 from testbed.errors import naming
@@ -465,6 +466,7 @@ def play(
 
 app.add_typer(benchmarks)
 app.add_typer(states)
+app.add_typer(machines)
 
 
 def main() -> None:

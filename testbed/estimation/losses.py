@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.machine.names import GRAVITY_M_S2
-
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
@@ -23,16 +21,8 @@ LOSS_S = 0.020
 """Shorter gaps are none, s (E)."""
 DETECTION_WINDOW_S = 0.5
 """A loss is missed when the detector has not called it this long after it began (or by its end), s (E)."""
-ROBOCLIMBER_NOMINAL_N = 10_000.0
-"""Nominal load of a foot of the shipped machine, N: a quarter of its weight, rounded (B)."""
 LONGEST_STEP = 10.0
 """A sample stands for the time until the next one, at most for so many usual steps: no one knows more of a gap."""
-
-
-def nominal_load_n(total_mass_kg: float) -> float:
-    """Nominal load of a foot of a machine of this mass, N: a quarter of its weight, rounded to one figure."""
-    quarter = 0.25 * total_mass_kg * GRAVITY_M_S2
-    return float(f"{quarter:.0e}")
 
 
 def loss_force_n(nominal_load_n: float) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache, partial
@@ -101,8 +101,9 @@ def _named(spelt: str, allowed: set[str]) -> type:
 
 
 @lru_cache(maxsize=1000)
-def _in_python(kind: type) -> bool:
+def _in_python(kind: Hashable) -> bool:
     """Whether a class and all that it inherits from are written in Python: its objects are their attributes."""
+    assert isinstance(kind, type)
     return all(
         one is object
         or (

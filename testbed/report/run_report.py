@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed import __version__
-from testbed.estimation.losses import ROBOCLIMBER_NOMINAL_N, loss_force_n
+from testbed.estimation.losses import loss_force_n
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.report.animation import animation
 from testbed.report.console import summary_rows
 from testbed.report.page import render

@@ -219,6 +219,11 @@ class Model(Checked):
 class OwnMachine(Checked):
     """Which machine the world has."""
 
+    folder: str | None = Field(
+        default=None,
+        description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
+        "(climber_8t, quarter_model); null: ROBOCLIMBER",
+    )
     draw: Literal["workshop"] | None = Field(
         default=None,
         description="tolerances from which the world's machine is drawn; the model keeps the drawing-board machine; "

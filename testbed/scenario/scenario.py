@@ -13,9 +13,11 @@ from testbed.errors import InputError, naming
 from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
 from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
+from testbed.machine.folder import machine_folder
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.machine.ruled import check_effective, check_kind
+from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.machines import machines_of
@@ -166,6 +168,7 @@ def load_scenario(
     if duration is not None:
         data["duration_s"] = duration
     _chain(data, path)
+    _find_machine(data, path)
     _find_file(data, path, "robot", "urdf")
     _find_file(data, path, "model", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
@@ -179,6 +182,7 @@ def load_scenario(
     truth = machines_of(scenario, path).truth
     for number, value in scenario.hydraulics.parameters.items():
         check_kind(number, value, truth, path, "hydraulics.parameters")
+    _check_has(scenario, truth, path)
     _check_store(scenario, truth, path)
     _check_posture(scenario.robot, truth, path)
     return scenario
@@ -200,6 +204,22 @@ def _raw_tasks(data: Any) -> list[tuple[Any, str]]:
     if isinstance(parts, list):
         return [(part, f"task.tasks.{k}") for k, part in enumerate(parts)]
     return [(task, "task")]
+
+
+def _find_machine(data: Any, path: Path) -> None:
+    """Make the folder of a machine of the user's own absolute; two URDFs are refused."""
+    part = data.get("machine")
+    if not isinstance(part, dict) or not isinstance(part.get("folder"), str):
+        return
+    if (data.get("robot") or {}).get("urdf") is not None:
+        raise InputError(
+            "beside machine.folder, which has a URDF of its own",
+            file=path,
+            field="robot.urdf",
+            allowed="one of both",
+        )
+    with naming(path):
+        part["folder"] = str(machine_folder(part["folder"], path.parent))
 
 
 def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") -> None:
@@ -287,6 +307,24 @@ def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
                 value=angle_deg,
                 allowed=f"{lower_deg:g} to {upper_deg:g} deg",
             )
+
+
+def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse ropes, a drill or a load where the machine has nothing to hold them."""
+    lacks = lacking(machine.urdf)
+    wanted = (
+        (
+            "traction_left",
+            scenario.ropes.enabled,
+            "ropes.enabled",
+            "false: the machine has no ropes",
+        ),
+        ("drill_mast", scenario.drilling is not None, "task", "one that does not drill"),
+        ("rod_store", scenario.carried_kg > 0.0, "robot.payload_kg", "0: it has no rod store"),
+    )
+    for link, asked, field, allowed in wanted:
+        if asked and link in lacks:
+            raise InputError(f"the machine has no {link}", file=file, field=field, allowed=allowed)
 
 
 def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:

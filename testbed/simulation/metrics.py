@@ -17,13 +17,13 @@ from testbed.estimation.losses import (
     DETECTION_WINDOW_S,
     LOSS_S,
     LOSS_SHARE,
-    ROBOCLIMBER_NOMINAL_N,
     carrying_from_load,
     intervals,
     loss_force_n,
     score_contact,
 )
 from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.simulation.residuals import residual_summary
 
 Array = npt.NDArray[np.float64]

@@ -20,7 +20,7 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "progress": ("", "`done`, and what of the task is made and wanted"),
     "undeclared": ("", "effects that the world had and the model lacked"),
     "machine": ("", "which machine the world had"),
-    "nominal_load_n": ("N", "a quarter of the machine's weight, rounded to one figure"),
+    "nominal_load_n": ("N", "10 kN for four tonnes, by the machine's mass to two figures"),
     "force_rms_n": (
         "N",
         "by method: RMS of estimated less true foot load, all feet, the whole run",

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from testbed.estimation.losses import nominal_load_n
 from testbed.formats.files import plain
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics
@@ -43,8 +42,7 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
     data, truth = same_rows(data, truth)
     figures: dict[str, Any] = {}
     if len(truth["t"]) > 1:
-        mass_kg = simulation.machine.kinematics.total_mass_kg - scenario.carried_kg
-        nominal_n = nominal_load_n(mass_kg)
+        nominal_n = simulation.machines.truth.scale.nominal_load_n
         figures = run_metrics(data, truth, scenario.terrain.slope_deg, nominal_n)
         figures |= stability_summary(scenario, simulation.machines.truth, data, truth)
     unloaded_s = figures.get("longest_unloaded_s", {})

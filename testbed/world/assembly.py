@@ -153,7 +153,7 @@ def assemble(
     except BaseException:
         engine.close()
         raise
-    raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
+    raised = float(np.mean(scenario.robot.vertical_m)) > 0.05 * machines.truth.scale.length
     return Assembled(
         boards=boards,
         engine=engine,
@@ -162,7 +162,12 @@ def assemble(
         drill=drill,
         noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
-        judge=Judge(start.rotation, robot.model.total_mass_kg * GRAVITY_M_S2, raised),
+        judge=Judge(
+            start.rotation,
+            robot.model.total_mass_kg * GRAVITY_M_S2,
+            raised,
+            machines.truth.scale,
+        ),
         kinematics=robot.model,
         hidden=hidden,
         belief=belief,

@@ -101,12 +101,10 @@ class Engine:
         self.joints: list[int] = [by_name[name] for name in AXES]
         self._limits = [(info[joint][8], info[joint][9]) for joint in self.joints]
         links = {row[12].decode(): row[0] for row in info}
-        if "rod_store" not in links:
-            raise InputError("lacks a link", file=urdf, field="rod_store")
         self.foot_links: dict[int, int] = {
             by_name[f"{leg}_vertical"]: k for k, leg in enumerate(LEGS)
         }
-        self._store = links["rod_store"]
+        self._store = links.get("rod_store", -1)
         dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
         self.base_inertial_m = np.array(dyn[3])
         self.base_turn = np.array(dyn[4])

@@ -73,7 +73,7 @@ class State:
             "nodes": self.parts.nodes,
             "arrays": len(self.parts.arrays),
         }
-        arrays = {f"array_{k}": array for k, array in enumerate(self.parts.arrays)}
+        arrays: dict[str, Any] = {f"array_{k}": array for k, array in enumerate(self.parts.arrays)}
         arrays |= {f"engine_{name}": array for name, array in self.engine.items()}
         with whole(file) as hidden, hidden.open("wb") as stream:
             np.savez_compressed(stream, head=np.array(json.dumps(head)), **arrays)

@@ -26,6 +26,7 @@ from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.folder import is_shipped_urdf
 from testbed.machine.names import AXES, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
@@ -486,11 +487,11 @@ class Simulation:
     def surveyed(self) -> dict[str, Any]:
         """What people measured of the place and the load before the run: rope directions, rods carried, the believed URDF."""
         directions = self.machine.expectation.rope_directions_in_world
-        believed_urdf = self.scenario.model.urdf or self.scenario.robot.urdf
+        believed_urdf = self.machines.belief.urdf
         return {
             "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
             "payload_kg": self.scenario.carried_kg,
-            "urdf": believed_urdf,
+            "urdf": None if is_shipped_urdf(believed_urdf) else str(believed_urdf),
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.losses import loss_force_n, nominal_load_n
-from testbed.machine.names import GRAVITY_M_S2
+from testbed.estimation.losses import loss_force_n
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 Array = NDArray[np.float64]
 
@@ -30,10 +30,13 @@ LOOK_TICKS = 10
 class Judge:
     """Watches the truth at a slow rate and ends the run when the machine is lost."""
 
-    def __init__(self, rotation_start: Array, weight_n: float, raised: bool) -> None:
+    def __init__(
+        self, rotation_start: Array, weight_n: float, raised: bool, scale: Scale = ROBOCLIMBER
+    ) -> None:
         self._start = rotation_start.copy()
         self.weight_n = weight_n
-        self.bears_n = loss_force_n(nominal_load_n(weight_n / GRAVITY_M_S2))
+        self._scale = scale
+        self.bears_n = loss_force_n(scale.nominal_load_n)
         """Normal load above which a foot stands."""
         self._raised = raised
         self._anchor: list[list[float] | None] = [None] * 4
@@ -69,11 +72,11 @@ class Judge:
         aloft = self._aloft_m(feet.mean(axis=0), bool(loaded.any()))
         if (
             tilt > TILT_FALL_RAD
-            or aloft > ALOFT_M
+            or aloft > ALOFT_M * self._scale.length
             or (self._raised and belly_n > BELLY_SHARE * self.weight_n)
         ):
             self.verdict = "fell"
-        elif slip > SLIDE_M:
+        elif slip > SLIDE_M * self._scale.length:
             self.verdict = "slid"
         else:
             return None

@@ -10,8 +10,8 @@ import pytest
 
 import testbed
 from testbed.errors import SimulationFault
-from testbed.estimation.losses import nominal_load_n
 from testbed.machine.names import LEGS
+from testbed.machine.scale import Scale
 from testbed.report.console import run_status
 from testbed.simulation import metrics
 from testbed.simulation.summary_fields import FIELDS, table, undocumented
@@ -62,11 +62,11 @@ def test_a_fault_is_said_before_any_verdict() -> None:
     assert ending.verdict("rope broke", {}) == "fault: 72 GN"
 
 
-@pytest.mark.parametrize(("mass_kg", "load_n"), [(4000.0, 1e4), (8000.0, 2e4), (62.5, 200.0)])
-def test_the_nominal_load_is_a_quarter_of_the_weight_to_one_figure(
-    mass_kg: float, load_n: float
-) -> None:
-    assert nominal_load_n(mass_kg) == load_n
+@pytest.mark.parametrize(
+    ("mass_kg", "load_n"), [(4000.0, 1e4), (4120.0, 1e4), (8000.0, 2e4), (49.2, 120.0)]
+)
+def test_the_nominal_load_goes_with_the_mass_to_two_figures(mass_kg: float, load_n: float) -> None:
+    assert Scale.of(mass_kg).nominal_load_n == pytest.approx(load_n)
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,11 @@ from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.levelling import Levelling
 from testbed.control.gaits.crawl.pace import Pace, progress
 from testbed.control.gaits.crawl.phases import IN_THE_AIR, Doing, Phase
+from testbed.control.gaits.crawl.reach import explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.walk_plan import WalkPlan
 from testbed.control.measured import Measured
+from testbed.errors import InputError
 from testbed.machine.names import LEGS
 from testbed.robot.model import attitude_gravity
 from testbed.scenario.tasks import Crawl
@@ -41,10 +43,8 @@ LAST_SEAT = 4.0
 """The last time a foot is seated for up to so many times the usual (E)."""
 EARLY_TOUCH_SHARE = 0.6
 """From this share of a swing on the foot may meet ground; before, its load in the air is learnt (E)."""
-SUPPLY_LOW_PA = 5.5e6
-"""The body stands still below this supply pressure (E)."""
-SUPPLY_FULL_PA = 7.0e6
-"""The body moves at full speed above this supply pressure (E)."""
+SUPPLY_LOW, SUPPLY_FULL = 5.5 / 9.0, 7.0 / 9.0
+"""Shares of the declared supply pressure below which the body stands still, and above which it moves at full speed (E)."""
 
 
 class CrawlGait:
@@ -59,17 +59,29 @@ class CrawlGait:
         self._feet = footholds.home.copy()
         self._body = np.zeros(3)
         total = float(start.load_n.sum())
-        offset = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
+        offset = np.zeros(3)
+        offset[:2] = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
         self._lightness = min(total / footholds.weight_n, 1.0)
-        self._ground = GroundSearch(total, self._lightness, task.ground_steps_m)
-        self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, np.array([*offset, 0.0]))
+        machine = start.robot.machine
+        self._scale = machine.scale
+        self._supply = machine.power_unit.supply_pressure_pa
+        self._ground = GroundSearch(total, self._lightness, task.ground_steps_m, self._scale)
+        self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, offset)
         self._levelling: Levelling | None = None
         self._queue: list[Phase] = []
         self._phase: Phase | None = None
         self._clock = 0.0
         self.steps_done = 0
         self.done = self._returning = False
-        self._plan.rehearse()
+        try:
+            self._plan.rehearse()
+        except InputError as error:
+
+            def rehearse(other: Crawl, aside: float) -> None:
+                pulls, off = ropes.turned(aside), offset * np.array([1.0, aside, 1.0])
+                WalkPlan(other, footholds, pace, pulls, self._ground, off).rehearse()
+
+            raise explained(error, task, start, rehearse) from error
 
     @property
     def way_m(self) -> float:
@@ -127,7 +139,7 @@ class CrawlGait:
         if self._levelling is None:
             roll, pitch, _ = measured.attitude
             self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
-            self._levelling = Levelling(measured.attitude, self._lightness)
+            self._levelling = Levelling(measured.attitude, self._lightness, self._scale)
             self._levelling.stand_on(self._feet)
         return self._levelling
 
@@ -162,14 +174,15 @@ class CrawlGait:
 
     def _readiness(self, measured: Measured) -> float:
         """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
-        supply = (measured.supply_pressure - SUPPLY_LOW_PA) / (SUPPLY_FULL_PA - SUPPLY_LOW_PA)
+        low, full = SUPPLY_LOW * self._supply, SUPPLY_FULL * self._supply
+        supply = (measured.supply_pressure - low) / (full - low)
         return min(self._ropes.readiness(self._body, measured.rope_tension), max(supply, 0.0))
 
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
         """Move the phase's foot by dt s; whether the phase has done what it is there for."""
         load_n = float(measured.load[phase.leg])
         if phase.doing is Doing.UNLOAD:
-            self._feet[phase.leg, 2] += UNLOAD_M_S * dt
+            self._feet[phase.leg, 2] += self._scale.speed * UNLOAD_M_S * dt
             return share >= 1.0 or load_n < UNLOADED_SHARE * self._ground.touch_n
         if phase.doing is Doing.SWING:
             return self._swing(phase, share, dt, measured)
