@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -29,7 +30,14 @@ _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1 mm in one)."""
 with quiet():
-    import pybullet as p
+    try:
+        import pybullet as p
+    except ImportError as error:
+        raise InputError(
+            f"the physics engine PyBullet is not installed for Python {sys.version_info[0]}.{sys.version_info[1]}; its "
+            "wheels stop at 3.11, and nothing that simulates works without it",
+            allowed="Python 3.11 for what simulates; recordings, estimates, diagnosis and pages work on later ones",
+        ) from error
 
 
 class Engine:
