@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import sys
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any
@@ -100,10 +100,17 @@ def _named(spelt: str, allowed: set[str]) -> type:
     raise ValueError(f"{spelt} is no class of this run")
 
 
-@lru_cache(maxsize=1000)
-def _in_python(kind: Hashable) -> bool:
+_KNOWN: dict[type, bool] = {}
+
+
+def _in_python(kind: type) -> bool:
     """Whether a class and all that it inherits from are written in Python: its objects are their attributes."""
-    assert isinstance(kind, type)
+    if kind not in _KNOWN:
+        _KNOWN[kind] = _looked_up(kind)
+    return _KNOWN[kind]
+
+
+def _looked_up(kind: type) -> bool:
     return all(
         one is object
         or (

@@ -111,7 +111,9 @@ def _scaled(base: Mapping[str, Quantity], length: float) -> Iterator[tuple[str, 
     for name, quantity in base.items():
         factor = length ** exponent(quantity.unit)
         if factor == 1.0 or name.startswith(OF_THE_MATERIAL):
-            yield name, quantity
+            same = f"as ROBOCLIMBER: {quantity.source}"
+            mark = "D" if quantity.mark == "D" else "E"
+            yield name, replace(quantity, mark=mark, source=same)
             continue
         values = quantity.value
         value = tuple(factor * v for v in values) if isinstance(values, tuple) else factor * values

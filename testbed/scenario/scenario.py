@@ -44,6 +44,7 @@ from testbed.scenario.tasks import (
     LiftFoot,
     Payload,
     Program,
+    Raise,
     RodChange,
     SetRope,
     Stand,
@@ -185,6 +186,7 @@ def load_scenario(
     _check_has(scenario, truth, path)
     _check_store(scenario, truth, path)
     _check_posture(scenario.robot, truth, path)
+    _check_raise(scenario, truth, path)
     return scenario
 
 
@@ -306,6 +308,22 @@ def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
                 field="robot.rotation_deg",
                 value=angle_deg,
                 allowed=f"{lower_deg:g} to {upper_deg:g} deg",
+            )
+
+
+def _check_raise(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse to raise the body further than the vertical cylinders go."""
+    task = scenario.task
+    tasks = task.tasks if isinstance(task, Chain) else (task,)
+    stroke_m = min(machine.axes[f"{leg}_vertical"].stroke_m for leg in LEGS)
+    for part in tasks:
+        if isinstance(part, Raise) and part.to_m > stroke_m:
+            raise InputError(
+                "is beyond the vertical cylinders' stroke",
+                file=file,
+                field="task.to_m",
+                value=part.to_m,
+                allowed=f"at most {stroke_m:g} m",
             )
 
 

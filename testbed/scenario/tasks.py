@@ -31,9 +31,12 @@ class Raise(Checked):
     kind: Literal["raise"]
     start_s: float = Field(default=2.0, ge=0, description="time of the first step [s]")
     to_m: float = Field(
-        default=0.35, gt=0, le=0.5, description="extension of the vertical joints at the end [m]"
+        default=0.35,
+        gt=0,
+        le=10,
+        description="extension of the vertical joints at the end, at most their stroke [m]",
     )
-    step_m: float = Field(default=0.05, gt=0, le=0.5, description="height of one step [m]")
+    step_m: float = Field(default=0.05, gt=0, le=10, description="height of one step [m]")
     every_s: float = Field(default=5.0, gt=0, description="time between steps [s]")
     speed_m_s: float = Field(
         default=0.02, gt=0, le=0.5, description="speed of the set point within a step [m/s]"
@@ -185,7 +188,7 @@ class Crawl(Checked):
     step_length_m: float = Field(
         default=0.1,
         gt=0,
-        le=0.6,
+        le=5,
         description="way of the body in a cycle of four swings: how far a foot moves [m]",
     )
     heading_deg: float = Field(
@@ -195,7 +198,7 @@ class Crawl(Checked):
         description="direction of travel, from straight up the slope to the left [deg]",
     )
     swing_height_m: float = Field(
-        default=0.08, gt=0, le=0.4, description="how high a foot is lifted [m]"
+        default=0.08, gt=0, le=4, description="how high a foot is lifted [m]"
     )
     ground_steps_m: float = Field(
         default=0.0,

@@ -41,6 +41,12 @@ class Key:
     lift_m: tuple[float, float, float, float]
     stance: tuple[bool, bool, bool, bool]
 
+    def longer(self, factor: float) -> Key:
+        """The same with ways that are longer by a factor."""
+        x, y, z = (factor * v for v in self.body_m)
+        fl, fr, rl, rr = (factor * v for v in self.lift_m)
+        return replace(self, body_m=(x, y, z), lift_m=(fl, fr, rl, rr))
+
 
 class CommissionGait:
     """See the module's docstring. A Gait."""
@@ -74,14 +80,7 @@ def program(task: Commission, scale: Scale = ROBOCLIMBER) -> list[Key]:
     keys = _program(task)
     if scale.length == 1.0:
         return keys
-    return [
-        replace(
-            key,
-            body_m=tuple(scale.length * v for v in key.body_m),
-            lift_m=tuple(scale.length * v for v in key.lift_m),
-        )
-        for key in keys
-    ]
+    return [key.longer(scale.length) for key in keys]
 
 
 def _program(task: Commission) -> list[Key]:
