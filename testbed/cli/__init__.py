@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from testbed.cli.benchmarks import benchmarks
+from testbed.cli.export import exports
 from testbed.cli.machines import machines
 from testbed.cli.options import Json
 from testbed.cli.states import states
@@ -495,6 +496,7 @@ def play(
 
 app.add_typer(benchmarks)
 app.add_typer(states)
+app.add_typer(exports)
 app.add_typer(machines)
 
 

@@ -35,7 +35,7 @@ def explained(
     if abs(azimuth_deg) > 1.0:
         widest = largest(lambda share: rehearse(task, share))
         if widest > 0.0:
-            fits.append(f"ropes up to {abs(widest * azimuth_deg):.0f} deg aside")
+            fits.append(f"ropes up to about {abs(widest * azimuth_deg):.0f} deg aside")
     what = " or ".join(fits) or "no stride fits from here"
     return InputError(
         f"{asked}: {error.problem}",

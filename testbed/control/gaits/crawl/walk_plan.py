@@ -146,7 +146,7 @@ class WalkPlan:
         aside = 1e3 * float(np.hypot(*self._offset[:2]))
         raise InputError(
             f"the ropes draw the load {aside:.0f} mm off the middle of the feet, further than the body can shift, and "
-            f"three feet would lack {-least:.0f} N of holding it",
+            "three feet would not hold it",
             field="ropes.azimuth_deg",
             allowed="ropes nearer to straight up, or legs nearer to the middle of their ranges",
         )
