@@ -91,7 +91,7 @@ def _write_mcap(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> No
         frames = _frames(run, rows)
         for row, transforms in zip(rows.tolist(), frames, strict=True):
             time_ns = round(float(run.time_s[row]) * 1e9)
-            told = {topic: _row(found, row) for topic, found in series.items()}
+            told: dict[str, Any] = {t: _row(found, row) for t, found in series.items()}
             told["/tf"] = {"transforms": transforms}
             for topic, message in told.items():
                 data = json.dumps(message).encode()
