@@ -100,7 +100,7 @@ def read_state(path: str | Path) -> State:
         return State(float(head["t_s"]), head["told"], head["scenario"], engine, parts)
     except BROKEN as error:
         raise InputError(
-            f"is no saved state: {error}", file=file, allowed="a file that a state was written to"
+            "is no saved state, or a damaged one", file=file, allowed="a file of `testbed save`"
         ) from error
 
 
