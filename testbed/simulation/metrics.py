@@ -162,16 +162,22 @@ def wrong_leg_seconds(
     }
 
 
-def longest_unloaded_s(
+def unloaded(
     data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
-) -> dict[str, float]:
-    """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n` [s]."""
-    time_s, found = truth["t"], {}
+) -> tuple[dict[str, float], dict[str, float]]:
+    """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n` [s], and the share
+    of all the time in which it was meant to carry [1].
+    """
+    time_s = truth["t"]
+    longest_s: dict[str, float] = {}
+    share: dict[str, float] = {}
     for leg in LEGS:
         meant = data.get(f"carrying_{leg}", np.ones(len(time_s))) > 0.5
-        spans = intervals(meant & (truth[f"contact_normal_{leg}"] < loss_n), time_s, LOSS_S)
-        found[leg] = max((float(time_s[b - 1] - time_s[a]) for a, b in spans), default=0.0)
-    return found
+        hangs = meant & (truth[f"contact_normal_{leg}"] < loss_n)
+        spans = intervals(hangs, time_s, LOSS_S)
+        longest_s[leg] = max((float(time_s[b - 1] - time_s[a]) for a, b in spans), default=0.0)
+        share[leg] = float(hangs.sum() / max(meant.sum(), 1))
+    return longest_s, share
 
 
 def detector_summary(losses: list[Loss], alarms: int, hours: float) -> dict[str, Any]:
@@ -274,6 +280,7 @@ def run_metrics(
     losses = contact_losses(data, truth, loss_n)
     hours = float(truth["t"][-1] - truth["t"][0]) / 3600.0
     margin = stability_margin(truth, loss_n)
+    longest_unloaded_s, unloaded_share = unloaded(data, truth, loss_n)
     detector = detector_summary(losses, false_alarms(data, truth, loss_n), hours)
     return {
         "nominal_load_n": nominal_n,
@@ -284,7 +291,8 @@ def run_metrics(
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
         "detector": detector | wrong_leg_seconds(data, truth, loss_n),
-        "longest_unloaded_s": longest_unloaded_s(data, truth, loss_n),
+        "longest_unloaded_s": longest_unloaded_s,
+        "unloaded_share": unloaded_share,
         "lowest_stability_margin": float(margin.min()),
         "tilt_max_deg": float(tilt_deg(truth, slope_deg).max()),
         "climbed_m": climbed_m(truth, slope_deg),

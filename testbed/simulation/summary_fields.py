@@ -46,6 +46,7 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "detector.missed_s": ("s", "leg-seconds in the air that it called loaded"),
     "detector.false_flight_s": ("s", "leg-seconds under load that it called lost"),
     "longest_unloaded_s": ("s", "by foot: longest time meant to carry without bearing"),
+    "unloaded_share": ("1", "by foot: share of the time meant to carry in which it did not bear"),
     "lowest_stability_margin": (
         "1",
         "least share of the load off the edge about which it would tip",

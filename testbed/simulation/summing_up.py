@@ -12,8 +12,9 @@ from testbed.simulation.metrics import run_metrics
 from testbed.simulation.runs import Columns, same_rows
 from testbed.simulation.stability import stability_summary
 
-UNLOADED_S = 5.0
-"""A machine has not stood where a foot that was meant to carry bore nothing for so long in a row (E)."""
+UNLOADED_S, UNLOADED_SHARE, UNLOADED_ANYHOW_S = 5.0, 0.5, 10.0
+"""A machine has not stood where a foot that was meant to carry bore nothing for so long in a row and for this share of
+its time, or for the longer time in a row anyhow (E)."""
 SUMMARY_FORMAT = "roboclimber-summary/1"
 
 
@@ -27,13 +28,23 @@ class Ending:
     fault: BaseException | None = None
     """What broke down, if anything did."""
 
-    def verdict(self, of_world: str, longest_unloaded_s: Mapping[str, float]) -> str:
+    def verdict(self, of_world: str, figures: Mapping[str, Any]) -> str:
         """The verdict in words (docs/verdicts.md): the world's, but for feet that hung in the air, or what broke down."""
         if self.fault is not None:
             return f"fault: {self.fault or type(self.fault).__name__}"
-        if of_world == "stood" and max(longest_unloaded_s.values(), default=0.0) > UNLOADED_S:
+        if of_world == "stood" and _hung(figures):
             return "lost footing"
         return of_world
+
+
+def _hung(figures: Mapping[str, Any]) -> bool:
+    """Whether a foot that was meant to carry bore nothing for too long."""
+    longest_s = figures.get("longest_unloaded_s") or {}
+    return any(
+        seconds > UNLOADED_ANYHOW_S
+        or (seconds > UNLOADED_S and figures["unloaded_share"][leg] > UNLOADED_SHARE)
+        for leg, seconds in longest_s.items()
+    )
 
 
 def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
@@ -45,13 +56,12 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         nominal_n = simulation.machines.truth.scale.nominal_load_n
         figures = run_metrics(data, truth, scenario.terrain.slope_deg, nominal_n)
         figures |= stability_summary(scenario, simulation.machines.truth, data, truth)
-    unloaded_s = figures.get("longest_unloaded_s", {})
     summary: dict[str, Any] = {
         "format": SUMMARY_FORMAT,
         "scenario": scenario.name,
         "description": scenario.description,
         "seed": scenario.seed,
-        "verdict": ending.verdict(str(simulation.verdict), unloaded_s),
+        "verdict": ending.verdict(str(simulation.verdict), figures),
         "interrupted": ending.interrupted,
         "planned_s": scenario.duration_s,
         "simulated_s": float(truth["t"][-1]) if len(truth["t"]) else 0.0,

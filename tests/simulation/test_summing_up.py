@@ -15,7 +15,7 @@ from testbed.machine.scale import Scale
 from testbed.report.console import run_status
 from testbed.simulation import metrics
 from testbed.simulation.summary_fields import FIELDS, table, undocumented
-from testbed.simulation.summing_up import UNLOADED_S, Ending
+from testbed.simulation.summing_up import Ending
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -41,11 +41,21 @@ def _columns(lost_s: float, carrying: float = 1.0) -> tuple[dict[str, Any], dict
 def test_a_foot_that_hangs_for_long_is_not_stood_on(
     lost_s: float, carrying: float, verdict: str
 ) -> None:
-    unloaded_s = metrics.longest_unloaded_s(*_columns(lost_s, carrying))
-    assert unloaded_s["fl"] == 0.0
-    assert Ending(0.0).verdict("stood", unloaded_s) == verdict
-    assert Ending(0.0).verdict("slid", unloaded_s) == "slid"
-    assert UNLOADED_S == 5.0
+    data, truth = _columns(lost_s, carrying)
+    longest_s, share = metrics.unloaded(data, truth)
+    assert longest_s["fl"] == share["fl"] == 0.0
+    figures = {"longest_unloaded_s": longest_s, "unloaded_share": share}
+    assert Ending(0.0).verdict("stood", figures) == verdict
+    assert Ending(0.0).verdict("slid", figures) == "slid"
+
+
+@pytest.mark.parametrize(
+    ("longest_s", "share", "verdict"),
+    [(6.0, 0.4, "stood"), (6.0, 0.6, "lost footing"), (11.0, 0.1, "lost footing")],
+)
+def test_a_walk_may_hang_for_a_while(longest_s: float, share: float, verdict: str) -> None:
+    figures = {"longest_unloaded_s": {"fl": longest_s}, "unloaded_share": {"fl": share}}
+    assert Ending(0.0).verdict("stood", figures) == verdict
 
 
 def test_wrong_leg_seconds_are_counted_though_no_word_ever_changed() -> None:
