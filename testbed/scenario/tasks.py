@@ -12,6 +12,11 @@ from testbed.formats.checked import Checked, NameOrClass, Pair, Sequence, Triple
 from testbed.machine.names import AXES
 from testbed.scenario.drilling import DrillHole
 
+WIDEST_SWAY_M, FASTEST_SWAY_S = 0.2, 2.0
+"""Amplitude that the legs reach, and time for once to and fro that the cylinders keep up with."""
+
+NEAREST_M = 0.01
+"""Two waypoints that are nearer to each other are the same place."""
 Leg = Literal["fl", "fr", "rl", "rr"]
 Side = Literal["left", "right"]
 
@@ -66,15 +71,15 @@ class Sway(Checked):
     @field_validator("amplitude_m")
     @classmethod
     def _small(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if any(not 0 <= v <= 0.2 for v in value):
-            raise impossible("reaches beyond the legs", "0 to 0.2 m")
+        if any(not 0 <= v <= WIDEST_SWAY_M for v in value):
+            raise impossible("reaches beyond the legs", f"0 to {WIDEST_SWAY_M:g} m")
         return value
 
     @field_validator("period_s")
     @classmethod
     def _slow(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if any(v < 2.0 for v in value):
-            raise impossible("is faster than the cylinders", "at least 2 s")
+        if any(v < FASTEST_SWAY_S for v in value):
+            raise impossible("is faster than the cylinders", f"at least {FASTEST_SWAY_S:g} s")
         return value
 
 
@@ -232,7 +237,7 @@ class Crawl(Checked):
             if getattr(self, name) != Crawl.model_fields[name].default:
                 raise impossible(f"{name} beside waypoints_m, which rule it", "one of both")
         places = ((0.0, 0.0), *self.waypoints_m)
-        if any(math.dist(a, b) < 0.01 for a, b in pairwise(places)):
+        if any(math.dist(a, b) < NEAREST_M for a, b in pairwise(places)):
             raise impossible("waypoints_m: two of them are the same place", "at least 0.01 m apart")
         return self
 

@@ -22,6 +22,7 @@ from testbed.estimation.losses import (
     loss_force_n,
     score_contact,
 )
+from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.simulation.residuals import residual_summary
@@ -109,14 +110,14 @@ def contact_losses(data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N) 
 def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
     """Whether the control did not want this foot to carry, at any time from just before the loss to its end."""
     carry = data.get(f"carrying_{leg}")
-    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < 0.5))
+    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
 
 
 def _delay(word: Array, time_s: Array, a: int, b: int) -> float | None:
     end = int(
         np.searchsorted(time_s, min(time_s[a] + DETECTION_WINDOW_S, time_s[b - 1]), side="right")
     )
-    spoken = np.flatnonzero(word[a:end] < 0.5)
+    spoken = np.flatnonzero(word[a:end] < SET)
     return float(time_s[a + spoken[0]] - time_s[a]) if spoken.size else None
 
 
@@ -133,7 +134,7 @@ def false_alarms(data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N) ->
             continue
         loaded = truth[f"contact_normal_{leg}"] >= loss_n
         count += sum(
-            a > 0 and bool(np.all(loaded[a:b])) for a, b in intervals(word < 0.5, truth["t"])
+            a > 0 and bool(np.all(loaded[a:b])) for a, b in intervals(word < SET, truth["t"])
         )
     return count
 
@@ -172,7 +173,7 @@ def unloaded(
     longest_s: dict[str, float] = {}
     share: dict[str, float] = {}
     for leg in LEGS:
-        meant = data.get(f"carrying_{leg}", np.ones(len(time_s))) > 0.5
+        meant = data.get(f"carrying_{leg}", np.ones(len(time_s))).astype(bool)
         hangs = meant & (truth[f"contact_normal_{leg}"] < loss_n)
         spans = intervals(hangs, time_s, LOSS_S)
         longest_s[leg] = max((float(time_s[b - 1] - time_s[a]) for a, b in spans), default=0.0)
