@@ -190,7 +190,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "machine/provenance.py",
         "machine/build.py",
         "machine/folder.py",
-        "machine/inferred.py",
+        "machine/sets.py",
     }
 
 

@@ -1,4 +1,4 @@
-"""The one place where a machine is built: the numbers of roboclimber.yaml, then what its URDF says, then changes.
+"""The one place where a machine is built: the numbers of a set, then what its URDF says, then changes.
 
 Everything else gets its machine handed in. `testbed.scenario.machines` builds the two of a scenario, the world's and
 the model's; recordings, benchmarks and the command line build theirs here.
@@ -15,6 +15,7 @@ from testbed import resources
 from testbed.machine.folder import bodies_of_folder, drawing_board
 from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
+from testbed.machine.sets import DEFAULT, SetName, machine_set
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
 ALIKE = 1e-9
@@ -30,13 +31,14 @@ def build_machine(
     folder: str | Path | None = None,
     file: str | Path = SHIPPED,
     section: str = "",
+    of_set: SetName = DEFAULT,
 ) -> Machine:
-    """The drawing-board machine, that of a folder or that of another URDF, with some numbers changed by path.
+    """The drawing-board machine of a set, that of a folder or that of another URDF, with some numbers changed by path.
 
     Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be
     followed.
     """
-    machine = _shipped() if folder is None else _of_folder(Path(folder))
+    machine = _shipped(of_set) if folder is None else _of_folder(Path(folder))
     if urdf is not None:
         machine = following(machine, Path(urdf))
     return machine.replaced(changes or {}, file, section)
@@ -70,7 +72,7 @@ def _of_folder(folder: Path) -> Machine:
     return following(drawing_board(folder), bodies_of_folder(folder))
 
 
-@lru_cache(maxsize=1)
-def _shipped() -> Machine:
+@lru_cache(maxsize=4)
+def _shipped(of_set: SetName) -> Machine:
     quantities = read_quantities(Path(__file__).with_name(SHIPPED))
-    return Machine.of(quantities, resources.urdf())
+    return Machine.of(quantities | machine_set(of_set), resources.urdf())

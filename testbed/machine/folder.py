@@ -4,6 +4,7 @@
     name: my climber
     description: what it is
     length_scale: 0.5          # numbers that are not given are ROBOCLIMBER's, scaled by Froude's law; 1: as they are
+    set: original              # of which of its sets: a constant supply, no holding valves (inferred: the paper's circuit)
     without: [drill]           # what the drawn URDF leaves out: drill, ropes
     numbers:                   # groups and names of roboclimber.yaml, each with unit, mark and source
       oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
@@ -27,6 +28,7 @@ from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
 from testbed.machine.provenance import Quantity, quantities_of, read_quantities
 from testbed.machine.scale import exponent
+from testbed.machine.sets import DEFAULT, SetName, machine_set
 
 NUMBERS, BODIES = "machine.yaml", "robot.urdf"
 OF_THE_MATERIAL = ("oil.bulk_modulus_pa", "rock.")
@@ -41,6 +43,10 @@ class Head(Checked):
     description: str = Field(default="", description="what it is, one or two sentences")
     length_scale: float = Field(
         default=1.0, gt=0.01, le=10.0, description="its size beside ROBOCLIMBER's"
+    )
+    set: SetName = Field(
+        default=DEFAULT,
+        description="which of ROBOCLIMBER's sets gives the numbers that are not here",
     )
     without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = Field(
         default=(), description="what the drawn URDF leaves out"
@@ -78,7 +84,7 @@ def drawing_board(folder: Path) -> Machine:
     Raises InputError naming the number that cannot be.
     """
     head, path = read_head(folder), folder / NUMBERS
-    base = read_quantities(Path(__file__).with_name(SHIPPED))
+    base = read_quantities(Path(__file__).with_name(SHIPPED)) | machine_set(head.set)
     quantities = dict(_scaled(base, head.length_scale))
     machine = Machine.of(quantities, folder / BODIES, path)
     for name, quantity in quantities_of(head.numbers, path).items():

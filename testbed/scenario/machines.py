@@ -30,8 +30,14 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
     world: dict[str, Any] = dict(hydraulics.parameters)
     if hydraulics.supply_pressure_pa is not None:
         world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
+    chosen = scenario.machine.set
     drawing = build_machine(
-        world, urdf=urdf, folder=folder, file=file, section="hydraulics.parameters"
+        world,
+        urdf=urdf,
+        folder=folder,
+        file=file,
+        section="hydraulics.parameters",
+        of_set=chosen,
     )
     drawn = draw_machine(scenario.machine.draw, scenario.machine.seed, drawing)
     truth = drawing.replaced(drawn.changes, source="drawn from tolerances")
@@ -41,5 +47,6 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
         folder=folder,
         file=file,
         section="model.parameters",
+        of_set=chosen,
     )
     return Machines(truth, belief, drawn)

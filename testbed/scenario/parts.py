@@ -18,6 +18,7 @@ from testbed.formats.checked import (
     impossible,
 )
 from testbed.machine.names import AXES, LEGS
+from testbed.machine.sets import DEFAULT, SetName
 from testbed.scenario.hydraulic_parts import HydraulicPart
 from testbed.scenario.terrain import Terrain
 
@@ -217,12 +218,17 @@ class Model(Checked):
 
 
 class OwnMachine(Checked):
-    """Which machine the world has."""
+    """Which machine world and model have, and by what the world's differs from its drawing."""
 
     folder: str | None = Field(
         default=None,
         description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
         "(climber_8t, quarter_model); null: ROBOCLIMBER",
+    )
+    set: SetName = Field(
+        default=DEFAULT,
+        description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
+        "or original (constant supply, edges that leak alike, no holding valves)",
     )
     draw: Literal["workshop"] | None = Field(
         default=None,
@@ -235,6 +241,8 @@ class OwnMachine(Checked):
 
     @model_validator(mode="after")
     def _seed_of_a_draw(self) -> OwnMachine:
+        if self.folder is not None and self.set != DEFAULT:
+            raise impossible("has a set, which machine.yaml of its folder chooses", "set there")
         if self.draw is None and self.seed != 0:
             raise impossible("has a seed, but nothing is drawn", "draw: workshop beside it")
         return self

@@ -43,8 +43,10 @@ LAST_SEAT = 4.0
 """The last time a foot is seated for up to so many times the usual (E)."""
 EARLY_TOUCH_SHARE = 0.6
 """From this share of a swing on the foot may meet ground; before, its load in the air is learnt (E)."""
-SUPPLY_LOW, SUPPLY_FULL = 5.5 / 9.0, 7.0 / 9.0
-"""Shares of the declared supply pressure below which the body stands still, and above which it moves at full speed (E)."""
+SUPPLY_LOW_SHARE = 5.5 / 9.0
+"""The body stands still below this share of the pressure at which the supply stands ready (E)."""
+SUPPLY_FULL_SHARE = 7.0 / 9.0
+"""The body moves at full speed above this share of it (E)."""
 
 
 class CrawlGait:
@@ -56,6 +58,7 @@ class CrawlGait:
         """Raises InputError for a stride that is out of reach, before anything moves."""
         self.task = task
         self._legs, self._footholds, self._ropes = start.legs, footholds, ropes
+        self._ready_pa = start.robot.machine.power_unit.ready_pressure_pa
         self._feet = footholds.home.copy()
         self._body = np.zeros(3)
         total = float(start.load_n.sum())
@@ -64,7 +67,6 @@ class CrawlGait:
         self._lightness = min(total / footholds.weight_n, 1.0)
         machine = start.robot.machine
         self._scale = machine.scale
-        self._supply = machine.power_unit.supply_pressure_pa
         self._ground = GroundSearch(total, self._lightness, task.ground_steps_m, self._scale)
         self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, offset)
         self._levelling: Levelling | None = None
@@ -204,8 +206,8 @@ class CrawlGait:
 
     def _readiness(self, measured: Measured) -> float:
         """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
-        low, full = SUPPLY_LOW * self._supply, SUPPLY_FULL * self._supply
-        supply = (measured.supply_pressure - low) / (full - low)
+        share = measured.supply_pressure / self._ready_pa
+        supply = (share - SUPPLY_LOW_SHARE) / (SUPPLY_FULL_SHARE - SUPPLY_LOW_SHARE)
         return min(self._ropes.readiness(self._body, measured.rope_tension), max(supply, 0.0))
 
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
