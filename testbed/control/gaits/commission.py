@@ -8,7 +8,7 @@ both, and moves at each pull up, down and to the sides, so that friction shows i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from testbed.control.command import Command
 from testbed.control.gait import BelievedStart
 from testbed.control.measured import Measured
 from testbed.machine.names import LEGS
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.scenario.tasks import Commission
 
 Array = NDArray[np.float64]
@@ -56,6 +57,12 @@ class Key:
     pull_m: tuple[float, float] = (0.0, 0.0)
     """Rope taken in beyond what the body's way asks for, left and right."""
 
+    def longer(self, factor: float) -> Key:
+        """The same with ways that are longer by a factor."""
+        x, y, z = (factor * v for v in self.body_m)
+        fl, fr, rl, rr = (factor * v for v in self.lift_m)
+        return replace(self, body_m=(x, y, z), lift_m=(fl, fr, rl, rr))
+
 
 class CommissionGait:
     """See the module's docstring. A Gait."""
@@ -65,7 +72,8 @@ class CommissionGait:
         self._feet = self._legs.feet(start.joints)
         self._nought = start.joints - self._legs.joints(self._feet)
         self._ropes = start.rope_directions_in_body
-        self._keys = program(task, bool(np.any(start.rope_tension_n > 0.0)))
+        on_ropes = bool(np.any(start.rope_tension_n > 0.0))
+        self._keys = program(task, start.robot.machine.scale, on_ropes)
         self._times = np.array([key.t for key in self._keys])
         self._places = np.array([(*key.body_m, *key.lift_m, *key.pull_m) for key in self._keys])
 
@@ -88,14 +96,17 @@ class CommissionGait:
         return np.array([np.interp(t, self._times, way) for way in self._places.T])
 
 
-def duration_s(task: Commission, on_ropes: bool = False) -> float:
+def duration_s(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = False) -> float:
     """How long the whole programme takes."""
-    return program(task, on_ropes)[-1].t + REST_S
+    return program(task, scale, on_ropes)[-1].t + REST_S
 
 
-def program(task: Commission, on_ropes: bool = False) -> list[Key]:
-    """The programme as keys, in order."""
-    return _pulling(task) if on_ropes else _lifting(task)
+def program(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = False) -> list[Key]:
+    """The programme as keys, in order; its ways are as long as the machine is large, its times stay."""
+    keys = _pulling(task) if on_ropes else _lifting(task)
+    if scale.length == 1.0:
+        return keys
+    return [key.longer(scale.length) for key in keys]
 
 
 def _pulling(task: Commission) -> list[Key]:
