@@ -7,20 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber import (
+from testbed.laws.chamber_records import (
     COUNTERBALANCE,
-    COUNTERBALANCE_BAND_PA,
     NO_HOLDING,
     PILOT_CHECK,
     ChamberParameters,
     ChamberWork,
-    PortFlow,
-    held_port,
-    port,
 )
 from testbed.laws.hydraulics import AxisInput, highest_load, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.laws.port import COUNTERBALANCE_BAND_PA, PortFlow, held_port, port
 from testbed.laws.supply import (
     LOAD_SENSING,
     UNLOADING,
