@@ -18,9 +18,9 @@ import math
 from typing import Any
 
 from testbed.formats.records import Record, part, quantity
+from testbed.laws.chamber import GAMMA
 from testbed.laws.compiling import njit_law
 from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
-from testbed.laws.port import GAMMA
 
 CONSTANT, LOAD_SENSING, UNLOADING = 0.0, 1.0, 2.0
 """Kinds of supply."""
