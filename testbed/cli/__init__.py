@@ -154,6 +154,12 @@ def detect(
     model: Annotated[
         Path | None, typer.Option(help="Model file that the force is estimated with.")
     ] = None,
+    loss_share: Annotated[
+        float, typer.Option(help="Share of the nominal load below which a foot is lost.")
+    ] = 0.03,
+    loss_time: Annotated[
+        float, typer.Option(help="For so long at least, s; a touchdown likewise.")
+    ] = 0.02,
     json: Json = False,
 ) -> None:
     """Say of every foot of a recording when it was in contact, and how well that follows a reference.
@@ -163,7 +169,7 @@ def detect(
     from testbed.report.console import print_json, print_table
     from testbed.workflows.detect import Options, detect_file, table
 
-    options = Options(detector, force, reference, scale, model)
+    options = Options(detector, force, reference, scale, model, loss_share, loss_time)
     done = detect_file(recording, out, options)
     if json:
         print_json(done)

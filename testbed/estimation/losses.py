@@ -46,18 +46,20 @@ LONGEST_STEP = 10.0
 
 @dataclass(frozen=True)
 class LossRule:
-    """What counts as a loss: below `share` of the nominal load for `shortest_s`, s; a touchdown likewise."""
+    """What counts as a loss: below `share` of the nominal load (N) for `shortest_s` (s); a touchdown likewise."""
 
+    nominal_load_n: float
     share: float = LOSS_SHARE
     shortest_s: float = LOSS_S
 
-    def force_n(self, nominal_load_n: float) -> float:
-        """Load below which a foot of this nominal load carries nothing, N."""
-        return self.share * nominal_load_n
+    @property
+    def force_n(self) -> float:
+        """A foot that bears less has lost its contact, N."""
+        return self.share * self.nominal_load_n
 
-    def carrying(self, load_n: Array, time_s: Array, nominal_load_n: float) -> Flags:
-        """Whether a foot is in contact, (n,), by its true load: everywhere but in its losses."""
-        return self.settled(load_n >= self.force_n(nominal_load_n), time_s)
+    def carrying(self, load_n: Array, time_s: Array) -> Flags:
+        """Whether a foot is in contact, (n,), by its true load (n,), N: everywhere but in its losses."""
+        return self.settled(load_n >= self.force_n, time_s)
 
     def settled(self, carries: Flags, time_s: Array) -> Flags:
         """A contact (n,) without the stretches, of either kind, that are shorter than `shortest_s`."""
@@ -67,9 +69,6 @@ class LossRule:
         for start, _, state in sorted(stretches):
             out[start:] = state
         return out
-
-
-SHIPPED_RULE = LossRule()
 
 
 def nominal_load_n(machine: Machine) -> float:
@@ -139,7 +138,9 @@ def _called(says: Flags, start: int, end: int, time_s: Array) -> Change:
     return Change(start, end, delay)
 
 
-def _false_alarms(lost: Flags, carrying: Flags, losses: npt.NDArray[Any], time_s: Array) -> list[int]:
+def _false_alarms(
+    lost: Flags, carrying: Flags, losses: npt.NDArray[Any], time_s: Array
+) -> list[int]:
     out = []
     for start, end in intervals(lost, time_s):
         if start == 0 or not carrying[start]:

@@ -28,7 +28,7 @@ from testbed.report.style import (
     method_style,
     new_figure,
 )
-from testbed.simulation.metrics import LOSS_FORCE_N, methods, rms, rope_tension_n
+from testbed.simulation.metrics import methods, rms, rope_tension_n
 from testbed.simulation.residuals import Suspect, leg_alone, load_residuals
 
 if TYPE_CHECKING:
@@ -185,12 +185,12 @@ def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Eve
     return figure
 
 
-def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
+def contacts(data: Columns, truth: Columns, events: Events, loss_force_n: float) -> Figure:
     """Per leg two bars: where the foot truly carries, and where the detector says so; events above."""
     figure, axes = new_figure(2, 4.2, [1.0, 2.2]) if events else new_figure(1, 2.9)
     t, ax = truth["t"], axes[-1]
     for row, leg in enumerate(LEGS):
-        _bars(ax, truth[f"contact_normal_{leg}"] >= LOSS_FORCE_N, t, row - 0.17, BLACK)
+        _bars(ax, truth[f"contact_normal_{leg}"] >= loss_force_n, t, row - 0.17, BLACK)
         if f"contact_{leg}" in data:
             _bars(ax, data[f"contact_{leg}"] >= 0.5, data["t"], row + 0.17, ORANGE)
     ax.set_yticks(range(4), LEGS)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed import __version__
+from testbed.estimation.losses import LossRule, nominal_load_n
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.report.animation import animation
@@ -42,6 +43,9 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) ->
     enough = len(run.time_s) >= FEWEST_ROWS
     found = (summary.get("residuals") or {}).get("stands_out")
     named = Suspect(**found) if found else None
+    rule = summary.get("contact_loss_rule") or {}
+    loss_force_n = float(rule.get("force_n") or LossRule(nominal_load_n(machine)).force_n)
+    events = summary.get("events") or []
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
     return {
         "title": f"{summary['scenario']}, seed {summary['seed']}",
@@ -56,14 +60,14 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) ->
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": slope_deg,
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method)
+        "parts": _parts(run, events, slope_deg, by_leg, named, method, loss_force_n)
         if enough
         else [],
         "animation": animation(run.data, run.truth, slope_deg, machine) if enough else None,
         "legs": LEGS,
         "errors": _errors(summary),
         **_film(run.folder),
-        **_events(summary.get("events") or []),
+        **_events(events),
         "footer": f"{run.folder.resolve().name} · roboclimber-testbed {__version__} · recording.yaml, data.parquet, "
         "truth.parquet and summary.json beside this file hold every number.",
     }
@@ -106,6 +110,7 @@ def _parts(
     by_leg: Mapping[str, Array],
     named: Suspect | None,
     method: str | None,
+    loss_force_n: float,
 ) -> list[dict[str, str]]:
     import matplotlib
 
@@ -153,15 +158,19 @@ def _parts(
         )
         add(
             "Contact and events",
-            "Black: the foot truly carries (300 N and more); orange: the detector's word.",
-            figures.contacts(data, truth, events),
+            f"Black: the foot truly carries ({loss_force_n:.0f} N and more); orange: the detector's word.",
+            figures.contacts(data, truth, events, loss_force_n),
         )
         up = _way_up(truth, slope_deg)
         add(
             "Body",
             "Margin: share of the load off the edge about which the robot would tip first, 0 to 0.5.",
             figures.body(
-                truth["t"], tilt_deg(truth, slope_deg), up, stability_margin(truth), events
+                truth["t"],
+                tilt_deg(truth, slope_deg),
+                up,
+                stability_margin(truth, loss_force_n),
+                events,
             ),
         )
     return parts

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from testbed.estimation.losses import LossRule, nominal_load_n
 from testbed.formats.files import plain
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics
@@ -31,6 +32,12 @@ class Ending:
         return f"fault: {self.fault or type(self.fault).__name__}"
 
 
+def loss_rule(simulation: Any) -> LossRule:
+    """What the scenario calls a loss of contact, on the machine that is believed."""
+    told = simulation.scenario.estimator
+    return LossRule(nominal_load_n(simulation.machines.belief), told.loss_share, told.loss_s)
+
+
 def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
     """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns, (n,) each."""
     scenario = simulation.scenario
@@ -51,7 +58,7 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "machine": scenario.machine.model_dump(),
     }
     if len(truth["t"]) > 1:
-        summary |= run_metrics(data, truth, scenario.terrain.slope_deg)
+        summary |= run_metrics(data, truth, scenario.terrain.slope_deg, loss_rule(simulation))
         summary |= stability_summary(scenario, simulation.machines.truth, data, truth)
     summary |= {k: v for k, v in simulation.summary().items() if k not in summary}
     summary["events"] = list(simulation.events)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from testbed.errors import InputError
 from testbed.estimation.detectors import scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.losses import LOSS_S, LOSS_SHARE, intervals, score_contact
+from testbed.estimation.losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
 from testbed.formats.files import check_file
 from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
 
@@ -39,6 +39,12 @@ class Options:
     reference: str | None = None
     scale_n: float | None = None
     model: Path | None = None
+    loss_share: float = LOSS_SHARE
+    loss_s: float = LOSS_S
+
+    def rule(self, nominal_load_n: float) -> LossRule:
+        """What a loss is, of a foot with this nominal load."""
+        return LossRule(nominal_load_n, self.loss_share, self.loss_s)
 
 
 def detect_file(recording: str | Path, out: str | Path, options: Options) -> dict[str, Any]:
@@ -53,6 +59,13 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
         raise InputError(
             "is out of range", field="--scale", value=options.scale_n, allowed="more than 0 N"
         )
+    for name, value, least, most in (
+        ("--loss-share", options.loss_share, 0.0, 1.0),
+        ("--loss-time", options.loss_s, -1e-9, 10.0),
+    ):
+        if not least < value < most:
+            allowed = f"{max(least, 0.0):g} to {most:g}"
+            raise InputError("is out of range", field=name, value=value, allowed=allowed)
     feet = read_feet(recording, options.force, options.reference, options.model)
     file = check_file(out, (".parquet", ".csv"))
     if file.resolve().parent == feet.folder.resolve() and file.exists():
@@ -65,7 +78,8 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
     for k, foot in enumerate(feet.force_n):
         columns[f"known_{foot}"] = known[:, k].astype(np.float64)
     found = {
-        foot: _found(feet, foot, states[:, k], scale[foot]) for k, foot in enumerate(feet.force_n)
+        foot: _found(feet, foot, states[:, k], options.rule(scale[foot].nominal_load_n))
+        for k, foot in enumerate(feet.force_n)
     }
     write_columns(file, columns)
     return {
@@ -73,7 +87,7 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
         "detector": name,
         "force": feet.force_from,
         "reference": feet.reference_from,
-        "loss": {"share_of_nominal_load": LOSS_SHARE, "time_s": LOSS_S},
+        "loss": {"share_of_nominal_load": options.loss_share, "time_s": options.loss_s},
         "scale": {foot: vars(s) for foot, s in scale.items()},
         "rows": len(feet.time_s),
         "columns": list(columns),
@@ -112,14 +126,14 @@ def _judged(
         return name, states, np.ones(states.shape, dtype=bool)
     name = options.detector or SingleForce.name
     judge = Feet(
-        force_detector(name),
+        force_detector(name, options.loss_share),
         np.array([s.nominal_load_n for s in scale.values()]),
         np.array([s.breakaway_n for s in scale.values()]),
     )
     return name, *judge.over(feet.time_s, np.column_stack(list(feet.force_n.values())))
 
 
-def _found(feet: RecordedFeet, foot: str, states: Array, scale: FootScale) -> dict[str, Any]:
+def _found(feet: RecordedFeet, foot: str, states: Array, rule: LossRule) -> dict[str, Any]:
     """What was called lost, and the score against the reference."""
     called = intervals(states < 0.5, feet.time_s)
     found: dict[str, Any] = {
@@ -128,7 +142,7 @@ def _found(feet: RecordedFeet, foot: str, states: Array, scale: FootScale) -> di
     }
     if foot not in feet.reference:
         return found
-    carrying = carrying_of(feet.reference[foot], feet.time_s, scale.nominal_load_n, feet.folder)
+    carrying = carrying_of(feet.reference[foot], feet.time_s, rule, feet.folder)
     return score_contact(states, carrying, feet.time_s).as_dict() | found
 
 

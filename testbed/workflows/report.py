@@ -53,6 +53,11 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     scenario = read_yaml(path) if path.is_file() else {}
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
     rows = len(run.time_s)
+    told = (scenario.get("estimator") or {}) if scenario else {}
+    known = {k: v for k, v in (("share", "loss_share"), ("shortest_s", "loss_s")) if v in told}
+    rule = LossRule(
+        nominal_load_n(run_machines(path.parent).belief), **{k: told[v] for k, v in known.items()}
+    )
     return {
         "scenario": run.meta.get("scenario", run.folder.name),
         "seed": run.meta.get("seed", 0),
@@ -61,5 +66,5 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
         "slope_deg": slope_deg,
         "simulated_s": float(run.time_s[rows - 1]) if rows else 0.0,
         "wall_s": None,
-        **(run_metrics(run.data, run.truth, slope_deg) if rows > 1 else {}),
+        **(run_metrics(run.data, run.truth, slope_deg, rule) if rows > 1 else {}),
     }

@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.losses import SHIPPED_RULE
+from testbed.estimation.losses import LossRule
 from testbed.machine.model import Machine
 
 Array = NDArray[np.float64]
 NAME, TEXT = "floor", "true load through the sensors' delay and noise"
+THRESHOLD = 8.0
 DWELL_ON_S = 0.0
 """Its window does for both ways."""
 
@@ -36,7 +37,7 @@ def noise_n(machine: Machine) -> float:
 
 
 def floor_scores(
-    normal_n: Array, machine: Machine, nominal_n: float, dt_s: float, seed: int
+    normal_n: Array, machine: Machine, rule: LossRule, dt_s: float, seed: int
 ) -> Array:
     """Scores (n, 4), -H to H, of true normal forces (n, 4)."""
     from scipy.signal import lfilter
@@ -46,8 +47,8 @@ def floor_scores(
     sd = noise_n(machine)
     seen = late + np.random.default_rng([seed, 7]).normal(0.0, sd, normal_n.shape)
     out = np.empty(normal_n.shape)
-    half = 0.5 * SHIPPED_RULE.shortest_s / dt_s
-    _add_up((SHIPPED_RULE.force_n(nominal_n) - seen) / (2.0 * sd), half, out)
+    half = 0.5 * rule.shortest_s / dt_s
+    _add_up((rule.force_n - seen) / (2.0 * sd), half, out)
     return out
 
 

@@ -41,6 +41,7 @@ MOST_TUNING = 1000
 SETTLE_S = 2.0
 """The first seconds, in which everything starts from nothing, are not scored."""
 LENGTH_S: dict[str, float] = {"drill": 20.0, "crawl": 26.0, "supervised": 20.0}
+CRAWL_STEP_M = 0.3
 CRAWL_EVERY, SUPERVISED_EVERY = 4, 5
 """One scene in four walks; one drilling scene in five is run once more with the supervisor at work."""
 WEIGHT_N = 4000.0 * 9.81
@@ -112,7 +113,9 @@ def scenes(split: Split, foot_hours: float, machine: str | None = "workshop") ->
         seconds += LENGTH_S[kind] - SETTLE_S
         number += 1
     drilling = [scene for scene in out if scene.kind == "drill"]
-    return out + [Scene("supervised", split, s.number, machine) for s in drilling[::SUPERVISED_EVERY]]
+    return out + [
+        Scene("supervised", split, s.number, machine) for s in drilling[::SUPERVISED_EVERY]
+    ]
 
 
 def draw(scene: Scene) -> Drawn:
@@ -133,6 +136,8 @@ def draw(scene: Scene) -> Drawn:
         ramp_s = float(rng.uniform(1.0, 2.5) if gradual else 10 ** rng.uniform(-1.3, 0.0))
         site["task"] = {"kind": "drill", "start_s": SETTLE_S, "phases": phases, "ramp_s": ramp_s}
         knots, moves, events = _moves(rng, upsets, weight_n, math.radians(slope_deg))
+    else:
+        site["task.step_length_m"] = CRAWL_STEP_M
     site["control.supervisor"] = scene.kind == "supervised"
     site["undeclared"] = hidden + site.pop("ground", [])
     site["events"] = sorted(events, key=lambda event: float(event["at_s"]))
@@ -160,7 +165,10 @@ def _site(rng: np.random.Generator, slope_deg: float, payload_kg: float, walks: 
     }
     if wall:
         site["ropes.attachment_height_m"] = 0.28
-    ground, foot = str(rng.choice(["rock", "soft", "loose", "settling", "rough"])), int(rng.integers(4))
+    ground, foot = (
+        str(rng.choice(["rock", "soft", "loose", "settling", "rough"])),
+        int(rng.integers(4)),
+    )
     size, seed = float(rng.random()), int(rng.integers(1000))
     if ground == "soft":
         site["terrain.stiffness_n_m"] = 10 ** (6.4 + size)

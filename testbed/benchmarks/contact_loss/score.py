@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.live.contact import ContactLimits, ContactState, step
+from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.judged import limits_at
-from testbed.estimation.losses import LOSS_SHARE, SHIPPED_RULE, Flags, follow, intervals
+from testbed.estimation.losses import LOSS_SHARE, Flags, LossRule, follow, intervals
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
@@ -60,25 +60,26 @@ class Reference:
     """(n, 4): place in CLASSES of every sample's foot; of a lost foot that of its loss."""
     losses: tuple[TrueLoss, ...]
     """Foot by foot, by time, as `follow` finds them."""
+    loaded_n: float
+    """Load from which a foot is loaded, N."""
 
     @classmethod
-    def of(cls, normal_n: Array, meant: Flags, time_s: Array, nominal_n: float) -> Reference:
+    def of(cls, normal_n: Array, meant: Flags, time_s: Array, rule: LossRule) -> Reference:
         """From true normal forces (n, 4), and where the control wishes a foot to carry (n, 4)."""
-        carrying = np.stack(
-            [SHIPPED_RULE.carrying(force, time_s, nominal_n) for force in normal_n.T], axis=1
-        )
+        carrying = np.stack([rule.carrying(force, time_s) for force in normal_n.T], axis=1)
         around = max(round(AROUND_S / float(np.median(np.diff(time_s)))), 1)
         classes = np.empty(normal_n.shape, dtype=np.int8)
         losses: list[TrueLoss] = []
         for foot in range(normal_n.shape[1]):
             force, carries = normal_n[:, foot], carrying[:, foot]
-            classes[:, foot] = class_of(_lowest(np.where(carries, force, np.inf), around), nominal_n)
+            lowest = _lowest(np.where(carries, force, np.inf), around)
+            classes[:, foot] = class_of(lowest, rule.nominal_load_n)
             for start, end in intervals(~carries, time_s):
-                loss = _loss(force, foot, (start, end), time_s, nominal_n)
+                loss = _loss(force, foot, (start, end), time_s, rule)
                 classes[start:end, foot] = loss.load_class
                 if start > 0:
                     losses.append(replace(loss, meant=not meant[start - 1 : end, foot].all()))
-        return cls(time_s, carrying, classes, tuple(losses))
+        return cls(time_s, carrying, classes, tuple(losses), LIGHT_SHARE * rule.nominal_load_n)
 
     def facts(self) -> Tree:
         """Losses and foot seconds by class, for JSON."""
@@ -103,7 +104,7 @@ def _lowest(load_n: Array, around: int) -> Array:
 
 
 def _loss(
-    force_n: Array, foot: int, span: tuple[int, int], time_s: Array, nominal_n: float
+    force_n: Array, foot: int, span: tuple[int, int], time_s: Array, rule: LossRule
 ) -> TrueLoss:
     start, end = span
     step_s = float(np.median(np.diff(time_s)))
@@ -111,7 +112,7 @@ def _loss(
     bore = float(np.quantile(before, BORE_QUANTILE)) if len(before) else 0.0
     smooth = max(round(SMOOTH_S / step_s), 1)
     slow = np.convolve(before, np.full(smooth, 1.0 / smooth), "same") if len(before) else before
-    half = 0.5 * (bore + SHIPPED_RULE.force_n(nominal_n))
+    half = 0.5 * (bore + rule.force_n)
     above = np.flatnonzero(slow >= half)
     fell = len(before) - 1 - above[-1] if len(above) else len(before)
     return TrueLoss(
@@ -119,7 +120,7 @@ def _loss(
         round(float(time_s[start]), 4),
         round(float(time_s[end - 1] + step_s), 4),
         round(bore, 1),
-        int(class_of(np.array([bore]), nominal_n)[0]),
+        int(class_of(np.array([bore]), rule.nominal_load_n)[0]),
         round(float(fell * step_s), 4),
     )
 

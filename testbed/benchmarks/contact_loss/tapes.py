@@ -6,6 +6,7 @@ the true foot forces: `testbed detect FOLDER --reference contact_normal` reads i
 
 from __future__ import annotations
 
+import json
 import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,7 +20,8 @@ from testbed.control.gait import Layered
 from testbed.errors import SimulationFault
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.live.chain import ESTIMATED, belief_of, replay_rows
-from testbed.estimation.losses import nominal_load_n
+from testbed.estimation.losses import LossRule, nominal_load_n
+from testbed.formats.files import write_json
 from testbed.formats.table import read_columns
 from testbed.machine.names import LEGS
 from testbed.recording.robot import read_robot
@@ -27,6 +29,8 @@ from testbed.recording.robot import read_robot
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
 BLOCK_ROWS = 1000
+FACTS = "facts.json"
+"""What is known of a scene besides, in its folder."""
 TRUE = tuple(f"{kind}_{leg}" for kind in ("contact_normal", "foot_load") for leg in LEGS)
 
 
@@ -40,9 +44,14 @@ class Tape:
     """True force along the ground's normal (n, 4), N."""
     load_n: Array
     """True force along the vertical joint's axis (n, 4), N."""
-    nominal_n: float
-    """A quarter of the weight that the robot believes, N."""
+    rule: LossRule
+    """What a loss is, on the machine that the robot believes to be."""
     dt_s: float
+
+    @property
+    def carries(self) -> NDArray[np.bool_]:
+        """Whether each foot is in contact, (n, 4)."""
+        return np.stack([self.rule.carrying(n, self.time_s) for n in self.normal_n.T], axis=1)
 
     @property
     def time_s(self) -> Array:
@@ -70,11 +79,19 @@ def record(scene: Scene, folder: Path) -> Tree:
         recorder.finish()
     finally:
         simulation.close()
-    return facts(scene, drawn) | {
+    found = facts(scene, drawn) | {
         "verdict": str(simulation.verdict),
         "fault": fault,
         "simulated_s": round(rows * simulation.dt, 3),
     }
+    write_json(folder / FACTS, found)
+    return found
+
+
+def facts_of(folder: Path) -> Tree:
+    """What `record` found."""
+    found: Tree = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    return found
 
 
 def facts(scene: Scene, drawn: Drawn) -> Tree:
@@ -113,5 +130,5 @@ def read_tape(folder: Path, model: Path | None = None) -> Tape:
     truth = read_columns(folder / "truth.parquet", dict.fromkeys(TRUE, ""), folder)
     samples = Watch(belief_of(believed)).samples(replay_rows(run.data, believed))
     columns = np.stack([truth[name] for name in TRUE], axis=1)
-    nominal_n = nominal_load_n(run.machine)
-    return Tape(samples, columns[:, :4], columns[:, 4:], nominal_n, believed.dt_s)
+    rule = LossRule(nominal_load_n(run.machine))
+    return Tape(samples, columns[:, :4], columns[:, 4:], rule, believed.dt_s)

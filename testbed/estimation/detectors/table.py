@@ -11,8 +11,10 @@ from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.expected import Expected
 from testbed.estimation.detectors.glr import Glr
+from testbed.estimation.detectors.learned import Learned
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.multiple_model import MultipleModel
+from testbed.estimation.detectors.smoothed import Smoothed
 from testbed.formats.sockets import FORM, is_user_class, load_object
 
 DETECTORS: tuple[type[Any], ...] = (
@@ -28,7 +30,9 @@ DETECTORS: tuple[type[Any], ...] = (
     Expected,
     Momentum,
     MultipleModel,
+    Smoothed,
     Combined,
+    Learned,
 )
 BEST = Combined.name
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from testbed.benchmarks.contact_loss.thresholds import shipped_thresholds
 
 from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 from testbed.benchmarks.contact_loss.scenes import Scene, draw, scenes
 from testbed.benchmarks.contact_loss.score import delays_s, find_losses, score_scene
 from testbed.benchmarks.contact_loss.summary import oracle_threshold
-from testbed.benchmarks.contact_loss.thresholds import shipped_thresholds
 from testbed.benchmarks.marks import code
 from testbed.benchmarks.statistics import poisson, wilson
 from testbed.cli import main

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from testbed.benchmarks.contact_loss.loads import KEPT, means, off_ground, packed, unpacked
+
 from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import find_losses
 from testbed.benchmarks.contact_loss.warning import (
