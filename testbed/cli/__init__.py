@@ -149,17 +149,15 @@ def detect(
         typer.Option(help="Column to score against: a measured force, N, or a contact."),
     ] = None,
     scale: Annotated[
-        float | None, typer.Option(help="Nominal load of a foot, N. [declared, else estimated]")
+        str | None,
+        typer.Option(
+            help="Nominal load of a foot, N [declared, else estimated]; or N,SHARE,SECONDS: a foot that bears less "
+            "than this share of it, for so long at least, has lost its contact. [N,0.03,0.02]"
+        ),
     ] = None,
     model: Annotated[
         Path | None, typer.Option(help="Model file that the force is estimated with.")
     ] = None,
-    loss_share: Annotated[
-        float, typer.Option(help="Share of the nominal load below which a foot is lost.")
-    ] = 0.03,
-    loss_time: Annotated[
-        float, typer.Option(help="For so long at least, s; a touchdown likewise.")
-    ] = 0.02,
     json: Json = False,
 ) -> None:
     """Say of every foot of a recording when it was in contact, and how well that follows a reference.
@@ -167,9 +165,9 @@ def detect(
     Any scale: bounds are shares of the nominal load and multiples of the noise.
     """
     from testbed.report.console import print_json, print_table
-    from testbed.workflows.detect import Options, detect_file, table
+    from testbed.workflows.detect import Options, detect_file, scale_options, table
 
-    options = Options(detector, force, reference, scale, model, loss_share, loss_time)
+    options = Options(detector, force, reference, model, **scale_options(scale))
     done = detect_file(recording, out, options)
     if json:
         print_json(done)

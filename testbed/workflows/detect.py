@@ -20,6 +20,9 @@ Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 
+MOST_LOSS_S = 10.0
+
+
 @dataclass(frozen=True)
 class FootScale:
     """The scale of one foot, and where it comes from, in words."""
@@ -37,14 +40,32 @@ class Options:
     detector: str | None = None
     force: str | None = None
     reference: str | None = None
-    scale_n: float | None = None
     model: Path | None = None
+    scale_n: float | None = None
     loss_share: float = LOSS_SHARE
     loss_s: float = LOSS_S
 
     def rule(self, nominal_load_n: float) -> LossRule:
         """What a loss is, of a foot with this nominal load."""
         return LossRule(nominal_load_n, self.loss_share, self.loss_s)
+
+
+def scale_options(text: str | None) -> dict[str, float]:
+    """`--scale N` or `--scale N,SHARE,SECONDS` as Options have it. Raises InputError for anything else."""
+    if text is None:
+        return {}
+    names = ("scale_n", "loss_share", "loss_s")
+    parts = text.split(",")
+    try:
+        found = dict(zip(names, map(float, parts), strict=len(parts) != 1))
+    except ValueError:
+        found = {}
+    rule = found | {"loss_share": found.get("loss_share", LOSS_SHARE)}
+    possible = 0.0 < rule.get("scale_n", 0.0) < np.inf and 0.0 < rule["loss_share"] < 1.0
+    if not possible or not 0.0 <= rule.get("loss_s", LOSS_S) <= MOST_LOSS_S:
+        allowed = f"N or N,SHARE,SECONDS: more than 0 N, a share below 1, up to {MOST_LOSS_S:g} s"
+        raise InputError("is out of range", field="--scale", value=text, allowed=allowed)
+    return found
 
 
 def detect_file(recording: str | Path, out: str | Path, options: Options) -> dict[str, Any]:
@@ -55,17 +76,6 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
     """
     from testbed.formats.table import write_columns
 
-    if options.scale_n is not None and not 0.0 < options.scale_n < np.inf:
-        raise InputError(
-            "is out of range", field="--scale", value=options.scale_n, allowed="more than 0 N"
-        )
-    for name, value, least, most in (
-        ("--loss-share", options.loss_share, 0.0, 1.0),
-        ("--loss-time", options.loss_s, -1e-9, 10.0),
-    ):
-        if not least < value < most:
-            allowed = f"{max(least, 0.0):g} to {most:g}"
-            raise InputError("is out of range", field=name, value=value, allowed=allowed)
     feet = read_feet(recording, options.force, options.reference, options.model)
     file = check_file(out, (".parquet", ".csv"))
     if file.resolve().parent == feet.folder.resolve() and file.exists():

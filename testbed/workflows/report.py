@@ -46,6 +46,7 @@ def _shown(folder: Path) -> Iterator[None]:
 
 def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
+    from testbed.estimation.losses import LossRule, nominal_load_n
     from testbed.formats.yaml_files import read_yaml
     from testbed.simulation.metrics import run_metrics
 

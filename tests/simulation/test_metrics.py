@@ -93,11 +93,11 @@ def test_the_stability_margin_is_the_load_off_the_tipping_edge(
         f"contact_normal_{leg}": np.full(3, 1000.0 * n) for leg, n in zip(LEGS, loads, strict=True)
     }
     truth["t"] = np.arange(3) / 1000.0
-    assert metrics.stability_margin(truth)[-1] == pytest.approx(margin)
+    assert metrics.stability_margin(truth, RULE.force_n)[-1] == pytest.approx(margin)
 
 
 def test_the_margin_looks_at_a_tenth_of_a_second() -> None:
-    margin = metrics.stability_margin(_truth(fl=_gap(500, 550), fr=_gap(500, 550), RULE.force_n))
+    margin = metrics.stability_margin(_truth(fl=_gap(500, 550), fr=_gap(500, 550)), RULE.force_n)
     assert margin[549] == pytest.approx(
         1 / 3
     )  # two of four feet at half their load on average: 5 / 15

@@ -94,8 +94,11 @@ def test_the_scale_given_wins_and_decides_what_a_loss_is(tmp_path: Path) -> None
     done = _detect(foot, "--out", out, "--scale", 9500)
     assert done["scale"]["foot"]["nominal_load_n"] == 9500.0
     assert done["feet"]["foot"]["missed"] == 0
-    with pytest.raises(InputError, match="--scale"):
-        _detect(foot, "--out", out, "--scale", -1)
+    halved = _detect(foot, "--out", out, "--scale", "9500,0.5,0.02", "--reference", "true")
+    assert halved["loss"] == {"share_of_nominal_load": 0.5, "time_s": 0.02}
+    for wrong in ("-1", "9500,2,0.02", "9500,0.03", "heavy"):
+        with pytest.raises(InputError, match="--scale"):
+            _detect(foot, "--out", out, "--scale", wrong)
 
 
 def test_missing_forces_hold_the_state_and_are_said_to_be_unknown(tmp_path: Path) -> None:

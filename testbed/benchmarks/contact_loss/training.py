@@ -9,6 +9,7 @@ gradient descent with momentum and scale (Adam) on the logistic loss, in NumPy; 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,9 @@ from numpy.typing import NDArray
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S
 from testbed.benchmarks.contact_loss.tapes import Tape, read_tape
 from testbed.errors import InputError
-from testbed.estimation.detectors.learned import NARROW, WIDE, scale_of, views_over
-from testbed.estimation.detectors.views import VIEW, FootMemory
+from testbed.estimation.detectors.learned import NARROW, WIDE, Learned, views_over
+from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.formats.networks import write_network
-from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ def cases_of(tape: Tape) -> tuple[Array, Array]:
     """Views (m, len(VIEW)) of all feet of a scene, and 1 where the foot is lost (m,)."""
     count = len(tape.samples) // EVERY
     views = np.empty((count, len(LEGS), len(VIEW)))
-    memories, scale = FootMemory.zeros(len(LEGS)), scale_of(build_machine())
+    memories, scale = FootMemory.zeros(len(LEGS)), ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(tape.samples), scale, memories, tape.dt_s, EVERY, views)
     at = slice(EVERY - 1, count * EVERY, EVERY)
     late = tape.time_s[at] >= SETTLE_S
@@ -61,7 +61,7 @@ def train(
     middle, spread = views.mean(axis=0), views.std(axis=0) + LITTLE
     scaled = ((views - middle) / spread).astype(np.float32)
     sizes = (len(VIEW), WIDE, NARROW, 1)
-    weights = [rng.normal(0.0, a**-0.5, (b, a)) for a, b in zip(sizes, sizes[1:], strict=False)]
+    weights = [rng.normal(0.0, a**-0.5, (b, a)) for a, b in pairwise(sizes)]
     values = [v.astype(np.float32) for w in weights for v in (w, np.zeros(len(w)))]
     means, squares = ([np.zeros_like(v) for v in values] for _ in range(2))
     steps, n = epochs * (len(scaled) // BATCH), 0
