@@ -79,8 +79,10 @@ def nominal_load_n(machine: Machine) -> float:
 def intervals(flags: Flags, time_s: Array, shortest_s: float = 0.0) -> list[tuple[int, int]]:
     """Index ranges [start, end) in which `flags` (n,) holds for at least `shortest_s`."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    if shortest_s <= 0.0:
+        return list(pairs)
+    step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     return [(a, b) for a, b in pairs if time_s[b - 1] - time_s[a] + step >= shortest_s - 1e-9]
 
 

@@ -123,6 +123,7 @@ def _of_axis(
 def _of_robot(
     folder: Path, force: str | None, reference: str | None, model: str | Path | None
 ) -> RecordedFeet:
+    from testbed.estimation.detectors.scale import believed_breakaway_n
     from testbed.estimation.live.chain import belief_of, replay_rows
     from testbed.recording.robot import read_robot
     from testbed.workflows.estimate import robot_belief
@@ -149,7 +150,7 @@ def _of_robot(
         force or "the whole-body estimate from the pressures",
         nominal_load_n(run.machine),
         "a quarter of the believed weight",
-        None,
+        believed_breakaway_n(run.machine),
         against,
         reference,
         None if rows is None else Estimated(rows, belief_of(belief)),

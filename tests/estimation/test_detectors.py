@@ -100,11 +100,11 @@ def test_a_drifting_sensor_is_given_back_what_friction_cannot_explain() -> None:
     )
 
 
-def test_a_foot_lost_after_a_drift_is_still_seen_within_a_hundredth_of_a_second() -> None:
-    lost = np.concatenate([np.full(60_000, 4000.0), np.zeros(20)])
+def test_a_foot_lost_after_a_drift_is_still_seen_within_five_time_constants() -> None:
+    lost = np.concatenate([np.full(60_000, 4000.0), np.zeros(120)])
     seen = _combined(lost, lost - 3000.0)
     assert seen[59_999] > 3000.0
-    assert seen[60_010] < seen[59_999] - 3900.0
+    assert seen[60_100] < seen[59_999] - 3900.0
 
 
 def test_the_live_contact_state_is_judged_by_the_shipped_best() -> None:

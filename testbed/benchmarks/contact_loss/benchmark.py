@@ -22,7 +22,7 @@ from testbed.benchmarks.marks import code, digest
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.table import detector_of
-from testbed.formats.files import whole, write_text
+from testbed.formats.files import make_folder, whole, write_text
 from testbed.formats.sockets import split_user_class, user_code
 from testbed.report.tables import Table
 
@@ -106,7 +106,7 @@ class ContactLoss(Benchmark[Scene]):
 
     def prepared(self, out: Path, jobs: int) -> ContactLoss:
         """With all scenes recorded and every detector's thresholds chosen."""
-        folder = out / "scenes"
+        folder = make_folder(out / "scenes")
         chosen = tuple(self.cases().values())
         found = answers(Recorded(folder, chosen), jobs, folder)
         usable = [folder / name for name, facts in found.items() if facts["simulated_s"] > SETTLE_S]

@@ -11,18 +11,18 @@ from testbed.benchmarks.contact_loss import floor
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S
 from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import scores_over, start
+from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.detectors.table import DETECTORS, detector_of
 from testbed.estimation.live.judged import DWELL_ON_S
 from testbed.formats.sockets import user_code
 from testbed.machine.build import build_machine
-from testbed.machine.model import Machine
 
 Array = NDArray[np.float64]
 FORMAT = "roboclimber-thresholds/2"
 FLOOR_THRESHOLDS = tuple(np.arange(-9.0, 10.0).tolist())
-SHARES = np.linspace(0.0, 1.0, 25)
-RARE = 1.0 - np.logspace(-5.0, -0.3, 25)
+SHARES = np.linspace(0.0, 1.0, 12)
+RARE = 1.0 - np.logspace(-5.0, -0.3, 16)
 """Quantiles of the scores of lost feet, and of feet that carry, at which thresholds are looked at."""
 
 
@@ -56,15 +56,8 @@ def single_force_scores(tape: Tape) -> Array:
     """Each foot by its estimated load alone, with the declared scale: 1 where it is called lost."""
     own = np.ascontiguousarray(tape.samples["row"]["estimate"]["own"])
     feet = np.ones(own.shape[1])
-    scale = tape.rule.nominal_load_n * feet, breakaway_n(build_machine()) * feet
+    scale = tape.rule.nominal_load_n * feet, believed_breakaway_n(build_machine()) * feet
     return SingleForce().over(tape.time_s, own, *scale)
-
-
-def breakaway_n(machine: Machine) -> float:
-    """Break-away force of a vertical cylinder as believed, the larger of both ways, N."""
-    cylinder = machine.vertical_cylinder
-    out = cylinder.coulomb_out_n + cylinder.static_out_n
-    return max(out, cylinder.coulomb_in_n + cylinder.static_in_n)
 
 
 def grid_of(tapes: Sequence[Tape], own: Sequence[str]) -> dict[str, tuple[float, ...]]:

@@ -21,8 +21,9 @@ from testbed.estimation.losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STAN
 from testbed.report.tables import Table
 
 Tree = dict[str, Any]
-ALARM_S = CALM_S
-"""What a false alarm costs beside its own seconds: for so long the supervisor then keeps the drill waiting, s."""
+EVENT_S = CALM_S
+"""What a false alarm, or a loss that was missed, costs beside its own seconds: after an alarm the supervisor keeps the
+drill waiting for so long, s."""
 BUDGET_1_H = 1.0
 """False alarms an hour and foot above the floor's, at which detectors are compared with it."""
 SLOPES = (20, 40, 60, 75, 86)
@@ -42,7 +43,8 @@ DEFINITIONS = {
     ),
     "missed_s": "seconds an hour of one foot that it is lost and the word says loaded",
     "false_flight_s": "seconds an hour of one foot that it carries and the word says lost",
-    "cost_s": f"both, and {ALARM_S:g} s for every false alarm: what all thresholds are set to make least, on tuning scenes",
+    "cost_s": f"both, and {EVENT_S:g} s for every false alarm and every missed loss: what all thresholds are set to make least, on "
+    "tuning scenes",
     "near": f"below {NEAR_SHARE:g} of the nominal load: a loss by what the foot bore in the 2 s before (it bore more for a "
     "tenth of them), time in contact by the lowest load within half a second",
     "light": f"likewise, {NEAR_SHARE:g} to {LIGHT_SHARE:g}: friction may hide as much as is there",
@@ -100,8 +102,9 @@ class Followed:
 
     @property
     def cost_s(self) -> float:
-        """Wrong seconds an hour of one foot, with those that false alarms cost."""
-        wrong = sum(self.missed_s) + sum(self.false_flight_s) + ALARM_S * sum(self.false_alarms)
+        """Wrong seconds an hour of one foot, with those that false alarms and missed losses cost."""
+        events = sum(self.false_alarms) + sum(t.delay_s is None for t in self.losses)
+        wrong = sum(self.missed_s) + sum(self.false_flight_s) + EVENT_S * events
         return wrong / max(self.hours, 1e-9)
 
     def marks(self) -> Tree:

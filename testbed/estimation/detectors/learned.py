@@ -2,7 +2,7 @@
 
     score = w_2 tanh(W_1 tanh(W_0 view + b_0) + b_1) + b_2
 
-the log of the odds that the foot has lost its contact. The weights lie in learned.npz beside this file; `testbed lab
+the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in learned.npz beside this file; `testbed lab
 train-detector` makes them.
 """
 
@@ -28,6 +28,8 @@ from testbed.machine.names import LEGS
 Array = NDArray[np.float64]
 WIDE, NARROW = 24, 12
 """Sizes of the two inner layers."""
+SMOOTH_S = 0.02
+"""Time constant of the score: as long as a loss must last (E)."""
 WEIGHTS = Path(__file__).with_name("learned.npz")
 
 
@@ -89,7 +91,11 @@ def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) ->
         sample = samples[n]
         look(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
         for foot in range(len(LEGS)):
-            scores[n, foot] = answer(views[foot], numbers[0], wide)
+            memory, odds = memories[foot], answer(views[foot], numbers[0], wide)
+            if memory.judged == 0.0:
+                memory.odds, memory.judged = odds, 1.0
+            memory.odds += dt / (SMOOTH_S + dt) * (odds - memory.odds)
+            scores[n, foot] = memory.odds
 
 
 @njit

@@ -167,7 +167,7 @@ def step(state: Any, t: float, force: float, foot: Any) -> float:
 def begin(state: Any, t: float, force: float, foot: Any) -> None:
     """The first good sample of a foot."""
     state.started, state.time, state.force, state.load = 1.0, t, force, force
-    state.spread = max(FIRST_SPREAD * foot.nominal_load, foot.breakaway)
+    state.spread = foot.breakaway if foot.breakaway > 0.0 else FIRST_SPREAD * foot.nominal_load
     state.lowest = min(force, state.spread)
     bound = foot.loss_share * foot.nominal_load + spread_of(state, foot)
     state.contact = state.settled = 1.0 if force > bound else 0.0

@@ -73,6 +73,8 @@ class FootMemory(Record):
     lift = quantity("m/s2", "mean specific force of the body along its z")
     shaken = quantity("m/s2", "mean distance of it from that")
     aside = quantity("N", "mean force along x and y")
+    odds = quantity("1", "the detector's answer so far")
+    judged = quantity("1", "1 once there was one")
 
 
 class ViewNumbers(Record):
