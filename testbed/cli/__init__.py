@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -267,7 +268,12 @@ def parameters(json: Json = False) -> None:
 
 @app.command()
 def view(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Folder of a run, or of two to compare.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Page that compares two runs. [comparison.html]")
+    ] = None,
     open_: Annotated[
         bool, typer.Option("--open/--no-open", help="Open it in a browser, or in the viewer.")
     ] = True,
@@ -277,26 +283,49 @@ def view(
             "--scene", help="The run in three dimensions instead: scene.rrd (needs the extra view)."
         ),
     ] = False,
+    video: Annotated[
+        Path | None,
+        typer.Option(help="Film the run instead: .mp4 (needs the extra video), .gif or .webp."),
+    ] = None,
 ) -> None:
-    """Open a run's report, or the run in three dimensions.
+    """Open a run's report, the run in three dimensions, a film of it, or a page that compares two runs.
 
     A killed run gets its report now. Prints where the file is.
     """
+    from testbed.errors import InputError
+
+    shown = open_ and sys.stdout.isatty()
+    if len(folders) == 1 and out is not None:
+        raise InputError(
+            "would have no effect", field="--out", value=out, allowed="it with two runs"
+        )
+    if (scene or video) and len(folders) > 1:
+        field = "--scene" if scene else "--video"
+        raise InputError("shows one run", field=field, value=len(folders), allowed="1 RUN")
+    if video is not None:
+        from testbed.report.progress import working
+        from testbed.workflows.film import film
+
+        with working("filming") as tell:
+            print(film(folders[0], video, tell))
+        return
     if scene:
         from testbed.report.scene3d import show, write_scene
 
-        made = write_scene(folder)
+        made = write_scene(folders[0])
         print(made)
-        if open_ and sys.stdout.isatty():
+        if shown:
             show(made)
         return
-    from testbed.workflows.report import write_report
+    from testbed.workflows.report import write_comparison, write_report
 
-    report = folder / "report.html"
-    if not report.is_file():
-        report = write_report(folder)
+    report = folders[0] / "report.html"
+    if len(folders) > 1:
+        report = write_comparison(folders, out or Path("comparison.html"))
+    elif not report.is_file():
+        report = write_report(folders[0])
     print(report)
-    if open_ and sys.stdout.isatty():
+    if shown:
         import webbrowser
 
         webbrowser.open(report.resolve().as_uri())
@@ -453,7 +482,7 @@ def play(
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
-    video: Annotated[Path | None, typer.Option(help="Write a .gif of the episode.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Film it: .mp4, .gif or .webp.")] = None,
     json: Json = False,
 ) -> None:
     """Let a trained policy act on a scenario for one episode."""
@@ -470,13 +499,19 @@ def play(
 app.add_typer(benchmarks)
 
 
+@cache
+def _command() -> Any:
+    """All commands, read once from the functions' signatures."""
+    return typer.main.get_command(app)
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
         with user_code():
-            status = app(arguments, prog_name="testbed", standalone_mode=False)
+            status = _command()(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         print("testbed: interrupted", file=sys.stderr)
         status = 130

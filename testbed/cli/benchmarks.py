@@ -272,13 +272,18 @@ def climbs(
     case: Annotated[
         list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
     ] = None,
+    gait: Annotated[
+        list[str] | None,
+        typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each."""
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
-    show(Climbs(seeds, first_seed, way, tuple(case or CASES)), out, jobs, json)
+    cases, own = tuple(case or CASES), tuple(gait or ())
+    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
 
 
 @lab.command("expected-loads")
@@ -319,6 +324,17 @@ def robot_diagnosis(
     from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
 
     show(RobotBlindTest(runs, first_seed), out, jobs, json)
+
+
+@lab.command()
+def quotes(
+    root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
+) -> None:
+    """Put the numbers of committed results into README and docs (docs/quotes.yaml lists them)."""
+    from testbed.benchmarks.quotes import refresh
+
+    for page in refresh(root):
+        print(page)
 
 
 @lab.command("warning-numbers")

@@ -15,6 +15,7 @@ from testbed.diagnosis.robot.problem import FLOW_S
 from testbed.effects import by_name
 from testbed.report.page import render
 from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
+from testbed.report.words import DIAGNOSIS_WORDS, MACHINE_WORDS
 
 Array = npt.NDArray[np.float64]
 
@@ -49,6 +50,7 @@ def contents(d: RobotDiagnosis) -> dict[str, Any]:
         "flow": flow_figure(d),
         "flow_s": FLOW_S,
         "left_out": found["left_out"],
+        "glossary": (*DIAGNOSIS_WORDS, *MACHINE_WORDS),
     }
 
 

@@ -14,13 +14,15 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.losses import ContactScore, LossRule, follow, score_contact
-from testbed.machine.names import LEGS, SIDES
+from testbed.machine.names import GRAVITY_M_S2, LEGS, SIDES
 from testbed.simulation.residuals import residual_summary
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
+LOSS_FORCE_N = LossRule(0.25 * 4000.0 * GRAVITY_M_S2).force_n
+"""For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by the run's own rule."""
 MARGIN_WINDOW_S = 0.1
 
 
@@ -136,7 +138,7 @@ def detector_summary(
     }
 
 
-def stability_margin(truth: Columns, loss_force_n: float) -> Array:
+def stability_margin(truth: Columns, loss_force_n: float = LOSS_FORCE_N) -> Array:
     """Share of the normal load that does not rest on the edge about which the robot would tip first, 0 to 0.5.
 
     Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal forces: with four

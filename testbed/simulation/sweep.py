@@ -13,6 +13,7 @@ from typing import Any
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.files import make_folder, write_json, write_text
 from testbed.formats.ownership import owned
+from testbed.formats.tree import flattened
 from testbed.scenario.sweep import Sweep, SweepRun
 from testbed.simulation.run import run_scenario
 from testbed.simulation.workers import work_through
@@ -155,17 +156,6 @@ def _row(entry: Mapping[str, Any]) -> dict[str, Any]:
     for path, value in flattened(entry["summary"]):
         row.setdefault(path, value)
     return row
-
-
-def flattened(tree: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """(dotted path, value) of every leaf of nested mappings; lists are left out."""
-    out: list[tuple[str, Any]] = []
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            out += flattened(value, f"{prefix}{key}.")
-        elif not isinstance(value, (list, tuple)):
-            out.append((prefix + key, value))
-    return out
 
 
 def table(results: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:

@@ -14,8 +14,9 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.formats.ownership import owned
+from testbed.formats.tree import flattened
 from testbed.scenario.sweep import Sweep, load_sweep
-from testbed.simulation.sweep import SweepRun, flattened, run_sweep, summary_of, table
+from testbed.simulation.sweep import SweepRun, run_sweep, summary_of, table
 
 HEAD = "format: roboclimber-sweep/1\nscenario: stand_flat\nduration_s: 0.1\nkeep: summary\n"
 

@@ -43,8 +43,10 @@ DEFINITIONS = {
     ),
     "missed_s": "seconds an hour of one foot that it is lost and the word says loaded",
     "false_flight_s": "seconds an hour of one foot that it carries and the word says lost",
-    "cost_s": f"both, and {EVENT_S:g} s for every false alarm and every missed loss: what all thresholds are set to make least, on "
-    "tuning scenes",
+    "cost_s": (
+        f"both, and {EVENT_S:g} s for every false alarm and every missed loss: what all thresholds are set to make least, "
+        "on tuning scenes"
+    ),
     "near": f"below {NEAR_SHARE:g} of the nominal load: a loss by what the foot bore in the 2 s before (it bore more for a "
     "tenth of them), time in contact by the lowest load within half a second",
     "light": f"likewise, {NEAR_SHARE:g} to {LIGHT_SHARE:g}: friction may hide as much as is there",

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from testbed.benchmarks.diagnosis.calibration import (
     given,
@@ -27,6 +26,7 @@ from testbed.benchmarks.diagnosis.calibration import (
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
 from testbed.diagnosis.robot.probabilities import FILE, RobotSigns, distribution
 from testbed.formats.files import check_file, write_text
+from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
 Weights = dict[str, dict[str, float]]
@@ -76,7 +76,7 @@ def as_yaml(weights: Weights, trials: Sequence[Trial], held_out: Mapping[str, An
         "brier_across_halves": round(held_out["brier"], 4),
         **{question: rounded(values) for question, values in weights.items()},
     }
-    return yaml.safe_dump(row, sort_keys=False)
+    return yaml_text(row)
 
 
 def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:

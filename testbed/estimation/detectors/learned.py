@@ -2,8 +2,8 @@
 
     score = w_2 tanh(W_1 tanh(W_0 view + b_0) + b_1) + b_2
 
-the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in learned.npz beside this file; `testbed lab
-train-detector` makes them.
+the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in learned.npz beside this
+file; `testbed lab train-detector` makes them.
 """
 
 from __future__ import annotations
