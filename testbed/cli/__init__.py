@@ -433,28 +433,57 @@ def loop(
 @app.command()
 def sweep(
     file: Annotated[
-        str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")
+        str,
+        typer.Argument(
+            metavar="SWEEP",
+            help="Sweep file, or the name of a shipped one; with --vary a scenario.",
+        ),
     ],
     out: Annotated[
         Path, typer.Option(help="Folder for the runs and results; goes on where it was.")
     ],
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Of a scenario: path=1,2,3 (grid) or path=low:high:samples (Latin hypercube)."
+        ),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there."),
+    ] = None,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Make the i-th of n parts only.")
+    ] = None,
+    merge: Annotated[
+        list[Path] | None,
+        typer.Option(help="Make no run: gather those of other folders. May be repeated."),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Run a scenario many times: a grid or list of changes, each with every seed; resumable."""
+    """Run a scenario many times: grids, lists and Latin hypercubes of changes, each with every seed; resumable."""
+    from testbed.formats.files import write_text
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
-    from testbed.scenario.sweep import load_sweep
-    from testbed.simulation.sweep import run_sweep, table
+    from testbed.report.sweep_page import page
+    from testbed.scenario.sweep import load_sweep, sweep_of
+    from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
+    from testbed.simulation.workers import Workers
 
-    loaded, runs = load_sweep(file)
-    with counting_progress(len(runs), "runs") as progress:
-        results = run_sweep(loaded, runs, out, jobs, progress)
+    share, workers = Share.of(shard), Workers(jobs, dask) if dask else Workers.told(jobs)
+    loaded, runs = sweep_of(file, vary) if vary else load_sweep(file)
+    if merge:
+        results = merge_sweeps(runs, merge, out)
+    else:
+        with counting_progress(len(runs), "runs") as progress:
+            results = run_sweep(loaded, runs, out, workers, share, progress)
+    write_text(out / "sweep.html", page(loaded.description or file, results, len(runs)))
     if json:
         print_json(results)
     else:
-        print_table(f"{len(results)} runs", *table(results))
-        print(out / "results.csv")
+        print_table(f"{len(results)} of {len(runs)} runs", *table(results))
+        print(out / "sweep.html")
 
 
 @app.command()

@@ -21,25 +21,26 @@ def test_a_page_says_what_the_committed_result_says(quote: Quote) -> None:
     assert quote.wanted in quote.page.read_text()
 
 
-def results_of_the_readme() -> list[str]:
-    """Lines with numbers of the README's tables of results."""
-    section = (ROOT / "README.md").read_text().split("## Results")[1].split("\n## ")[0]
-    rows = re.sub(r"^\|.*\|\n\|[-|]+\|$", "", section, flags=re.MULTILINE)  # without the heads
+def results_told() -> list[str]:
+    """Lines with numbers of the tables of results, in the README and on the page of all results."""
+    readme = (ROOT / "README.md").read_text().split("## Results")[1].split("\n## ")[0]
+    pages = readme + "\n" + (ROOT / "docs" / "results" / "index.md").read_text()
+    rows = re.sub(r"^\|.*\|\n\|[-|]+\|$", "", pages, flags=re.MULTILINE)  # without the heads
     return [line for line in rows.splitlines() if re.match(r"\|.*\d.*\|", line)]
 
 
-def test_a_result_in_the_readme_is_quoted_or_says_why_not() -> None:
+def test_a_result_that_is_told_is_quoted_or_says_why_not() -> None:
     quoted = [quote.wanted for quote in LISTED]
-    for line in results_of_the_readme():
+    for line in results_told():
         listed = [begin for begin in WITHOUT_RESULT if line.startswith(f"| {begin}")]
         assert listed or any(text in line for text in quoted), line
 
 
-def test_what_has_no_result_is_in_the_readme_and_is_not_quoted() -> None:
-    lines = results_of_the_readme()
+def test_what_has_no_result_is_told_and_is_not_quoted() -> None:
     for begin in WITHOUT_RESULT:
-        (line,) = (line for line in lines if line.startswith(f"| {begin}"))
-        assert not [quote for quote in LISTED if quote.wanted in line], begin
+        lines = [line for line in results_told() if line.startswith(f"| {begin}")]
+        assert lines, begin
+        assert not [quote for quote in LISTED for line in lines if quote.wanted in line], begin
 
 
 def tree(folder: Path, text: str, *numbers: str) -> Path:
