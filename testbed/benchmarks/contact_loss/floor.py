@@ -23,7 +23,7 @@ from testbed.machine.model import Machine
 
 Array = NDArray[np.float64]
 NAME, TEXT = "floor", "true load through the sensors' delay and noise"
-THRESHOLD = 8.0
+THRESHOLD = 6.0
 DWELL_ON_S = 0.0
 """Its window does for both ways."""
 
