@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.formats.records import SET
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 
@@ -179,7 +180,7 @@ class ContactScore:
 
 def score_contact(contact: Array, carrying: Flags, time_s: Array) -> ContactScore:
     """A contact state (n,), 1 loaded and 0 lost, against a reference (n,) that says whether the foot carries."""
-    found = follow(contact < 0.5, carrying, time_s)
+    found = follow(contact < SET, carrying, time_s)
     delays = [loss.delay_s for loss in found.losses if loss.delay_s is not None]
     touchdowns = [t.delay_s for t in found.touchdowns if t.delay_s is not None]
     steps = durations_s(time_s)

@@ -16,6 +16,9 @@ from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
+ALIKE = 1e-9
+"""Changes that differ by less are the same."""
+
 Changes = Mapping[str, Any]
 
 
@@ -51,7 +54,7 @@ def _shared(changes: Changes) -> dict[str, Any]:
         alike.setdefault(shared_path(path) or path, []).append(path)
     for shared, paths in alike.items():
         first = changes[paths[0]]
-        if len(paths) == 4 and all(abs(changes[path] - first) <= 1e-9 for path in paths):
+        if len(paths) == 4 and all(abs(changes[path] - first) <= ALIKE for path in paths):
             out[shared] = first
         else:
             out |= {path: changes[path] for path in paths}

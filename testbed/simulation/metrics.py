@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.losses import ContactScore, LossRule, follow, score_contact
+from testbed.formats.records import SET
 from testbed.machine.names import GRAVITY_M_S2, LEGS, SIDES
 from testbed.simulation.residuals import residual_summary
 
@@ -98,13 +99,13 @@ def contact_losses(data: Columns, truth: Columns, rule: LossRule) -> list[Loss]:
 def _lost(data: Columns, leg: str, carrying: Flags) -> Flags:
     """Where the contact word says lost; nowhere where there is none."""
     word = data.get(f"contact_{leg}")
-    return np.zeros(len(carrying), dtype=bool) if word is None else word < 0.5
+    return np.zeros(len(carrying), dtype=bool) if word is None else word < SET
 
 
 def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
     """Whether the control did not want this foot to carry, at any time from just before the loss to its end."""
     carry = data.get(f"carrying_{leg}")
-    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < 0.5))
+    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
 
 
 def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:

@@ -12,19 +12,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shipped import MACHINE, shipped_model
+from shipped import MACHINE, shipped_model, slope_gravity
 
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.foot_loads import (
     ExpectedLoads,
+    Footing,
     FootLoads,
     drill_wrench,
     external_wrench,
     point_wrench,
 )
-from testbed.robot.model import Payload, RobotModel, slope_gravity
+from testbed.robot.model import Payload, RobotModel
 from testbed.robot.urdf.generate import urdf_text
 
 MODEL = shipped_model()
@@ -150,7 +151,7 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
         slope_gravity(slope),
         rope_forces_in_body=ropes,
         height_m=heights,
-        foot_compliance_m_n=gives,
+        footing=Footing(compliance_m_n=gives),
     )
     assert found.friction_use.max() < 1.0
     points = MODEL.foot_positions_m(STANCE)
@@ -191,7 +192,7 @@ def test_a_swinging_foot_carries_nothing() -> None:
     found = LOADS.solve(
         STANCE,
         LEVEL,
-        in_contact=[True, False, True, True],
+        footing=Footing(in_contact=[True, False, True, True]),
         payload=Payload(200.0, (-0.8, 0.4, 0.5)),
     )
     assert found.balanced and not found.in_contact[1]
@@ -222,7 +223,7 @@ def test_sensitivities_are_the_slopes_of_the_loads() -> None:
             rope_forces_in_body=ropes,
             height_m=heights,
             drill_wrench_in_body=wrench,
-            normals_in_body=normals,
+            footing=Footing(normals_in_body=normals),
         )
 
     found = solve()
@@ -290,7 +291,9 @@ def test_a_push_beyond_the_weight_lifts_the_machine_off() -> None:
 def test_payload_argument_equals_a_model_that_carries_it() -> None:
     payload = Payload(800.0, (0.3, 0.34, 0.95))
     given_here = LOADS.solve(STANCE, slope_gravity(0.4), payload=payload)
-    in_model = ExpectedLoads(MODEL.with_payload(payload), MACHINE).solve(STANCE, slope_gravity(0.4))
+    in_model = ExpectedLoads(RobotModel(MODEL.path, payload), MACHINE).solve(
+        STANCE, slope_gravity(0.4)
+    )
     np.testing.assert_allclose(
         given_here.force_in_body_n, in_model.force_in_body_n, rtol=1e-9, atol=1e-6
     )

@@ -23,6 +23,7 @@ from testbed.errors import InputError
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.table import detector_of
 from testbed.formats.files import make_folder, whole, write_text
+from testbed.formats.records import SET
 from testbed.formats.sockets import split_user_class, user_code
 from testbed.report.tables import Table
 
@@ -136,7 +137,7 @@ class ContactLoss(Benchmark[Scene]):
             record(case, place)
         tape = read_tape(place)
         late = tape.time_s >= SETTLE_S
-        meant = tape.samples["row"]["carrying"][late] > 0.5
+        meant = tape.samples["row"]["carrying"][late] > SET
         reference = Reference.of(tape.normal_n[late], meant, tape.time_s[late], tape.rule)
         found: Tree = {}
         with user_code():

@@ -19,6 +19,7 @@ from testbed.compiled import njit
 from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.judged import limits_at
 from testbed.estimation.losses import LOSS_SHARE, Flags, LossRule, follow, intervals
+from testbed.formats.records import SET
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
@@ -149,7 +150,7 @@ def _words(score: Any, step_s: float, limits: Any, states: Any, words: Any) -> N
         for n in range(score.shape[0]):
             for foot in range(score.shape[1]):
                 word = step(states[k, foot], -score[n, foot], step_s, limits[k])
-                words[k, n, foot] = word < 0.5
+                words[k, n, foot] = word < SET
 
 
 def _counted(lost: Flags, reference: Reference, step_s: float) -> Tree:

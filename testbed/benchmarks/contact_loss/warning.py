@@ -62,7 +62,7 @@ def raised(seen: NDArray[Any], numbers: Mapping[str, float]) -> list[tuple[int, 
     """The warnings a rule with these numbers raises on what it looks at: foot, time s."""
     score = rule.raised(seen, numbers)
     time: Array = np.asarray(np.arange(1, len(score) + 1) * STEP_S, dtype=np.float64)
-    found = [(foot, time[a]) for foot in range(4) for a, _ in intervals(score[:, foot] > 0.5, time)]
+    found = [(foot, time[a]) for foot in range(4) for a, _ in intervals(score[:, foot] > SET, time)]
     return [(foot, round(float(t), 3)) for foot, t in found if t >= SETTLE_S]
 
 

@@ -23,6 +23,7 @@ from testbed.benchmarks.contact_loss.warning import added_up, looked_at, means, 
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.errors import InputError
 from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
+from testbed.formats.records import SET
 
 Array = NDArray[np.float64]
 CHANGES = (0.8, 1.25)
@@ -35,7 +36,7 @@ class Kept:
 
     def __init__(self, scene: Scene, tape: Tape) -> None:
         late = tape.time_s >= SETTLE_S
-        meant = tape.samples["row"]["carrying"][late] > 0.5
+        meant = tape.samples["row"]["carrying"][late] > SET
         self.off = Reference.of(tape.normal_n[late], meant, tape.time_s[late], tape.rule)
         own = np.asarray(tape.samples["row"]["estimate"]["own"])
         self.loads = {"own": means(own, tape.dt_s), "true": means(tape.normal_n, tape.dt_s)}
