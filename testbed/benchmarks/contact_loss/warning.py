@@ -28,6 +28,7 @@ from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.estimation.detectors import warning as rule
 from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
 from testbed.estimation.losses import intervals
+from testbed.formats.records import SET
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
