@@ -50,6 +50,16 @@ def test_a_loss_of_19_ms_is_a_bounce_and_one_of_20_ms_is_a_loss() -> None:
     )
 
 
+def test_a_run_that_states_another_share_and_time_counts_other_losses() -> None:
+    half = np.full(1000, 5000.0)
+    half[100:200] = 2000.0
+    assert metrics.contact_losses({}, _truth(fr=half), RULE) == []
+    stated = LossRule(10_000.0, share=0.3, shortest_s=0.1)
+    (loss,) = metrics.contact_losses({}, _truth(fr=half), stated)
+    assert loss.start_s == pytest.approx(0.1)
+    assert metrics.contact_losses({}, _truth(fr=half), LossRule(10_000.0, 0.3, 0.101)) == []
+
+
 def test_the_delay_runs_from_the_true_loss_to_the_detectors_word() -> None:
     word = np.ones(1000)
     word[137:200] = 0.0
