@@ -138,7 +138,7 @@ def detect(
     detector: Annotated[
         str | None,
         typer.Option(
-            help="A detector by name, or FILE.py:Class. [robot: combined; else single_force]"
+            help="A detector by name, or FILE.py:Class. [robot: steady; else single_force]"
         ),
     ] = None,
     force: Annotated[

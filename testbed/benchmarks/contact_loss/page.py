@@ -12,7 +12,8 @@ from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, S
 Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
     "floor": (BLACK, "-"),
-    "learned": (VERMILION, "-"),
+    "learned": (PURPLE, "-"),
+    "steady": (VERMILION, "-"),
     "combined": (BLUE, "-"),
     "smoothed": (GREEN, "-"),
     "threshold_own": (SKY, "-"),

@@ -15,6 +15,7 @@ from testbed.estimation.detectors.learned import Learned
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.multiple_model import MultipleModel
 from testbed.estimation.detectors.smoothed import Smoothed
+from testbed.estimation.detectors.steady import Steady
 from testbed.formats.sockets import FORM, is_user_class, load_object
 
 DETECTORS: tuple[type[Any], ...] = (
@@ -32,9 +33,13 @@ DETECTORS: tuple[type[Any], ...] = (
     MultipleModel,
     Smoothed,
     Combined,
+    Steady,
     Learned,
 )
-BEST = Combined.name
+LIVE = Combined.name
+"""The one that the chain steps in its own compiled call; a scenario's default."""
+BEST = Steady.name
+"""Of least cost on the benchmark's tuning scenes, but for one that was trained on them."""
 
 
 def detector_of(name: str, field: str = "detector") -> Any:

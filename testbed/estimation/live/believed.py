@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
-from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.derived import valves_of
 from testbed.machine.groups import Cylinder, StraightCylinder
 from testbed.machine.model import Machine
@@ -151,11 +150,11 @@ class Tuning:
     friction_sd_share: float = 0.15
     speed_sd_m_s: float = 0.002
     acceleration_sd_m_s2: float = 0.15
-    contact_on_n: float = -Combined.threshold
-    contact_off_n: float = -Combined.threshold
+    contact_on_n: float = 1200.0
+    contact_off_n: float = 900.0
     contact_dwell_s: float = 0.02
     lost_dwell_s: float = 0.0
-    """A load at or below `off` for this long is a lost foot."""
+    """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""
 
 
 SLOWEST_S = 0.0051

@@ -81,7 +81,7 @@ def belief_of(believed: Believed) -> NDArray[Any]:
         hold_samples=t.hold_samples,
     )[0]
     belief["contact"] = ContactLimits.one(
-        on=max(t.contact_on_n, t.contact_off_n),
+        on=t.contact_on_n,
         off=t.contact_off_n,
         dwell_on=t.contact_dwell_s,
         dwell_off=t.lost_dwell_s,
