@@ -10,7 +10,7 @@ How a contact word (lost or loaded, sample by sample) is scored:
     loss found         the word says lost within FOUND_S of the loss, and before it ends
     delay              from the loss to the first sample that says so; 0 where the word was right already
     false alarm        the word turns to lost while the foot carries and goes on to for EARLY_S or more; a word that
-                       stays wrong counts once more every STANDING_S
+                       stays wrong counts once more every STANDING_S, one that was wrong from the start too
     missed seconds     the foot is lost and the word says loaded
     false flight       the foot carries and the word says lost
     touchdown found    a word that said lost says loaded within FOUND_S of the touchdown, and before the next loss
@@ -146,13 +146,14 @@ def _false_alarms(
 ) -> list[int]:
     out = []
     for start, end in intervals(lost, time_s):
-        if start == 0 or not carrying[start]:
+        if not carrying[start]:
             continue
         after = losses[losses > start]
         stop = min(end, int(after[0])) if after.size else end
         if after.size and time_s[after[0]] - time_s[start] <= EARLY_S + 1e-9:
             continue
-        again = np.arange(time_s[start], time_s[stop - 1] + 1e-9, STANDING_S)
+        grace_s = 0.0 if start > 0 else STANDING_S  # a word that has not been spoken yet
+        again = np.arange(time_s[start] + grace_s, time_s[stop - 1] + 1e-9, STANDING_S)
         out += np.searchsorted(time_s, again).tolist()
     return out
 

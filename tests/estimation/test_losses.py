@@ -45,6 +45,7 @@ def test_a_false_alarm_that_stands_counts_again_every_five_seconds() -> None:
     lost = (time >= 1.0) & (time < 12.0)
     carrying = np.ones(len(time), dtype=bool)
     assert follow(lost, carrying, time).false_alarms == (100, 600, 1100)
+    assert follow(carrying, carrying, time).false_alarms == (500, 1000)
 
 
 def test_a_loss_that_was_on_at_the_start_is_none_but_its_seconds_count() -> None:
