@@ -26,7 +26,6 @@ import numpy.typing as npt
 
 from testbed.formats.records import SET
 from testbed.machine.model import Machine
-from testbed.machine.names import GRAVITY_M_S2, LEGS
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -73,8 +72,13 @@ class LossRule:
 
 
 def nominal_load_n(machine: Machine) -> float:
-    """Load of a standing foot of this machine, N: a quarter of its weight."""
-    return machine.total_mass_kg * GRAVITY_M_S2 / len(LEGS)
+    """Load of a standing foot of this machine, N: a quarter of its weight, rounded."""
+    return machine.scale.nominal_load_n
+
+
+def loss_force_n(nominal_load_n: float) -> float:
+    """Load below which a foot of this nominal load has lost its contact, where nothing else is stated, N."""
+    return LossRule(nominal_load_n).force_n
 
 
 def intervals(flags: Flags, time_s: Array, shortest_s: float = 0.0) -> list[tuple[int, int]]:

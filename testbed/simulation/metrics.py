@@ -13,16 +13,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.estimation.losses import ContactScore, LossRule, follow, score_contact
+from testbed.estimation.losses import (
+    LOSS_S,
+    ContactScore,
+    LossRule,
+    follow,
+    intervals,
+    score_contact,
+)
 from testbed.formats.records import SET
-from testbed.machine.names import GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.simulation.residuals import residual_summary
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
-LOSS_FORCE_N = LossRule(0.25 * 4000.0 * GRAVITY_M_S2).force_n
+LOSS_FORCE_N = LossRule(ROBOCLIMBER_NOMINAL_N).force_n
 """For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by the run's own rule."""
 MARGIN_WINDOW_S = 0.1
 
@@ -121,6 +129,24 @@ def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, Cont
     }
 
 
+def unloaded(
+    data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
+) -> tuple[dict[str, float], dict[str, float]]:
+    """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n` [s], and the share
+    of all the time in which it was meant to carry [1].
+    """
+    time_s = truth["t"]
+    longest_s: dict[str, float] = {}
+    share: dict[str, float] = {}
+    for leg in LEGS:
+        meant = data.get(f"carrying_{leg}", np.ones(len(time_s))).astype(bool)
+        hangs = meant & (truth[f"contact_normal_{leg}"] < loss_n)
+        spans = intervals(hangs, time_s, LOSS_S)
+        longest_s[leg] = max((float(time_s[b - 1] - time_s[a]) for a, b in spans), default=0.0)
+        share[leg] = float(hangs.sum() / max(meant.sum(), 1))
+    return longest_s, share
+
+
 def detector_summary(
     losses: list[Loss], scores: Mapping[str, ContactScore], hours: float
 ) -> dict[str, Any]:
@@ -139,7 +165,7 @@ def detector_summary(
     }
 
 
-def stability_margin(truth: Columns, loss_force_n: float = LOSS_FORCE_N) -> Array:
+def stability_margin(truth: Columns, loss_n: float = LOSS_FORCE_N) -> Array:
     """Share of the normal load that does not rest on the edge about which the robot would tip first, 0 to 0.5.
 
     Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal forces: with four
@@ -153,7 +179,7 @@ def stability_margin(truth: Columns, loss_force_n: float = LOSS_FORCE_N) -> Arra
     share = normal / np.where(total > 0, total, 1.0)[:, None]
     fl, fr, rl, rr = share.T
     four = np.minimum.reduce([fl + fr, rl + rr, fl + rl, fr + rr])
-    loaded = normal >= loss_force_n
+    loaded = normal >= loss_n
     three = np.where(loaded, share, np.inf).min(axis=1)
     feet = loaded.sum(axis=1)
     return np.where(feet == 4, four, np.where(feet == 3, three, 0.0))
@@ -224,7 +250,9 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
     losses = contact_losses(data, truth, rule)
     hours = float(truth["t"][-1] - truth["t"][0]) / 3600.0
     margin = stability_margin(truth, rule.force_n)
+    longest_unloaded_s, unloaded_share = unloaded(data, truth, rule.force_n)
     return {
+        "nominal_load_n": rule.nominal_load_n,
         "force_rms_n": force_rms_n(data, truth),
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
@@ -233,6 +261,8 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
         "contact_loss_rule": asdict(rule) | {"force_n": rule.force_n},
         "detector": detector_summary(losses, word_scores(data, truth, rule), hours),
+        "longest_unloaded_s": longest_unloaded_s,
+        "unloaded_share": unloaded_share,
         "lowest_stability_margin": float(margin.min()),
         "tilt_max_deg": float(tilt_deg(truth, slope_deg).max()),
         "climbed_m": climbed_m(truth, slope_deg),
