@@ -46,7 +46,7 @@ class Tolerance(Checked):
             return (self.number,)
         if self.number.startswith("rope."):
             each: tuple[str, ...] = tuple(f"rope_{side}" for side in SIDES)
-        elif self.number.startswith("joint.play"):
+        elif self.number.startswith("joint."):
             each = tuple(axis for axis in AXES if axis.endswith("_rotation"))
         else:
             each = LEGS if self.number.startswith(("each_leg.", "leg.")) else AXES

@@ -69,7 +69,7 @@ def _belief(believed: Path | None) -> np.ndarray:
         ("machine: {oil.nothing: 1.0}\n", "no such parameter"),
         ("effects: [{name: sensor.nothing, place: body, parameters: {}}]\n", "no effect has that"),
         (
-            "effects: [{name: sensor.zero_a, place: fl_radial, parameters: {zero: 1.0}}]\n",
+            "effects: [{name: supply.pump, place: supply, parameters: {flow_factor: 0.9, pressure_factor: 1.0}}]\n",
             "would have no effect",
         ),
         (

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from perturbed import changes_recording
 
 from testbed.formats.yaml_files import read_mapping
+from testbed.machine.names import SIDES
 from testbed.scenario import drawn
 from testbed.scenario.drawn import Tolerance, tolerances
 from testbed.scenario.scenario import load_scenario
@@ -36,8 +38,13 @@ def test_the_recording_says_the_same_of_a_drawn_machine_and_the_drawing(tmp_path
     short = ["duration_s=0.2"]
     for name, changes in (("drawn", DRAWN), ("plain", [])):
         run_scenario(load_scenario("stand_slope_45", [*short, *changes]), tmp_path / name)
-    told = [(tmp_path / name / "recording.yaml").read_text() for name in ("drawn", "plain")]
+    told = [read_mapping(tmp_path / name / "recording.yaml") for name in ("drawn", "plain")]
+    surveyed = [header.pop("surveyed") for header in told]
     assert told[0] == told[1]
+    assert [survey["tolerances"] for survey in surveyed] == ["workshop", None]
+    for side in SIDES:  # surveyed from where the machine stands, which its hinges shift
+        ropes = [survey["rope_directions_in_world"][side] for survey in surveyed]
+        np.testing.assert_allclose(*ropes, atol=1e-3)
     assert not (tmp_path / "plain" / "truth_machine.yaml").exists()
     truth = read_mapping(tmp_path / "drawn" / "truth_machine.yaml")
     assert truth["seed"] == 3

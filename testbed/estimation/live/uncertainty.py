@@ -117,21 +117,22 @@ def areas_m2(axis: Axis) -> tuple[float, float]:
 
 def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
     """What the sensors of an axis, and its bore, may add to its force at about the pressures of its work, N."""
+    at = axis.name
 
-    def sd(effect: str, parameter: str) -> float:
-        return sure.sd(f"{effect}@{axis.name}.{parameter}", machine)
+    def sd(number: str) -> float:
+        return sure.sd(number, machine)
 
     area_a, area_b = areas_m2(axis)
     whole = f"sensor.zero_a@{axis.name}.zero"
     if whole in sure.found:  # it was found with all that the sensors add to the force
         return area_a * sure.found[whole]
     parts = [
-        area_a * sd("sensor.zero_a", "zero"),
-        area_b * sd("sensor.zero_b", "zero"),
-        area_a * CHAMBER_PA * sd("sensor.gain_a", "gain_error"),
-        area_b * CHAMBER_PA * sd("sensor.gain_b", "gain_error"),
-        (area_a - area_b) * sd("sensor.linearity", "bow"),
-        area_a * sd("sensor.hysteresis", "width"),
+        area_a * sd(f"sensor.zero_a@{at}.zero"),
+        area_b * sd(f"sensor.zero_b@{at}.zero"),
+        area_a * CHAMBER_PA * sd(f"sensor.gain_a@{at}.gain_error"),
+        area_b * CHAMBER_PA * sd(f"sensor.gain_b@{at}.gain_error"),
+        (area_a - area_b) * sd(f"sensor.linearity@{at}.bow"),
+        area_a * sd(f"sensor.hysteresis@{at}.width"),
     ]
     bore_m = sure.sd(f"axes.{axis.name}.cylinder.bore_m", machine)
     parts.append(2.0 * bore_m / axis.cylinder.bore_m * LOAD_N)
