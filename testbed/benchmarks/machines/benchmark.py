@@ -40,10 +40,10 @@ KINDS = {
     "friction by pressure": "pressure_coefficient",
     "weight": "total_mass",
     "centre of mass": "centre_of_mass",
-    "inertial unit": "robot.attitude",
-    "rope directions": "rope.direction",
-    "load pins": "rope.tension_gain",
-    "heights of the ropes": "rope.attachment",
+    "inertial unit": "robot.attitude@",
+    "rope directions": "rope.direction@",
+    "load pins": "rope.tension_gain@",
+    "heights of the ropes": "rope.attachment@",
 }
 """Kind of number that a commissioning finds -> what its names hold."""
 
