@@ -395,6 +395,7 @@ class Simulation:
         return {
             "verdict": self.verdict,
             "foot_slip_m": m.judge.slip_m,
+            "rope_slip_m": float(m.board.devices["slipped"].max()),
             "tilt_deg": math.degrees(m.judge.tilt_rad),
             **m.drill.summary(),
             **m.settlement(),
