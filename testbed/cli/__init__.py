@@ -10,7 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from testbed.cli.benchmarks import benchmarks
+from testbed.cli.export import exports
+from testbed.cli.machines import machines
 from testbed.cli.options import Json
+from testbed.cli.states import states
 from testbed.errors import naming
 from testbed.formats.sockets import user_code
 
@@ -48,7 +51,7 @@ def run(
     json: Json = False,
 ) -> None:
     """Simulate a scenario, record it and write its report."""
-    from testbed.report.console import print_run, run_progress, waiting
+    from testbed.report.console import print_run, run_progress, run_status, waiting
     from testbed.resources import scenario as scenario_path
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
@@ -61,8 +64,7 @@ def run(
     with waiting("writing the report"):
         report = write_report(result.folder)
     print_run(result.summary, result.folder, report, json)
-    if result.interrupted:
-        raise typer.Exit(130)
+    raise typer.Exit(run_status(result.summary))
 
 
 @app.command()
@@ -138,7 +140,7 @@ def detect(
     detector: Annotated[
         str | None,
         typer.Option(
-            help="A detector by name, or FILE.py:Class. [robot: combined; else single_force]"
+            help="A detector by name, or FILE.py:Class. [robot: steady; else single_force]"
         ),
     ] = None,
     force: Annotated[
@@ -150,7 +152,11 @@ def detect(
         typer.Option(help="Column to score against: a measured force, N, or a contact."),
     ] = None,
     scale: Annotated[
-        float | None, typer.Option(help="Nominal load of a foot, N. [declared, else estimated]")
+        str | None,
+        typer.Option(
+            help="Nominal load of a foot, N [declared, else estimated]; or N,SHARE,SECONDS: a foot that bears less "
+            "than this share of it, for so long at least, has lost its contact. [N,0.03,0.02]"
+        ),
     ] = None,
     model: Annotated[
         Path | None, typer.Option(help="Model file that the force is estimated with.")
@@ -162,9 +168,9 @@ def detect(
     Any scale: bounds are shares of the nominal load and multiples of the noise.
     """
     from testbed.report.console import print_json, print_table
-    from testbed.workflows.detect import Options, detect_file, table
+    from testbed.workflows.detect import Options, detect_file, scale_options, table
 
-    options = Options(detector, force, reference, scale, model)
+    options = Options(detector, force, reference, model, **scale_options(scale))
     done = detect_file(recording, out, options)
     if json:
         print_json(done)
@@ -532,6 +538,9 @@ def play(
 
 
 app.add_typer(benchmarks)
+app.add_typer(states)
+app.add_typer(exports)
+app.add_typer(machines)
 
 
 @cache
@@ -541,7 +550,7 @@ def _command() -> Any:
 
 
 def main() -> None:
-    """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
+    """Entry point: exit status 0 done, 3 done but an `expect` was not met, 2 bad input, 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:

@@ -220,6 +220,11 @@ class Model(Checked):
 class OwnMachine(Checked):
     """Which machine world and model have, and by what the world's differs from its drawing."""
 
+    folder: str | None = Field(
+        default=None,
+        description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
+        "(climber_8t, quarter_model); null: ROBOCLIMBER",
+    )
     set: SetName = Field(
         default=DEFAULT,
         description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
@@ -236,6 +241,8 @@ class OwnMachine(Checked):
 
     @model_validator(mode="after")
     def _seed_of_a_draw(self) -> OwnMachine:
+        if self.folder is not None and self.set != DEFAULT:
+            raise impossible("has a set, which machine.yaml of its folder chooses", "set there")
         if self.draw is None and self.seed != 0:
             raise impossible("has a seed, but nothing is drawn", "draw: workshop beside it")
         return self
@@ -297,7 +304,20 @@ class Estimator(Checked):
         default=None, gt=0, description="e_max of the modified filter [N]"
     )
     contact_threshold_n: float | None = Field(
-        default=None, gt=0, description="load below which a foot counts as lost [N]"
+        default=None, gt=0, description="estimated load below which a foot is called lost [N]"
+    )
+    loss_share: float = Field(
+        default=0.03,
+        gt=0,
+        lt=1,
+        description="share of the nominal load (a quarter of the weight) below which a foot has truly lost its contact: "
+        "what the summary counts as a loss, and what detectors are judged by",
+    )
+    loss_s: float = Field(
+        default=0.02,
+        ge=0,
+        le=10,
+        description="for so long at least; shorter gaps are no losses, shorter touches no touchdowns [s]",
     )
 
     @model_validator(mode="after")
@@ -349,7 +369,7 @@ class Bound(Checked):
 class Expect(Checked):
     """What must come out of the run; the tests check it."""
 
-    verdict: Literal["stood", "fell", "slid", "rope broke"] | None = Field(
+    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = Field(
         default=None, description="how the run must end"
     )
     summary: dict[str, Bound] = Field(
