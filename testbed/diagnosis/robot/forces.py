@@ -1,0 +1,174 @@
+"""The forces' group: the body's six balances and the swinging feet's, with all that a sound machine leaves in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.tolerances import standard_deviation
+from testbed.effects import by_name
+from testbed.effects.signature import Change, RobotSeen
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES, SIDES
+
+Array = npt.NDArray[np.float64]
+WHITE_N, WHITE_N_M, WHITE_FOOT_N = 60.0, 60.0, 60.0
+"""What a bin's balances miss by noise of its own: sensors' noise, accelerations, the bins' edges; and as much that lasts
+as long as MEMORY_S (E)."""
+SLIDING_SHARE, REST_SHARE, QUICK_SHARE = 0.08, 0.5, 0.02
+"""Friction while sliding is known to this share beyond its tolerances, at rest to this share of its set; and anew in
+each bin."""
+MEMORY_S, REST_MEMORY_S = 1.0, 20.0
+"""For how long friction deviates while sliding, and at rest under the same load."""
+NEWS_SHARE, NEWS_N = 0.3, 20.0
+"""At rest another load, by this share of dry friction, is a new deviation; below NEWS_N it is noise."""
+TURNING_SHARE, TURNING_BINS = 0.5, 2
+"""A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+SIDE = 0.2
+"""Friction by side load that a sound machine may have, share of it."""
+HAMMER_SHARE = 0.04
+OF_AXES = (
+    "sensor.gain_a",
+    "sensor.gain_b",
+    "sensor.zero_a",
+    "sensor.zero_b",
+    "sensor.encoder_offset",
+    "inertia.mass",
+)
+OF_BODY = ("robot.payload", "robot.centre_of_mass", "robot.attitude")
+OF_ROPES = ("rope.tension_gain", "rope.direction", "rope.attachment")
+PAYLOAD_MOMENT = {"mass x": ("mass", "x"), "mass y": ("mass", "y"), "mass z": ("mass", "z")}
+
+
+def rows_of(balance: BodyBalance, change: Change) -> Array:
+    """One column of the group: what `change` does to its counted rows."""
+    out = np.zeros_like(balance.missing)
+    for axis, force in change.force.items():
+        out += balance.by_force[:, :, axis] * force[:, None]
+    if change.wrench is not None:
+        out[:, :6] += change.wrench
+    if change.balance is not None:
+        out += change.balance
+    return np.asarray(out[balance.counted])
+
+
+def tolerance_columns(balance: BodyBalance, machine: Machine) -> Array:
+    """(rows, k): every column a tolerance times its standard deviation."""
+    changes = [c.times(sd) for c, sd in _tolerated(balance.seen, machine) if sd > 0.0]
+    return np.column_stack([rows_of(balance, change) for change in changes])
+
+
+def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, float]]:
+    places = [(n, AXES) for n in OF_AXES] + [(n, ("body",)) for n in OF_BODY]
+    for name, where in [*places, *((n, tuple(f"rope_{s}" for s in SIDES)) for n in OF_ROPES)]:
+        for place in where:
+            star = place if place == "body" else "*"
+            for number, change in by_name(name).signature(seen, place).items():
+                parts = (
+                    PAYLOAD_MOMENT.get(number, (number,)) if name == "robot.payload" else (number,)
+                )
+                sd = float(np.prod([standard_deviation(f"{name}@{star}.{p}") for p in parts]))
+                yield change, sd
+    for i, axis in enumerate(machine.axes.values()):
+        yield from _friction(seen, i, axis)
+    warm = float(np.mean(seen.oil_degc)) - machine.sensor.calibration_temperature_degc
+    s = machine.sensor
+    thermal = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k / np.sqrt(3.0)
+    for i in range(len(AXES)):
+        for area in (seen.area_a_m2[i], seen.area_b_m2[i]):
+            yield Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area))
+
+
+def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, float]]:
+    """What seals scatter by."""
+    c, seal = axis.cylinder, axis.seal  # type: ignore[attr-defined]
+    for sense, way in (("out", 1.0), ("in", -1.0)):
+        now = np.maximum(way * seen.direction[:, i], 0.0) * way
+        for kind in ("coulomb", "static"):
+            size = getattr(c, f"{kind}_{sense}_n")
+            fading = (
+                1.0
+                if kind == "coulomb"
+                else np.exp(-np.abs(seen.speed_m_s[:, i]) / getattr(c, f"stribeck_{sense}_m_s"))
+            )
+            sd = standard_deviation(f"axes.*.cylinder.{kind}_{sense}_n", size)
+            yield Change(force={i: now * fading}), sd
+        viscous = getattr(c, f"viscous_{sense}_n_s_m")
+        share = standard_deviation(f"axes.*.cylinder.viscous_{sense}_n_s_m", viscous) / viscous
+        yield (
+            Change(force={i: np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)}),
+            share,
+        )
+    side = standard_deviation("axes.*.seal.side_load_coefficient", seal.side_load_coefficient)
+    yield Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]}), side
+    place = AXES[i]
+    for name, number, declared in (
+        ("friction.position", "position_slope", seal.position_slope),
+        ("friction.pressure", "pressure_coefficient_m2", seal.pressure_coefficient_m2),
+    ):
+        (change,) = by_name(name).signature(seen, place).values()
+        yield change, standard_deviation(f"axes.*.seal.{number}", declared)
+    (change,) = by_name("friction.load").signature(seen, place).values()
+    yield change, standard_deviation("friction.load@*.coefficient")
+
+
+def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
+    """The group of a measured robot."""
+    bins, _ = np.nonzero(balance.counted)
+    return RawGroup(
+        missing=balance.missing[balance.counted],
+        time_s=balance.seen.time_s[bins],
+        noise=noise_of(balance),
+        tolerated=tolerance_columns(balance, machine),
+        rows_of=lambda change: rows_of(balance, change),
+    )
+
+
+def noise_of(balance: BodyBalance) -> Array:
+    """Covariance of the group's rows (rows, rows) beside what tolerances make."""
+    seen, counted = balance.seen, balance.counted
+    bins, rows = np.nonzero(counted)
+    apart = np.abs(seen.time_s[bins][:, None] - seen.time_s[bins][None, :])
+    white = np.where(rows < 3, WHITE_N, np.where(rows < 6, WHITE_N_M, WHITE_FOOT_N))
+    same_row = rows[:, None] == rows[None, :]
+    out = np.diag(white**2)
+    out += np.where(same_row, np.exp(-apart / MEMORY_S), 0.0) * np.outer(white, white)
+    blows = HAMMER_SHARE * np.abs(seen.thrust_n)[bins] * (rows == 2)
+    out += np.diag(blows**2)
+    share = np.abs(seen.direction)
+    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    spread = (SLIDING_SHARE * share + REST_SHARE * (1.0 - share)) * dry
+    spread = np.hypot(spread, seen.line_n)
+    turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
+    age = friction_age(seen, share, dry)
+    for axis in range(len(AXES)):
+        by = balance.by_force[bins, rows, axis]
+        known, turned = by * spread[bins, axis], by * turning[bins, axis]
+        since = age[bins, axis]
+        out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(known, known)
+        out += (apart == 0.0) * np.outer(turned, turned)
+    return np.asarray(out)
+
+
+def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
+    """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by changing loads, of
+    which a stuck seal takes up its part.
+    """
+    piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+    step = float(seen.time_s[1] - seen.time_s[0])
+    changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
+    news = np.maximum(changed - NEWS_N, 0.0) / (NEWS_SHARE * dry)
+    rate = share * step / MEMORY_S + (1.0 - share) * (step / REST_MEMORY_S + news)
+    return np.asarray(np.cumsum(rate, axis=0))
+
+
+def turns(direction: Array) -> Array:
+    """(n, 12) how far a piston turns round about a bin: half the span of its sense over the bins beside it, 0 to 1."""
+    n = len(direction)
+    beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-TURNING_BINS, TURNING_BINS + 1)]
+    near = np.array([direction[index] for index in beside])
+    return np.asarray(0.5 * (near.max(axis=0) - near.min(axis=0)))
