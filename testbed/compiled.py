@@ -1,19 +1,22 @@
-"""Functions compiled by numba, cached on disk in a folder for each state of the package's sources.
+"""Functions compiled by numba, cached on disk in a folder for each state of the sources that they are made of.
 
 numba looks only at the file of the function that it loads: one that calls a function of another file would go on
-running the old callee after that file changed. So the folder's name is a digest of all sources that a compiled function
-may be made of. A change of one of them compiles everything anew, once.
+running the old callee after that file changed. So the folder's name is a digest of the function's file and of all
+files of the package that it imports, directly or through others. A change of a law compiles what uses the law; a
+change of a page or of a command compiles nothing.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -21,10 +24,13 @@ from typing import Any
 import numba
 
 PACKAGE = Path(__file__).parent
-WITHOUT = frozenset({"simulation", "report", "workflows", "cli", "data"})
-"""Rooms that hold nothing compiled and nothing that is compiled in; a change there compiles nothing."""
-KEPT = 8
-"""Folders that are kept, those used last."""
+KEPT_DAYS = 30
+"""Folders that were not used for so long are removed."""
+_SECONDS_A_DAY = 86400.0
+_IMPORT = re.compile(
+    r"^(?:from (testbed[\w.]*) import (\([^)]*\)|.+)|import (testbed[\w.]*))", re.MULTILINE
+)
+"""An import at a module's head: only its names are seen by the module's functions."""
 
 
 def caches() -> Path:
@@ -33,21 +39,51 @@ def caches() -> Path:
     return home / "roboclimber-testbed" / "compiled"
 
 
-@lru_cache(maxsize=1)
-def digest_of_sources() -> str:
-    """Digest (hexadecimal) of Python's and numba's versions and of the sources."""
+def _file_of(module: str) -> Path | None:
+    """File of a module of the package; None for a name that is none (a function, a class)."""
+    place = PACKAGE.parent.joinpath(*module.split("."))
+    for path in (place.with_suffix(".py"), place / "__init__.py"):
+        if path.is_file():
+            return path
+    return None
+
+
+@cache
+def imported_by(path: Path) -> frozenset[Path]:
+    """Files of the package that a file imports at its head."""
+    found = set()
+    for origin, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
+        modules = [whole or origin, *(f"{origin}.{name}" for name in re.findall(r"\w+", names))]
+        found |= {file for file in map(_file_of, modules) if file is not None}
+    return frozenset(found)
+
+
+@cache
+def sources_of(path: Path) -> frozenset[Path]:
+    """A file and all files of the package that it imports, directly or through others."""
+    found, open_ends = {path}, [path]
+    while open_ends:
+        new = imported_by(open_ends.pop()) - found
+        found |= new
+        open_ends += new
+    return frozenset(found)
+
+
+@cache
+def digest_of_sources(*paths: Path) -> str:
+    """Digest (hexadecimal) of Python's and numba's versions and of all that these files are made of."""
     digest = hashlib.sha256(f"{sys.version_info[:2]} {numba.__version__}".encode())
-    for path in sorted(PACKAGE.rglob("*.py")):
-        place = path.relative_to(PACKAGE)
-        if place.parts[0] not in WITHOUT:
-            digest.update(f"{place.as_posix()}\0".encode() + path.read_bytes())
+    for path in sorted(frozenset[Path]().union(*(sources_of(path) for path in paths))):
+        digest.update(f"{path}\0".encode() + path.read_bytes())
     return digest.hexdigest()[:24]
 
 
-@lru_cache(maxsize=1)
-def cache_folder() -> Path | None:
-    """This state's folder, made if need be, older ones pruned; None where there can be none."""
-    folder = caches() / digest_of_sources()
+@cache
+def cache_folder(*paths: Path) -> Path | None:
+    """Folder for functions made of these files, made if need be; None where there can be none."""
+    if not all(path.is_file() for path in paths):
+        return None  # typed at a prompt
+    folder = caches() / digest_of_sources(*paths)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
@@ -57,18 +93,25 @@ def cache_folder() -> Path | None:
     return folder
 
 
+@lru_cache(maxsize=1)
 def prune() -> None:
-    """Remove all folders but the KEPT that were used last."""
+    """Remove, once a process, the folders that were not used for KEPT_DAYS."""
+    oldest = time.time() - KEPT_DAYS * _SECONDS_A_DAY
     with suppress(OSError):  # another process prunes too
-        for old in sorted(caches().iterdir(), key=lambda path: path.stat().st_mtime)[:-KEPT]:
-            shutil.rmtree(old, ignore_errors=True)
+        for folder in caches().iterdir():
+            if folder.stat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _path_of(function: Any) -> Path:
+    return Path(function.__code__.co_filename)
 
 
 def is_cached(function: Any) -> bool:
     """Whether a compiled function is in the cache, for any types; so too where nothing is compiled."""
     if numba.config.DISABLE_JIT:
         return True
-    folder = cache_folder()
+    folder = cache_folder(_path_of(function.py_func))
     name = function.py_func.__name__
     return folder is not None and any(folder.rglob(f"*.{name}-*.nbc"))
 
@@ -84,14 +127,14 @@ def _own_cache(folder: Path) -> Iterator[None]:
         numba.config.CACHE_DIR = usual
 
 
-def njit(function: Any = None, **options: Any) -> Any:
-    """`numba.njit` with this cache, as `@njit` or `@njit(...)`.
+def njit(function: Any = None, *, made_of: tuple[Path, ...] = (), **options: Any) -> Any:
+    """`numba.njit` with this cache, as `@njit` or `@njit(...)`; `made_of`: files it depends on besides its own.
 
     A division by zero gives inf or nan, as NumPy's does: a run looks for these, and no division is looked at twice.
     """
     if function is None:
-        return lambda f: njit(f, **options)
-    folder = cache_folder()
+        return lambda f: njit(f, made_of=made_of, **options)
+    folder = cache_folder(_path_of(function), *made_of)
     options = {"error_model": "numpy"} | options
     if folder is None:
         return numba.njit(**options)(function)
@@ -107,7 +150,7 @@ def njit_over(loop: Any, step: Any) -> Any:
     names = loop.__globals__ | {"step": step}
     bound = FunctionType(loop.__code__, names, loop.__name__)
     bound.__qualname__ = f"{loop.__name__}_{step.__module__}".replace(".", "_")  # its files' names
-    return njit(bound)
+    return njit(bound, made_of=(_path_of(step.py_func),))
 
 
 @njit

@@ -43,48 +43,63 @@ def test_a_home_that_cannot_be_written_to_only_costs_time(tmp_path: Path) -> Non
 
 
 @pytest.fixture
-def sources(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A package of two rooms, in place of the testbed's."""
-    for room in ("laws", "report"):
-        (tmp_path / "package" / room).mkdir(parents=True)
-        (tmp_path / "package" / room / "a.py").write_text("X = 1\n")
-    monkeypatch.setattr(compiled, "PACKAGE", tmp_path / "package")
-    return tmp_path / "package"
-
-
-def _digest() -> str:
-    return compiled.digest_of_sources.__wrapped__()
-
-
-def test_the_cache_is_another_when_a_source_of_compiled_code_is(sources: Path) -> None:
-    before = _digest()
-    assert _digest() == before
-    (sources / "report" / "a.py").write_text("X = 2\n")
-    assert _digest() == before
-    (sources / "laws" / "a.py").write_text("X = 2\n")
-    assert _digest() != before
-
-
-def test_rooms_left_out_of_the_digest_compile_nothing_and_feed_nothing_compiled() -> None:
-    for path in compiled.PACKAGE.rglob("*.py"):
-        room, text = path.relative_to(compiled.PACKAGE).parts[0], path.read_text()
-        if room in compiled.WITHOUT:
-            assert "testbed.compiled" not in text, path
-        elif "from testbed.compiled import" in text:
-            head = text.split("\ndef ", 1)[0]
-            fed = [r for r in compiled.WITHOUT if f"from testbed.{r}" in head]
-            assert not fed or "benchmarks" in path.parts, (path, fed)
-
-
-def test_the_folders_used_last_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "caches", lambda: tmp_path)
-    for k in range(compiled.KEPT + 2):
-        (tmp_path / f"{k}").mkdir()
-        os.utime(tmp_path / f"{k}", (1e9 + k, 1e9 + k))
-    compiled.prune()
-    assert {path.name for path in tmp_path.iterdir()} == {
-        str(k) for k in range(2, compiled.KEPT + 2)
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package in place of the testbed's: a step that uses a law through a seal's, and a page."""
+    folder = tmp_path / "testbed"
+    files = {
+        "laws/seal.py": "X = 1\n",
+        "laws/law.py": "from testbed.laws import (\n    seal,\n)\n",
+        "world/step.py": "from testbed.laws.law import force\n",
+        "page.py": "import testbed.world.step\n",
     }
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    monkeypatch.setattr(compiled, "PACKAGE", folder)
+    for remembered in (compiled.imported_by, compiled.sources_of, compiled.digest_of_sources):
+        monkeypatch.setattr(compiled, remembered.__name__, remembered.__wrapped__)
+    return folder
+
+
+def test_a_change_of_a_source_is_another_cache_for_all_that_is_made_of_it(package: Path) -> None:
+    def digests() -> list[str]:
+        names = ("laws/seal.py", "world/step.py", "page.py")
+        return [compiled.digest_of_sources(package / name) for name in names]
+
+    before = digests()
+    assert digests() == before
+    (package / "laws" / "seal.py").write_text("X = 2\n")
+    assert all(new != old for new, old in zip(digests(), before, strict=True))
+
+
+def test_a_change_of_what_it_does_not_import_compiles_nothing(package: Path) -> None:
+    step = package / "world" / "step.py"
+    before = compiled.digest_of_sources(step)
+    (package / "page.py").write_text("import testbed.world.step\nX = 2\n")
+    assert compiled.digest_of_sources(step) == before
+    assert compiled.digest_of_sources(step, package / "page.py") != before
+
+
+def test_what_a_compiled_function_is_made_of_is_all_that_its_module_imports() -> None:
+    """The text's imports against those that Python made, for the loop's heaviest module."""
+    from testbed.world import between
+
+    found = compiled.sources_of(Path(between.__file__))
+    for name, value in vars(between).items():
+        owner = sys.modules.get(getattr(value, "__module__", None) or "")
+        if owner is not None and owner.__name__.startswith("testbed."):
+            assert Path(owner.__file__ or "") in found, name
+
+
+def test_folders_that_nobody_uses_any_more_are_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiled, "caches", lambda: tmp_path)
+    (tmp_path / "old").mkdir()
+    (tmp_path / "new").mkdir()
+    os.utime(tmp_path / "old", (1e9, 1e9))
+    compiled.prune.__wrapped__()
+    assert [path.name for path in tmp_path.iterdir()] == ["new"]
 
 
 def test_caches_of_others_stay_where_they_were() -> None:

@@ -10,6 +10,10 @@ from testbed.effects.terms import Array, ForceTerms, Signals, Values
 
 REST_S, SLOW_M_S = 1.0, 2e-3
 """Time in which a piston counts as rested, and the speed at which that is forgotten as fast as it is learnt."""
+SLIDING_M_S = {"2_mm_s": 2e-3, "5_mm_s": 5e-3, "10_mm_s": 1e-2, "20_mm_s": 2e-2}
+"""Speeds by which friction has turned over, as hyperbolic tangents."""
+STOPS_M = {"100_um": 1e-4, "300_um": 3e-4, "1_mm": 1e-3, "3_mm": 3e-3, "10_mm": 1e-2}
+"""Travels after a turn in which friction has turned over, as elastic stops."""
 
 
 def basis(signals: Signals) -> dict[str, Array]:
@@ -54,6 +58,33 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
     return out
 
 
+def friction_shapes(signals: Signals) -> dict[str, Array]:
+    """Scaled terms of a friction that turns over gradually, with speed or with travel; each of shape (n,), order one.
+
+    With a pressure each stands twice: as it is, and times the pressure of A, which presses a seal on.
+    """
+    velocity = signals.velocity_m_s
+    shapes = {f"sliding_{name}": np.tanh(velocity / speed) for name, speed in SLIDING_M_S.items()}
+    shapes |= {f"stop_{name}": stop(signals.position_m, m) for name, m in STOPS_M.items()}
+    terms = shapes | {"velocity": velocity / 0.1, "speed": np.abs(velocity) / 0.1}
+    if signals.pressure_a_pa is not None:
+        p = signals.pressure_a_pa / 1e7
+        terms |= {f"pressure_{name}": p * values for name, values in shapes.items()}
+    return terms
+
+
+@njit
+def stop(position_m: Array, travel_m: float) -> Array:
+    """Stretch of a spring that slides when it is stretched by `travel_m`, as a share of that; shape (n,)."""
+    out = np.empty(position_m.size)
+    stretch, last = 0.0, position_m[0]
+    for k in range(position_m.size):
+        stretch = min(max(stretch + position_m[k] - last, -travel_m), travel_m)
+        last = position_m[k]
+        out[k] = stretch / travel_m
+    return out
+
+
 NAMES = (
     "bias",
     "position",
@@ -71,6 +102,8 @@ NAMES = (
     "warmth",
     "direction_warmth",
 )
+_SHAPES = (*(f"sliding_{name}" for name in SLIDING_M_S), *(f"stop_{name}" for name in STOPS_M))
+FRICTION_SHAPES = ("velocity", "speed", *_SHAPES, *(f"pressure_{name}" for name in _SHAPES))
 
 
 class Unnamed(Effect):
@@ -80,7 +113,8 @@ class Unnamed(Effect):
     equation = "F = sum of generic terms in position, velocity, pressures and oil temperature"
     text = "something is missing that no name covers"
     parameters = tuple(
-        ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0) for n in NAMES
+        ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0)
+        for n in (*NAMES, *FRICTION_SHAPES)
     )
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
@@ -89,6 +123,8 @@ class Unnamed(Effect):
         terms.force_n = terms.force_n - used.pop("bias", 0.0)
         if used:
             columns = basis(signals)
+            if not used.keys() <= columns.keys():
+                columns |= friction_shapes(signals)
             for name in (n for n in used if n in columns):
                 terms.force_n = terms.force_n - used[name] * columns[name]
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -52,3 +55,31 @@ def test_a_warm_cache_starts_no_second_process_and_says_nothing(
     monkeypatch.setattr(first_start.subprocess, "Popen", None)  # would raise
     first_start.beside()()
     assert capsys.readouterr().err == ""
+
+
+def test_a_process_that_starts_meanwhile_waits_and_compiles_nothing_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """While another process has its turn the step is compiled: nothing is left to do, and nothing is said."""
+    monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
+    other = os.open(tmp_path / "first_start.lock", os.O_RDWR | os.O_CREAT)
+    fcntl.flock(other, fcntl.LOCK_EX)
+    found = iter([False, True])  # before the wait, and after it
+    monkeypatch.setattr(first_start, "is_cached", lambda _: next(found))
+    monkeypatch.setattr(first_start.subprocess, "Popen", None)  # would raise
+    begin = time.monotonic()
+    threading.Timer(0.2, os.close, [other]).start()
+    first_start.beside()()
+    assert time.monotonic() - begin >= 0.2
+    assert capsys.readouterr().err == ""
+    assert not first_start._held
+
+
+def test_a_process_does_not_wait_for_itself(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
+    first_start._take_turn()
+    first_start._take_turn()  # after a world that could not be built
+    assert len(first_start._held) == 1
+    first_start._end_turn()

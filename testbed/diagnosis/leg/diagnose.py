@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 
 from testbed.diagnosis.leg.amplitude import with_amplitudes
 from testbed.diagnosis.leg.base_models import declared, fit_base
+from testbed.diagnosis.leg.bench_correction import bench_correction
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.findings import Diagnosis
-from testbed.diagnosis.leg.fit import Fit, block_covariance
+from testbed.diagnosis.leg.fit import block_covariance
 from testbed.diagnosis.leg.generic import correction
 from testbed.diagnosis.leg.problem import Problem
-from testbed.diagnosis.leg.proof import WORSE, Proof, proven
-from testbed.diagnosis.leg.runs import Runs, overall, worst_ratio
+from testbed.diagnosis.leg.proof import Proof, proven
 from testbed.diagnosis.leg.search import Progress, Search, search
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import Unexplained, unexplained
@@ -122,20 +122,21 @@ def _after(
         entries = entries_of(chosen.fit, memory_of(chosen.evidence), by_blocks)
         entries = with_amplitudes(problem, entries, chosen.fit.at)
         return chosen.fit.model(problem.base).model_copy(update={"effects": entries}), entries
+    if judged.proof is not None and not problem.believed:
+        return _identified(judged.verdict, models["identify"], problem, rig), ()
     generic = correction(problem, state.refit.fit) if judged.verdict.kind == "unnamed" else None
-    if generic is not None and _carries_over(judged.proof, generic, problem, rig):
-        entries = entries_of(generic, 1.0)
-        return generic.model(problem.base).model_copy(update={"effects": entries}), ()
-    on_bench = judged.proof is not None and not problem.believed
-    return models["identify" if on_bench else "refit"], ()
+    if generic is None:
+        return models["refit"], ()
+    entries = entries_of(generic, 1.0)
+    return generic.model(problem.base).model_copy(update={"effects": entries}), ()
 
 
-def _carries_over(proof: Proof | None, generic: Fit, problem: Problem, rig: Rig) -> bool:
-    """On a bench a generic correction has to predict recordings left out better than `identify` does, and none worse."""
-    if proof is None:
-        return True
-    found, identified = Runs.of(problem, rig.identify).errors(generic), proof.run_errors["identify"]
-    return overall(found) < overall(identified) and worst_ratio(found, identified) < WORSE
+def _identified(verdict: Verdict, model: LegModel, problem: Problem, rig: Rig) -> LegModel:
+    """The identified model of a bench, with a correction where something has no name and that predicts new runs."""
+    if verdict.kind == "none":
+        return model
+    entry = bench_correction(problem, rig.identify, model)
+    return model if entry is None else model.model_copy(update={"effects": (entry,)})
 
 
 def believed(rig: Rig, model: LegModel) -> LegModel:

@@ -74,11 +74,15 @@ class Runs:
         """Every run as predicted by the published model that `identify` makes of the other runs."""
         out = {}
         for k, left_out in enumerate(self.series):
-            others = [r for r in (*self.recordings[:k], *self.recordings[k + 1 :])]
-            free = [r for r in others if r.is_free] or others
-            model = identify(free, self.recordings[k].known, self.problem.base.rig).model
+            model = self.identified_without(k)
             out[left_out.name] = self._error(left_out, model, self.problem.believed)
         return out
+
+    def identified_without(self, k: int) -> LegModel:
+        """The published model that `identify` makes of all runs but the k-th."""
+        others = [*self.recordings[:k], *self.recordings[k + 1 :]]
+        free = [r for r in others if r.is_free] or others
+        return identify(free, self.recordings[k].known, self.problem.base.rig).model
 
     def _problem(self, *series: Series) -> Problem:
         return Problem(series, self.problem.base, self.problem.with_flow, self.problem.believed)

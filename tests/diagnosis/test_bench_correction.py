@@ -1,0 +1,73 @@
+"""A correction without a cause, for what an identified bench shows beyond every name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_bench import bench
+
+from testbed.benchmarks.diagnosis.measured_rigs import estimate_error
+from testbed.diagnosis.leg.base_models import declared
+from testbed.diagnosis.leg.bench_correction import bench_correction
+from testbed.diagnosis.leg.problem import Problem
+from testbed.diagnosis.leg.series import series_of
+from testbed.effects.unnamed import stop
+from testbed.estimation.friction.identification import identify_rig
+from testbed.recording.axis import Recording, Rig
+from testbed.recording.leg_model import EffectEntry, LegModel
+
+ZEROS_N = (3.0, -4.0, 2.0)
+"""A load cell's zero wanders from run to run."""
+
+
+def _rig(added_n: Callable[[Recording], np.ndarray], seed: int = 0) -> Rig:
+    recordings, _ = bench(np.geomspace(0.004, 0.04, 5), seed=seed, area=1.0)
+    runs = []
+    for recording, zero in zip(recordings, ZEROS_N, strict=True):
+        assert recording.reference_force_n is not None
+        load = recording.reference_force_n + added_n(recording) + zero
+        runs.append(replace(recording, reference_force_n=load))
+    return Rig("bench", runs[0].folder, tuple(runs), ())
+
+
+def _corrected(rig: Rig) -> tuple[EffectEntry | None, LegModel]:
+    model, base = identify_rig(rig).model, declared(rig)
+    problem = Problem(series_of(rig.identify, base.known), base, False)
+    return bench_correction(problem, rig.identify, model), model
+
+
+def _gradual_friction_n(recording: Recording) -> np.ndarray:
+    return -30.0 * stop(recording.position_m, 2e-3)
+
+
+@pytest.mark.slow
+def test_friction_that_turns_over_gradually_is_corrected_on_runs_never_seen() -> None:
+    entry, model = _corrected(_rig(_gradual_friction_n))
+    assert entry is not None and entry.name == "unnamed"
+    better = model.model_copy(update={"effects": (entry,)})
+    for recording in _rig(_gradual_friction_n, seed=5).identify:
+        assert estimate_error(recording, better) < 0.9 * estimate_error(recording, model)
+
+
+@pytest.mark.slow
+def test_runs_that_only_their_zeros_tell_apart_are_left_to_identification() -> None:
+    entry, _ = _corrected(_rig(lambda recording: 0.0 * recording.position_m))
+    assert entry is None
+
+
+@pytest.mark.slow
+def test_what_one_run_alone_shows_is_no_correction() -> None:
+    def in_one(recording: Recording) -> np.ndarray:
+        return (recording.name == "level2") * 40.0 * np.sign(np.gradient(recording.position_m))
+
+    entry, _ = _corrected(_rig(in_one))
+    assert entry is None
+
+
+def test_an_elastic_stop_stretches_with_the_travel_and_no_further() -> None:
+    there_and_back = np.concatenate([np.linspace(0.0, 4.0, 9), np.linspace(3.5, 0.0, 8)])
+    assert stop(there_and_back, 1.0)[:4] == pytest.approx([0.0, 0.5, 1.0, 1.0])
+    assert stop(there_and_back, 1.0)[9:14] == pytest.approx([0.5, 0.0, -0.5, -1.0, -1.0])
