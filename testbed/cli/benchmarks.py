@@ -242,8 +242,8 @@ def paper(
     ] = None,
     machine: Annotated[
         str,
-        typer.Option(help="Numbers inferred from the figures, by name, or 'declared' for none."),
-    ] = "paper",
+        typer.Option(help="Set of the machine's numbers: inferred or original."),
+    ] = "inferred",
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""The one place where a machine is built: the numbers of roboclimber.yaml, then what its URDF says, then changes.
+"""The one place where a machine is built: the numbers of a set, then what its URDF says, then changes.
 
 Everything else gets its machine handed in. `testbed.scenario.machines` builds the two of a scenario, the world's and
 the model's; recordings, benchmarks and the command line build theirs here.
@@ -14,6 +14,7 @@ from typing import Any
 from testbed import resources
 from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
+from testbed.machine.sets import DEFAULT, SetName, machine_set
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
 Changes = Mapping[str, Any]
@@ -25,13 +26,16 @@ def build_machine(
     urdf: str | Path | None = None,
     file: str | Path = SHIPPED,
     section: str = "",
+    of_set: SetName = DEFAULT,
 ) -> Machine:
-    """The drawing-board machine, or that of another URDF, with some numbers changed by path.
+    """The drawing-board machine of a set, or that of another URDF, with some numbers changed by path.
 
     Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be
     followed.
     """
-    machine = _shipped() if urdf is None else following(_shipped(), Path(urdf))
+    machine = _shipped(of_set)
+    if urdf is not None:
+        machine = following(machine, Path(urdf))
     return machine.replaced(changes or {}, file, section)
 
 
@@ -58,7 +62,7 @@ def _shared(changes: Changes) -> dict[str, Any]:
     return out
 
 
-@lru_cache(maxsize=1)
-def _shipped() -> Machine:
+@lru_cache(maxsize=4)
+def _shipped(of_set: SetName) -> Machine:
     quantities = read_quantities(Path(__file__).with_name(SHIPPED))
-    return Machine.of(quantities, resources.urdf())
+    return Machine.of(quantities | machine_set(of_set), resources.urdf())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from testbed.estimation.cylinder import Cylinder, oil_stiffness
+from testbed.estimation.cylinder import Cylinder, SealAnswer, oil_springs
 from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
@@ -12,8 +12,13 @@ LOW, HIGH = -700.0, 800.0
 def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
     s = at_rest.RestMemory.zeros()[0]
     if start is not None:
-        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, 1e-3)
-    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, 1e-3) for p in piston_n])
+        at_rest.step(s, piston_n[0], start, start, 1.0, push, SealAnswer(ratio, 0.4), 1e-3)
+    return np.array(
+        [
+            at_rest.step(s, p, LOW, HIGH, slides, push, SealAnswer(ratio, 0.4), 1e-3)
+            for p in piston_n
+        ]
+    )
 
 
 def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
@@ -23,8 +28,18 @@ def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
     cylinder["area_a"], cylinder["area_b"], cylinder["stroke"] = 3.8485e-3, 2.5918e-3, 0.5
     cylinder["dead_volume_a"] = cylinder["dead_volume_b"] = 4.0e-4
     cylinder["bulk_modulus"] = 1.4e9
-    k = oil_stiffness(0.25, cylinder)
-    assert k == pytest.approx(24.2e6, rel=2e-3)
+    assert sum(oil_springs(2e6, 2e5, 0.25, cylinder)) == pytest.approx(24.2e6, rel=2e-3)
+
+
+def test_air_softens_the_chamber_of_low_pressure_most():
+    # 2 % of air: 1/beta + 0.02 / (1.4 p) (1 bar / p)^(1/1.4); at 21 bar absolute 7.73e-10 1/Pa, at 3 bar 2.17e-8
+    cylinder = Cylinder.zeros()[0]
+    cylinder["area_a"], cylinder["area_b"], cylinder["stroke"] = 3.8485e-3, 2.5918e-3, 0.5
+    cylinder["dead_volume_a"] = cylinder["dead_volume_b"] = 4.0e-4
+    cylinder["bulk_modulus"], cylinder["air"] = 1.4e9, 0.02
+    a, b = oil_springs(2e6, 2e5, 0.25, cylinder)
+    assert a == pytest.approx(1.481e-5 / 1.362e-3 / (7.143e-10 + 7.73e-10), rel=2e-3)
+    assert b == pytest.approx(6.718e-6 / 1.048e-3 / (7.143e-10 + 2.17e-8), rel=5e-3)
 
 
 def test_first_value_is_the_middle_of_the_set():
@@ -69,4 +84,4 @@ def test_friction_never_leaves_its_set(push):
 
 def test_sliding_piston_has_the_friction_of_its_set_of_one():
     s = at_rest.RestMemory.zeros()[0]
-    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, 1e-3) == 650.0
+    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, SealAnswer(1.2, 0.4), 1e-3) == 650.0

@@ -15,9 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.sets import SetName
 
 Array = NDArray[np.float64]
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
+SET: SetName = "original"
+"""The machine whose laws stand here: its supply is constant and its valves hold no load."""
 N_AXIS = 9
 """States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle (mm), dwell,
 integral of the force (N s / 100)."""

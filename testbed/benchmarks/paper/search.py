@@ -2,7 +2,7 @@
 
 `python -m testbed.benchmarks.paper.search [SECONDS] [SEED]` draws circuits from RANGES, keeps those that pass figures
 4, 6 and 9 on the bench and then figure 5 on the robot, and prints every one that holds; without arguments it prints the
-sensitivity: what the figures measure at both ends of every number's range, the others as in inferred.yaml's set `paper`.
+sensitivity: what the figures measure at both ends of every number's range, the others as in the default machine.
 """
 
 from __future__ import annotations
@@ -28,10 +28,9 @@ from testbed.benchmarks.paper.figure_06 import PAPER_PEAK_N, TOLERANCE, peak_n
 from testbed.benchmarks.paper.leg import run, sinusoid
 from testbed.benchmarks.paper.machine import changed
 from testbed.benchmarks.paper.stick_slip import SOME, slips_at
-from testbed.machine.inferred import inferred
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 
-SET = "paper"
 RANGES: Mapping[str, tuple[float, float]] = {
     "power_unit.load_sensing_margin_pa": (1.0e6, 2.0e6),
     "power_unit.standby_pressure_pa": (1.5e6, 2.5e6),
@@ -108,9 +107,15 @@ def decay(circuit: Mapping[str, float], found: Bench) -> tuple[float, float]:
     return change, approach(robot, found.a, len(LEGS) * found.b_n)
 
 
+def inferred() -> dict[str, float]:
+    """The numbers of RANGES as the default machine has them."""
+    machine = build_machine()
+    return {path: float(machine.quantity(path).value) for path in RANGES}
+
+
 def draw(rng: np.random.Generator) -> dict[str, float]:
-    """A circuit from RANGES: evenly in the logarithm, kinds by a coin; the rest as in the set."""
-    out = dict(inferred(SET))
+    """A circuit from RANGES: evenly in the logarithm, kinds by a coin; the rest as in the default machine."""
+    out = inferred()
     for path, (low, high) in RANGES.items():
         if path in KINDS:
             out[path] = float(rng.choice([low, high]))
@@ -142,7 +147,7 @@ def search(seconds: float, seed: int = 0) -> Iterator[tuple[dict[str, float], Be
 
 def sensitivity() -> Iterator[list[str]]:
     """For the set and both ends of every range: number, value, a, b, R2, peak, slips, and which figures still hold."""
-    middle = dict(inferred(SET))
+    middle = inferred()
     yield ["as inferred", "", *_measured(bench(middle))]
     for path, ends in RANGES.items():
         for value in ends:

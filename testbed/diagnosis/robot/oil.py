@@ -21,7 +21,7 @@ from testbed.diagnosis.robot.tolerances import standard_deviation
 from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
-from testbed.laws.chamber import NO_HOLDING
+from testbed.laws.holding import NO_HOLDING
 from testbed.laws.supply import LOAD_SENSING
 from testbed.laws.orifice import LAMINAR_DROP_PA
 from testbed.machine.model import Axis, Machine

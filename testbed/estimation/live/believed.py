@@ -16,12 +16,23 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.derived import valves_of
-from testbed.machine.groups import Cylinder, StraightCylinder
+from testbed.machine.groups import Cylinder, StraightCylinder, Valve
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
+
+
+DRIFT_S = 0.4
+"""Within this time the leaks of a valve that holds no load let friction at rest drift to the middle of its set (E)."""
+HELD_DRIFT_S = 0.4
+"""The same behind a load-holding valve (E)."""
+
+
+def rest_drift_s(valve: Valve) -> float:
+    """In what time friction at rest drifts."""
+    return HELD_DRIFT_S if valve.holding_a or valve.holding_b else DRIFT_S
 
 
 @dataclass(frozen=True)
@@ -52,7 +63,9 @@ class Leg:
     dead_volume_a_m3: float = 4.0e-4
     dead_volume_b_m3: float = 4.0e-4
     bulk_modulus_pa: float = 1.4e9
+    entrained_air: float = 0.0
     seal_stiffness_n_m: float = 3.0e7
+    rest_drift_s: float = DRIFT_S
     valve_deadband: float = 0.03
 
     @property
@@ -67,7 +80,9 @@ class Leg:
         cylinder["dead_volume_a"] = self.dead_volume_a_m3
         cylinder["dead_volume_b"] = self.dead_volume_b_m3
         cylinder["bulk_modulus"] = self.bulk_modulus_pa
+        cylinder["air"] = self.entrained_air
         cylinder["seal_stiffness"] = self.seal_stiffness_n_m
+        cylinder["rest_drift"] = self.rest_drift_s
         cylinder["deadband"] = self.valve_deadband
         a, b = cylinder["sensor_a"], cylinder["sensor_b"]
         a["gain"], a["zero"], a["drift"] = self.gain_a, self.zero_a_pa, self.drift_a_pa_s
@@ -175,7 +190,7 @@ class Believed:
         """
         four = [_declared_leg(machine, leg) for leg in LEGS]
         found = cls._of(four, effects, dt_s, machine)
-        return replace(found, supply_pa=machine.power_unit.supply_pressure_pa)
+        return replace(found, supply_pa=machine.power_unit.ready_pressure_pa)
 
     @classmethod
     def from_model(cls, model: LegModel, dt_s: float, machine: Machine) -> Believed:
@@ -230,7 +245,9 @@ def _declared_leg(machine: Machine, leg: str) -> Leg:
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
+        rest_drift_s=rest_drift_s(axis.valve),
         valve_deadband=axis.valve.deadband,
     )
 

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import pytest
 
 from testbed.benchmarks.paper.decay import OVERLAPPED, culprit, raising_step
+from testbed.benchmarks.paper.machine import of_set
+
+
+@pytest.fixture(autouse=True)
+def _on_the_original_circuit() -> Iterator[None]:
+    with of_set("original"):
+        yield
 
 
 def test_one_chamber_force_decays_towards_the_weight_within_tens_of_seconds_while_the_position_holds() -> (
