@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from typing import Any
+
+import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed

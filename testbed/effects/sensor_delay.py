@@ -7,8 +7,8 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
-from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.sensor_line_b import SMOOTHING_S, flat
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, Signals, Values
 
 

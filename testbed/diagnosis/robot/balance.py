@@ -27,6 +27,8 @@ from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 JOINTS_A_LEG = 3
+MOST, HARDLY = 0.5, 0.01
+"""Shares of a bin in which control means a foot to carry."""
 LIFTED_M = 0.02
 """A foot that control does not mean to carry and that is drawn up by so much hangs in the air."""
 
@@ -62,7 +64,8 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     side_load = np.zeros((n, len(AXES)))
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         dry = bins.direction * (coulomb + side * side_load)
-        measured = Measured(bins, piston - dry - viscous, _hanging(bins), rope_way)
+        force = piston - dry - viscous
+        measured = Measured(bins, force, bins.direction * side, _hanging(bins), rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
         side_load = _side_loads(foot_force)
@@ -155,6 +158,8 @@ class Measured:
     bins: Bins
     force_n: Array
     """(n, 12) of the pistons less friction."""
+    side_friction: Array
+    """(n, 12) believed friction by a newton across the rod, with its sign."""
     hangs: npt.NDArray[np.bool_]
     """(n, 4) feet in the air."""
     rope_way: Array
@@ -191,8 +196,11 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
         own = slice(JOINTS_A_LEG * leg, JOINTS_A_LEG * (leg + 1))
         jacobians[leg] = whole[leg][:, own]
         back = -np.linalg.inv(jacobians[leg].T)
-        force, by = back @ free[own], back * arm[own]
+        force = back @ free[own]
         foot_force[leg] = force
+        # A force that is off asks for another friction by side load, which is off by that in turn.
+        answers = measured.side_friction[k, own, None] * _side_slopes(force)
+        by = np.linalg.solve(np.eye(3) + (back * arm[own]) @ answers, back * arm[own])
         if measured.hangs[k, leg]:
             rows = slice(6 + own.start, 6 + own.stop)
             missing[rows], by_force[rows, own] = force, by
@@ -208,6 +216,14 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
     drill = {name: values[k] for name, values in bins.drill.items()}
     missing[:6] += known_wrench(robot.model, drill, -lift)
     return OfBin(missing, by_force, foot_force, feet, jacobians, free / arm)
+
+
+def _side_slopes(force: Array) -> Array:
+    """(3, 3) change of the force across a leg's rods (rotation, radial, vertical) by its foot's force (3)."""
+    level = max(float(np.hypot(force[0], force[1])), 1.0)
+    return np.array(
+        [[0.0, 0.0, 0.0], [0.0, 0.0, np.sign(force[2])], [force[0] / level, force[1] / level, 0.0]]
+    )
 
 
 def _each(bins: Bins) -> Iterator[tuple[Array, Array]]:
@@ -271,11 +287,11 @@ def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
     height = bins.extension_m[:, 2::3]
     out = np.zeros((bins.count, len(LEGS)), dtype=bool)
     for leg in range(len(LEGS)):
-        stands = bins.carrying[:, leg] > 0.5
+        stands = bins.carrying[:, leg] > MOST
         if stands.any() and not stands.all():
             index = np.arange(bins.count)
             last = np.interp(index, index[stands], height[stands, leg])
-            out[:, leg] = (bins.carrying[:, leg] < 0.01) & (last - height[:, leg] > LIFTED_M)
+            out[:, leg] = (bins.carrying[:, leg] < HARDLY) & (last - height[:, leg] > LIFTED_M)
     return out
 
 

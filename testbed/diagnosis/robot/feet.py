@@ -19,6 +19,7 @@ from testbed.effects.signature import Change
 from testbed.machine.names import AXES
 
 Array = npt.NDArray[np.float64]
+ALL_ALONG = 0.99
 EVERY = 3
 """Every third bin: places change slowly."""
 WHITE_M, SLOW_M, SLOW_S = 1.0e-4, 2.0e-4, 5.0
@@ -87,7 +88,7 @@ def in_slope(balance: BodyBalance, points: Array) -> Array:
 
 def _stands(bins: Bins) -> npt.NDArray[np.bool_]:
     """(n, 4) a foot is meant to carry in this bin and in both beside it."""
-    carries = bins.carrying > 0.99
+    carries = bins.carrying > ALL_ALONG
     padded = np.vstack([carries[:1], carries, carries[-1:]])
     return np.asarray(padded[:-2] & carries & padded[2:])
 

@@ -70,7 +70,7 @@ class Ledger:
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
         gradient, width = self._gradient[index], self._width[index]
         inverse = np.linalg.inv(scaled)
-        sign, size = np.linalg.slogdet(scaled)
+        size = np.linalg.slogdet(scaled)[1]
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
         mean = inverse @ gradient
         sure = mean / np.sqrt(np.diag(inverse))
@@ -112,4 +112,4 @@ def log_twice_above(sure: float) -> float:
     evidence of a number gains or loses that must not be negative.
     """
     above = 0.5 * math.erfc(-sure / math.sqrt(2.0))
-    return math.log(2.0 * above) if above > 1e-300 else -0.5 * sure**2
+    return math.log(2.0 * above) if above > 0.0 else -0.5 * sure**2

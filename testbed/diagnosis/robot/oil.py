@@ -22,8 +22,8 @@ from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
 from testbed.laws.holding import NO_HOLDING
-from testbed.laws.supply import LOAD_SENSING
 from testbed.laws.orifice import LAMINAR_DROP_PA
+from testbed.laws.supply import LOAD_SENSING
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.linkage import stroke_m
@@ -34,6 +34,10 @@ WHITE_M3_S = 2.0e-6
 """Noise of a bin: the encoder's rounding over a tenth of a second (E)."""
 VALVE_SHARE, MEMORY_S = 0.03, 0.5
 """A valve's flow is known to this share, and its deviation lasts so long (E)."""
+VOID_PA, FULL_PA, VOID_M3_S = 0.7e5, 1.5e5, 2.0e-5
+"""Below the first a chamber may hold a void, that much higher it surely does not (E)."""
+COMPRESSED_SHARE = 0.15
+"""Oil in which air goes in and out of solution is known to this share beside its tolerances (E)."""
 SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.0e5
@@ -56,6 +60,10 @@ class Oil:
     """
     by_pressure: Array
     """What it may miss by pressures that are off by PRESSURE_OFF_PA: much through a wide opening with little drop."""
+    void: Array
+    """How surely a chamber is not full of oil, 0 to 1: nobody knows what flows then."""
+    compressed: Array
+    """Size of what goes into compressed oil."""
     by_deadband: Array
     by_leak: Array
     """Flow by 1 m3/(s Pa) of leakage across the piston."""
@@ -121,8 +129,12 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         frame.mean(hose_flow_m3_s(samples[0], 1.0, time, frame.period_s)) for time in HOSE_TIMES_S
     ]
     softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * air
-    missing = supplied + drained + np.einsum("nce,ce->nc", edge, leaks)
-    missing = missing + oil.internal_leakage_m3_s_pa * across - swept - softness * squeezed
+    for k, held in enumerate((valve.holding_a, valve.holding_b)):
+        if held != NO_HOLDING:  # shut, it lets nothing out of its chamber
+            edge[:, k] *= ((edge[:, k] @ leaks[k] > 0.0) | (drained[:, k] < 0.0))[:, None]
+    seeps = np.einsum("nce,ce->nc", edge, leaks)
+    missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
+    missing = missing - swept - softness * squeezed
     return Oil(
         missing=missing,
         from_supply=supplied,
@@ -134,6 +146,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
             / np.maximum(np.abs(bins.supply_pa[:, None] - p), 2.0 * PRESSURE_OFF_PA)
             + np.abs(drained) / np.maximum(np.abs(p - tank), 2.0 * PRESSURE_OFF_PA)
         ),
+        compressed=np.abs(softness * squeezed),
+        void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
         by_leak=-across,
         by_air=air * squeezed,
@@ -220,7 +234,8 @@ def noise_of(oil: Oil, time_s: Array) -> Array:
     lasts = np.exp(-apart / MEMORY_S)
     out = np.eye(2 * n) * WHITE_M3_S**2
     size = VALVE_SHARE * np.abs(oil.from_supply + oil.to_tank)
-    size = np.hypot(size, oil.by_pressure)
+    size = np.hypot(size, VOID_M3_S * oil.void)
+    size = np.sqrt(size**2 + oil.by_pressure**2 + (COMPRESSED_SHARE * oil.compressed) ** 2)
     off = SPOOL_OFF * oil.by_spool
     for k in range(2):
         own = slice(k * n, (k + 1) * n)
