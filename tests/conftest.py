@@ -8,10 +8,21 @@ import pytest
 from hypothesis import settings
 from scenario_runs import Job, Runs, made_beside
 
+from testbed.simulation import pictures
+
 settings.register_profile(
     "testbed", deadline=None
 )  # the first example loads or compiles its kernels
 settings.load_profile("testbed")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _small_pictures() -> Iterator[None]:
+    """Rendering takes most of a short run's time: pictures of runs made in this process have few pixels."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "LARGE", (60, 40))
+        patch.setattr(pictures, "SMALL", (36, 24))
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

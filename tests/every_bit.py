@@ -12,12 +12,20 @@ RARE = 64
 
 
 class EveryBit:
-    """Finds a foot lost by a checksum of the loads that follow from valve, oil and pressures."""
+    """Finds a foot lost by a checksum of all loads so far, which follow from valve, oil and pressures.
+
+    A single bit that differs changes every later checksum, so that the contact states differ soon after.
+    """
 
     name = "every_bit"
     threshold = 0.5
 
+    def __init__(self) -> None:
+        self._checksums = [0, 0, 0, 0]
+
     def update(self, sample: Any) -> np.ndarray:
-        """Score (4,) of one Sample: 1 where the checksum of a foot's carried load says so."""
+        """Score (4,) of one Sample: 1 where the checksum of a foot's carried loads says so."""
         loads = sample.derived.carried
-        return np.array([float(zlib.crc32(load.tobytes()) % RARE == 0) for load in loads])
+        pairs = zip(loads, self._checksums, strict=True)
+        self._checksums = [zlib.crc32(load.tobytes(), before) for load, before in pairs]
+        return np.array([float(checksum % RARE == 0) for checksum in self._checksums])

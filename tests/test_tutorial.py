@@ -7,10 +7,15 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
+import pyarrow.csv as csv
 import pytest
 from typer.testing import CliRunner
 
 from testbed.cli import app
+from testbed.machine.names import LEGS
+from testbed.simulation.replay import replay_gait
+from testbed.simulation.runs import read_series
 
 ROOT = Path(__file__).parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
@@ -49,6 +54,7 @@ def _command(line: str) -> None:
     assert done.exit_code == 0, f"{line}: {done.output} {done.exception}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda file: file.stem)
 def test_a_tutorial_is_short_is_named_in_the_readme_and_runs(
     tutorial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -59,9 +65,7 @@ def test_a_tutorial_is_short_is_named_in_the_readme_and_runs(
     monkeypatch.chdir(tmp_path)
     for head, body in _blocks(text):
         _run(head, body)
-    check = globals().get(f"_after_{tutorial.stem}")
-    if check is not None:
-        check()
+    AFTER[tutorial.stem]()
 
 
 def _after_own_controller() -> None:
@@ -71,17 +75,39 @@ def _after_own_controller() -> None:
     assert json.loads(Path("drilled/summary.json").read_text())["verdict"] == "stood"
 
 
+def _after_own_detector() -> None:
+    contact = np.asarray(read_series(Path("run"), "data")["contact_fl"])
+    assert np.all(contact[100:] == 1.0)
+
+
+def _after_own_estimator() -> None:
+    live = read_series(Path("run"), "data")
+    over = csv.read_csv("forces.csv")
+    for leg in LEGS:
+        load = np.asarray(live[f"estimate_own_{leg}"])
+        assert np.ptp(load) > 1.0
+        np.testing.assert_allclose(over[f"force_{leg}_n"].to_numpy(), load, atol=1e-3)
+        low = np.asarray(live[f"own_low_{leg}"])
+        np.testing.assert_allclose(over[f"force_{leg}_n_low"].to_numpy(), low, atol=1e-3)
+        np.testing.assert_allclose(load - low, 1000.0, atol=1e-2)
+
+
 def _after_own_gait() -> None:
-    import numpy as np
-
-    from testbed.simulation.replay import replay_gait
-
     assert json.loads(Path("bowed/summary.json").read_text())["verdict"] == "stood"
     commands, recorded = replay_gait("bow.py:Bow", "bowed")
     ordered = np.stack([recorded[f"reference_{leg}_vertical"] for leg in ("fl", "rr")], axis=1)
     assert np.ptp(ordered, axis=0) == pytest.approx(0.05, abs=2e-3)
     # A row holds the set points at its own time: the end of the tick before.
     assert commands.joints[:-1, [2, 11]] == pytest.approx(ordered[commands.row[1:]], abs=2e-3)
+
+
+AFTER = {
+    "own_controller": _after_own_controller,
+    "own_detector": _after_own_detector,
+    "own_estimator": _after_own_estimator,
+    "own_gait": _after_own_gait,
+}
+"""What each tutorial leaves behind."""
 
 
 def test_the_environment_of_the_readme_steps() -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -466,13 +467,19 @@ def play(
 app.add_typer(benchmarks)
 
 
+@cache
+def _command() -> Any:
+    """All commands, read once from the functions' signatures."""
+    return typer.main.get_command(app)
+
+
 def main() -> None:
     """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:
         with user_code():
-            status = app(arguments, prog_name="testbed", standalone_mode=False)
+            status = _command()(arguments, prog_name="testbed", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         print("testbed: interrupted", file=sys.stderr)
         status = 130

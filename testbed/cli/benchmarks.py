@@ -262,13 +262,18 @@ def climbs(
     case: Annotated[
         list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
     ] = None,
+    gait: Annotated[
+        list[str] | None,
+        typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
     """Climb ten metres up every slope, on planes and on rough rock, several seeds each."""
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
-    show(Climbs(seeds, first_seed, way, tuple(case or CASES)), out, jobs, json)
+    cases, own = tuple(case or CASES), tuple(gait or ())
+    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
 
 
 @lab.command("expected-loads")

@@ -17,6 +17,7 @@ MOST_BYTES, MOST_DEPTH, MOST_VALUES, MOST_BY_ALIAS = 4_000_000, 64, 300_000, 10_
 """Of a file: its size, how deep its values lie in each other, how many it has, and how many of those by aliases."""
 
 _Base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 class _Loader(_Base):  # type: ignore[misc]
@@ -150,7 +151,18 @@ def read_mapping(path: str | Path) -> dict[str, Any]:
 
 def write_yaml(path: str | Path, tree: Mapping[str, Any]) -> None:
     """Write a mapping as YAML, whole or not at all. Raises InputError where it cannot be written."""
-    text = yaml.safe_dump(
-        dict(tree), sort_keys=False, default_flow_style=None, width=110, allow_unicode=True
+    write_text(path, yaml_text(tree, innermost_in_one_line=True))
+
+
+def yaml_text(tree: Any, innermost_in_one_line: bool = False) -> str:
+    """Plain values as YAML, keys in their order; on request a list or mapping of plain values in one line."""
+    return str(
+        yaml.dump(
+            dict(tree) if isinstance(tree, Mapping) else tree,
+            Dumper=_Dumper,
+            sort_keys=False,
+            allow_unicode=True,
+            width=110,
+            default_flow_style=None if innermost_in_one_line else False,
+        )
     )
-    write_text(path, text)

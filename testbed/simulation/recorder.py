@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from testbed.errors import InputError
 from testbed.formats.files import make_folder, whole, write_json, write_text
 from testbed.formats.table import read_parquet
+from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
 
@@ -60,8 +60,7 @@ class RunRecorder:
                     allowed="a new folder",
                 )
             make_folder(self.out_dir / f"{name}.parquet")
-        text = yaml.safe_dump(dict(recording_meta), sort_keys=False, allow_unicode=True, width=110)
-        write_text(self.out_dir / "recording.yaml", text)
+        write_text(self.out_dir / "recording.yaml", yaml_text(recording_meta))
         self._thread = threading.Thread(target=self._write_parts, name="recorder", daemon=True)
         self._thread.start()
 

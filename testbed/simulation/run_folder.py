@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from testbed.errors import InputError
 from testbed.formats.files import check_space, plain, write_text
-from testbed.formats.yaml_files import write_yaml
+from testbed.formats.yaml_files import write_yaml, yaml_text
 from testbed.simulation.description import recording_meta
 from testbed.simulation.metrics import wanted_columns
 from testbed.simulation.pictures import Album
@@ -32,7 +31,7 @@ class RunFolder:
         self._columns = list(simulation.data_columns), list(simulation.truth_columns)
         rows = round(scenario.duration_s * scenario.rates.record_hz)
         check_space(folder, size_bytes(rows, self._columns))
-        spelt = yaml.safe_dump(plain(scenario.model_dump(mode="json")), sort_keys=False)
+        spelt = yaml_text(plain(scenario.model_dump(mode="json")))
         write_text(folder / "scenario.yaml", spelt)
         if scenario.machine.draw is not None:
             write_yaml(folder / TRUTH_MACHINE, truth_machine(scenario, simulation))

@@ -14,6 +14,7 @@ import pyarrow.parquet
 import yaml
 
 from testbed.formats.table import write_columns
+from testbed.formats.yaml_files import write_yaml
 
 Columns = dict[str, np.ndarray]
 REFERENCE = "reference_force"
@@ -45,7 +46,7 @@ class Sample:
 
     def write(self, folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "recording.yaml").write_text(yaml.safe_dump(self.head))
+        write_yaml(folder / "recording.yaml", self.head)
         write_columns(folder / self.head["data"], self.columns)
         return folder
 

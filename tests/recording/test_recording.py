@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from testbed.errors import InputError
 from testbed.formats.table import write_columns
+from testbed.formats.yaml_files import write_yaml
 from testbed.recording.axis import read_recording, read_rig
 from testbed.recording.known import Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel, read_model, write_model
@@ -47,7 +47,7 @@ def table() -> dict[str, np.ndarray]:
 
 def write(folder: Path, head: dict[str, Any], columns: dict[str, np.ndarray]) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "recording.yaml").write_text(yaml.safe_dump(head))
+    write_yaml(folder / "recording.yaml", head)
     write_columns(folder / head["data"], columns)
     return folder
 
@@ -129,7 +129,7 @@ FAULTS = {
     ),
     "one column in two units": (
         _set("channels.current", {"column": "x", "unit": "mm"}),
-        "column 'x' cannot be in mm and in m",
+        "column 'x' cannot be in m and in mm",
     ),
     "tolerance without value": (
         _set("known.bore_m", {"tolerance": 0.01}),

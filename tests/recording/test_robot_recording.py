@@ -10,13 +10,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-import yaml
 from shipped import MACHINE
 from synthetic_run import synthetic_columns
 
 from testbed.cli import main
 from testbed.errors import InputError
 from testbed.formats.table import write_columns
+from testbed.formats.yaml_files import write_yaml
 from testbed.recording.robot import read_robot
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.description import recording_meta
@@ -46,7 +46,7 @@ def sound() -> tuple[dict[str, Any], Columns]:
 
 def write(folder: Path, head: dict[str, Any], columns: Columns) -> Path:
     folder.mkdir()
-    (folder / "recording.yaml").write_text(yaml.safe_dump(head))
+    write_yaml(folder / "recording.yaml", head)
     write_columns(folder / head["data"], columns)
     return folder
 
@@ -166,7 +166,7 @@ def test_every_fault_is_one_line_and_nothing_is_written(
     head, columns = sound
     fault(head, columns)
     (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "recording.yaml").write_text(yaml.safe_dump(head))
+    write_yaml(tmp_path / "run" / "recording.yaml", head)
     pq.write_table(pa.table(columns), tmp_path / "run" / "data.parquet")
     out = tmp_path / ("force.csv" if command == "estimate" else "found")
     monkeypatch.setattr("sys.argv", ["testbed", command, str(tmp_path / "run"), "--out", str(out)])

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 from testbed.cli import main
 from testbed.errors import InputError
 from testbed.formats.table import write_columns
 from testbed.formats.units import UNITS, si_unit, span_to_si, to_si
+from testbed.formats.yaml_files import write_yaml
 from testbed.recording.axis import read_recording
 from testbed.recording.foot import read_foot
 from testbed.recording.known import Known
@@ -26,7 +26,7 @@ TIME = np.arange(N) / 100.0
 
 def write(folder: Path, head: dict[str, Any], columns: dict[str, np.ndarray]) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "recording.yaml").write_text(yaml.safe_dump(head))
+    write_yaml(folder / "recording.yaml", head)
     write_columns(folder / head["data"], columns)
     return folder
 

@@ -27,7 +27,8 @@ def test_a_shape_that_the_live_chain_does_not_know_is_not_believed_by_halves() -
     leg = Believed.from_machine(build_machine(), 1e-3).legs[0]
     assert leg.with_effect(drift(rate=2000.0)).drift_a_pa_s == 2000.0
     assert leg.with_effect(drift(rate=2000.0, decay=0.0)).drift_a_pa_s == 2000.0
-    assert leg.with_effect(drift(rate=2000.0, decay=0.15)) == leg
+    with pytest.raises(InputError, match=r"drift_a\.parameters\.decay = 0\.15: is a shape"):
+        leg.with_effect(drift(rate=2000.0, decay=0.15))
 
 
 def test_a_shape_that_the_world_does_not_have_is_refused_by_its_name() -> None:

@@ -2,7 +2,7 @@
 
 A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws the sensors' errors,
 the true friction and, on rock, the surface; control believes one friction and knows nothing of the rock but its
-roughness.
+roughness. A gait of one's own climbs the same slopes beside the shipped one.
 """
 
 from __future__ import annotations
@@ -15,7 +15,11 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.marks import code, digest
+from testbed.control.gait import Gait
+from testbed.control.gaits.table import OwnParts
 from testbed.errors import InputError, SimulationFault
+from testbed.formats.sockets import load_class, split_user_class
 from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario, load_scenario
 
@@ -28,6 +32,8 @@ SLIP_LIMIT_M, TILT_LIMIT_DEG = 0.05, 3.0
 FRICTION = 0.6, 0.8
 """True friction is drawn evenly between these (dry rock, D)."""
 ROUGH = "rough"
+SHIPPED = "crawl"
+"""The gait of the scenario; every other name is a `FILE.py:Class`."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,7 @@ class Climb:
     case: str
     seed: int
     overrides: tuple[str, ...]
+    gait: str = SHIPPED
 
     def scenario(self) -> Scenario:
         """The climb as a scenario."""
@@ -45,20 +52,24 @@ class Climb:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it. Slip: furthest way of a standing foot within one stance; tilt: against the slope's normal."""
+    """What came of it. Slip: furthest way of a standing foot within one stance; tilt: against the slope's normal.
+
+    None: a gait of one's own does not say.
+    """
 
     case: str
     seed: int
     verdict: str
     way_m: float
     time_s: float
-    steps: int
+    steps: int | None
     slip_m: float
     tilt_deg: float
-    least_planned_margin_n: float
+    least_planned_margin_n: float | None
     highest_tension_n: float
     friction: float
     goal_m: float = WAY_M
+    gait: str = SHIPPED
 
     @property
     def good(self) -> bool:
@@ -83,8 +94,10 @@ CASES: dict[str, tuple[str, ...]] = {
 }
 
 
-def climbs(cases: Sequence[str], seeds: int, first: int = 1) -> list[Climb]:
-    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample."""
+def climbs(
+    cases: Sequence[str], seeds: int, first: int = 1, gaits: Sequence[str] = (SHIPPED,)
+) -> list[Climb]:
+    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample; under every gait."""
     out = []
     for seed in range(first, seeds + 1):
         for case in cases:
@@ -92,13 +105,17 @@ def climbs(cases: Sequence[str], seeds: int, first: int = 1) -> list[Climb]:
             drawn = [f"terrain.friction={friction:.4f}"]
             if case.startswith(ROUGH):
                 drawn.append(f"terrain.roughness_seed={seed}")
-            out.append(Climb(case, seed, (*LONG, *CASES[case], *drawn)))
+            overrides = (*LONG, *CASES[case], *drawn)
+            out += [Climb(case, seed, overrides, gait) for gait in gaits]
     return out
 
 
 @dataclass(frozen=True)
 class Climbs(Benchmark[Climb]):
-    """Seeds `first_seed` to `seeds` of each of `chosen`, as far as `way_m`. Raises InputError for none of these."""
+    """Seeds `first_seed` to `seeds` of each of `chosen`, as far as `way_m`, by the shipped gait and by `own` ones.
+
+    Raises InputError for cases, seeds and gaits that there are not.
+    """
 
     name = "climbs"
     noun = "climbs"
@@ -106,6 +123,8 @@ class Climbs(Benchmark[Climb]):
     first_seed: int = 1
     way_m: float = WAY_M
     chosen: tuple[str, ...] = tuple(CASES)
+    own: tuple[str, ...] = ()
+    """Gaits of one's own, `FILE.py:Class`."""
 
     def __post_init__(self) -> None:
         for name in self.chosen:
@@ -116,19 +135,27 @@ class Climbs(Benchmark[Climb]):
             raise InputError(
                 "no such seed", field="--first-seed", value=self.first_seed, allowed="1 to --seeds"
             )
+        for name in self.own:
+            load_class(name, Gait, field="--gait")
 
     def cases(self) -> Mapping[str, Climb]:
         """Every climb by slope and seed."""
-        made = climbs(self.chosen, self.seeds, self.first_seed)
-        return {f"{climb.case}, seed {climb.seed}, {self.way_m:g} m": climb for climb in made}
+        made = climbs(self.chosen, self.seeds, self.first_seed, (SHIPPED, *self.own))
+        return {
+            f"{climb.case}, seed {climb.seed}, {self.way_m:g} m, {climb.gait}": climb
+            for climb in made
+        }
 
     def work(self, case: Climb) -> Outcome:
         """See climb_up."""
         return climb_up(case, self.way_m)
 
     def made_from(self, case: Climb) -> str:
-        """The climb and its length."""
-        return f"{case!r} {self.way_m!r}"
+        """The climb, its length, and the file of one's own gait."""
+        if case.gait == SHIPPED:
+            return f"{case!r} {self.way_m!r}"
+        file, _ = split_user_class(case.gait, field="--gait")
+        return f"{case!r} {self.way_m!r} {digest(code(file))}"
 
     def without(self) -> tuple[str, ...]:
         """The other benchmarks of this folder."""
@@ -152,8 +179,9 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     from testbed.world.simulation import Simulation
 
     scenario = climb.scenario()
-    world = Simulation(scenario)
-    gait: Any = world.machine.gait
+    own = None if climb.gait == SHIPPED else climb.gait
+    world = Simulation(scenario, own=OwnParts(own))
+    gait: Any = world.machine.gait if own is None else None
     normal = world.machine.ground.normal_in_world
     columns = {name: k for k, name in enumerate(world.truth_columns)}
     ropes = [
@@ -161,7 +189,7 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     ]
     tilt, tension, verdict = 0.0, 0.0, ""
     try:
-        while not (world.finished or gait.done or _travelled(world) >= way_m):
+        while not (world.finished or (gait and gait.done) or _travelled(world) >= way_m):
             _, truth = world.run_block(scenario.rates.record_hz)
             upright = float(world.machine.board.rotation[:, 2] @ normal)
             tilt = max(tilt, math.degrees(math.acos(min(upright, 1.0))))
@@ -176,13 +204,14 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
         verdict or world.verdict,
         _travelled(world),
         world._step * world.dt,
-        gait.steps_done,
+        gait.steps_done if gait else None,
         summary["foot_slip_m"],
         max(tilt, summary["tilt_deg"]),
-        min(gait.margins_n, default=0.0),
+        min(gait.margins_n, default=0.0) if gait else None,
         tension,
         scenario.terrain.friction,
         way_m,
+        climb.gait,
     )
     world.close()
     return outcome
@@ -196,24 +225,27 @@ def _travelled(world: Any) -> float:
 
 
 def table(outcomes: Sequence[Outcome]) -> Table:
-    """One row a case: how many got there within the limits, and the worst of each number."""
-    heads = ["case", "good", "falls", "way [m]", "slip a step [mm]", "tilt [deg]"]
+    """One row a case and gait: how many got there within the limits, and the worst of each number."""
+    heads = ["case", "gait", "good", "falls", "way [m]", "slip a step [mm]", "tilt [deg]"]
     heads += ["planned margin [N]", "speed, median [mm/s]", "steps"]
     rows = []
-    for case in dict.fromkeys(o.case for o in outcomes):
-        of = [o for o in outcomes if o.case == case]
+    for case, gait in dict.fromkeys((o.case, o.gait) for o in outcomes):
+        of = [o for o in outcomes if (o.case, o.gait) == (case, gait)]
+        margins = [o.least_planned_margin_n for o in of if o.least_planned_margin_n is not None]
+        steps = [o.steps for o in of if o.steps is not None]
         speed = np.median([1000 * o.way_m / o.time_s for o in of])
         rows.append(
             [
                 case,
+                gait,
                 f"{sum(o.good for o in of)} of {len(of)}",
                 str(sum(o.verdict != "stood" for o in of)),
                 f"{min(o.way_m for o in of):.2f}",
                 f"{1000 * max(o.slip_m for o in of):.1f}",
                 f"{max(o.tilt_deg for o in of):.2f}",
-                f"{min(o.least_planned_margin_n for o in of):.0f}",
+                f"{min(margins):.0f}" if margins else "-",
                 f"{speed:.1f}",
-                str(max(o.steps for o in of)),
+                str(max(steps, default="-")),
             ]
         )
     return Table("Long climbs, the worst of all seeds", heads, rows)

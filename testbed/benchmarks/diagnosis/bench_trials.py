@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
 from testbed.benchmarks.diagnosis.scores import rate
@@ -26,6 +25,7 @@ from testbed.diagnosis.leg.bench_probabilities import (
 )
 from testbed.diagnosis.leg.diagnose import diagnose
 from testbed.formats.files import check_file, write_text
+from testbed.formats.yaml_files import yaml_text
 from testbed.report.tables import Table
 
 Trial = dict[str, Any]
@@ -181,7 +181,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
         "unnamed": _rounded(numbers.unnamed),
         "stray": round(numbers.stray, 4),
     }
-    text = yaml.safe_dump(row, sort_keys=False)
+    text = yaml_text(row)
     write_text(out, text)
     return text
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
 from testbed.benchmarks.harness import stored
@@ -31,6 +30,7 @@ from testbed.diagnosis.leg.probabilities import (
 from testbed.diagnosis.leg.signs import Signs
 from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
+from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
 RIDGE = 3.0
@@ -170,7 +170,7 @@ def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -
             question: rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals", "lapses")
         },
     }
-    return yaml.safe_dump(row, sort_keys=False)
+    return yaml_text(row)
 
 
 def ranges(seeds: Sequence[int]) -> str:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import yaml
 
 from testbed.benchmarks.diagnosis.calibration import (
     given,
@@ -27,6 +26,7 @@ from testbed.benchmarks.diagnosis.calibration import (
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, truth_set
 from testbed.diagnosis.robot.probabilities import FILE, RobotSigns, distribution
 from testbed.formats.files import check_file, write_text
+from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
 Numbers = dict[str, float]
@@ -69,7 +69,7 @@ def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, An
         **rounded(numbers),
         "width": WIDTH,
     }
-    return yaml.safe_dump(row, sort_keys=False)
+    return yaml_text(row)
 
 
 def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:

@@ -16,12 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from testbed import resources
 from testbed.benchmarks.soak.mutations import damaged, mutated
 from testbed.errors import InputError
-from testbed.formats.yaml_files import read_mapping
+from testbed.formats.yaml_files import read_mapping, yaml_text
 
 LIMIT_S = 180.0
 """A command that takes longer hangs."""
@@ -186,7 +185,7 @@ def _not_whole(folder: Path) -> str:
 
 
 def _write(path: Path, tree: Any) -> None:
-    path.write_text(yaml.safe_dump(tree, sort_keys=False))
+    path.write_text(yaml_text(tree))
 
 
 TRIALS = {

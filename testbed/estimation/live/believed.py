@@ -19,9 +19,25 @@ from testbed.estimation.detectors.derived import valves_of
 from testbed.machine.groups import Cylinder, StraightCylinder, Valve
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.recording.known import Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
+OF_VALVES = {
+    "valve_rated_flow_m3_s": "rated_flow",
+    "valve_rated_drop_per_edge_pa": "rated_drop",
+    "valve_damping": "damping",
+    "valve_deadband": "deadband",
+    "internal_leakage_m3_s_pa": "leakage",
+    "tank_pressure_pa": "tank_pressure",
+}
+"""Number that a model file declares -> number of the contact detector's valves."""
+OF_EDGES = ("pa", "at", "pb", "bt")
+NOT_LIVE = {
+    "inclination_deg": "the robot measures its attitude",
+    "cushion_length_m": "no live estimate knows the ends of the stroke",
+}
+"""Numbers that a model file may declare and that a run does not take."""
 
 
 DRIFT_S = 0.4
@@ -100,19 +116,32 @@ class Leg:
         cylinder["offset"] = self.force_offset_n
 
     def with_effect(self, entry: EffectEntry) -> Leg:
-        """This leg with a named effect of a model file added; an effect that has no live term changes nothing.
+        """This leg with a named effect of a model file added.
 
-        Nor does one with a shape that is not its plain law's: its first number alone would be worse than none.
+        Raises InputError for an effect that no live estimate knows, and for one with a shape that is not its plain
+        law's: its first number alone would be worse than none.
         """
         effect = by_name(entry.name)
-        shapes = (p for p in effect.parameters if p.name not in effect.live)
-        if any(entry.values.get(p.name, p.default) != p.default for p in shapes):
-            return self
+        if not effect.live:
+            raise InputError(
+                "would have no effect: no live estimate knows it",
+                field=f"effects.{entry.name}",
+                allowed="left out; `testbed effects` says which are live",
+            )
+        for shape in (p for p in effect.parameters if p.name not in effect.live):
+            value = entry.values.get(shape.name, shape.default)
+            if value != shape.default:
+                raise InputError(
+                    "is a shape that no live estimate knows",
+                    field=f"effects.{entry.name}.parameters.{shape.name}",
+                    value=value,
+                    allowed=f"{shape.default:g}",
+                )
         added = {
             number: getattr(self, number) + entry.values.get(parameter, 0.0)
             for parameter, number in effect.live.items()
         }
-        return replace(self, **added) if added else self
+        return replace(self, **added)
 
 
 @dataclass(frozen=True)
@@ -196,9 +225,17 @@ class Believed:
     def from_model(cls, model: LegModel, dt_s: float, machine: Machine) -> Believed:
         """The belief that a model file gives, the same on all four legs save for effects with a place.
 
-        `machine`: for what a leg's model does not hold, encoder and valve.
+        `machine`: for what a leg's model does not hold. Raises InputError for what would change nothing.
         """
         k = model.known
+        for name, reason in NOT_LIVE.items():
+            if getattr(k, name):
+                raise InputError(
+                    f"would have no effect: {reason}",
+                    field=f"known.{name}",
+                    value=getattr(k, name),
+                    allowed="left out",
+                )
         for name in ("bore_m", "rod_m", "moving_mass_kg"):
             if getattr(k, name) is None:
                 raise InputError(
@@ -213,12 +250,23 @@ class Believed:
             force_offset_n=model.force_offset_n,
             **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
         )
-        return cls._of([base] * len(LEGS), model.effects, dt_s, machine)
+        found = cls._of([base] * len(LEGS), model.effects, dt_s, machine)
+        _declare_valves(found.valves, k)
+        return replace(found, supply_pa=k.supply_pressure_nominal_pa or found.supply_pa)
 
     @classmethod
     def _of(
         cls, declared: Sequence[Leg], effects: Sequence[EffectEntry], dt_s: float, machine: Machine
     ) -> Believed:
+        places = {None, *LEGS, *(f"{leg}_vertical" for leg in LEGS)}
+        for effect in effects:
+            if effect.place not in places:
+                raise InputError(
+                    "would have no effect: no live estimate holds it there",
+                    field=f"effects.{effect.name}.place",
+                    value=effect.place,
+                    allowed="a leg or its vertical cylinder",
+                )
         legs = []
         for name, leg in zip(LEGS, declared, strict=True):
             for effect in effects:
@@ -227,6 +275,21 @@ class Believed:
             legs.append(leg)
         four = (legs[0], legs[1], legs[2], legs[3])
         return cls(four, valves_of(machine), dt_s, machine.sensor.encoder_linear_m)
+
+
+def _declare_valves(valves: NDArray[Any], known: Known) -> None:
+    """Put what a model file declares of valve, edges and tank into the records `Valve`."""
+    for declared, quantity in OF_VALVES.items():
+        if (value := getattr(known, declared)) is not None:
+            valves[quantity] = value
+    if known.valve_natural_frequency_hz is not None:
+        valves["natural_frequency"] = 2.0 * math.pi * known.valve_natural_frequency_hz
+    if known.circuit is not None:
+        for edge in OF_EDGES:
+            valves[f"edge_{edge}"] = getattr(known.circuit, f"edge_{edge}")
+            valves[f"leakage_{edge}"] = getattr(known.circuit, f"leakage_{edge}_m3_s_pa")
+        valves["held_a"] = float(known.circuit.holding_a != "none")
+        valves["held_b"] = float(known.circuit.holding_b != "none")
 
 
 def _declared_leg(machine: Machine, leg: str) -> Leg:

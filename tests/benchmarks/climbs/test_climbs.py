@@ -8,11 +8,24 @@ from typing import Any
 
 import pytest
 
+from testbed.benchmarks.climbs import climbs as climbs_module
 from testbed.benchmarks.climbs.climbs import CASES, Climbs, Outcome, climbs, table
 from testbed.benchmarks.harness import LINES, run
 from testbed.errors import InputError
 
 GOOD = Outcome("plane 45", 1, "stood", 10.01, 510.0, 102, 0.003, 0.13, 3200.0, 1.8e4, 0.7)
+
+STILL = """
+from testbed.control.command import Command
+
+
+class Still:
+    def __init__(self, start):
+        self.joints = start.joints.copy()
+
+    def command(self, t, dt, measured):
+        return Command(joints=self.joints)
+"""
 
 
 @pytest.mark.parametrize(
@@ -27,7 +40,38 @@ def test_a_climb_is_good_that_stood_got_there_and_kept_every_limit(
 
 def test_a_case_is_told_by_its_worst_run() -> None:
     (row,) = table([GOOD, replace(GOOD, seed=2, verdict="fell", way_m=4.0, slip_m=0.2)]).rows
-    assert row[:7] == ["plane 45", "1 of 2", "1", "4.00", "200.0", "0.13", "3200"]
+    assert row[:8] == ["plane 45", "crawl", "1 of 2", "1", "4.00", "200.0", "0.13", "3200"]
+
+
+def test_every_gait_has_a_row_and_what_it_does_not_say_is_a_dash() -> None:
+    own = replace(GOOD, gait="mine.py:Mine", steps=None, least_planned_margin_n=None)
+    rows = table([GOOD, own]).rows
+    assert [row[1] for row in rows] == ["crawl", "mine.py:Mine"]
+    assert rows[1][2] == "1 of 1" and rows[1][7] == rows[1][9] == "-"
+
+
+def test_a_gait_of_ones_own_climbs_beside_the_shipped_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine.py").write_text(STILL)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(climbs_module, "LONG", ("task.steps=4", "duration_s=0.3"))
+    short = Climbs(seeds=1, way_m=0.02, chosen=("plane 45",), own=("mine.py:Still",))
+    shipped, own = run(short, tmp_path / "out")
+    assert (shipped.gait, own.gait) == ("crawl", "mine.py:Still")
+    assert own.verdict == "stood" and not own.good and own.steps is None
+
+
+def test_a_gait_whose_file_is_another_is_run_again(tmp_path: Path) -> None:
+    marks = []
+    for name, text in (("one", STILL), ("other", STILL.replace("copy()", "copy() + 0.0"))):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mine.py").write_text(text)
+        gait = f"{tmp_path / name / 'mine.py'}:Still"
+        benchmark = Climbs(seeds=1, chosen=("plane 45",), own=(gait,))
+        mark = benchmark.made_from(benchmark.cases()[f"plane 45, seed 1, 10 m, {gait}"])
+        marks.append(mark.replace(gait, ""))
+    assert marks[0] != marks[1]
 
 
 def test_seeds_differ_in_rock_and_friction_and_every_case_is_a_scenario() -> None:
@@ -46,13 +90,14 @@ def test_a_climb_of_a_hands_breadth_is_good_and_is_not_run_again(tmp_path: Path)
     lines = (tmp_path / LINES).read_text()
     assert run(short, tmp_path) == [found]
     assert (tmp_path / LINES).read_text() == lines, "nothing was run"
-    assert "| plane 45 | 1 of 1 | 0 |" in (tmp_path / "climbs.md").read_text()
+    assert "| plane 45 | crawl | 1 of 1 | 0 |" in (tmp_path / "climbs.md").read_text()
 
 
 @pytest.mark.parametrize(
     ("options", "told"),
     [
         ({"chosen": ("plane 90",)}, "plane 85"),
+        ({"own": ("nobody.py:Mine",)}, "no such file"),
         ({"first_seed": 0}, "--first-seed"),
         ({"seeds": 1, "first_seed": 2}, "--first-seed"),
     ],

@@ -98,6 +98,7 @@ def test_a_free_mass_moves_as_in_radau(name: str) -> None:
     assert found.holds, found
 
 
+@pytest.mark.slow
 def test_stuck_ramps_converge_with_the_step() -> None:
     whole, half = compare_free("stuck ramps"), compare_free("stuck ramps", 5e-4)
     assert whole.holds
