@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
-from testbed.effects.signature import Change, RobotSeen, Signature
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 
 
@@ -57,7 +57,7 @@ class Drift(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A force that grows with time."""
         i = seen.axis(place)
-        return {"rate": Change(force={i: seen.time_s * seen.area_a_m2[i]})}
+        return {"rate": seen.reads(i, 0, seen.time_s)}
 
     def spread(self, number: str) -> float:
         """See Effect: a run of the robot is short, only a quick drift is seen at all."""

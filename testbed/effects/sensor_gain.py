@@ -6,7 +6,7 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
-from testbed.effects.signature import Change, RobotSeen, Signature
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 
 REFERENCE_PA = 1e7
@@ -66,7 +66,7 @@ class GainA(Gain):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too much force by the share of pA A_A."""
         i = seen.axis(place)
-        return {"gain_error": Change(force={i: seen.pressure_a_pa[:, i] * seen.area_a_m2[i]})}
+        return {"gain_error": seen.reads(i, 0, seen.pressure_a_pa[:, i])}
 
 
 class GainB(Gain):
@@ -93,7 +93,7 @@ class GainB(Gain):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too little force by the share of pB A_B."""
         i = seen.axis(place)
-        return {"gain_error": Change(force={i: -seen.pressure_b_pa[:, i] * seen.area_b_m2[i]})}
+        return {"gain_error": seen.reads(i, 1, seen.pressure_b_pa[:, i])}
 
 
 EFFECTS = (GainA(), GainB())

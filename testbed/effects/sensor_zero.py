@@ -6,7 +6,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
-from testbed.effects.signature import Change, RobotSeen, Signature
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -41,7 +41,7 @@ class ZeroA(Zero):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A constant force."""
         i = seen.axis(place)
-        return {"zero": Change(force={i: np.full(seen.bins, seen.area_a_m2[i])})}
+        return {"zero": seen.reads(i, 0, np.ones(seen.bins))}
 
 
 class ZeroB(Zero):
@@ -59,7 +59,7 @@ class ZeroB(Zero):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A constant force."""
         i = seen.axis(place)
-        return {"zero": Change(force={i: np.full(seen.bins, -seen.area_b_m2[i])})}
+        return {"zero": seen.reads(i, 1, np.ones(seen.bins))}
 
 
 EFFECTS = (ZeroA(), ZeroB())

@@ -106,6 +106,8 @@ class RobotSeen:
     oil_by_air: Array
     oil_by_hose: Array
     """(n, 12, hoses, 2) by 1 m3/Pa of each of the hoses of hydraulics.hose."""
+    oil_by_reading: Array
+    """(n, 12, 2) by a pressure sensor, of A or of B, that reads 1 Pa too much."""
     supply_by_pressure: Array
     """(n,) change of the believed supply pressure by the pump's set pressure, as a factor; `supply_by_flow` by its flow."""
     supply_by_flow: Array
@@ -125,6 +127,13 @@ class RobotSeen:
         """The change by a mass that asks for generalised forces (n, 18) which nobody believes in."""
         joints = {i: asked[:, 6 + i] / self.arm_m[:, i] for i in range(len(AXES))}
         return Change(force=joints, wrench=asked[:, :6])
+
+    def reads(self, axis: int, chamber: int, more_pa: Array) -> Change:
+        """The change by sensor A (0) or B (1) of a cylinder that reads (n,) Pa too much: a force, and other flows."""
+        area = (self.area_a_m2, -self.area_b_m2)[chamber][axis]
+        flow = np.zeros((self.bins, 2))
+        flow[:, chamber] = self.oil_by_reading[:, axis, chamber] * more_pa
+        return Change(force={axis: area * more_pa}, oil={axis: flow})
 
     def moves(self, leg: int, way_m: Array, axis: int) -> Change:
         """The change by a foot that seems to be elsewhere by (n,) m along x up the slope, y left or z off it (axis)."""

@@ -113,6 +113,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         oil_by_deadband=np.stack([one.by_deadband for one in other.oils], axis=1),
         oil_by_air=np.stack([one.by_air for one in other.oils], axis=1),
         oil_by_hose=np.stack([one.by_hose for one in other.oils], axis=1),
+        oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),
         supply_by_pressure=other.supply.by_pressure,
         supply_by_flow=other.supply.by_flow,
         line_hz=other.line_hz,

@@ -70,7 +70,7 @@ def standing_of(balance: BodyBalance, bins: Bins) -> Standing:
     rows, legs, axes = (np.repeat(k, 3), np.repeat(leg, 3), np.tile(np.arange(3), len(k)))
     place = in_slope(balance, balance.seen.foot_m)
     missing = place[rows, legs, axes]
-    return Standing(rows, legs, axes, phases[rows, legs], missing - missing.mean())
+    return Standing(rows, legs, axes, phases[rows, legs].astype(np.int64), missing - missing.mean())
 
 
 def rows_of(standing: Standing, balance: BodyBalance, change: Change) -> Array:

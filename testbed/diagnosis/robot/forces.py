@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.tolerances import standard_deviation
+from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import by_name
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.model import Machine
@@ -30,6 +30,11 @@ TURNING_SHARE, TURNING_BINS = 0.5, 2
 """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
 SIDE = 0.2
 """Friction by side load that a sound machine may have, share of it."""
+VERTICAL = tuple(range(2, len(AXES), 3))
+HELD_THRUST = 0.8
+"""Share of the thrust that stuck vertical cylinders may take up by friction, until they break away (E)."""
+HELD_ALIKE, HELD_EACH = 2.0, 0.5
+"""Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three (B)."""
 HAMMER_SHARE = 0.04
 OF_AXES = (
     "sensor.gain_a",
@@ -75,12 +80,27 @@ def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, floa
                 yield change, sd
     for i, axis in enumerate(machine.axes.values()):
         yield from _friction(seen, i, axis)
+    yield from _held_back(seen)
     warm = float(np.mean(seen.oil_degc)) - machine.sensor.calibration_temperature_degc
     s = machine.sensor
     thermal = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k / np.sqrt(3.0)
     for i in range(len(AXES)):
         for area in (seen.area_a_m2[i], seen.area_b_m2[i]):
             yield Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area))
+
+
+def _held_back(seen: RobotSeen) -> Iterator[tuple[Change, float]]:
+    """What stuck seals take up of changing loads before they break away: as springs beside the oil's, of all alike and
+    of each.
+    """
+    piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+    stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
+    yield Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE
+    for i in range(len(AXES)):
+        yield Change(force={i: stuck[:, i]}), HELD_EACH
+    at_rest = 1.0 - np.abs(seen.direction)
+    pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
+    yield Change(force=pushed), HELD_THRUST
 
 
 def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, float]]:
@@ -103,7 +123,8 @@ def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, f
             Change(force={i: np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)}),
             share,
         )
-    side = standard_deviation("axes.*.seal.side_load_coefficient", seal.side_load_coefficient)
+    number, drawn = "axes.*.seal.side_load_coefficient", seal.side_load_coefficient
+    side = float(np.hypot(standard_deviation(number, drawn), 0.3 * (middle(number, drawn) - drawn)))
     yield Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]}), side
     place = AXES[i]
     for name, number, declared in (
@@ -161,6 +182,10 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
     piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
     step = float(seen.time_s[1] - seen.time_s[0])
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
+    outside = np.column_stack([seen.thrust_n, seen.tension_n])
+    changed = changed + 0.25 * np.abs(np.diff(outside, axis=0, prepend=outside[:1])).sum(
+        axis=1, keepdims=True
+    )
     news = np.maximum(changed - NEWS_N, 0.0) / (NEWS_SHARE * dry)
     rate = share * step / MEMORY_S + (1.0 - share) * (step / REST_MEMORY_S + news)
     return np.asarray(np.cumsum(rate, axis=0))

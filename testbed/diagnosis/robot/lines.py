@@ -20,8 +20,10 @@ NEIGHBOURS_HZ = 3.0
 """A line stands out of the median of so wide a neighbourhood."""
 MEDIAN_OF_POWER = 0.69
 """Median over mean of the power of noise."""
-SURE = 30.0
+SURE = 100.0
 """Power over its neighbourhood's from which a line is surely one."""
+RESTLESS, LEAST_N = 10.0, 60.0
+"""Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so large (E)."""
 LEARNT_SHARE = 0.65
 
 
@@ -42,7 +44,7 @@ class Line:
         return RawGroup(
             missing=self.parts.ravel(),
             time_s=np.repeat([0.0, 1.0], 2),
-            noise=np.diag(np.repeat(self.variance, 2)),
+            noise=np.diag(np.repeat(RESTLESS * self.variance + LEAST_N**2, 2)),
             tolerated=np.zeros((4, 1)),
             rows_of=lambda change: np.tile(change.line.get(i, nothing), 2),
         )

@@ -34,21 +34,24 @@ WHITE_M3_S = 2.0e-6
 """Noise of a bin: the encoder's rounding over a tenth of a second (E)."""
 VALVE_SHARE, MEMORY_S = 0.03, 0.5
 """A valve's flow is known to this share, and its deviation lasts so long (E)."""
-VOID_PA, FULL_PA, VOID_M3_S = 0.7e5, 1.5e5, 2.0e-5
+VOID_PA, FULL_PA, VOID_M3_S = 0.7e5, 1.5e5, 8.0e-5
 """Below the first a chamber may hold a void, that much higher it surely does not (E)."""
+ZERO_PA = 4.0e4
+"""Zeros of a sensor and its line, at any warmth (E)."""
 COMPRESSED_SHARE = 0.15
 """Oil in which air goes in and out of solution is known to this share beside its tolerances (E)."""
 SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
-PRESSURE_OFF_PA = 1.0e5
+PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
-STEP = 1e-3
+STEP, READING_STEP_PA = 1e-3, 2.0e4
 
 
 @dataclass(frozen=True, eq=False)
 class Oil:
     """One cylinder's oil in n bins; arrays (n, 2) are of chambers A and B, m3/s into the chamber."""
 
+    pressure_pa: Array
     missing: Array
     """Believed inflow less what the chamber took up: + where more is believed to enter than it got."""
     from_supply: Array
@@ -60,6 +63,8 @@ class Oil:
     """
     by_pressure: Array
     """What it may miss by pressures that are off by PRESSURE_OFF_PA: much through a wide opening with little drop."""
+    by_reading: Array
+    """By a sensor that reads 1 Pa too much."""
     void: Array
     """How surely a chamber is not full of oil, 0 to 1: nobody knows what flows then."""
     compressed: Array
@@ -92,15 +97,16 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     supply = np.asarray(data["supply_pressure"], dtype=float)
     tank = machine.power_unit.tank_pressure_pa
 
-    def through(shift: float, wider: float) -> tuple[Array, Array]:
-        found = [
-            _valve(axis, k, place + shift, axis.valve.deadband + wider, (*samples, supply), tank)
-            for k in range(2)
-        ]
+    def through(shift: float, wider: float, more_pa: float = 0.0) -> tuple[Array, Array]:
+        overlap = axis.valve.deadband + wider
+        read = (samples[0] + more_pa, samples[1] + more_pa, supply)
+        found = [_valve(axis, k, place + shift, overlap, read, tank) for k in range(2)]
         return tuple(np.column_stack([frame.mean(one[side]) for one in found]) for side in range(2))  # type: ignore[return-value]
 
     supplied, drained = through(0.0, 0.0)
     shifted, wider = through(STEP, 0.0), through(0.0, STEP)
+    over = through(0.0, 0.0, READING_STEP_PA)
+    low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
     c, oil = axis.cylinder, axis.oil
     stroke = stroke_m(c, robot.linkage)
     whole = 0.25 * np.pi * c.bore_m**2
@@ -136,16 +142,13 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
     missing = missing - swept - softness * squeezed
     return Oil(
+        pressure_pa=p,
         missing=missing,
         from_supply=supplied,
         to_tank=drained,
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
-        by_pressure=PRESSURE_OFF_PA
-        * (
-            np.abs(supplied)
-            / np.maximum(np.abs(bins.supply_pa[:, None] - p), 2.0 * PRESSURE_OFF_PA)
-            + np.abs(drained) / np.maximum(np.abs(p - tank), 2.0 * PRESSURE_OFF_PA)
-        ),
+        by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
+        by_reading=(over[0] + over[1] - supplied - drained) / READING_STEP_PA,
         compressed=np.abs(softness * squeezed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
@@ -198,6 +201,10 @@ def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
             column = np.zeros_like(oil.missing)
             column[:, k] = oil.by_edge_leak[:, k, edge]
             yield column, getattr(valve, f"edge_{name}_leakage_m3_s_pa")
+        reading = np.zeros_like(oil.missing)
+        reading[:, k] = oil.by_reading[:, k]
+        yield reading, ZERO_PA
+        yield reading * oil.pressure_pa, standard_deviation(f"sensor.gain_{'ab'[k]}@*.gain_error")
     yield oil.by_spool, SPOOL_OFF
     yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
     for number, column in (

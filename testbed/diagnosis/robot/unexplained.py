@@ -7,6 +7,7 @@ name wherever one of them fits.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -26,9 +27,9 @@ class Unexplained(Effect):
 
     equation = "an error of any course in time"
     text = "something that no effect of the list describes"
-    parameters: tuple[ParameterSpec, ...] = ()
+    parameters: ClassVar[tuple[ParameterSpec, ...]] = ()
     rigs = ()
-    size = 1.0
+    size: ClassVar[float] = 1.0
 
     def spread(self, number: str) -> float:
         """See Effect."""
