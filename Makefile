@@ -2,6 +2,7 @@
 # make lint  ruff and mypy                      make test-fast  without the slow tests
 # make test-long  the tests that take minutes each: every field perturbed, measured rigs, soak, a cold first start
 # make loop  hide an effect, run, diagnose, believe, run again: runs/loop/loop.html
+# make docs  build the documentation site, strictly: dist/site/index.html
 # make wheel build a wheel into dist/           make clean      remove the environment and what was built
 PYTHON ?= python3.11
 VENV ?= .venv
@@ -11,7 +12,7 @@ SCENARIO ?= scenarios/drill_slope_45.yaml
 PYTEST ?= $(BIN)/python -m pytest
 PARALLEL := --numprocesses logical --maxprocesses 4 --dist worksteal
 
-.PHONY: run loop test test-fast test-long lint wheel setup clean
+.PHONY: run loop test test-fast test-long lint docs wheel setup clean
 
 run: $(VENV)/.stamp-run
 	@$(BIN)/testbed run $(SCENARIO)
@@ -32,6 +33,10 @@ lint: $(VENV)/.stamp-dev
 	@$(BIN)/ruff format --check --quiet .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
+
+docs: $(VENV)/.stamp-docs
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+	@ls dist/site/index.html
 
 wheel: $(VENV)/.stamp-dev
 	@$(BIN)/python -m build --wheel --no-isolation --outdir dist . > /dev/null
@@ -55,6 +60,10 @@ $(VENV)/.stamp-run: $(VENV)/.stamp-base
 
 $(VENV)/.stamp-dev: $(VENV)/.stamp-base
 	@$(PIP) --no-build-isolation --editable '.[dev]'
+	@touch $@ $(VENV)/.stamp-run
+
+$(VENV)/.stamp-docs: $(VENV)/.stamp-base
+	@$(PIP) --no-build-isolation --editable '.[docs]'
 	@touch $@ $(VENV)/.stamp-run
 
 clean:

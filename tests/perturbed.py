@@ -29,16 +29,20 @@ def rows_of(run: Run) -> NDArray[np.float64]:
         simulation.close()
 
 
-def changes_recording(run: Run, *changes: str) -> bool:
-    """Whether `run` with further changes records other bits. Raises InputError where it is refused."""
+def changes_recording(run: Run, *changes: str, truth: bool = True) -> bool:
+    """Whether `run` with further changes records other bits, of the data alone without `truth`.
+
+    Raises InputError where it is refused.
+    """
     name, given = run
     scenario = load_scenario(name, (*given, *changes))
     plain, first = rows_of(run), 0
     simulation = Simulation(scenario)
     try:
+        looked_at = None if truth else len(simulation.data_columns)
         while not simulation.finished:
-            rows = np.hstack(simulation.run_block(BLOCK))
-            if rows.tobytes() != plain[first : first + len(rows)].tobytes():
+            rows = np.hstack(simulation.run_block(BLOCK))[:, :looked_at]
+            if rows.tobytes() != plain[first : first + len(rows), :looked_at].tobytes():
                 return True
             first += len(rows)
         return first != len(plain)

@@ -110,10 +110,10 @@ AFTER = {
 """What each tutorial leaves behind."""
 
 
-def test_the_environment_of_the_readme_steps() -> None:
+def test_the_environment_of_the_guide_steps() -> None:
     (code,) = [
         body
-        for head, body in _blocks((ROOT / "README.md").read_text())
+        for head, body in _blocks((ROOT / "docs" / "guides" / "python.md").read_text())
         if head == "python" and "gymnasium.make" in body
     ]
     scope: dict[str, object] = {}

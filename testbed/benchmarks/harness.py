@@ -22,7 +22,7 @@ from testbed.formats.files import Lines, write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.report.progress import counting_progress
 from testbed.report.tables import Table, markdown
-from testbed.simulation.workers import work_through
+from testbed.simulation.workers import Workers, work_through
 
 CaseT = TypeVar("CaseT")
 Answers = dict[str, Any]
@@ -116,7 +116,7 @@ def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None)
     with kept as lines, counting_progress(len(cases), benchmark.noun) as tell:
         if tell is not None:
             tell(len(found))
-        for key, answer in work_through(partial(_work, benchmark), todo, jobs):
+        for key, answer in work_through(partial(_work, benchmark), todo, Workers.told(jobs)):
             if lines is not None:
                 lines.add(_text({"case": key, "mark": marks[key], "answer": answer}))
             found[key] = as_json(answer)

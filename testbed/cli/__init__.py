@@ -264,7 +264,12 @@ def parameters(json: Json = False) -> None:
 
 @app.command()
 def view(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Folder of a run, or of two to compare.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Page that compares two runs. [comparison.html]")
+    ] = None,
     open_: Annotated[
         bool, typer.Option("--open/--no-open", help="Open it in a browser, or in the viewer.")
     ] = True,
@@ -274,26 +279,49 @@ def view(
             "--scene", help="The run in three dimensions instead: scene.rrd (needs the extra view)."
         ),
     ] = False,
+    video: Annotated[
+        Path | None,
+        typer.Option(help="Film the run instead: .mp4 (needs the extra video), .gif or .webp."),
+    ] = None,
 ) -> None:
-    """Open a run's report, or the run in three dimensions.
+    """Open a run's report, the run in three dimensions, a film of it, or a page that compares two runs.
 
     A killed run gets its report now. Prints where the file is.
     """
+    from testbed.errors import InputError
+
+    shown = open_ and sys.stdout.isatty()
+    if len(folders) == 1 and out is not None:
+        raise InputError(
+            "would have no effect", field="--out", value=out, allowed="it with two runs"
+        )
+    if (scene or video) and len(folders) > 1:
+        field = "--scene" if scene else "--video"
+        raise InputError("shows one run", field=field, value=len(folders), allowed="1 RUN")
+    if video is not None:
+        from testbed.report.progress import working
+        from testbed.workflows.film import film
+
+        with working("filming") as tell:
+            print(film(folders[0], video, tell))
+        return
     if scene:
         from testbed.report.scene3d import show, write_scene
 
-        made = write_scene(folder)
+        made = write_scene(folders[0])
         print(made)
-        if open_ and sys.stdout.isatty():
+        if shown:
             show(made)
         return
-    from testbed.workflows.report import write_report
+    from testbed.workflows.report import write_comparison, write_report
 
-    report = folder / "report.html"
-    if not report.is_file():
-        report = write_report(folder)
+    report = folders[0] / "report.html"
+    if len(folders) > 1:
+        report = write_comparison(folders, out or Path("comparison.html"))
+    elif not report.is_file():
+        report = write_report(folders[0])
     print(report)
-    if open_ and sys.stdout.isatty():
+    if shown:
         import webbrowser
 
         webbrowser.open(report.resolve().as_uri())
@@ -401,28 +429,57 @@ def loop(
 @app.command()
 def sweep(
     file: Annotated[
-        str, typer.Argument(metavar="SWEEP", help="Sweep file, or the name of a shipped one.")
+        str,
+        typer.Argument(
+            metavar="SWEEP",
+            help="Sweep file, or the name of a shipped one; with --vary a scenario.",
+        ),
     ],
     out: Annotated[
         Path, typer.Option(help="Folder for the runs and results; goes on where it was.")
     ],
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Of a scenario: path=1,2,3 (grid) or path=low:high:samples (Latin hypercube)."
+        ),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there."),
+    ] = None,
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Make the i-th of n parts only.")
+    ] = None,
+    merge: Annotated[
+        list[Path] | None,
+        typer.Option(help="Make no run: gather those of other folders. May be repeated."),
+    ] = None,
     json: Json = False,
 ) -> None:
-    """Run a scenario many times: a grid or list of changes, each with every seed; resumable."""
+    """Run a scenario many times: grids, lists and Latin hypercubes of changes, each with every seed; resumable."""
+    from testbed.formats.files import write_text
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
-    from testbed.scenario.sweep import load_sweep
-    from testbed.simulation.sweep import run_sweep, table
+    from testbed.report.sweep_page import page
+    from testbed.scenario.sweep import load_sweep, sweep_of
+    from testbed.simulation.sweep import Share, merge_sweeps, run_sweep, table
+    from testbed.simulation.workers import Workers
 
-    loaded, runs = load_sweep(file)
-    with counting_progress(len(runs), "runs") as progress:
-        results = run_sweep(loaded, runs, out, jobs, progress)
+    share, workers = Share.of(shard), Workers(jobs, dask) if dask else Workers.told(jobs)
+    loaded, runs = sweep_of(file, vary) if vary else load_sweep(file)
+    if merge:
+        results = merge_sweeps(runs, merge, out)
+    else:
+        with counting_progress(len(runs), "runs") as progress:
+            results = run_sweep(loaded, runs, out, workers, share, progress)
+    write_text(out / "sweep.html", page(loaded.description or file, results, len(runs)))
     if json:
         print_json(results)
     else:
-        print_table(f"{len(results)} runs", *table(results))
-        print(out / "results.csv")
+        print_table(f"{len(results)} of {len(runs)} runs", *table(results))
+        print(out / "sweep.html")
 
 
 @app.command()
@@ -450,7 +507,7 @@ def play(
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
-    video: Annotated[Path | None, typer.Option(help="Write a .gif of the episode.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Film it: .mp4, .gif or .webp.")] = None,
     json: Json = False,
 ) -> None:
     """Let a trained policy act on a scenario for one episode."""

@@ -316,6 +316,17 @@ def robot_diagnosis(
     show(RobotBlindTest(runs, first_seed), out, jobs, json)
 
 
+@lab.command()
+def quotes(
+    root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
+) -> None:
+    """Put the numbers of committed results into README and docs (docs/quotes.yaml lists them)."""
+    from testbed.benchmarks.quotes import refresh
+
+    for page in refresh(root):
+        print(page)
+
+
 @lab.command("warning-numbers")
 def warning_numbers(
     folder: Annotated[Path, typer.Argument(help="Folder that `testbed contact-loss` has written.")],

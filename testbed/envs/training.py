@@ -10,23 +10,22 @@ import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from testbed.envs import ENVIRONMENTS
 from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_policy, read_tensors
 from testbed.errors import InputError
-from testbed.formats.files import check_file, read_json, whole, write_json
+from testbed.formats.files import read_json, write_json
 from testbed.formats.networks import write_network
 from testbed.formats.ownership import owned
+from testbed.simulation.video import Video
 
 TASKS = {
     re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS
 }
 """stand, climb, drill, force-distribution -> id."""
-PICTURES_HZ = 5
-"""Pictures of a video, a simulated second."""
 SHARED = "force-distribution"
 """The task whose policy becomes a controller, too."""
 CHECKPOINT_STEPS = 10_000
@@ -160,15 +159,14 @@ def _steps(checkpoint: Path) -> int:
 def play(
     policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None
 ) -> dict[str, Any]:
-    """One episode of a policy on a scenario; `video`: a .gif of it, five pictures a simulated second.
+    """One episode of a policy on a scenario; `video`: a .mp4, .gif or .webp of it.
 
     Raises InputError for a file that is no policy or another task's, and for a video that cannot be written.
     """
     import gymnasium
 
     task, network = read_policy(policy)
-    if video is not None:
-        check_file(video, (".gif",), "--video")
+    film = Video(video) if video is not None else None
     mode = "human" if gui else "rgb_array" if video is not None else None
     kwargs: dict[str, Any] = {"scenario": scenario, "render_mode": mode}
     if task == SHARED:
@@ -182,17 +180,16 @@ def play(
         raise InputError("is no policy of this task", file=policy, field="task", value=task)
     observation, info = env.reset(seed=seed)
     reward, lowest, use, over = 0.0, np.inf, 0.0, False
-    pictures: list[Any] = []
     while not over:
-        if video is not None and info["t_s"] >= len(pictures) / PICTURES_HZ:
-            pictures.append(env.render())
+        if film is not None and film.due(info["t_s"]):
+            film.add(cast(Any, env.render()))
         action = network.answer(observation).astype(np.float32)
         observation, gained, terminated, truncated, info = env.step(action)
         reward, over = reward + float(gained), terminated or truncated
         lowest, use = min(lowest, info["lowest_normal_n"]), max(use, info["friction_use"])
     env.close()
-    if video is not None:
-        _write_gif(pictures, video)
+    if film is not None:
+        film.write()
     return {
         "reward": reward,
         "simulated_s": info["t_s"],
@@ -200,16 +197,6 @@ def play(
         "lowest_normal_n": float(lowest),
         "friction_use_highest": use,
     }
-
-
-def _write_gif(pictures: list[Any], file: Path) -> None:
-    from PIL import Image
-
-    first, *others = [Image.fromarray(picture).quantize(64) for picture in pictures]
-    with whole(file) as hidden:
-        first.save(
-            hidden, save_all=True, append_images=others, duration=1000 // PICTURES_HZ, loop=0
-        )
 
 
 def _claim(out: Path, what: dict[str, Any]) -> None:

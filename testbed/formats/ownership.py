@@ -16,12 +16,16 @@ from testbed.errors import InputError
 from testbed.formats.files import make_folder
 
 
+class OccupiedError(InputError):
+    """Another process (or another block of this one) owns the folder."""
+
+
 @contextmanager
 def owned(folder: str | Path, field: str | None = "--out") -> Iterator[Path]:
     """Make `folder` and own it while the block runs; yields its path.
 
-    Raises InputError, in `field`, where another process (or another block of this one) owns it, and where nothing can
-    be written in it. A folder inside an owned one has its own owner.
+    Raises OccupiedError, in `field`, where another process (or another block of this one) owns it, InputError where
+    nothing can be written in it. A folder inside an owned one has its own owner.
     """
     folder = make_folder(folder, field)
     handle = os.open(folder, os.O_RDONLY)
@@ -38,7 +42,7 @@ def _lock(handle: int, folder: Path, field: str | None) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
-        raise InputError(
+        raise OccupiedError(
             "another testbed process is writing there",
             file=folder,
             field=field,

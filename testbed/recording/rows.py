@@ -127,6 +127,9 @@ class TruthRow(Record):
     chamber_b = quantity("Pa", "true pressure, rod side, gauge", per=AXES)
     supply_pressure = quantity("Pa", "true supply pressure, gauge")
     oil_temperature = quantity("degC", "true oil temperature")
+    pump_power = quantity(
+        "W", "hydraulic power that the pump puts in, mean over the last physics step"
+    )
     hole_depth = quantity("m", "depth of the drilled hole")
     drill_string_mass = quantity("kg", "rods in hole and mast")
     traction_stroke = quantity("m", "place of the traction device's piston", per=SIDES)

@@ -1,12 +1,12 @@
 (() => {
-  const root = document.getElementById("moving"), canvas = root.querySelector("canvas");
-  const A = JSON.parse(root.querySelector("script[type='application/json']").textContent), F = A.frames;
+  const root = document.getElementById("moving"), canvas = root.querySelector("canvas.screen");
+  const A = JSON.parse(document.getElementById("frames").textContent), F = A.frames;
   const button = root.querySelector("button"), slider = root.querySelector("input"), out = root.querySelector("output");
-  const cx = canvas.getContext("2d"), legs = ["fl", "fr", "rl", "rr"];
+  const screen = canvas.getContext("2d"), legs = ["fl", "fr", "rl", "rr"];
   const colours = ["#0072b2", "#d55e00", "#009e73", "#a5528a"];
   const tilt = A.slope * Math.PI / 180, pace = F.length > 1 ? (F[F.length - 1][0] - F[0][0]) / (F.length - 1) : 100;
   const speed = Math.max(1, Math.min(10, F.length * pace / 30000));
-  let k = 0, yaw = -1.05, lift = 0.42, playing = false, last = 0, clock = 0, drag = null, W = 0, H = 0, scale = 1, eye;
+  let k = 0, yaw = -1.05, lift = 0.42, playing = false, last = 0, clock = 0, drag = null, cx = screen, W = 0, H = 0, scale = 1, eye;
   slider.max = F.length - 1;
   const vec = (f, i) => [f[i], f[i + 1], f[i + 2]];
   const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
@@ -33,14 +33,29 @@
     cx.lineTo(b[0] - u[0] * h + u[1] * h * 0.5, b[1] - u[1] * h - u[0] * h * 0.5); cx.fill();
   }
   function ground() {
-    const step = 500, cx0 = Math.round(eye[0] / step) * step, cy0 = Math.round(eye[1] / step) * step, z = A.ground;
+    if (typeof A.ground === "number") plane(A.ground); else rock(A.ground);
+  }
+  function plane(z) {
+    const step = 500, cx0 = Math.round(eye[0] / step) * step, cy0 = Math.round(eye[1] / step) * step;
     for (let i = -6; i <= 6; i++) {
       line([[cx0 + i * step, cy0 - 6 * step, z], [cx0 + i * step, cy0 + 6 * step, z]], "#d9dce1", 1);
       line([[cx0 - 6 * step, cy0 + i * step, z], [cx0 + 6 * step, cy0 + i * step, z]], "#d9dce1", 1);
     }
   }
-  function draw() {
-    const f = F[k], o = vec(f, 1), ex = vec(f, 4).map(v => v / 1000), ez = vec(f, 7).map(v => v / 1000), ey = cross(ez, ex);
+  function rock(g) {
+    const n = g.columns, m = g.heights.length / n;
+    const point = (i, j) => [g.corner[0] + i * g.cell, g.corner[1] + j * g.cell, g.heights[i * n + j]];
+    const range = (k) => [...Array(k).keys()];
+    for (const i of range(m)) line(range(n).map(j => point(i, j)), "#c9cdd4", 1);
+    for (const j of range(n)) line(range(m).map(i => point(i, j)), "#c9cdd4", 1);
+  }
+  function label(text, p, colour) {
+    const q = project(p); cx.font = "bold 13px system-ui, sans-serif"; cx.textAlign = "center";
+    cx.strokeStyle = "#fff"; cx.lineWidth = 4; cx.strokeText(text, q[0], q[1]);
+    cx.fillStyle = colour; cx.fillText(text, q[0], q[1]);
+  }
+  function draw(f) {
+    const o = vec(f, 1), ex = vec(f, 4).map(v => v / 1000), ez = vec(f, 7).map(v => v / 1000), ey = cross(ez, ex);
     const at = p => add(add(add(o, ex, p[0]), ey, p[1]), ez, p[2]);
     eye = [o[0] + 150, o[1] * 0.5, o[2] + 300];
     cx.clearRect(0, 0, W, H); cx.lineCap = cx.lineJoin = "round";
@@ -52,6 +67,7 @@
     const m = A.mast, foot = at([m[0], m[1], m[2]]), top = at([m[0], m[1], m[2] + m[3]]);
     line([foot, top], "#c77800", 3);
     if (f[41] > 0) line([foot, at([m[0], m[1], m[2] - (f[41] + 350)])], "#8a8f98", 3);
+    const names = [];
     for (let i = 0; i < 4; i++) {
       const p = vec(f, 10 + 3 * i), hip = at([A.hips[3 * i], A.hips[3 * i + 1], A.hips[3 * i + 2]]);
       const d = add(p, o, -1), height = d[0] * ez[0] + d[1] * ez[1] + d[2] * ez[2];
@@ -60,8 +76,7 @@
       const ring = []; for (let a = 0; a <= 12; a++) ring.push(add(add(p, ex, 150 * Math.cos(a * Math.PI / 6)), ey, 150 * Math.sin(a * Math.PI / 6)));
       line(ring, "#3d434c", 2);
       arrow(p, vec(f, 22 + 3 * i).map(v => v * 0.5), colours[i]);
-      const q = project(add(knee, ez, 520)); cx.fillStyle = colours[i]; cx.font = "bold 13px system-ui, sans-serif";
-      cx.textAlign = "center"; cx.fillText(legs[i], q[0], q[1]);
+      names.push([legs[i], add(knee, ez, 560), colours[i]]);
     }
     for (let i = 0; i < 2; i++) {
       const pull = vec(f, 34 + 3 * i), size = Math.hypot(...pull);
@@ -70,21 +85,35 @@
       line([s, add(s, pull, 4000 / size)], "#1a1a1a", 0.7 + size / 700);
     }
     if (Math.abs(f[40]) > 5) arrow(foot, [ez[0] * f[40] * 0.5, ez[1] * f[40] * 0.5, ez[2] * f[40] * 0.5], "#6b7078");
-    out.textContent = (f[0] / 1000).toFixed(1) + " s";
+    for (const [text, p, colour] of names) label(text, p, colour);
+  }
+  function show() {
+    draw(F[k]);
+    out.textContent = (F[k][0] / 1000).toFixed(1) + " s";
     slider.value = k;
+  }
+  // Three moments for paper, each as wide as high by its own attributes, whatever the page does to it.
+  function stills() {
+    document.querySelectorAll(".still").forEach((still, i) => {
+      const f = F[Math.round(i * (F.length - 1) / 2)], c = still.querySelector("canvas");
+      cx = c.getContext("2d"); W = c.width / 2; H = c.height / 2; scale = Math.min(W, H * 1.3) / 5400;
+      cx.setTransform(2, 0, 0, 2, 0, 0); draw(f);
+      still.querySelector("figcaption").textContent = (f[0] / 1000).toFixed(1) + " s";
+    });
+    cx = screen;
   }
   function size() {
     const ratio = window.devicePixelRatio || 1;
     W = canvas.clientWidth; H = Math.round(Math.min(W * 0.72, 520));
     canvas.width = W * ratio; canvas.height = H * ratio; canvas.style.height = H + "px";
-    cx.setTransform(ratio, 0, 0, ratio, 0, 0); scale = Math.min(W, H * 1.3) / 5400; draw();
+    cx.setTransform(ratio, 0, 0, ratio, 0, 0); scale = Math.min(W, H * 1.3) / 5400; show();
   }
   function tick(now) {
     if (!playing) return;
     clock += Math.min(now - last, 200) * speed; last = now;
     k = Math.floor(clock / pace);
     if (k >= F.length) { k = F.length - 1; stop(); }
-    draw();
+    show();
     if (playing) requestAnimationFrame(tick);
   }
   function stop() { playing = false; button.innerHTML = "&#9654;"; }
@@ -93,14 +122,14 @@
     if (k >= F.length - 1) k = 0;
     playing = true; clock = k * pace; last = performance.now(); button.innerHTML = "&#10073;&#10073;"; requestAnimationFrame(tick);
   };
-  slider.oninput = () => { k = +slider.value; clock = k * pace; draw(); };
+  slider.oninput = () => { k = +slider.value; clock = k * pace; show(); };
   canvas.onpointerdown = e => { drag = [e.clientX, e.clientY, yaw, lift]; canvas.setPointerCapture(e.pointerId); };
   canvas.onpointermove = e => {
     if (!drag) return;
     yaw = drag[2] + (e.clientX - drag[0]) * 0.008;
-    lift = Math.max(-0.2, Math.min(1.4, drag[3] + (e.clientY - drag[1]) * 0.006)); draw();
+    lift = Math.max(-0.2, Math.min(1.4, drag[3] + (e.clientY - drag[1]) * 0.006)); show();
   };
   canvas.onpointerup = canvas.onpointercancel = () => { drag = null; };
-  window.addEventListener("resize", size); window.addEventListener("beforeprint", size);
-  size();
+  window.addEventListener("resize", size);
+  stills(); size();
 })();

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from testbed.report.words import method_name
+
 if TYPE_CHECKING:
     from testbed.estimation.calibration import Calibrated
     from testbed.estimation.friction.identification import Identification
@@ -105,7 +107,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         )
     )
     for method, value in summary.get("force_rms_n", {}).items():
-        rows.append((f"force error, {method.replace('_', ' ')}", _newton(value)))
+        rows.append((f"force error, {method_name(method)}", _newton(value)))
     expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
     if expected:
         rows.append(("expected load error, worst leg", _newton(max(expected))))
@@ -129,12 +131,12 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         )
         rows.append(
             (
-                "contact word",
-                f"{detector['missed']} missed, {detector['false_alarms']} false alarms",
+                "detector",
+                f"{detector['missed']} missed, {_count(detector['false_alarms'], 'false alarm')}",
             )
         )
         if delay is not None:
-            rows.append(("contact word's delay", f"{1000 * delay:.0f} ms"))
+            rows.append(("detector's delay, median", f"{1000 * delay:.0f} ms"))
     if "lowest_stability_margin" in summary:
         rows.append(("lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"))
         if "lowest_wrench_margin_n" in summary:
@@ -157,6 +159,10 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             ("expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"]))
         )
     return rows
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
 def _newton(value: float | None) -> str:

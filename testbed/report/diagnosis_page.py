@@ -12,6 +12,7 @@ from testbed.diagnosis.leg.verification import STAGES, closed_share
 from testbed.effects import by_name
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
 from testbed.report.page import render
+from testbed.report.words import DIAGNOSIS_WORDS, MACHINE_WORDS
 
 HEADLINES = {
     "none": "The model lacks nothing that these recordings can show.",
@@ -49,6 +50,7 @@ def contents(d: Diagnosis) -> dict[str, Any]:
         "stated": d.verdict.hypotheses[0][1],
         "figures": [(r.name, residual_figure(d, r), flow_figure(d, r)) for r in d.rig.verify],
         "left_out": found["left_out"],
+        "glossary": (*DIAGNOSIS_WORDS, *MACHINE_WORDS),
         "experiments": experiments(_group(d)),
         "excess": max(d.found.excess_best.values(), default=1.0),
     }

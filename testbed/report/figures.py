@@ -18,16 +18,17 @@ from testbed.report.style import (
     GREEN,
     GREY,
     LEG_COLOUR,
-    LEG_NAME,
     ORANGE,
+    PURPLE,
     SKY,
     VERMILION,
+    WIDTH_IN,
     add_legend,
     finish_time_axis,
-    method_name,
     method_style,
     new_figure,
 )
+from testbed.report.words import LEG_NAME, method_name
 from testbed.simulation.metrics import LOSS_FORCE_N, methods, rms, rope_tension_n
 from testbed.simulation.residuals import Suspect, leg_alone, load_residuals
 
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 Events = Sequence[Mapping[str, Any]]
+Layers = Sequence[tuple[str, float]]
+LAYER_TINTS = ("#eef0f3", "#dfe2e7")
+EVENT_ROWS, LETTER_IN = 4, 0.062
+"""Rows of words above the contact bars, and the width of a letter in them."""
 
 
 def foot_loads(
@@ -63,7 +68,7 @@ def foot_loads(
         ax.set_ylim(*limits(true, *near))
         ax.set_title(f"{leg}, {LEG_NAME[leg]}")
         ax.set_ylabel("load [kN]")
-        _mark(ax, events, start, end)
+        mark(ax, events, start, end)
     handles, labels = axes[0].get_legend_handles_labels()
     add_legend(figure, handles[::-1], labels[::-1], 3)
     finish_time_axis(axes, start, end)
@@ -86,7 +91,7 @@ def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
         ax.set_title(f"{method_name(method)}: {rms(every.ravel()):.0f} N rms")
         ax.set_ylim(*limits(*errors.values(), np.zeros(1)))
         ax.set_ylabel("error [N]")
-        _mark(ax, events, start, end)
+        mark(ax, events, start, end)
     handles, labels = axes[0].get_legend_handles_labels()
     add_legend(figure, handles, labels, 4)
     finish_time_axis(axes, start, end)
@@ -123,14 +128,15 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
         )
         ax.set_ylim(low, high)
         ax.set_ylabel("residual [N]")
-        _mark(ax, events, float(t[0]), float(t[-1]))
+        mark(ax, events, float(t[0]), float(t[-1]))
     finish_time_axis(axes, float(t[0]), float(t[-1]))
     return figure
 
 
-def pressures(data: Columns, events: Events) -> Figure:
-    """Per leg: both chambers of the vertical joint as read; then the supply."""
-    figure, axes = new_figure(5, 6.9, legend_rows=1)
+def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
+    """Per leg: both chambers of the vertical joint as read; then the supply, and what the pump puts in."""
+    pumped = "pump_power" in truth
+    figure, axes = new_figure(6 if pumped else 5, 8.1 if pumped else 6.9, legend_rows=1)
     t = data["t"]
     for ax, leg in zip(axes, LEGS, strict=False):
         for side, colour, label in (("a", BLUE, "A, piston side"), ("b", ORANGE, "B, rod side")):
@@ -142,25 +148,38 @@ def pressures(data: Columns, events: Events) -> Figure:
             )
         ax.set_title(f"{leg} vertical")
         ax.set_ylabel("[bar]")
-        _mark(ax, events, float(t[0]), float(t[-1]))
+        mark(ax, events, float(t[0]), float(t[-1]))
     axes[4].plot(*envelope(t, data["supply_pressure"] / 1e5), color=GREEN, lw=0.8)
     axes[4].set_title("supply")
     axes[4].set_ylabel("[bar]")
+    if pumped:
+        power = truth["pump_power"] / 1e3
+        axes[5].plot(*envelope(truth["t"], power), color=PURPLE, lw=0.8)
+        axes[5].set_title(f"pump: {power.mean():.1f} kW on average")
+        axes[5].set_ylabel("[kW]")
+    for ax in axes[4:]:
+        mark(ax, events, float(t[0]), float(t[-1]))
     handles, labels = axes[0].get_legend_handles_labels()
     add_legend(figure, handles, labels, 2)
     finish_time_axis(axes, float(t[0]), float(t[-1]))
     return figure
 
 
-def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Events) -> Figure:
-    """Rope tensions, read and true; with a drill at work also its force along the slope's normal and its moment."""
+def ropes_and_drill(
+    data: Columns, truth: Columns, slope_deg: float, layers: Layers, events: Events
+) -> Figure:
+    """Rope tensions, read and true; with a drill at work its force along the slope's normal, its moment and the hole.
+
+    `layers`: (kind of rock, depth of its bottom, m) from the surface down, where they are known.
+    """
     slope = np.deg2rad(slope_deg)
     force = truth["drill_wrench_in_world_fz"] * np.cos(slope) - truth[
         "drill_wrench_in_world_fx"
     ] * np.sin(slope)
     torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{i}"] for i in "xyz"], axis=0)
     drills = bool(np.any(force)) or bool(np.any(torque))
-    figure, axes = new_figure(3 if drills else 1, 6.6 if drills else 3.0)
+    deep = "hole_depth" in truth and bool(np.any(truth["hole_depth"]))
+    figure, axes = new_figure(1 + 2 * drills + deep, 3.0 + 3.6 * drills + 2.0 * deep)
     t = truth["t"]
     for side, colour in zip(SIDES, (BLUE, VERMILION), strict=True):
         read = data.get(f"rope_tension_{side}")
@@ -179,10 +198,39 @@ def ropes_and_drill(data: Columns, truth: Columns, slope_deg: float, events: Eve
         axes[2].plot(*envelope(t, torque), color=SKY, lw=0.8)
         axes[2].set_title("drill's moment on the body")
         axes[2].set_ylabel("[N m]")
+    if deep:
+        _hole(axes[-1], t, truth["hole_depth"], layers)
     for ax in axes:
-        _mark(ax, events, float(t[0]), float(t[-1]))
+        mark(ax, events, float(t[0]), float(t[-1]))
     finish_time_axis(axes, float(t[0]), float(t[-1]))
     return figure
+
+
+def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
+    """Depth over time, downwards, over the layers that it goes through."""
+    low, high = float(depth_m.min()), float(depth_m.max())
+    room = max(0.08 * (high - low), 0.005)
+    top = 0.0
+    for number, (kind, bottom) in enumerate(layers):
+        ax.axhspan(top, bottom, color=LAYER_TINTS[number % 2], lw=0)
+        shown = max(top, low - room), min(bottom, high + room)
+        if shown[1] - shown[0] > 0.1 * (high - low + 2 * room):
+            ax.annotate(
+                kind,
+                (1.0, sum(shown) / 2),
+                (-3, 0),
+                ("axes fraction", "data"),
+                "offset points",
+                ha="right",
+                va="center",
+                fontsize=8,
+                color=GREY,
+            )
+        top = bottom
+    ax.plot(*envelope(t, depth_m), color=BLUE)
+    ax.set_ylim(high + room, max(low - room, 0.0))
+    ax.set_title("depth of the hole, over the rock's layers" if layers else "depth of the hole")
+    ax.set_ylabel("[m]")
 
 
 def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
@@ -196,52 +244,67 @@ def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
     ax.set_yticks(range(4), LEGS)
     ax.set_ylim(3.6, -0.6)
     ax.grid(visible=False, axis="y")
-    ax.set_title("feet that carry: truth over the word")
+    ax.set_title("feet that carry: truth over detector")
     if events:
         _name_events(axes[0], events, float(t[0]), float(t[-1]))
-    _mark(ax, events, float(t[0]), float(t[-1]))
+    mark(ax, events, float(t[0]), float(t[-1]))
     finish_time_axis(axes, float(t[0]), float(t[-1]))
     return figure
 
 
 def _name_events(ax: Axes, events: Events, start: float, end: float) -> None:
-    for number, event in enumerate(events):
-        when = float(event["t"])
-        late = when > start + 0.7 * (
-            end - start
-        )  # its word goes to the left, or it would leave the page
+    words = [_event_word(event) for event in events]
+    times = [float(event["t"]) for event in events]
+    places = word_places(times, words, (start, end), WIDTH_IN - 0.94)
+    for when, word, place in zip(times, words, places, strict=True):
         ax.axvline(when, color=GREY, lw=0.8)
+        if place is None:
+            continue
+        row, side = place
         ax.annotate(
-            _event_word(event),
-            (when, 0.88 - 0.25 * (number % 4)),
-            (-2 if late else 2, 0),
+            word,
+            (when, 1.0 - (row + 0.5) / EVENT_ROWS),
+            (-2 if side == "right" else 2, 0),
             ("data", "axes fraction"),
             "offset points",
-            ha="right" if late else "left",
+            ha=side,
             va="center",
             fontsize=8,
         )
+    left_out = places.count(None)
     ax.set_yticks([])
-    ax.set_title("events")
+    ax.set_title(
+        "events" + (f", {left_out} of {len(events)} without their word" if left_out else "")
+    )
     ax.grid(visible=False)
 
 
-def body(t: Array, tilt_deg: Array, up_m: Array, margin: Array, events: Events) -> Figure:
-    """The body's way up the slope, its tilt against the slope's normal and its stability margin."""
-    figure, axes = new_figure(3, 4.2)
-    rows = (
-        (up_m * 1e3, "way up the slope", "[mm]", BLUE),
-        (tilt_deg, "tilt of the drill axis", "[deg]", VERMILION),
-        (margin, "stability margin", "[share]", GREEN),
-    )
-    for ax, (values, title, unit, colour) in zip(axes, rows, strict=True):
-        ax.plot(*envelope(t, values), color=colour)
-        ax.set_title(title)
-        ax.set_ylabel(unit)
-        _mark(ax, events, float(t[0]), float(t[-1]))
-    axes[2].set_ylim(bottom=0.0)
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
-    return figure
+def word_places(
+    times: Sequence[float], words: Sequence[str], span_s: tuple[float, float], width_in: float
+) -> list[tuple[int, str] | None]:
+    """For each word a row, and the side of its line that it is aligned to, such that none lies on another.
+
+    None where no row has room. A word near the right end stands left of its line, or it would leave the page.
+    """
+    inches_a_second = width_in / max(span_s[1] - span_s[0], 1e-9)
+    taken: list[list[tuple[float, float]]] = [[] for _ in range(EVENT_ROWS)]
+    places: list[tuple[int, str] | None] = []
+    for when, word in zip(times, words, strict=True):
+        at, long = (when - span_s[0]) * inches_a_second, LETTER_IN * (len(word) + 1)
+        side = "right" if at + long > width_in else "left"
+        reach = (at - long, at) if side == "right" else (at, at + long)
+        row = next(
+            (
+                k
+                for k, others in enumerate(taken)
+                if all(reach[1] <= a or b <= reach[0] for a, b in others)
+            ),
+            None,
+        )
+        if row is not None:
+            taken[row].append(reach)
+        places.append(None if row is None else (row, side))
+    return places
 
 
 def _slice(t: Array, start: float, end: float) -> slice:
@@ -254,7 +317,8 @@ def _bars(ax: Axes, flags: npt.NDArray[np.bool_], t: Array, row: float, colour: 
     ax.broken_barh(spans, (row - 0.13, 0.26), facecolors=colour, edgecolors="none")
 
 
-def _mark(ax: Axes, events: Events, start: float, end: float) -> None:
+def mark(ax: Axes, events: Events, start: float, end: float) -> None:
+    """A thin dashed line at every event of a stretch of time [s]."""
     for event in events:
         if start <= float(event["t"]) <= end:
             ax.axvline(float(event["t"]), color=GREY, lw=0.6, ls=(0, (2, 2)), zorder=0)

@@ -9,40 +9,43 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-import numpy.typing as npt
-
 from testbed import __version__
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.report.animation import animation
 from testbed.report.console import summary_rows
 from testbed.report.page import render
-from testbed.report.style import RC, method_name, svg
-from testbed.simulation.metrics import methods, stability_margin, tilt_deg
+from testbed.report.run_parts import Shown, parts, shown
+from testbed.report.style import RC, svg
+from testbed.report.words import ESTIMATE_WORDS, MACHINE_WORDS, SAFETY_WORDS, method_name
+from testbed.robot.robot import Robot
+from testbed.scenario.terrain import Terrain
 from testbed.simulation.pictures import pictures
-from testbed.simulation.residuals import Suspect, best_method, load_residuals
+from testbed.simulation.residuals import Suspect
 from testbed.simulation.runs import RecordedRun
 
-Array = npt.NDArray[np.float64]
 MOST_EVENTS = 40
 FEWEST_ROWS = 20
 """Shorter runs have a verdict but nothing to draw."""
 
 
-def page(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) -> str:
-    """The page's text: of a run, what it comes to (see summary.json), and the machine that it truly had."""
-    return render("run_report.html.j2", _contents(run, summary, machine))
+def page(
+    run: RecordedRun, summary: Mapping[str, Any], machine: Machine, terrain: Terrain | None = None
+) -> str:
+    """The page's text: of a run, what it comes to (see summary.json), the machine that it truly had, and its ground."""
+    return render("run_report.html.j2", _contents(run, summary, machine, terrain))
 
 
-def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) -> dict[str, Any]:
-    slope_deg = float(summary.get("slope_deg") or 0.0)
-    method = best_method(methods(run.data))
-    by_leg = load_residuals(run.data, method) if method else {}
-    enough = len(run.time_s) >= FEWEST_ROWS
+def _contents(
+    run: RecordedRun, summary: Mapping[str, Any], machine: Machine, terrain: Terrain | None
+) -> dict[str, Any]:
     found = (summary.get("residuals") or {}).get("stands_out")
     named = Suspect(**found) if found else None
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
+    enough = len(run.time_s) >= FEWEST_ROWS
+    drawn = (
+        shown((run.data, run.truth), summary, Robot.of(machine), terrain, named) if enough else None
+    )
     return {
         "title": f"{summary['scenario']}, seed {summary['seed']}",
         "description": summary.get("description") or "",
@@ -54,19 +57,30 @@ def _contents(run: RecordedRun, summary: Mapping[str, Any], machine: Machine) ->
         ],
         "picture": _picture(large[-1][1]) if large else None,
         "picture_s": large[-1][0] if large else 0.0,
-        "slope_deg": slope_deg,
+        "slope_deg": float(summary.get("slope_deg") or 0.0),
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "parts": _parts(run, summary.get("events") or [], slope_deg, by_leg, named, method)
-        if enough
-        else [],
-        "animation": animation(run.data, run.truth, slope_deg, machine) if enough else None,
+        "parts": _parts(drawn) if drawn is not None else [],
+        "animation": animation(drawn.motion, drawn.slope_deg, drawn.robot, drawn.ground)
+        if drawn is not None and drawn.motion is not None
+        else None,
         "legs": LEGS,
         "errors": _errors(summary),
+        "glossary": (*MACHINE_WORDS, *ESTIMATE_WORDS, *SAFETY_WORDS),
         **_film(run.folder),
         **_events(summary.get("events") or []),
         "footer": f"{run.folder.resolve().name} · roboclimber-testbed {__version__} · recording.yaml, data.parquet, "
         "truth.parquet and summary.json beside this file hold every number.",
     }
+
+
+def _parts(drawn: Shown) -> list[dict[str, str]]:
+    import matplotlib
+
+    with matplotlib.rc_context(cast(Any, RC)):
+        return [
+            {"title": part.title, "text": part.text, "svg": svg(part.figure, f"f{number}")}
+            for number, part in enumerate(parts(drawn))
+        ]
 
 
 def _verdict(summary: Mapping[str, Any]) -> str:
@@ -97,82 +111,6 @@ def _words(summary: Mapping[str, Any], named: Suspect | None) -> list[str]:
             f"Hidden in this world and unknown to the model: {effect['effect']} at {effect['at']} ({numbers})."
         )
     return lines
-
-
-def _parts(
-    run: RecordedRun,
-    events: list[dict[str, Any]],
-    slope_deg: float,
-    by_leg: Mapping[str, Array],
-    named: Suspect | None,
-    method: str | None,
-) -> list[dict[str, str]]:
-    import matplotlib
-
-    from testbed.report import figures
-    from testbed.report.series import busiest
-
-    data, truth = run.data, run.truth
-    parts: list[dict[str, str]] = []
-
-    def add(title: str, text: str, figure: Any) -> None:
-        parts.append({"title": title, "text": text, "svg": svg(figure, f"f{len(parts)}")})
-
-    with matplotlib.rc_context(cast(Any, RC)):
-        add(
-            "Foot loads",
-            "Along the vertical joint's axis. Lines are means over stretches of 0.2 % of the time.",
-            figures.foot_loads(data, truth, events),
-        )
-        if len(by_leg) == len(LEGS) and method:
-            word = f"Leg {named}." if named else "No leg stands out by itself."
-            word = f"Expected load less what the leg's own cylinder says; band: what friction leaves open. {word}"
-            add("Expected minus estimated", word, figures.residuals(data, method, named, events))
-        window = busiest(truth["t"], truth["foot_load_fl"])
-        if truth["t"][-1] - truth["t"][0] > 3.0:
-            add(
-                "Foot loads, close up",
-                f"The second in which the load of fl changes most, from {window[0]:.2f} s.",
-                figures.foot_loads(data, truth, events, window),
-            )
-        if methods(data):
-            add(
-                "Errors of the estimates",
-                "Estimate minus truth, the paper's equations one after the other.",
-                figures.estimate_errors(data, truth, events),
-            )
-        add(
-            "Pressures",
-            "As the transducers read them, through their calibration.",
-            figures.pressures(data, events),
-        )
-        add(
-            "Ropes and drill",
-            "What holds the robot and what pushes it.",
-            figures.ropes_and_drill(data, truth, slope_deg, events),
-        )
-        add(
-            "Contact and events",
-            "Black: the foot truly carries (300 N and more); orange: the detector's word.",
-            figures.contacts(data, truth, events),
-        )
-        up = _way_up(truth, slope_deg)
-        add(
-            "Body",
-            "Margin: share of the load off the edge about which the robot would tip first, 0 to 0.5.",
-            figures.body(
-                truth["t"], tilt_deg(truth, slope_deg), up, stability_margin(truth), events
-            ),
-        )
-    return parts
-
-
-def _way_up(truth: Mapping[str, Array], slope_deg: float) -> Array:
-    slope = np.deg2rad(slope_deg)
-    along: Array = truth["body_pose_in_world_x"] * np.cos(slope) + truth[
-        "body_pose_in_world_z"
-    ] * np.sin(slope)
-    return np.asarray(along - along[0])
 
 
 def _errors(summary: Mapping[str, Any]) -> list[list[str]]:

@@ -17,7 +17,8 @@ import numpy.typing as npt
 from testbed.errors import InputError
 from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.report.style import LEG_COLOUR, LEG_NAME, method_name
+from testbed.report.style import LEG_COLOUR
+from testbed.report.words import LEG_NAME, method_name
 from testbed.robot.robot import Robot
 from testbed.robot.urdf.drawn import Hanging, drawn
 from testbed.robot.urdf.shapes import COLOURS, Shape

@@ -27,14 +27,6 @@ METHOD_STYLE: dict[str, tuple[str, str]] = {
     "kbf": (GREEN, "-"),
     "modified_kbf": (BLUE, "--"),
 }
-METHOD_NAME = {
-    "one_chamber": "one chamber (1)",
-    "two_chamber": "two chambers (3)",
-    "friction": "less friction (7)",
-    "kbf": "filtered, KBF",
-    "modified_kbf": "modified KBF",
-}
-LEG_NAME = {"fl": "front left", "fr": "front right", "rl": "rear left", "rr": "rear right"}
 LEG_COLOUR = {"fl": BLUE, "fr": VERMILION, "rl": GREEN, "rr": PURPLE}
 
 RC: dict[str, Any] = {
@@ -47,6 +39,7 @@ RC: dict[str, Any] = {
     "axes.titlelocation": "left",
     "axes.titleweight": "bold",
     "axes.titlepad": 3.0,
+    "axes.titley": 1.0,  # where it stands is known: matplotlib need not measure all ticks for it
     "axes.linewidth": 0.6,
     "axes.grid": True,
     "grid.color": "#e4e6ea",
@@ -68,11 +61,6 @@ RC: dict[str, Any] = {
 def method_style(method: str) -> tuple[str, str]:
     """(colour, dash) of an estimate; the project's own ones share one look."""
     return METHOD_STYLE.get(method, (VERMILION, "-."))
-
-
-def method_name(method: str) -> str:
-    """What a person calls an estimate."""
-    return METHOD_NAME.get(method, method.replace("_", " "))
 
 
 def new_figure(

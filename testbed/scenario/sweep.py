@@ -14,18 +14,43 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from testbed.errors import InputError
-from testbed.formats.checked import Checked, Sequence, checked
-from testbed.formats.yaml_files import read_yaml
+from testbed.formats.checked import Checked, Pair, Sequence, checked
+from testbed.formats.yaml_files import parse_yaml, read_yaml
 from testbed.resources import sweep as sweep_path
 from testbed.scenario.scenario import Scenario, load_scenario
 
 MOST_RUNS = 100_000
+MOST_KEPT = 20
+"""More runs than these keep their summaries alone, unless the file says otherwise."""
+VARIED = re.compile(r"([^=]+)=(?:(.+):(.+):(\d+)|(.+))")
+"""path=low:high:samples, or path=value,value,..."""
 LONGEST_LABEL = 60
 Changes = dict[str, Any]
 
 
+class Latin(Checked):
+    """A Latin hypercube: every range is cut into as many equal parts as there are samples, each part used once."""
+
+    samples: int = Field(ge=1, le=MOST_RUNS, description="number of samples")
+    seed: int = Field(default=0, ge=0, description="seed of the draw")
+    ranges: dict[str, Pair] = Field(
+        min_length=1, description="dotted path -> [low, high]; all are drawn together"
+    )
+
+    def drawn(self) -> Iterator[Changes]:
+        """The samples, rounded to six digits."""
+        from scipy.stats import qmc
+
+        cube = qmc.LatinHypercube(len(self.ranges), rng=self.seed).random(self.samples)
+        for row in cube:
+            spread = zip(self.ranges.items(), row, strict=True)
+            yield {
+                path: float(f"{low + u * (high - low):.6g}") for (path, (low, high)), u in spread
+            }
+
+
 class Sweep(Checked):
-    """A sweep file: runs = entries of `list` x combinations of `grid` x seeds."""
+    """A sweep file: runs = entries of `list` x combinations of `grid` x samples of `latin` x seeds."""
 
     format: Literal["roboclimber-sweep/1"] = Field(description="format of the file")
     description: str = Field(default="", description="what it is for")
@@ -45,10 +70,15 @@ class Sweep(Checked):
     list: Annotated[tuple[Changes, ...], Sequence] = Field(
         default=({},), min_length=1, description="changes that go together: dotted path -> value"
     )
-    keep: Literal["all", "summary"] = Field(
-        default="all",
-        description="summary: series and pictures are removed once a run is summed up",
+    latin: Latin | None = Field(default=None, description="values drawn from ranges")
+    keep: Literal["all", "summary"] | None = Field(
+        default=None,
+        description="summary: series and pictures are removed once a run is summed up; null: summary above 20 runs",
     )
+
+    def keeps_series(self, runs: int) -> bool:
+        """Whether so many runs keep their series and pictures."""
+        return runs <= MOST_KEPT if self.keep is None else self.keep == "all"
 
 
 @dataclass(frozen=True)
@@ -74,12 +104,45 @@ def load_sweep(path_or_name: str | Path) -> tuple[Sweep, list[SweepRun]]:
     Raises InputError (file, field, value, what is allowed) for anything that cannot be used, in any of the runs.
     """
     path = sweep_path(path_or_name)
-    tree = read_yaml(path)
+    return _runs_of(read_yaml(path), path)
+
+
+def sweep_of(scenario: str, vary: list[str]) -> tuple[Sweep, list[SweepRun]]:
+    """A sweep of a scenario from the command line: `path=a,b,c` is a grid, `path=low:high:samples` a Latin hypercube.
+
+    `seed=1,2` are the seeds. Raises InputError as load_sweep does.
+    """
+    tree: dict[str, Any] = {"format": "roboclimber-sweep/1", "scenario": scenario, "grid": {}}
+    for text in vary:
+        found = VARIED.fullmatch(text)
+        if found is None:
+            raise _not_varied(text)
+        path, low, high, samples, values = found.groups()
+        if values is None:
+            latin = tree.setdefault("latin", {"samples": int(samples), "ranges": {}})
+            if latin["samples"] != int(samples):
+                raise _not_varied(text, f"{latin['samples']} samples, as before")
+            latin["ranges"][path.strip()] = [parse_yaml(low, "--vary"), parse_yaml(high, "--vary")]
+        elif path.strip() == "seed":
+            tree["seeds"] = parse_yaml(f"[{values}]", "--vary seed")
+        else:
+            tree["grid"][path.strip()] = parse_yaml(f"[{values}]", f"--vary {path}")
+    return _runs_of(tree, Path("--vary"))
+
+
+def _not_varied(
+    text: str, allowed: str = "path=value,value or path=low:high:samples"
+) -> InputError:
+    return InputError("cannot be used", field="--vary", value=text, allowed=allowed)
+
+
+def _runs_of(tree: Any, path: Path) -> tuple[Sweep, list[SweepRun]]:
+    """A sweep's tree, checked, and all its runs. `path`: where it comes from."""
     if isinstance(tree, dict) and tree.get("grid"):
         _check_grid(tree["grid"], path)
     sweep = checked(Sweep, tree, path)
     _check_paths(sweep, path)
-    count = len(sweep.seeds) * len(sweep.list)
+    count = len(sweep.seeds) * len(sweep.list) * (sweep.latin.samples if sweep.latin else 1)
     for values in sweep.grid.values():
         count *= len(values)
     if count > MOST_RUNS:
@@ -123,10 +186,13 @@ def _check_paths(sweep: Sweep, path: Path) -> None:
     by_grid = dict.fromkeys(sweep.grid, "grid or here, not both")
     in_every_entry = set.intersection(*(set(changes) for changes in sweep.list))
     by_list = dict.fromkeys(in_every_entry, "list or here, not both")
-    _refuse("set", sweep.set, by_list | by_grid | everywhere, path)
-    _refuse("grid", sweep.grid, everywhere, path)
+    ranges = sweep.latin.ranges if sweep.latin is not None else {}
+    by_latin = dict.fromkeys(ranges, "latin or here, not both")
+    _refuse("set", sweep.set, by_list | by_grid | by_latin | everywhere, path)
+    _refuse("grid", sweep.grid, by_latin | everywhere, path)
+    _refuse("latin.ranges", dict(ranges), everywhere, path)
     for number, changes in enumerate(sweep.list):
-        _refuse(f"list.{number}", changes, by_grid | everywhere, path)
+        _refuse(f"list.{number}", changes, by_grid | by_latin | everywhere, path)
 
 
 def _refuse(section: str, changes: Changes, elsewhere: dict[str, str], path: Path) -> None:
@@ -145,7 +211,9 @@ def _refuse(section: str, changes: Changes, elsewhere: dict[str, str], path: Pat
 def _combinations(sweep: Sweep) -> Iterator[Changes]:
     for together in sweep.list:
         for values in product(*sweep.grid.values()):
-            yield {**together, **dict(zip(sweep.grid, values, strict=True))}
+            fixed = {**together, **dict(zip(sweep.grid, values, strict=True))}
+            for drawn in sweep.latin.drawn() if sweep.latin is not None else ({},):
+                yield {**fixed, **drawn}
 
 
 def _shown(changes: Changes, seed: int) -> str:

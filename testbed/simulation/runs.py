@@ -17,9 +17,10 @@ from testbed.formats.yaml_files import read_yaml
 from testbed.machine.build import build_machine
 from testbed.recording.former import current, with_former
 from testbed.scenario.machines import Machines, machines_of
-from testbed.scenario.scenario import load_scenario
+from testbed.scenario.scenario import Scenario, load_scenario
 
 Columns = dict[str, npt.NDArray[np.float64]]
+SCENARIO = "scenario.yaml"
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,13 @@ def _summary(folder: Path) -> dict[str, Any] | None:
 
 def run_machines(folder: str | Path) -> Machines:
     """The machines of a run by its `scenario.yaml`; the shipped one where a folder holds none."""
-    path = Path(folder) / "scenario.yaml"
-    if not path.is_file():
+    scenario = run_scenario_of(folder)
+    if scenario is None:
         return Machines(build_machine(), build_machine())
-    return machines_of(load_scenario(path), path)
+    return machines_of(scenario, Path(folder) / SCENARIO)
+
+
+def run_scenario_of(folder: str | Path) -> Scenario | None:
+    """The scenario that a run was made from; None where its folder holds none."""
+    path = Path(folder) / SCENARIO
+    return load_scenario(path) if path.is_file() else None

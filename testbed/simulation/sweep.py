@@ -12,13 +12,16 @@ from typing import Any
 
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.files import make_folder, write_json, write_text
-from testbed.formats.ownership import owned
+from testbed.formats.ownership import OccupiedError, owned
+from testbed.formats.tree import flattened
 from testbed.scenario.sweep import Sweep, SweepRun
 from testbed.simulation.run import run_scenario
-from testbed.simulation.workers import work_through
+from testbed.simulation.workers import HERE, Workers, work_through
 
 Progress = Callable[[int], None]
 RESULTS = ("results.csv", "results.json")
+LOCKS = ".locks"
+"""Folders that stand for runs while they are made; empty."""
 BULK = ("data.parquet", "truth.parquet", "pictures")
 SHOWN = {
     "verdict": "verdict",
@@ -33,45 +36,62 @@ SHOWN = {
 
 @dataclass(frozen=True)
 class Job:
-    """One run and where it goes."""
+    """One run, where it goes, and where its lock is."""
 
     run: SweepRun
     folder: Path
-    keep: str
+    lock: Path
+    keeps_series: bool
+
+
+@dataclass(frozen=True)
+class Share:
+    """Part `number` of `count` of a sweep: every so-manieth of its runs."""
+
+    number: int = 1
+    count: int = 1
+
+    @classmethod
+    def of(cls, text: str | None) -> Share:
+        """`2/4` is the second of four. Raises InputError."""
+        number, slash, count = (text or "1/1").partition("/")
+        if not (slash and number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
+            allowed = "i/n with i from 1 to n, such as 2/4"
+            raise InputError("is no part", field="--shard", value=text, allowed=allowed)
+        return cls(int(number), int(count))
+
+
+ALL = Share()
 
 
 def run_sweep(
     sweep: Sweep,
     runs: Sequence[SweepRun],
     out: Path,
-    jobs: int = 1,
+    workers: Workers = HERE,
+    share: Share = ALL,
     progress: Progress | None = None,
 ) -> list[dict[str, Any]]:
-    """Make the runs that `out/runs` lacks and write results.csv and results.json; returns the results in order.
+    """Make the runs of this share that `out/runs` lacks, write results.csv and results.json of all that are done.
 
-    A run counts as made once its summary says that it was not interrupted; what a killed process left is made again.
+    Returns those results in order. A run counts as made once its summary says that it was not interrupted; what a
+    killed process left is made again. Several processes may work in one `out`: each run has its lock, and is made once.
     After Ctrl-C the runs at work keep what they have, results hold those that are done, and KeyboardInterrupt goes on.
-    Raises InputError where `out` cannot be used or another process is writing there.
+    Raises InputError where `out` cannot be used.
     """
-    _check_out(out)
-    with owned(out):
-        return _make_runs(sweep, runs, out, jobs, progress)
-
-
-def _make_runs(
-    sweep: Sweep, runs: Sequence[SweepRun], out: Path, jobs: int, progress: Progress | None
-) -> list[dict[str, Any]]:
-    folder = make_folder(out / "runs")
+    check_sweep_folder(out)
+    folder = make_folder(out / "runs").resolve()
+    keeps = sweep.keeps_series(len(runs))
     todo = [
-        Job(run, folder / run.name, sweep.keep)
-        for run in runs
+        Job(run, folder / run.name, folder.parent / LOCKS / run.name, keeps)
+        for run in runs[share.number - 1 :: share.count]
         if summary_of(folder / run.name) is None
     ]
-    done = len(runs) - len(todo)
+    done = len(runs[share.number - 1 :: share.count]) - len(todo)
     try:
         if progress is not None:
             progress(done)
-        for _ in work_through(make_run, todo, jobs, bool):
+        for _ in work_through(make_run, todo, workers, bool):
             done += 1
             if progress is not None:
                 progress(done)
@@ -81,11 +101,11 @@ def _make_runs(
     return results
 
 
-def _check_out(out: Path) -> None:
+def check_sweep_folder(out: Path) -> None:
+    """Refuse a folder that holds something else than a sweep. Raises InputError."""
     if out.is_dir():
-        foreign = sorted(
-            p.name for p in out.iterdir() if p.name.removeprefix(".") not in (*RESULTS, "runs")
-        )
+        own = (*RESULTS, "runs", LOCKS.removeprefix("."), "sweep.html")
+        foreign = sorted(p.name for p in out.iterdir() if p.name.removeprefix(".") not in own)
         if foreign:
             raise InputError(
                 f"holds files of something else ({foreign[0]})",
@@ -96,14 +116,45 @@ def _check_out(out: Path) -> None:
 
 
 def make_run(job: Job) -> bool:
-    """Make one run in its folder; returns whether it was interrupted. A simulation that broke down is a result too."""
+    """Make one run in its folder; returns whether it was interrupted. A simulation that broke down is a result too.
+
+    A run that another process is at, or has made meanwhile, is left alone.
+    """
     try:
-        interrupted = run_scenario(job.run.scenario, job.folder).interrupted
-    except SimulationFault:
+        with owned(job.lock):
+            if summary_of(job.folder) is not None:
+                return False
+            interrupted = run_scenario(job.run.scenario, job.folder).interrupted
+    except (SimulationFault, OccupiedError):
         return False
-    if job.keep == "summary" and not interrupted:
+    if not job.keeps_series and not interrupted:
         _remove_bulk(job.folder)
     return interrupted
+
+
+def merge_sweeps(
+    runs: Sequence[SweepRun], folders: Sequence[Path], out: Path
+) -> list[dict[str, Any]]:
+    """Copy finished runs from the folders of other sweeps into `out`, and write the results of all that are done.
+
+    A run that `out` has already stays as it is. Raises InputError where a folder holds no sweep.
+    """
+    import shutil
+
+    check_sweep_folder(out)
+    into = make_folder(out / "runs")
+    for folder in folders:
+        if not (folder / "runs").is_dir():
+            raise InputError(
+                "holds no sweep", file=folder, field="--merge", allowed="a folder with runs/"
+            )
+    for run in runs:
+        sources = [f / "runs" / run.name for f in folders if summary_of(f / "runs" / run.name)]
+        if sources and summary_of(into / run.name) is None:
+            shutil.copytree(sources[0], into / run.name, dirs_exist_ok=True)
+    results = collect(runs, into)
+    write_results(results, out)
+    return results
 
 
 def _remove_bulk(folder: Path) -> None:
@@ -155,17 +206,6 @@ def _row(entry: Mapping[str, Any]) -> dict[str, Any]:
     for path, value in flattened(entry["summary"]):
         row.setdefault(path, value)
     return row
-
-
-def flattened(tree: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """(dotted path, value) of every leaf of nested mappings; lists are left out."""
-    out: list[tuple[str, Any]] = []
-    for key, value in tree.items():
-        if isinstance(value, Mapping):
-            out += flattened(value, f"{prefix}{key}.")
-        elif not isinstance(value, (list, tuple)):
-            out.append((prefix + key, value))
-    return out
 
 
 def table(results: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:

@@ -10,6 +10,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from typing import TypeVar
@@ -19,34 +20,96 @@ from testbed.formats.sockets import user_code
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
+CONNECT_S = 10.0
+"""How long a scheduler may take to answer."""
 _stopped, _at_work = threading.Event(), threading.Event()
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work: processes of this machine, or the workers of a Dask cluster.
+
+    Raises InputError for fewer than one process, and for both at once.
+    """
+
+    jobs: int = 1
+    cluster: str | None = None
+    """Address of the scheduler. Its workers see the same files under the same names, one thread each."""
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise InputError("must be at least 1", field="--jobs", value=self.jobs)
+        if self.cluster and self.jobs > 1:
+            raise InputError(
+                "would have no effect: the cluster has its own workers",
+                field="--jobs",
+                value=self.jobs,
+            )
+
+    @classmethod
+    def told(cls, jobs: int) -> Workers:
+        """So many processes here, unless the environment names a cluster (TESTBED_DASK)."""
+        address = os.environ.get("TESTBED_DASK")
+        return cls(1, address) if address else cls(jobs)
+
+
+HERE = Workers()
 
 
 def work_through(
     work: Callable[[Item], Answer],
     items: Iterable[Item],
-    jobs: int,
+    workers: Workers = HERE,
     interrupted: Callable[[Answer], bool] = lambda _: False,
 ) -> Iterator[Answer]:
     """Answers in the order in which they come; KeyboardInterrupt after the items at work, if one was interrupted.
 
-    This is the one place that hands out work: another backend takes the place of `_in_processes`.
-
-    A Ctrl-C while they are waited for ends them at once: what they had not finished is not done.
-
-    `work` must be importable and its items picklable. Raises InputError for fewer than one process.
+    This is the one place that hands out work. A Ctrl-C while they are waited for ends them at once: what they had not
+    finished is not done. `work` must be importable and its items picklable.
     """
     todo = list(items)
-    if jobs < 1:
-        raise InputError("must be at least 1", field="--jobs", value=jobs)
-    if jobs == 1 or len(todo) < 2:
+    if workers.cluster:
+        yield from _on_cluster(work, todo, workers.cluster)
+        return
+    if workers.jobs == 1 or len(todo) < 2:
         for item in todo:
             answer = work(item)
             yield answer
             if interrupted(answer):
                 raise KeyboardInterrupt
         return
-    yield from _in_processes(work, todo, min(jobs, len(todo)), interrupted)
+    yield from _in_processes(work, todo, min(workers.jobs, len(todo)), interrupted)
+
+
+def _on_cluster(work: Callable[[Item], Answer], todo: list[Item], address: str) -> Iterator[Answer]:
+    """Answers from a Dask cluster. What a worker that dies was at is handed to another one.
+
+    Raises InputError where the extra is missing, or where no scheduler answers.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError as error:
+        raise InputError(
+            "needs the extra sweep",
+            field="--dask",
+            allowed="pip install 'roboclimber-testbed[sweep]'",
+        ) from error
+    try:
+        client = Client(address, timeout=CONNECT_S)
+    except (OSError, ValueError, TimeoutError) as error:
+        allowed = "the address of a running dask scheduler, such as tcp://127.0.0.1:8786"
+        raise InputError(
+            "does not answer", field="--dask", value=address, allowed=allowed
+        ) from error
+    with client:
+        futures = [client.submit(work, item, pure=False) for item in todo]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+                future.release()
+        except BaseException:
+            client.cancel(futures)
+            raise
 
 
 def _in_processes(

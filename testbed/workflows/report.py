@@ -1,17 +1,26 @@
-"""`report.html` of a run's folder, of a run that was killed too."""
+"""`report.html` of a run's folder, of a run that was killed too; a page that compares two runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from testbed.errors import InputError
-from testbed.formats.files import write_text
+from testbed.formats.files import check_file, write_text
 from testbed.formats.ownership import owned
+from testbed.report.comparison import Side
+from testbed.report.comparison import page as comparison
 from testbed.report.run_report import page
-from testbed.simulation.runs import RecordedRun, check_run, read_run, run_machines
+from testbed.simulation.runs import (
+    SCENARIO,
+    RecordedRun,
+    check_run,
+    read_run,
+    run_machines,
+    run_scenario_of,
+)
 
 
 def write_report(folder: str | Path) -> Path:
@@ -24,9 +33,52 @@ def write_report(folder: str | Path) -> Path:
         run, report = read_run(path), path / "report.html"
         with _shown(path):
             summary = run.summary or _of_a_killed_run(run)
-            text = page(run, summary, run_machines(path).truth)
+            scenario = run_scenario_of(path)
+            terrain = scenario.terrain if scenario is not None else None
+            text = page(run, summary, run_machines(path).truth, terrain)
         write_text(report, text)
     return report
+
+
+def write_comparison(folders: Sequence[Path], out: Path) -> Path:
+    """Write a page that compares two runs, and return its path.
+
+    Raises InputError where there are not two readable runs, or where `out` cannot be written.
+    """
+    if len(folders) != 2:
+        raise InputError(
+            "one run is looked at, or two are compared",
+            field="RUN",
+            value=len(folders),
+            allowed="1 or 2",
+        )
+    path = check_file(out, (".html",))
+    sides = [_side(folder) for folder in folders]
+    if sides[0].name == sides[1].name:
+        sides = [
+            side._replace(name=str(folder)) for side, folder in zip(sides, folders, strict=True)
+        ]
+    with _shown(folders[1]):
+        text = comparison(*sides)
+    write_text(path, text)
+    return path
+
+
+def _side(folder: Path) -> Side:
+    run = read_run(check_run(folder))
+    if len(run.time_s) < 2:
+        raise InputError(
+            "is too short to compare", file=folder, allowed="a run of two rows and more"
+        )
+    return Side(folder.resolve().name, run, run.summary or _of_a_killed_run(run), _settings(folder))
+
+
+def _settings(folder: Path) -> dict[str, Any]:
+    """The scenario of a run as a tree; empty where its folder holds none."""
+    from testbed.formats.yaml_files import read_yaml
+
+    path = folder / SCENARIO
+    return read_yaml(path) if path.is_file() else {}
 
 
 @contextmanager
@@ -46,11 +98,9 @@ def _shown(folder: Path) -> Iterator[None]:
 
 def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
-    from testbed.formats.yaml_files import read_yaml
     from testbed.simulation.metrics import run_metrics
 
-    path = run.folder / "scenario.yaml"
-    scenario = read_yaml(path) if path.is_file() else {}
+    scenario = _settings(run.folder)
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
     rows = len(run.time_s)
     return {

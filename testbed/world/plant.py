@@ -261,6 +261,7 @@ def write_truth(row: Any, board: Any, t: float) -> None:
         row.chamber_b[i] = axis.b.pressure - ATMOSPHERE_PA
     row.supply_pressure = board.supply.pressure - ATMOSPHERE_PA
     row.oil_temperature = board.supply.temperature
+    row.pump_power = board.supply.pump_power
     row.hole_depth = board.drill.depth
     row.drill_string_mass = board.drill.string_mass + board.drill.mast_mass
     for k in range(2):

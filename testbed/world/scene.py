@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,3 +44,23 @@ def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
     finally:
         for line in lines:
             engine.remove(line)
+
+
+def pose(machine: Assembled, origin_m: Array, quaternion: Array, joints: Array) -> None:
+    """Put the robot where a recording has it: the body's origin (3) and quaternion xyzw in the world, joints (12)."""
+    body, engine = machine.board.body, machine.engine
+    for k in range(4):
+        body.quaternion[k] = quaternion[k]
+    plant.rotation_matrix(body.quaternion, machine.board.rotation)
+    rotation = np.array(machine.board.rotation)
+    centre = origin_m + rotation @ np.array(machine.board.base_centre)
+    for k in range(3):
+        body.position[k] = centre[k]
+    engine.reset(origin_m, rotation, joints)
+
+
+def set_shown(machine: Assembled, ropes_whole: Sequence[bool], hole_depth_m: float) -> None:
+    """Which ropes (left, right) a picture shows, and how deep the rod is in the ground."""
+    for rope, whole in zip(machine.board.ropes, ropes_whole, strict=True):
+        rope.whole = whole
+    machine.drill.loads.depth = hole_depth_m

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import json
+import resource
 import subprocess
 import sys
-import time
 
 import pytest
 
 
-def _shortest_s(arguments: list[str], limit_s: float, tries: int = 12) -> float:
-    """Shortest wall time of a command: what it costs by itself, not what a busy machine adds.
+def _least_cpu_s(arguments: list[str], limit_s: float, tries: int = 5) -> float:
+    """Least processor time of a command: what it costs by itself, however busy the machine is.
 
     Tries again only while the limit is not met.
     """
     best = float("inf")
     for _ in range(tries):
-        start = time.perf_counter()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
-        best = min(best, time.perf_counter() - start)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        best = min(best, spent)
         if best < limit_s:
             break
     return best
@@ -32,15 +34,15 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_importing_takes_less_than_300_ms() -> None:
-    assert _shortest_s(["-c", "import testbed"], 0.3) < 0.3
+    assert _least_cpu_s(["-c", "import testbed"], 0.3) < 0.3
 
 
 def test_help_takes_less_than_500_ms() -> None:
-    assert _shortest_s(["-m", "testbed", "--help"], 0.5) < 0.5
+    assert _least_cpu_s(["-m", "testbed", "--help"], 0.5) < 0.5
 
 
 def test_help_of_run_takes_less_than_500_ms() -> None:
-    assert _shortest_s(["-m", "testbed", "run", "--help"], 0.5) < 0.5
+    assert _least_cpu_s(["-m", "testbed", "run", "--help"], 0.5) < 0.5
 
 
 def test_help_loads_no_heavy_package() -> None:

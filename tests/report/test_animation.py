@@ -10,10 +10,23 @@ import pytest
 from shipped import MACHINE
 
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.report.animation import MOST_FRAMES, animation
+from testbed.report.animation import animation
+from testbed.report.ground import heights_around
+from testbed.report.motion import (
+    MOST_FRAMES,
+    Motion,
+    footholds,
+    frame_rows,
+    motion_at,
+    recorded,
+    support,
+)
+from testbed.robot.robot import Robot
+from testbed.scenario.terrain import Terrain
 
 SLOPE = math.radians(30.0)
 Columns = dict[str, np.ndarray]
+ROBOT = Robot.of(MACHINE)
 
 
 def climbing(rows: int) -> tuple[Columns, Columns]:
@@ -33,6 +46,7 @@ def climbing(rows: int) -> tuple[Columns, Columns]:
     truth = {"t": t} | {f"body_pose_in_world_{k}": v for k, v in (pose | turn).items()}
     normal = (-1e4 * math.sin(SLOPE), 0.0, 1e4 * math.cos(SLOPE))
     for leg in LEGS:
+        truth[f"contact_normal_{leg}"] = np.full(rows, 1e4)
         truth |= {
             f"foot_force_in_world_{leg}_{k}": 0 * t + v for k, v in zip("xyz", normal, strict=True)
         }
@@ -42,9 +56,13 @@ def climbing(rows: int) -> tuple[Columns, Columns]:
     return data, truth
 
 
+def moving(rows: int) -> Motion:
+    data, truth = climbing(rows)
+    return motion_at(data, truth, 30.0, ROBOT.legs, frame_rows(truth))
+
+
 def test_the_body_climbs_along_x_its_feet_follow_and_their_forces_point_off_the_slope() -> None:
-    text = animation(*climbing(1000), 30.0, MACHINE)
-    assert text is not None
+    text = animation(moving(1000), 30.0, ROBOT)
     frames = json.loads(text)["frames"]
     first, last = frames[0], frames[-1]
     assert len(frames) == 100 and len(first) == 42
@@ -56,11 +74,47 @@ def test_the_body_climbs_along_x_its_feet_follow_and_their_forces_point_off_the_
 
 
 def test_a_long_run_keeps_to_the_frames_that_a_page_can_carry() -> None:
-    text = animation(*climbing(60_000), 30.0, MACHINE)
-    assert text is not None and len(json.loads(text)["frames"]) <= MOST_FRAMES
+    text = animation(moving(60_000), 30.0, ROBOT)
+    assert len(json.loads(text)["frames"]) <= MOST_FRAMES
 
 
 def test_a_recording_without_poses_has_no_animation() -> None:
     data, truth = climbing(50)
+    assert recorded(data, truth)
     del truth["body_pose_in_world_x"]
-    assert animation(data, truth, 30.0, MACHINE) is None
+    assert not recorded(data, truth)
+
+
+def test_a_foot_that_is_lifted_once_has_two_footholds_where_it_stood() -> None:
+    data, truth = climbing(200)
+    air = slice(90, 120)
+    truth["contact_normal_fl"][air] = 0.0
+    motion = motion_at(data, truth, 30.0, ROBOT.legs, np.arange(200))
+    places = footholds(motion, 0)
+    assert len(places) == 2 and len(footholds(motion, 1)) == 1
+    assert places[1, 0] - places[0, 0] == pytest.approx((159.5 - 44.5) / 199, abs=1e-6)
+    corners, _ = support(motion, 100)
+    assert len(corners) == 3
+
+
+def test_the_load_of_four_even_feet_acts_in_their_middle() -> None:
+    motion = moving(100)
+    corners, load = support(motion, 0)
+    assert load == pytest.approx(corners.mean(axis=0), abs=1e-9)
+
+
+def test_rock_is_drawn_as_it_is_and_a_plane_as_one_height() -> None:
+    path = np.array([[0.0, 0.0], [2.0, 1.0]])
+    assert heights_around(Terrain(slope_deg=30.0), path) is None
+    profile = Terrain(
+        slope_deg=30.0, kind="profile", profile_m=((-9.0, 0.0), (1.0, 0.0), (2.0, 0.5), (9.0, 0.5))
+    )
+    rock = heights_around(profile, path)
+    assert rock is not None
+    x = rock.x0_m + rock.cell_m * np.arange(len(rock.values_m))
+    assert rock.values_m[:, 3] == pytest.approx(np.interp(x, [1.0, 2.0], [0.0, 0.5]), abs=1e-9)
+    ground = json.loads(animation(moving(100), 30.0, ROBOT, rock))["ground"]
+    assert (
+        len(ground["heights"]) == rock.values_m.size and ground["columns"] == rock.values_m.shape[1]
+    )
+    assert max(ground["heights"]) == 500

@@ -73,8 +73,8 @@ def check(text: str) -> None:
     assert "49" not in re.findall(r">\s*(49)\s*<", text)  # nothing is a template of its own
 
 
-@pytest.mark.parametrize("word", HOSTILE)
-def test_the_report_of_a_run(tmp_path: Path, word: str) -> None:
+def test_the_report_of_a_run(tmp_path: Path) -> None:
+    word = " ".join(HOSTILE)
     folder = write_synthetic_run(tmp_path / word.replace("/", "\\"), 2.0)
     path = folder / "summary.json"
     summary = json.loads(path.read_text())
@@ -85,7 +85,7 @@ def test_the_report_of_a_run(tmp_path: Path, word: str) -> None:
     path.write_text(json.dumps(summary))
     text = write_report(folder).read_text()
     check(text)
-    assert word not in text or word == "{{ 7 * 7 }}" or "<" not in word
+    assert not [word for word in HOSTILE if "<" in word and word in text]
 
 
 @pytest.mark.parametrize("word", HOSTILE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from synthetic_run import write_synthetic_run
 
+from testbed.report.figures import LETTER_IN, word_places
+from testbed.report.motion_figures import friction_use
 from testbed.report.series import busiest, course, envelope, limits
 from testbed.simulation.pictures import Album, pictures
 from testbed.workflows.report import write_report
@@ -39,7 +42,7 @@ def test_it_opens_with_the_picture_then_verdict_then_foot_loads(report: str) -> 
         "data:image/jpeg",
         'class="verdict good">Stood for 8.0 s',
         "<h2>Foot loads</h2>",
-        "<h2>Pressures</h2>",
+        "<h2>Pressures and power</h2>",
     )
     places = [report.index(word) for word in words]
     assert places == sorted(places)
@@ -123,3 +126,47 @@ def test_the_busiest_second_is_found() -> None:
     y = np.where((t > 6.2) & (t < 6.8), np.sin(2 * np.pi * 30 * t), 0.0)
     start, end = busiest(t, y)
     assert start <= 6.21 and end >= 6.79 and end - start == pytest.approx(1.0, abs=2e-3)
+
+
+def test_every_word_of_its_tables_has_its_meaning(report: str) -> None:
+    key = report[report.index("Key to all words") :]
+    for word in (
+        "the paper",
+        "doi:10.1109/TIM.2009.2017650",
+        "two chambers (3)",
+        "(KBF)",
+        "friction use",
+        "fl, fr, rl, rr",
+    ):
+        assert word in key, word
+
+
+def test_words_of_events_never_lie_on_each_other() -> None:
+    times = [0.0, 0.1, 0.2, 0.3, 0.35, 5.0, 9.9]
+    words = [
+        "contact lost fl",
+        "push",
+        "drill hammer",
+        "cut rope left",
+        "one too many",
+        "slip",
+        "at the end",
+    ]
+    places = word_places(times, words, (0.0, 10.0), 3.5)
+    assert places[4] is None and places[5] == (0, "left") and places[6] == (0, "right")
+    reach: dict[int, list[tuple[float, float]]] = {}
+    for when, word, place in zip(times, words, places, strict=True):
+        if place is not None:
+            long = LETTER_IN * len(word) * (-1 if place[1] == "right" else 1)
+            reach.setdefault(place[0], []).append(tuple(sorted((0.35 * when, 0.35 * when + long))))
+    for spans in reach.values():
+        spans.sort()
+        assert all(a[1] <= b[0] for a, b in itertools.pairwise(spans))
+
+
+def test_a_foot_uses_all_its_grip_when_its_force_leans_by_the_friction_angle() -> None:
+    normal, tangential = np.array([1000.0, 1000.0, 100.0]), np.array([600.0, 150.0, 60.0])
+    truth = {"contact_normal_fl": normal, "foot_force_in_world_fl_x": tangential}
+    truth |= {"foot_force_in_world_fl_y": 0.0 * normal, "foot_force_in_world_fl_z": normal}
+    use = friction_use(truth, "fl", 0.6)
+    assert use[:2] == pytest.approx([1.0, 0.25]) and np.isnan(use[2])

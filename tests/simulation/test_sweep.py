@@ -14,8 +14,20 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.formats.ownership import owned
-from testbed.scenario.sweep import Sweep, load_sweep
-from testbed.simulation.sweep import SweepRun, flattened, run_sweep, summary_of, table
+from testbed.formats.tree import flattened
+from testbed.report.sweep_page import page as sweep_page
+from testbed.report.sweep_page import varied, worst
+from testbed.scenario.sweep import Sweep, load_sweep, sweep_of
+from testbed.simulation.sweep import (
+    ALL,
+    LOCKS,
+    Share,
+    SweepRun,
+    merge_sweeps,
+    run_sweep,
+    summary_of,
+    table,
+)
 
 HEAD = "format: roboclimber-sweep/1\nscenario: stand_flat\nduration_s: 0.1\nkeep: summary\n"
 
@@ -65,6 +77,7 @@ OTHER = {
     "set": "set: {terrain.slope_deg: 5}",
     "grid": "grid: {terrain.slope_deg: [5]}",
     "list": "list: [{terrain.slope_deg: 5}]",
+    "latin": "latin: {samples: 2, ranges: {terrain.slope_deg: [3, 5]}}",
 }
 ELSEWHERE = {
     "format": "has one value, another is refused",
@@ -126,11 +139,89 @@ def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
         run_sweep(sweep, runs, tmp_path)
 
 
-def test_two_sweeps_do_not_share_a_folder(tmp_path: Path) -> None:
+def test_a_run_that_another_process_is_at_is_left_alone(tmp_path: Path) -> None:
     sweep, runs = load_sweep(_file(tmp_path, ""))
-    with owned(tmp_path / "out"), pytest.raises(InputError, match="another testbed process"):
-        run_sweep(sweep, runs, tmp_path / "out")
-    assert not list((tmp_path / "out").iterdir())
+    out = tmp_path / "out"
+    with owned(out / LOCKS / runs[0].name):
+        assert run_sweep(sweep, runs, out) == []
+    assert not list((out / "runs").iterdir())
+
+
+def test_two_shards_share_the_runs_out_and_parts_that_are_none_are_refused() -> None:
+    assert Share.of("2/3") == Share(2, 3) and Share.of(None) == ALL
+    runs = list(range(7))
+    parts = [runs[s.number - 1 :: s.count] for s in (Share.of("1/2"), Share.of("2/2"))]
+    assert sorted(parts[0] + parts[1]) == runs
+    for text in ("0/2", "3/2", "1", "a/b", "1/0"):
+        with pytest.raises(InputError, match="--shard"):
+            Share.of(text)
+
+
+def _done(folder: Path, name: str, error_n: float, verdict: str = "stood") -> None:
+    """A run's folder as a finished run leaves it."""
+    (folder / "runs" / name).mkdir(parents=True)
+    summary = {"verdict": verdict, "interrupted": False, "force_rms_n": {"own": error_n}}
+    (folder / "runs" / name / "summary.json").write_text(json.dumps(summary))
+
+
+def test_merging_gathers_what_shards_made_and_makes_nothing(tmp_path: Path) -> None:
+    _, runs = load_sweep(_file(tmp_path, "grid: {terrain.slope_deg: [0, 10, 20]}\n"))
+    for folder, run, error_n in (("a", runs[0], 1.0), ("b", runs[2], 2.0)):
+        _done(tmp_path / folder, run.name, error_n)
+    results = merge_sweeps(runs, [tmp_path / "a", tmp_path / "b"], tmp_path / "all")
+    assert [r["summary"]["force_rms_n"]["own"] for r in results] == [1.0, 2.0]
+    again = merge_sweeps(runs, [tmp_path / "a"], tmp_path / "all")
+    assert again == results
+    with pytest.raises(InputError, match="--merge"):
+        merge_sweeps(runs, [tmp_path / "nowhere"], tmp_path / "all")
+
+
+def test_the_command_line_makes_grids_and_latin_hypercubes() -> None:
+    _, runs = sweep_of(
+        "stand_flat",
+        [
+            "terrain.slope_deg=10,20",
+            "seed=1,2",
+            "robot.payload_kg=0:400:4",
+            "terrain.friction=0.4:0.8:4",
+        ],
+    )
+    assert len(runs) == 2 * 2 * 4
+    loads = sorted({run.scenario.robot.payload_kg for run in runs})
+    assert [int(load // 100) for load in loads] == [0, 1, 2, 3]  # one sample in each quarter
+    assert {run.scenario.seed for run in runs} == {1, 2}
+    for wrong in ("terrain.slope_deg", "terrain.slope_deg=1:2:x:y", "terrain.slop_deg=1,2"):
+        with pytest.raises(InputError):
+            sweep_of("stand_flat", [wrong])
+    with pytest.raises(InputError, match="4 samples, as before"):
+        sweep_of("stand_flat", ["robot.payload_kg=0:400:4", "terrain.friction=0.4:0.8:5"])
+
+
+def test_above_twenty_runs_only_summaries_are_kept_unless_the_file_says_so(tmp_path: Path) -> None:
+    path = _file(tmp_path, "")
+    path.write_text(path.read_text().replace("keep: summary\n", ""))
+    plain = load_sweep(path)[0]
+    assert plain.keeps_series(20) and not plain.keeps_series(21)
+    path.write_text(path.read_text() + "keep: all\n")
+    assert load_sweep(path)[0].keeps_series(21)
+
+
+def test_the_page_shows_the_heat_and_the_worst_runs_first() -> None:
+    results = [
+        {"run": f"r{k}", "seed": 1, "changes": {"a.x": k % 2, "b": word}, "summary": summary}
+        for k, (word, summary) in enumerate(
+            [
+                ("<b>", {"verdict": "stood", "force_rms_n": {"own": 10.0}}),
+                ("<b>", {"verdict": "fell", "force_rms_n": {"own": 1.0}}),
+                ("c", {"verdict": "stood", "force_rms_n": {"own": 30.0}}),
+            ]
+        )
+    ]
+    assert worst(results) == [1, 2, 0]
+    assert varied(results) == ["a.x", "b"]
+    text = sweep_page("Sweep <i>", results, 4)
+    assert "3 of 4 runs are done; 2 of them stood" in text
+    assert "<svg" in text and "<b>" not in text and "<i>" not in text
 
 
 def test_every_run_is_made_once_and_summed_up(tmp_path: Path) -> None:

@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
+from perturbed import changes_recording
 
 from testbed.formats.yaml_files import read_mapping
 from testbed.scenario import drawn
 from testbed.scenario.drawn import Tolerance, tolerances
 from testbed.scenario.scenario import load_scenario
 from testbed.simulation.run import run_scenario
-from testbed.world.simulation import Simulation
 
-CHANGES = [
+CHANGES = (
     "duration_s=1.0",
     "task={kind: sway, start_s: 0.0, amplitude_m: [0.05, 0.05, 0.05], period_s: [2, 2, 2]}",
     "ropes.sag=false",
-]
+)
 DRAWN = ["machine.draw=workshop", "machine.seed=3"]
-
-
-def run(changes: Sequence[str]) -> NDArray[np.float64]:
-    world = Simulation(load_scenario("stand_slope_45", [*CHANGES, *changes]))
-    try:
-        data, _ = world.run_block(1000)
-        return data
-    finally:
-        world.close()
-
-
-@pytest.fixture(scope="module")
-def plain() -> NDArray[np.float64]:
-    return run([])
 
 
 @pytest.mark.parametrize("tolerance", tolerances("workshop"), ids=lambda t: t.number)
 def test_every_tolerance_by_itself_changes_what_is_measured(
-    tolerance: Tolerance, plain: NDArray[np.float64], monkeypatch: pytest.MonkeyPatch
+    tolerance: Tolerance, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place = tolerance.number.rpartition(".")[0]
     group = tolerances("workshop") if "@" in place else (tolerance,)
     alone = [t.model_copy(update={"chance": 1.0}) for t in group if t.number.startswith(place)]
     monkeypatch.setattr(drawn, "tolerances", lambda _: alone)
-    assert not np.array_equal(run(DRAWN), plain)
+    assert changes_recording(("stand_slope_45", CHANGES), *DRAWN, truth=False)
 
 
 def test_the_recording_says_the_same_of_a_drawn_machine_and_the_drawing(tmp_path: Path) -> None:

@@ -300,5 +300,11 @@ class DrillCycle:
 
     def summary(self) -> dict[str, Any]:
         """See drilling.Drilling."""
-        found = {**self._count, "pull_max_n": self._pull_max, "phase": self.phase}
+        layers = zip(self.strata.kinds, self.strata.bottoms_m, strict=True)
+        found = {
+            **self._count,
+            "pull_max_n": self._pull_max,
+            "phase": self.phase,
+            "layers": [{"kind": kind, "bottom_m": bottom} for kind, bottom in layers],
+        }
         return {"hole_depth_m": self.depth_m, "drill": found}

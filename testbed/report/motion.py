@@ -1,0 +1,111 @@
+"""A run's motion in the frame of its slope, thinned to as many moments as a page can carry.
+
+The frame stands still: x up the slope, y left, z off it, through the world's origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.robot.kinematics import LegKinematics
+from testbed.simulation.metrics import LOSS_FORCE_N
+from testbed.simulation.stability import rotation
+
+Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[np.int64]
+Columns = Mapping[str, Array]
+FRAME_S, MOST_FRAMES = 0.1, 400
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """n moments of a run: lengths in m, forces in N, all in the slope's frame."""
+
+    time_s: Array
+    """(n)"""
+    origin_m: Array
+    """(n, 3): the body's origin."""
+    turn: Array
+    """(n, 3, 3): rotation from the body to the slope."""
+    feet_m: Array
+    """(n, 4, 3): undersides of the feet, by the encoders."""
+    foot_force_n: Array
+    """(n, 4, 3): the ground on the feet."""
+    normal_n: Array
+    """(n, 4): its part along the ground's normal."""
+    rope_force_n: Array
+    """(n, 2, 3): the ropes on the body."""
+    thrust_n: Array
+    """(n): the drill on the body, off the slope."""
+    hole_m: Array
+    """(n): depth of the hole."""
+
+
+def frame_rows(truth: Columns) -> Rows:
+    """Rows ten times a second, fewer where a run is so long that a page could not carry them."""
+    rows = len(truth["t"])
+    every_s = float(np.median(np.diff(truth["t"])))
+    step = max(round(FRAME_S / every_s), -(-rows // MOST_FRAMES), 1)
+    return np.arange(0, rows, step)
+
+
+def recorded(data: Columns, truth: Columns) -> bool:
+    """Whether a recording has what a motion is made of."""
+    names = (f"position_{AXES[0]}", "body_pose_in_world_x")
+    return names[0] in data and names[1] in truth and len(truth["t"]) > 1
+
+
+def motion_at(
+    data: Columns, truth: Columns, slope_deg: float, legs: LegKinematics, rows: Rows
+) -> Motion:
+    """The moments of these rows. `legs`: those of the machine that moved."""
+    slope = np.radians(slope_deg)
+    up, off = np.cos(slope), np.sin(slope)
+    to_slope = np.array([[up, 0, off], [0, 1, 0], [-off, 0, up]])
+
+    def vectors(name: str) -> Array:
+        """(n, 3) in the slope's frame."""
+        in_world: Array = np.stack([truth[f"{name}{k}"][rows] for k in "xyz"], axis=1)
+        return np.asarray(in_world @ to_slope.T)
+
+    origin = vectors("body_pose_in_world_")
+    quaternions = np.stack([truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"], axis=1)
+    turn = np.array([to_slope @ rotation(*map(float, q)) for q in quaternions])
+    joints = np.stack([data[f"position_{axis}"][rows] for axis in AXES], axis=1)
+    feet_in_body = np.array([legs.feet(row) for row in joints])
+    nothing = np.zeros(len(rows))
+    return Motion(
+        time_s=truth["t"][rows],
+        origin_m=origin,
+        turn=turn,
+        feet_m=origin[:, None] + np.einsum("nij,nkj->nki", turn, feet_in_body),
+        foot_force_n=np.stack([vectors(f"foot_force_in_world_{leg}_") for leg in LEGS], axis=1),
+        normal_n=np.stack([truth[f"contact_normal_{leg}"][rows] for leg in LEGS], axis=1),
+        rope_force_n=np.stack([vectors(f"rope_force_in_world_{side}_") for side in SIDES], axis=1),
+        thrust_n=vectors("drill_wrench_in_world_f")[:, 2],
+        hole_m=truth["hole_depth"][rows] if "hole_depth" in truth else nothing,
+    )
+
+
+def footholds(motion: Motion, leg: int) -> Array:
+    """Where a foot stood (k, 2), m: the middle of each stretch of time in which it carried."""
+    carries = motion.normal_n[:, leg] >= LOSS_FORCE_N
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], carries, [False]]).astype(int)))
+    spans = edges.reshape(-1, 2)
+    return np.array([motion.feet_m[a:b, leg, :2].mean(axis=0) for a, b in spans]).reshape(-1, 2)
+
+
+def support(motion: Motion, moment: int) -> tuple[Array, Array]:
+    """The feet that carry, in order around the robot (k, 2), and where their load acts (2); m, in the slope's plane."""
+    around = [LEGS.index(leg) for leg in ("fl", "fr", "rr", "rl")]
+    normal = motion.normal_n[moment].clip(min=0.0)
+    places = motion.feet_m[moment, :, :2]
+    corners = [k for k in around if normal[k] >= LOSS_FORCE_N]
+    total = float(normal.sum())
+    middle = normal @ places / total if total > 0.0 else places.mean(axis=0)
+    return places[corners], middle

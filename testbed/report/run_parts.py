@@ -1,0 +1,180 @@
+"""The pictures of a run's report, in the order in which a reader wants them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.machine.names import AXES, LEGS
+from testbed.report import figures, motion_figures
+from testbed.report.ground import Heights, heights_around
+from testbed.report.motion import Motion, frame_rows, motion_at, recorded
+from testbed.report.series import busiest
+from testbed.robot.robot import Robot
+from testbed.scenario.terrain import Terrain
+from testbed.simulation.metrics import methods, stability_margin, tilt_deg
+from testbed.simulation.residuals import Suspect, best_method, load_residuals
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = npt.NDArray[np.float64]
+Columns = Mapping[str, Array]
+CLOSE_UP_S = 3.0
+"""Shorter runs are close up as they are."""
+
+
+class Part(NamedTuple):
+    """One picture with its title and what it shows."""
+
+    title: str
+    text: str
+    figure: Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """A run as its pictures need it."""
+
+    data: Columns
+    truth: Columns
+    slope_deg: float
+    robot: Robot
+    """The one that moved."""
+    terrain: Terrain | None
+    events: Sequence[Mapping[str, Any]]
+    layers: figures.Layers
+    named: Suspect | None
+    motion: Motion | None
+    ground: Heights | None
+
+
+def shown(
+    series: tuple[Columns, Columns],
+    summary: Mapping[str, Any],
+    robot: Robot,
+    terrain: Terrain | None,
+    named: Suspect | None,
+) -> Shown:
+    """Gather it from (data, truth) and what the run comes to (see summary.json)."""
+    data, truth = series
+    slope_deg = float(summary.get("slope_deg") or 0.0)
+    motion = ground = None
+    if recorded(data, truth):
+        motion = motion_at(data, truth, slope_deg, robot.legs, frame_rows(truth))
+        ground = heights_around(terrain, motion.feet_m[:, :, :2].reshape(-1, 2))
+    layers = [(x["kind"], x["bottom_m"]) for x in (summary.get("drill") or {}).get("layers") or []]
+    events = summary.get("events") or []
+    return Shown(data, truth, slope_deg, robot, terrain, events, layers, named, motion, ground)
+
+
+def parts(run: Shown) -> Iterator[Part]:
+    """Every picture that the recording has the columns for."""
+    yield from _loads(run)
+    yield from _whereabouts(run)
+    yield from _machinery(run)
+    yield from _standing(run)
+
+
+def _loads(run: Shown) -> Iterator[Part]:
+    data, truth, events = run.data, run.truth, run.events
+    yield Part(
+        "Foot loads",
+        "Along the vertical joint's axis. Lines are means over stretches of 0.2 % of the time.",
+        figures.foot_loads(data, truth, events),
+    )
+    method = best_method(methods(data))
+    if method and len(load_residuals(data, method)) == len(LEGS):
+        word = f"Leg {run.named}." if run.named else "No leg stands out by itself."
+        yield Part(
+            "Expected minus estimated",
+            f"Expected load less what the leg's own cylinder says; band: what friction leaves open. {word}",
+            figures.residuals(data, method, run.named, events),
+        )
+    window = busiest(truth["t"], truth["foot_load_fl"])
+    if truth["t"][-1] - truth["t"][0] > CLOSE_UP_S:
+        yield Part(
+            "Foot loads, close up",
+            f"The second in which the load of fl changes most, from {window[0]:.2f} s.",
+            figures.foot_loads(data, truth, events, window),
+        )
+    if methods(data):
+        yield Part(
+            "Errors of the estimates",
+            "Estimate minus truth, the paper's equations one after the other.",
+            figures.estimate_errors(data, truth, events),
+        )
+
+
+def _whereabouts(run: Shown) -> Iterator[Part]:
+    if run.motion is not None:
+        margins = stability_margin(run.truth)
+        row = int(np.argmin(margins))
+        weakest = motion_at(
+            run.data, run.truth, run.slope_deg, run.robot.legs, np.array([row], dtype=np.int64)
+        )
+        rock = " The rock in greys, the higher the lighter." if run.ground is not None else ""
+        yield Part(
+            "Plan view",
+            "Seen from off the slope: the body's path, a ring wherever a foot stood, and in blue the feet that carried at "
+            f"the weakest moment.{rock}",
+            motion_figures.plan_view(run.motion, weakest, float(margins[row]), run.ground),
+        )
+    if all(f"position_{axis}" in run.data for axis in AXES):
+        yield Part(
+            "Strokes and set points",
+            "By the encoders; dashed: where control wanted them.",
+            motion_figures.strokes(run.data, run.events),
+        )
+
+
+def _machinery(run: Shown) -> Iterator[Part]:
+    yield Part(
+        "Pressures and power",
+        "As the transducers read them, through their calibration; what the pump puts in is the truth.",
+        figures.pressures(run.data, run.truth, run.events),
+    )
+    yield Part(
+        "Ropes and drill",
+        "What holds the robot and what pushes it.",
+        figures.ropes_and_drill(run.data, run.truth, run.slope_deg, run.layers, run.events),
+    )
+
+
+def _standing(run: Shown) -> Iterator[Part]:
+    data, truth, events = run.data, run.truth, run.events
+    yield Part(
+        "Contact and events",
+        "Black: the foot truly carries (300 N and more); orange: the detector says that it does.",
+        figures.contacts(data, truth, events),
+    )
+    yield Part(
+        "Body",
+        "Margin: share of the load off the edge about which the robot would tip first, 0 to 0.5.",
+        motion_figures.body(
+            truth,
+            way_up(truth, run.slope_deg),
+            tilt_deg(truth, run.slope_deg),
+            stability_margin(truth),
+            events,
+        ),
+    )
+    if run.terrain is not None:
+        yield Part(
+            "Grip",
+            "Share of its grip that each foot takes while it carries; it slides at 1 (dashed).",
+            motion_figures.grip(truth, run.terrain.friction, events),
+        )
+
+
+def way_up(truth: Columns, slope_deg: float) -> Array:
+    """Way of the body up the slope since the first row (rows), m."""
+    slope = np.deg2rad(slope_deg)
+    along: Array = truth["body_pose_in_world_x"] * np.cos(slope) + truth[
+        "body_pose_in_world_z"
+    ] * np.sin(slope)
+    return np.asarray(along - along[0])
