@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
-from testbed.diagnosis.robot.groups import FORCES, Balances, balances_of
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.groups import Balances, balances_of
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.parameters import Found, found_in
 from testbed.diagnosis.robot.probabilities import (
@@ -26,6 +27,7 @@ from testbed.diagnosis.robot.probabilities import (
     calibration,
     distribution,
 )
+from testbed.effects.signature import Signature
 from testbed.errors import InputError
 from testbed.robot.robot import Robot
 
@@ -35,8 +37,6 @@ LEARNT_SHARE = 0.65
 SHORTEST_S = SETTLING_S + 40 * BIN_S
 AMBIGUOUS = 3.0
 """A rival within so many units of belief of a name is reported as not told apart."""
-WORSE = 1.02
-"""An effect whose model predicts what was kept back worse than this by the sound one's is no effect."""
 Progress = Callable[[str], None]
 
 
@@ -169,10 +169,9 @@ def _failed(balances: Balances, chosen: Hypothesis) -> dict[str, str]:
         if float(mean @ np.linalg.solve(inside, mean)) < LEAST_WALD * np.sqrt(size):
             out[name] = "its interval contains zero"
             continue
-        seen = [k for k, group in balances.groups.items() if name in group.columns]
-        errors = [_errors(balances, chosen, key) for key in seen]
-        if all(e["after"] > WORSE * e["refit"] for e in errors):
-            out[name] = "it predicts what was kept back worse than a sound machine does"
+        others = [n for n in chosen.names if n != name]
+        if _predicts(balances, chosen.names) <= _predicts(balances, others):
+            out[name] = "what was kept back is predicted no better with it"
     return out
 
 
@@ -193,16 +192,32 @@ def _without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[
 def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float]:
     """RMS of what a group misses on the part kept back: as believed, with tolerances refitted, with the effects too."""
     group = balances.raw[key]
-    first, last = float(group.time_s.min()), float(group.time_s.max())
-    until = first + LEARNT_SHARE * (last - first)
-    kept = group.time_s >= until
-    scaled = [
-        {n: change.times(s) for (n, change), s in zip(c.signature.items(), c.spreads, strict=True)}
-        for c in (balances.candidates[name] for name in chosen.names)
-    ]
-    refit, after = group.unpredicted(until, scaled)
+    kept = group.time_s >= _until(group)
+    refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
     before = float(np.sqrt(np.mean(group.missing[kept] ** 2)))
-    return {"before": before, "refit": refit, "after": after if scaled else refit}
+    return {"before": before, "refit": refit, "after": after}
 
 
-TOLD = (FORCES,)
+def _predicts(balances: Balances, names: Sequence[str]) -> float:
+    """Ln of the Bayes factor of a set against a sound machine on the part kept back, predicted from the rest."""
+    scaled = _scaled(balances, names)
+    groups = [
+        group
+        for key, group in balances.raw.items()
+        if any(name in balances.groups[key].columns for name in names)
+    ]
+    return sum(group.predicts(_until(group), scaled) for group in groups)
+
+
+def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:
+    """Signatures of a set whose numbers all have a prior size of 1."""
+    return [
+        {n: change.times(s) for (n, change), s in zip(c.signature.items(), c.spreads, strict=True)}
+        for c in (balances.candidates[name] for name in names)
+    ]
+
+
+def _until(group: RawGroup) -> float:
+    """Where the part that is kept back begins, s."""
+    first, last = float(group.time_s.min()), float(group.time_s.max())
+    return first + LEARNT_SHARE * (last - first)

@@ -70,6 +70,27 @@ class RawGroup:
                 columns[name] = found
         return whiten(self.missing, columns, self.noise + self.tolerated @ self.tolerated.T)
 
+    def predicts(self, until_s: float, signatures: Sequence[Signature]) -> float:
+        """Ln of the Bayes factor that these effects (of prior size 1) have against a sound machine in predicting what
+        comes after `until_s` from what is before: evidence of the whole over that of the first part.
+        """
+        columns = [self.rows_of(change) for s in signatures for change in s.values()]
+        if not columns:
+            return 0.0
+        learnt = self.time_s < until_s
+        return self._factor(columns, np.ones_like(learnt)) - self._factor(columns, learnt)
+
+    def _factor(self, columns: Sequence[Array], rows: npt.NDArray[np.bool_]) -> float:
+        """Ln of the Bayes factor on some of the rows."""
+        wide = self.tolerated[rows]
+        inside = self.noise[np.ix_(rows, rows)] + wide @ wide.T
+        white = whiten(self.missing[rows], {"": np.column_stack(columns)[rows]}, inside)
+        design = white.columns[""]
+        gradient = design.T @ white.missing
+        scaled = design.T @ design + np.eye(design.shape[1])
+        gain = float(gradient @ np.linalg.solve(scaled, gradient))
+        return 0.5 * gain - 0.5 * float(np.linalg.slogdet(scaled)[1])
+
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
         """RMS of what is missing after `until_s`, predicted from what is before by a sound machine's tolerances alone,
         and with these effects beside them (their numbers free).

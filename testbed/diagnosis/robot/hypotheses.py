@@ -14,10 +14,13 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.unexplained import is_unexplained
+from testbed.effects import kind_of
 
 Array = npt.NDArray[np.float64]
 SEEDS = 8
 """So many of the best single effects are tried with every other one."""
+MOST_NUMBERS = 4
+"""An effect with more numbers has a course in time."""
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
 
@@ -87,11 +90,18 @@ class Ledger:
         for first in named[:SEEDS]:
             for other in self.names:
                 names = tuple(sorted((first.names[0], other)))
-                if other != first.names[0] and names not in tried and not is_unexplained(other):
-                    tried.add(names)
-                    pairs.append(self.hypothesis(names))
+                if other == first.names[0] or names in tried or self._too_free(names):
+                    continue
+                tried.add(names)
+                pairs.append(self.hypothesis(names))
         pairs.sort(key=lambda h: -h.log_factor)
         return singles[:KEPT] + pairs[:KEPT]
+
+    def _too_free(self, names: tuple[str, ...]) -> bool:
+        """Whether a pair could explain anything: it holds no name, or two courses in time of one kind."""
+        sizes = [len(self.balances.candidates[n].signature) for n in names]
+        courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
+        return courses or any(is_unexplained(n) for n in names)
 
     def left(self, hypothesis: Hypothesis) -> Mapping[str, float]:
         """Group -> chi squared by row that the hypothesis leaves."""

@@ -4,9 +4,10 @@ Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py)
 and its noise; neither is exact for the machine. So evidence counts by a share of itself, and a price stands against
 every step away from a sound machine:
 
-    score(none) = 0,   score(set) = share ln B - price(size),   score(no name) = share ln B - price(unnamed)
+    score(none) = 0,   score(set) = share ln B - price(size),   score(no name) = share' ln B - price(unnamed)
 
-and probabilities go as exp(score). Sets that hold what no name covers, or a tolerance of any workshop far beyond its
+and probabilities go as exp(score). Errors of any course in time fit what is wrong with the model itself, too: their
+evidence counts by less (share'). Sets that hold what no name covers, or a tolerance of any workshop far beyond its
 size, count as `unnamed`. The numbers are in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
 
@@ -57,9 +58,9 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, float]) -> dict[Names,
         price = numbers["two" if len(names) == 2 else "unnamed" if unnamed else "one"]
         if unnamed and len(names) == 2:
             price += numbers["unnamed"] - numbers["one"]
-        scores.setdefault(NO_NAME if unnamed else names, []).append(
-            numbers["share"] * factor - price
-        )
+        bends = any(is_unexplained(name) for name in names)
+        share = numbers["share_unnamed" if bends else "share"]
+        scores.setdefault(NO_NAME if unnamed else names, []).append(share * factor - price)
     top = max(max(row) for row in scores.values())
     weights = {names: sum(math.exp(score - top) for score in row) for names, row in scores.items()}
     total = sum(weights.values())
