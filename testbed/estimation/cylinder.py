@@ -54,13 +54,6 @@ class Conditions(NamedTuple):
     dwell: float
 
 
-class SealAnswer(NamedTuple):
-    """How friction at rest answers: seals' stiffness over the oil's, and the time (s) in which it drifts."""
-
-    ratio: float
-    drift_s: float
-
-
 class Sensor(Record):
     """What is believed of a pressure sensor's errors; all 0: it reads what it should."""
 
@@ -80,7 +73,6 @@ class Cylinder(Record):
     bulk_modulus = quantity("Pa", "of the oil, without air")
     air = quantity("1", "volume of entrained air at 1 bar, share")
     seal_stiffness = quantity("N/m", "of the seals' bristles")
-    rest_drift = quantity("s", "in which friction at rest drifts to the middle of its set")
     deadband = quantity("1", "valve command below which no oil flows")
     sensor_a = part(Sensor, "pressure sensor of chamber A")
     sensor_b = part(Sensor, "pressure sensor of chamber B")
@@ -110,6 +102,8 @@ def stribeck_of(friction: Friction) -> NDArray[Any]:
     return out
 
 
+RATIO_MOST = 2.0
+"""Behind softer oil than that the noise of the pressures outweighs what they tell of the seals (E)."""
 POLYTROPIC_POWER = 1.0 / 1.4
 """Of air."""
 _behind_gain, _drifted, _of_air = njit(true_pa), njit(zero_pa), njit(compliance_1_pa)
@@ -221,10 +215,10 @@ def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[
 
 
 @njit
-def seal_answer(pa: float, pb: float, extension: float, cylinder: Any) -> SealAnswer:
-    """How a piston's seals answer at gauge pressures (Pa) and an extension (m)."""
+def seal_ratio(pa: float, pb: float, extension: float, cylinder: Any) -> float:
+    """Stiffness of a piston's seals over that of its oil at gauge pressures (Pa) and an extension (m), 1."""
     a, b = oil_springs(pa, pb, extension, cylinder)
-    return SealAnswer(cylinder.seal_stiffness / (a + b), cylinder.rest_drift)
+    return float(min(cylinder.seal_stiffness / (a + b), RATIO_MOST))
 
 
 @njit

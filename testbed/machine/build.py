@@ -17,6 +17,9 @@ from testbed.machine.provenance import read_quantities
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 from testbed.machine.urdf_geometry import differing, urdf_numbers
 
+ALIKE = 1e-9
+"""Changes that differ by less are the same."""
+
 Changes = Mapping[str, Any]
 
 
@@ -55,7 +58,7 @@ def _shared(changes: Changes) -> dict[str, Any]:
         alike.setdefault(shared_path(path) or path, []).append(path)
     for shared, paths in alike.items():
         first = changes[paths[0]]
-        if len(paths) == 4 and all(abs(changes[path] - first) <= 1e-9 for path in paths):
+        if len(paths) == 4 and all(abs(changes[path] - first) <= ALIKE for path in paths):
             out[shared] = first
         else:
             out |= {path: changes[path] for path in paths}

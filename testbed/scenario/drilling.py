@@ -9,6 +9,9 @@ from pydantic import Field, model_validator
 
 from testbed.formats.checked import Checked, Sequence, impossible
 
+MOST_RODS_KG = 1400.0
+"""About a third of the robot."""
+
 RockKind = Literal["hard", "medium", "soft", "fractured", "void"]
 
 
@@ -40,6 +43,12 @@ class Rock(Checked):
     )
     mean_thickness_m: float = Field(
         default=0.8, ge=0.05, le=20, description="mean thickness of a drawn layer [m]"
+    )
+    strength_spread: float = Field(
+        default=0.0,
+        ge=0,
+        le=1.5,
+        description="standard deviation of the logarithm of each layer's specific energy about its kind's",
     )
     void_share: float = Field(
         default=0.05, ge=0, le=0.9, description="share of drawn layers that are voids"
@@ -112,6 +121,12 @@ class DrillHole(Checked):
         le=60000,
         description="pull at which the feed's cylinder stalls on a stuck rod [N]",
     )
+    jam_free_s: float = Field(
+        default=8.0,
+        gt=0,
+        le=600,
+        description="time to draw a jammed bit back and turn it free, while drilling [s]",
+    )
     give_up_s: float = Field(
         default=60.0, gt=0, le=3600, description="a rod stuck for this long is left behind [s]"
     )
@@ -143,9 +158,9 @@ class DrillHole(Checked):
                 f"{self.rods} rods of {self.rod_length_m:g} m do not reach {self.depth_m:g} m",
                 "more rods or less depth_m",
             )
-        if self.rods * self.rod_kg > 1400.0:
+        if self.rods * self.rod_kg > MOST_RODS_KG:
             raise impossible(
                 f"{self.rods} rods of {self.rod_kg:g} kg are more than a third of the robot",
-                "at most 1400 kg of rods",
+                f"at most {MOST_RODS_KG:g} kg of rods",
             )
         return self

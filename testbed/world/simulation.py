@@ -49,6 +49,9 @@ from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
 from testbed.world.verdict import LOOK_TICKS
 
+BEARS_N = 300.0
+"""A foot that is pressed on the ground by more than this bears."""
+
 Array = NDArray[np.float64]
 TICK_HZ = 100
 DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
@@ -252,6 +255,7 @@ class Simulation:
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         m.drill.most_n = m.thrust.most_n
+        m.drill.feed_n, m.drill.hammer = self._command.feed_n, self._command.hammer
         for news in self._hold.update(
             m.drill, t, self._every_tick * self.dt, self._command.hold_drill
         ):
@@ -321,7 +325,7 @@ class Simulation:
         belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
-            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > 300.0, belly_n
+            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > BEARS_N, belly_n
         )
         if end is not None:
             self.events.append(end)

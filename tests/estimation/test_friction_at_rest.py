@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from testbed.estimation.cylinder import Cylinder, SealAnswer, oil_springs
+from testbed.estimation.cylinder import Cylinder, oil_springs
 from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
@@ -12,13 +12,8 @@ LOW, HIGH = -700.0, 800.0
 def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
     s = at_rest.RestMemory.zeros()[0]
     if start is not None:
-        at_rest.step(s, piston_n[0], start, start, 1.0, push, SealAnswer(ratio, 0.4), 1e-3)
-    return np.array(
-        [
-            at_rest.step(s, p, LOW, HIGH, slides, push, SealAnswer(ratio, 0.4), 1e-3)
-            for p in piston_n
-        ]
-    )
+        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, 1e-3)
+    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, 1e-3) for p in piston_n])
 
 
 def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
@@ -84,4 +79,4 @@ def test_friction_never_leaves_its_set(push):
 
 def test_sliding_piston_has_the_friction_of_its_set_of_one():
     s = at_rest.RestMemory.zeros()[0]
-    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, SealAnswer(1.2, 0.4), 1e-3) == 650.0
+    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, 1e-3) == 650.0

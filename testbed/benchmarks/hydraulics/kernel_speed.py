@@ -112,13 +112,9 @@ def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]
         arguments = (
             run.params,
             units,
-            x,
-            v,
-            amplifiers.amplifier,
-            u,
-            amplifiers.played,
-            0.0,
-            warmth,
+            (x, v),
+            (amplifiers.amplifier, u, amplifiers.played),
+            (0.0, warmth),
         )
         start = time.thread_time()
         if bare:

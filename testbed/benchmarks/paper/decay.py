@@ -42,7 +42,6 @@ OVERLAPPED: Mapping[str, float] = {
     "valve.edge_bt_leakage_m3_s_pa": 1.0e-13,
 }
 """Edges that leak to the tank alone: an overlapped spool whose supply edges are tight (assumed)."""
-SUSPECTS = ("edge_leakage", "internal_leakage", "hose", "air", "dwell", "friction_pressure")
 
 
 class Moment(Record):
@@ -135,9 +134,3 @@ def raising_step(
     return Decay(
         t, force, position, weight, float(excess[0]), end, half_time, float(np.ptp(position[after]))
     )
-
-
-def culprit(changes: Mapping[str, float] = OVERLAPPED, seconds: float = 40.0) -> dict[str, float]:
-    """Share of the excess that decays: with everything ("all"), and without each suspect."""
-    shares = {"all": raising_step(changes, (), seconds).gone}
-    return shares | {part: raising_step(changes, (part,), seconds).gone for part in SUSPECTS}

@@ -22,7 +22,7 @@ from testbed.estimation.cylinder import (
     piston_force,
     place_factor,
     push_of,
-    seal_answer,
+    seal_ratio,
     thinning_by_warmth,
     true_pressure,
 )
@@ -159,9 +159,9 @@ def step_axis(
     state.force = piston + cushion_n(x, v, belief) + end_forces_n(c, x)
     now = conditions_of(state, belief, decisions, pa + pb, loads, oil_degc)
     low, high = friction_set(v, seen.sense, slides, c.friction, now)
-    seals = seal_answer(pa, pb, x, c)
+    ratio = seal_ratio(pa, pb, x, c)
     push = push_of(command, c.deadband)
-    likely = friction_at_rest.step(state.rest, piston, low, high, slides, push, seals, dt)
+    likely = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, dt)
     if decisions.remembers == 0.0 or not loads.followed:
         likely = 0.5 * (low + high)
     spread = spread_n(v, high - low, c.friction, now, decisions)

@@ -16,10 +16,10 @@ from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.derived import valves_of
-from testbed.machine.groups import Cylinder, StraightCylinder, Valve
+from testbed.machine.groups import Cylinder, StraightCylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.recording.known import Known
+from testbed.recording.known import HOLDINGS, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
@@ -38,17 +38,6 @@ NOT_LIVE = {
     "cushion_length_m": "no live estimate knows the ends of the stroke",
 }
 """Numbers that a model file may declare and that a run does not take."""
-
-
-DRIFT_S = 0.4
-"""Within this time the leaks of a valve that holds no load let friction at rest drift to the middle of its set (E)."""
-HELD_DRIFT_S = 0.4
-"""The same behind a load-holding valve (E)."""
-
-
-def rest_drift_s(valve: Valve) -> float:
-    """In what time friction at rest drifts."""
-    return HELD_DRIFT_S if valve.holding_a or valve.holding_b else DRIFT_S
 
 
 @dataclass(frozen=True)
@@ -81,7 +70,6 @@ class Leg:
     bulk_modulus_pa: float = 1.4e9
     entrained_air: float = 0.0
     seal_stiffness_n_m: float = 3.0e7
-    rest_drift_s: float = DRIFT_S
     valve_deadband: float = 0.03
 
     @property
@@ -98,7 +86,6 @@ class Leg:
         cylinder["bulk_modulus"] = self.bulk_modulus_pa
         cylinder["air"] = self.entrained_air
         cylinder["seal_stiffness"] = self.seal_stiffness_n_m
-        cylinder["rest_drift"] = self.rest_drift_s
         cylinder["deadband"] = self.valve_deadband
         a, b = cylinder["sensor_a"], cylinder["sensor_b"]
         a["gain"], a["zero"], a["drift"] = self.gain_a, self.zero_a_pa, self.drift_a_pa_s
@@ -248,6 +235,7 @@ class Believed:
             k.moving_mass_kg or 0.0,
             stroke_m=k.stroke_m or 0.5,
             force_offset_n=model.force_offset_n,
+            entrained_air=machine.oil.entrained_air,
             **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
         )
         found = cls._of([base] * len(LEGS), model.effects, dt_s, machine)
@@ -288,8 +276,10 @@ def _declare_valves(valves: NDArray[Any], known: Known) -> None:
         for edge in OF_EDGES:
             valves[f"edge_{edge}"] = getattr(known.circuit, f"edge_{edge}")
             valves[f"leakage_{edge}"] = getattr(known.circuit, f"leakage_{edge}_m3_s_pa")
-        valves["held_a"] = float(known.circuit.holding_a != "none")
-        valves["held_b"] = float(known.circuit.holding_b != "none")
+        valves["holding_a"] = HOLDINGS.index(known.circuit.holding_a)
+        valves["holding_b"] = HOLDINGS.index(known.circuit.holding_b)
+        valves["setting"] = known.circuit.counterbalance_setting_pa
+        valves["pilot_ratio"] = known.circuit.counterbalance_pilot_ratio
 
 
 def _declared_leg(machine: Machine, leg: str) -> Leg:
@@ -310,7 +300,6 @@ def _declared_leg(machine: Machine, leg: str) -> Leg:
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
         entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
-        rest_drift_s=rest_drift_s(axis.valve),
         valve_deadband=axis.valve.deadband,
     )
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
 from testbed.estimation.live.axis import Decisions
-from testbed.estimation.live.believed import Leg, friction_of, rest_drift_s
+from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
@@ -171,7 +171,6 @@ def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
         entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=seal.bristle_stiffness_n_m,
-        rest_drift_s=rest_drift_s(axis.valve),
         valve_deadband=axis.valve.deadband,
     )
     leg.write(out.cylinder)

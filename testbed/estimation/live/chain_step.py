@@ -17,7 +17,7 @@ from testbed.estimation.cylinder import (
     piston_force,
     place_factor,
     push_of,
-    seal_answer,
+    seal_ratio,
     thinning_by_warmth,
     true_pressure,
 )
@@ -117,9 +117,9 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     if slides > 0.0 and state.slid == 0.0:
         state.own.lively = 1.0  # the set has just collapsed: what follows is news, not a spike
     state.slid = slides
-    seals = seal_answer(pa, pb, x, c)
+    ratio = seal_ratio(pa, pb, x, c)
     push = push_of(row.valve[axis], c.deadband)
-    friction = friction_at_rest.step(state.rest, piston, low, high, slides, push, seals, dt)
+    friction = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, dt)
     estimate.one_chamber[leg], estimate.two_chamber[leg] = pa * c.area_a, piston
     estimate.friction[leg] = simple
     estimate.kbf[leg] = kbf.step(state.kbf, simple, belief.filter)

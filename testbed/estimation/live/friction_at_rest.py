@@ -2,7 +2,8 @@
 
 Three things are known of it beside its bounds:
 - It remembers: right after a stop it is what it was while sliding; creep and leakage let it drift towards the middle
-  of the set (`SealAnswer.drift_s`).
+  of the set within about half a second. (Behind load-holding valves the oil lets it stay, yet a drift over 2 s makes
+  the foot loads of a crawl worse: what is remembered longer is wrong for longer, too.)
 - While the valve is shut, the oil tells how far the piston is bent away: a load that changes by dF moves it by dx, the
   oil answers with k_oil dx = -dFp, k_oil = beta (A_A^2 / V_A + A_B^2 / V_B), the seal with k_seal dx. So friction
   changes by -(k_seal / k_oil) dFp, and the load by more than the pressures show. This is far below one encoder count.
@@ -18,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from testbed.compiled import njit
-from testbed.estimation.cylinder import SealAnswer
 from testbed.formats.records import Record, quantity
 
 
@@ -32,6 +32,8 @@ class RestMemory(Record):
     started = quantity("1", "1 once there was a sample")
 
 
+DRIFT_S = 0.4
+"""Within this time friction drifts to the middle of its set."""
 BENT_S = 0.05
 """Within this time a bent seal relaxes."""
 SMOOTH_S = 0.004
@@ -52,10 +54,10 @@ def step(
     high: float,
     slides: float,
     push: float,
-    seals: SealAnswer,
+    ratio: float,
     dt: float,
 ) -> float:
-    """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N;
+    """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N; `ratio` = k_seal / k_oil;
     `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut.
 
     While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three rules apply.
@@ -74,10 +76,10 @@ def step(
         memory.bent = 0.0
         return float(memory.slow)
     taken = push * max(push * change, 0.0) if push != 0.0 else change
-    drift = (middle - memory.slow) * min(dt / seals.drift_s, 1.0)
+    drift = (middle - memory.slow) * min(dt / DRIFT_S, 1.0)
     memory.slow += (1.0 - memory.shut) * OPEN_SHARE * taken + drift
     memory.slow = min(max(memory.slow, low), high)
-    bend = -seals.ratio * change
+    bend = -ratio * change
     room = max(0.0, 1.0 - memory.bent / high) if bend > 0.0 else max(0.0, 1.0 - memory.bent / low)
     memory.bent += memory.shut * bend * room - memory.bent * min(dt / BENT_S, 1.0)
     return float(min(max(memory.slow + memory.bent, low), high))

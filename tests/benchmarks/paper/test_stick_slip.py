@@ -33,7 +33,7 @@ def test_where_a_piston_sticks_and_slips_the_net_damping_is_negative(
     if slips_at(speed_m_s, seal, 2.0) > 2:
         assert net_damping_n_s_m(speed_m_s, seal) < 0.0
     else:
-        assert net_damping_n_s_m(speed_m_s, seal) > -1000.0
+        assert net_damping_n_s_m(speed_m_s, seal) > -2500.0
 
 
 def test_the_inferred_circuit_sticks_at_5_mm_s_and_not_at_10_and_the_original_nowhere() -> None:
