@@ -7,7 +7,8 @@ from typing import Any
 
 from testbed.machine.names import LEGS
 from testbed.report.page import render
-from testbed.report.style import BLUE, GREY, LEG_NAME, RC, svg
+from testbed.report.style import BLUE, GREY, RC, svg
+from testbed.report.words import LEG_NAME
 
 PLACES: Mapping[str, tuple[float, float]] = {
     "body": (0.0, 0.0),

@@ -129,7 +129,8 @@ class RobotModel:
         is the derivative of these components, so a turning body adds omega x v by itself).
         """
         self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
-        speed, change = (self._generalised(vector) for vector in (velocities, accelerations))
+        speed, change = np.empty(18), np.empty(18)
+        speed[self._order], change[self._order] = velocities, accelerations
         force = pin.rnea(self._model, self._data, self._full(positions), speed, change)
         return np.asarray(force[self._order])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from testbed.formats.files import write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
 from testbed.report.loop_page import page
-
-if TYPE_CHECKING:
-    from testbed.scenario.scenario import Scenario
 
 SCENARIOS = ("stand_undeclared_two",)
 NEXT = "crawl_slope_45"
@@ -49,7 +46,7 @@ def close_loop(
 
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     from testbed.scenario.scenario import load_scenario
-    from testbed.simulation.expectations import hidden_effects
+    from testbed.simulation.expectations import elsewhere, hidden_effects, hidden_numbers
     from testbed.workflows.diagnose import diagnose_folder
 
     scenario = load_scenario(name)
@@ -61,7 +58,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
         diagnose_folder(folder / "first", folder / "diagnosis", None, None, lambda _: None)
     found = json.loads(findings.read_text())
     say(f"{name}: another scenario, as believed")
-    other = elsewhere(scenario)
+    other = elsewhere(scenario, NEXT, scenario.seed + NEXT_SEED)
     before = _run(folder / "next_before", other, None)
     say(f"{name}: another scenario, with what was found")
     after = _run(folder / "next_after", other, folder / "diagnosis" / "model.yaml")
@@ -69,10 +66,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
         "scenario": name,
         "next": other.name,
         "hidden": hidden_effects(scenario),
-        "truth": [
-            {"name": u.effect, "place": u.at, "parameters": dict(u.parameters)}
-            for u in scenario.undeclared
-        ],
+        "truth": hidden_numbers(scenario),
         "effects": found["effects"],
         **_said(found),
         "residual_n": found["error"]["force_n"],
@@ -83,17 +77,6 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
             "after": _course(folder / "next_after"),
         },
     }
-
-
-def elsewhere(scenario: Scenario) -> Scenario:
-    """The other scenario, with the first one's machine and the effects that it hides."""
-    from testbed.scenario.scenario import load_scenario
-
-    machine = scenario.machine.model_dump(mode="json", exclude_none=True)
-    hidden = [u.model_dump(mode="json") for u in scenario.undeclared]
-    overrides = [f"undeclared={json.dumps(hidden)}"]
-    overrides += [f"machine.{key}={json.dumps(value)}" for key, value in machine.items()]
-    return load_scenario(NEXT, overrides, scenario.seed + NEXT_SEED)
 
 
 def _run(folder: Path, scenario: Scenario, model: Path | None) -> dict[str, Any]:

@@ -72,13 +72,14 @@ class RawGroup:
 
     def predicts(self, until_s: float, signatures: Sequence[Signature]) -> float:
         """Ln of the Bayes factor that these effects (of prior size 1) have against a sound machine in predicting what
-        comes after `until_s` from what is before: evidence of the whole over that of the first part.
+        comes after `until_s` from what is before, and the other way round: evidence of the whole over that of a part.
         """
         columns = [self.rows_of(change) for s in signatures for change in s.values()]
         if not columns:
             return 0.0
         learnt = self.time_s < until_s
-        return self._factor(columns, np.ones_like(learnt)) - self._factor(columns, learnt)
+        whole = self._factor(columns, np.ones_like(learnt))
+        return 2.0 * whole - self._factor(columns, learnt) - self._factor(columns, ~learnt)
 
     def _factor(self, columns: Sequence[Array], rows: npt.NDArray[np.bool_]) -> float:
         """Ln of the Bayes factor on some of the rows."""
