@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from testbed.formats.files import write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
 from testbed.report.loop_page import page
+
+if TYPE_CHECKING:
+    from testbed.scenario.scenario import Scenario
 
 SCENARIOS = ("stand_undeclared_two",)
 NEXT = "crawl_slope_45"
