@@ -238,11 +238,19 @@ def _by_joint(robot: Robot, measured: Measured) -> Array:
     out = np.empty((len(some), 18, len(AXES)))
     for row, k in enumerate(some):
         joint = measured.bins.joint[k]
-        at = of_bin(robot, measured, k, joint).missing
+        at = of_bin(robot, measured, k, joint)
         for i in range(len(AXES)):
             moved = joint.copy()
             moved[i] -= STEP
-            out[row, :, i] = (at - of_bin(robot, measured, k, moved).missing) / STEP
+            there = of_bin(robot, measured, k, moved)
+            felt = [
+                _side_slopes(force) @ change
+                for force, change in zip(
+                    at.foot_force, at.foot_force - there.foot_force, strict=True
+                )
+            ]
+            friction = measured.side_friction[k] * np.concatenate(felt)
+            out[row, :, i] = (at.missing - there.missing - at.by_force @ friction) / STEP
     index = np.arange(n)
     flat = out.reshape(len(some), -1)
     lines = [np.interp(index, some, column) for column in flat.T]
