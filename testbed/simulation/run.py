@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.outputs import check_out
 
+if TYPE_CHECKING:
+    from testbed.world.saved import State
+
 Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """A saved state that a run begins from, and what happens at that instant: mappings of `kind` and its fields."""
+
+    state: State
+    happens: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass
@@ -30,8 +41,9 @@ def run_scenario(
     model: str | Path | None = None,
     gui: bool = False,
     progress: Progress | None = None,
+    beginning: Beginning | None = None,
 ) -> RunResult:
-    """Simulate `scenario` and record it under `out` (default `runs/<name>-<seed>[-n]`).
+    """Simulate `scenario`, from its start or a saved state, and record it under `out` (`runs/<name>-<seed>[-n]`).
 
     `progress(simulated_s, word)` is called after every block of one simulated second. The first Ctrl-C ends the run
     after its block, a second one at once: what was recorded is kept and summed up. Raises InputError before anything
@@ -43,6 +55,10 @@ def run_scenario(
 
     check_out(out)
     with Run(Simulation(scenario, model=model, gui=gui), keeps=False) as run:
+        if beginning is not None:
+            run.restore(beginning.state)
+            for event in beginning.happens:
+                run.happen(**event)
         folder = run.record_in(out)
         with _stop_flag() as stopped:
             while not run.finished:
