@@ -92,9 +92,9 @@ def _courses(stages: Sequence[tuple[Mapping[str, Any], str, str]], salt: str) ->
             panel.set_xlabel("time, s")
         for panel in panels[:, 0]:
             panel.set_ylabel("error, N")
+        drawing.tight_layout(rect=(0.0, 0.0, 1.0, 0.93))
         if len(stages) > 1:
-            panels[0][0].legend(loc="best")
-        drawing.tight_layout()
+            drawing.legend(*panels[0][0].get_legend_handles_labels(), loc="upper right", ncols=2)
         text = svg(drawing, f"loop-{salt}")
         plt.close(drawing)
     return text
@@ -115,9 +115,8 @@ def _bars(by_leg: Mapping[str, Mapping[str, float]]) -> str:
         panel.set_xticks(range(len(LEGS)), [LEG_NAME[leg] for leg in LEGS])
         panel.set_ylabel("error, N RMS")
         panel.grid(axis="x", visible=False)
-        panel.legend(loc="upper right")
-        panel.margins(y=0.25)
-        drawing.tight_layout()
+        drawing.tight_layout(rect=(0.0, 0.0, 1.0, 0.9))
+        drawing.legend(*panel.get_legend_handles_labels(), loc="upper right", ncols=2)
         text = svg(drawing, "loop-bars")
         plt.close(drawing)
     return text
