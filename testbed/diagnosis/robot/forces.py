@@ -10,12 +10,15 @@ import numpy.typing as npt
 from testbed.diagnosis.robot.balance import BodyBalance
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.tolerances import middle, standard_deviation
-from testbed.effects import by_name
+from testbed.effects import ALL
+from testbed.effects.friction_position import PositionFriction
+from testbed.effects.friction_pressure import PressureFriction
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES, SIDES
+from testbed.machine.names import AXES
 
 Array = npt.NDArray[np.float64]
+BODY = "body"
 WHITE_N, WHITE_N_M, WHITE_FOOT_N = 60.0, 60.0, 60.0
 """What a bin's balances miss by noise of its own: sensors' noise, accelerations, the bins' edges; and as much that lasts
 as long as MEMORY_S (E)."""
@@ -36,17 +39,6 @@ HELD_THRUST = 0.8
 HELD_ALIKE, HELD_EACH = 2.0, 0.5
 """Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three (B)."""
 HAMMER_SHARE = 0.04
-OF_AXES = (
-    "sensor.gain_a",
-    "sensor.gain_b",
-    "sensor.zero_a",
-    "sensor.zero_b",
-    "sensor.encoder_offset",
-    "inertia.mass",
-)
-OF_BODY = ("robot.payload", "robot.centre_of_mass", "robot.attitude")
-OF_ROPES = ("rope.tension_gain", "rope.direction", "rope.attachment")
-PAYLOAD_MOMENT = {"mass x": ("mass", "x"), "mass y": ("mass", "y"), "mass z": ("mass", "z")}
 
 
 def rows_of(balance: BodyBalance, change: Change) -> Array:
@@ -68,16 +60,13 @@ def tolerance_columns(balance: BodyBalance, machine: Machine) -> Array:
 
 
 def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, float]]:
-    places = [(n, AXES) for n in OF_AXES] + [(n, ("body",)) for n in OF_BODY]
-    for name, where in [*places, *((n, tuple(f"rope_{s}" for s in SIDES)) for n in OF_ROPES)]:
-        for place in where:
-            star = place if place == "body" else "*"
-            for number, change in by_name(name).signature(seen, place).items():
-                parts = (
-                    PAYLOAD_MOMENT.get(number, (number,)) if name == "robot.payload" else (number,)
-                )
-                sd = float(np.prod([standard_deviation(f"{name}@{star}.{p}") for p in parts]))
-                yield change, sd
+    for effect in ALL:
+        for place in effect.places:
+            star = place if place == BODY else "*"
+            for number, change in effect.signature(seen, place).items():
+                parts = number.split(" ")  # a first moment is a mass times a place
+                names = [f"{effect.kind}@{star}.{part}" for part in parts]
+                yield change, float(np.prod([standard_deviation(name) for name in names]))
     for i, axis in enumerate(machine.axes.values()):
         yield from _friction(seen, i, axis)
     yield from _held_back(seen)
@@ -127,14 +116,12 @@ def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, f
     side = float(np.hypot(standard_deviation(number, drawn), 0.3 * (middle(number, drawn) - drawn)))
     yield Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]}), side
     place = AXES[i]
-    for name, number, declared in (
-        ("friction.position", "position_slope", seal.position_slope),
-        ("friction.pressure", "pressure_coefficient_m2", seal.pressure_coefficient_m2),
+    for effect, number, declared in (
+        (PositionFriction(), "position_slope", seal.position_slope),
+        (PressureFriction(), "pressure_coefficient_m2", seal.pressure_coefficient_m2),
     ):
-        (change,) = by_name(name).signature(seen, place).values()
+        (change,) = effect.signature(seen, place).values()
         yield change, standard_deviation(f"axes.*.seal.{number}", declared)
-    (change,) = by_name("friction.load").signature(seen, place).values()
-    yield change, standard_deviation("friction.load@*.coefficient")
 
 
 def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
