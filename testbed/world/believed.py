@@ -25,7 +25,7 @@ from testbed.effects.robot_payload import HiddenPayload
 from testbed.effects.rope_attachment import RopeAttachment
 from testbed.effects.rope_direction import RopeDirection
 from testbed.effects.rope_tension_gain import TensionGain
-from testbed.errors import InputError, naming
+from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
 from testbed.estimation.live.uncertainty import HOLDS, WORKSHOP, Uncertainty
@@ -137,6 +137,9 @@ def own_belief(
 ) -> OwnBelief:
     """What a model file, of the whole robot or of one leg, makes of a believed machine.
 
+    Effects of the robot on which no estimate depends (oil, ground, supply, ...) are checked and left to the diagnosis,
+    which looks for what is missing beside them.
+
     `tolerances`: how far the machine may be from it; what the file gives with an interval is known that well. None:
     all is believed as it is.
 
@@ -162,13 +165,8 @@ def own_belief(
         elif entry.name in OF_THE_BODY:
             of_body.append(entry.hidden())
         else:
-            raise InputError(
-                "would have no effect: no belief holds it there",
-                file=model,
-                field=f"effects.{k}",
-                value=f"{entry.name} at {entry.place}",
-                allowed=f"{', '.join(OF_THE_BODY)}; at cylinders what `testbed effects` says is live",
-            )
+            # No estimate depends on it: the diagnosis alone grants it. Its place must be one all the same.
+            hidden_of([entry.hidden()])
     with naming(model):
         return OwnBelief(
             machine.replaced(file.numbers, model, "machine"),
