@@ -484,16 +484,21 @@ def sweep(
 
 @app.command()
 def train(
-    task: Annotated[str, typer.Argument(help="stand, climb, drill or force-distribution.")],
+    task: Annotated[
+        str, typer.Argument(help="An environment's name: stand, climb, drill-hole, keep, ...")
+    ],
     out: Annotated[
         Path,
         typer.Option(help="Folder for policy, checkpoints and episodes; goes on where it was."),
     ],
-    steps: Annotated[int, typer.Option(help="Steps of the environment in all.")] = 200_000,
-    seed: Annotated[int, typer.Option(help="Seed of the first start.")] = 0,
-    workers: Annotated[int, typer.Option(help="Processes.")] = 1,
+    steps: Annotated[int, typer.Option(min=1, help="Steps of the environment in all.")] = 200_000,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of a new training; one that goes on keeps its own. [0]"),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
 ) -> None:
-    """Train a policy by reinforcement learning (needs the extra rl)."""
+    """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command goes on."""
     from testbed.envs.training import train as trained
     from testbed.report.progress import counting_progress
 
@@ -503,7 +508,12 @@ def train(
 
 @app.command()
 def play(
-    policy: Annotated[Path, typer.Argument(help="A policy.npz or policy.zip of `testbed train`.")],
+    policy: Annotated[
+        Path,
+        typer.Argument(
+            help="A policy.npz or policy.zip of `testbed train`: of both only arrays are read, never code."
+        ),
+    ],
     scenario: Annotated[str, typer.Argument(help="Scenario file, or the name of a shipped one.")],
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
@@ -511,7 +521,7 @@ def play(
     json: Json = False,
 ) -> None:
     """Let a trained policy act on a scenario for one episode."""
-    from testbed.envs.training import play as played
+    from testbed.envs.playing import play as played
     from testbed.report.console import print_json, print_table
 
     found = played(policy, scenario, seed, gui, video)

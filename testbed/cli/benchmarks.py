@@ -276,6 +276,35 @@ def climbs(
     show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
 
 
+@lab.command("control-tasks")
+def control_tasks(
+    out: Out,
+    task: Annotated[
+        list[str] | None, typer.Option(help="keep or drill-hole; may be repeated. [all]")
+    ] = None,
+    cases: Annotated[int, typer.Option(min=1, help="Held-out cases of each task.")] = 20,
+    first_seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first case; those below 100000 are for tuning.")
+    ] = 100_000,
+    oracle_episodes: Annotated[
+        int, typer.Option(min=1, help="Plans that the oracle tries on each case.")
+    ] = 32,
+    policy: Annotated[
+        list[str] | None,
+        typer.Option(help="A policy.npz of `testbed train`, of the one task; may be repeated."),
+    ] = None,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Say how much there is to win in the tasks of control, and who wins it: rules, models, policies, an oracle."""
+    from testbed.benchmarks.control_tasks.benchmark import ControlTasks
+    from testbed.benchmarks.control_tasks.tasks import TASKS
+
+    chosen = tuple(task or TASKS)
+    made = ControlTasks(chosen, cases, first_seed, oracle_episodes, tuple(policy or ()))
+    show(made, out, jobs, json)
+
+
 @lab.command("expected-loads")
 def expected_loads(
     out: Out,

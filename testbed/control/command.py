@@ -36,6 +36,10 @@ class Command:
     """(4) which feet are meant to carry, LEGS order; the others swing."""
     hold_drill: bool = False
     """The drill is to stop pushing, pulling and turning, and to wait."""
+    feed_n: float | None = None
+    """Feed that the drill is to push with while it drills, N; None: what its task says."""
+    hammer: float = 1.0
+    """Share of a blow's energy that the hammer is to strike with, 0 to 1."""
 
     def __post_init__(self) -> None:
         """Copy and freeze the arrays."""

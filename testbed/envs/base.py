@@ -1,8 +1,7 @@
 """The environment around a run: a step is a whole number of control ticks of the same loop as `testbed run`.
 
-Actions in [-1, 1] (6): increments of the set points of the four vertical cylinders (fl fr rl rr) and of the wanted
-pulls of the two ropes (left, right). Observations: `observations.TABLE`, the mean over the step of every measurement
-and estimate. Truth appears in the reward and in `info` alone.
+A task declares its observation and its action row by row, and its reward term by term. Observations are means over
+the step of measurements, estimates and control's own orders. Truth appears in the reward and in `info` alone.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from typing import Any
 
 import gymnasium
@@ -20,16 +18,25 @@ from numpy.typing import NDArray
 from testbed.control.gait import Layered
 from testbed.control.layers.trim import Trim
 from testbed.control.observed import Observed
-from testbed.envs.observations import TABLE, Observer
+from testbed.envs.observations import TABLE, Observer, in_units
 from testbed.envs.randomisation import draw_overrides, named_set
-from testbed.envs.rewards import Truth, Weights, body_position, holding_reward, truth_of_step
+from testbed.envs.rewards import (
+    HOLDING,
+    Term,
+    Truth,
+    body_position,
+    holding_amounts,
+    term_weights,
+    truth_of_step,
+)
 from testbed.errors import InputError
 from testbed.machine.names import LEGS, SIDES
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
 
 Array = NDArray[np.float64]
-Observation = NDArray[np.float32]
+Vector = NDArray[np.float32]
+Observation = Vector | dict[str, Vector]
 OFFSET_STEP_M = 1.0e-4
 """Increment of a vertical set point for an action of 1: one encoder count a step."""
 OFFSET_RANGE_M = 0.02
@@ -60,7 +67,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
     scenario: file or shipped name; overrides: `a.b=c` changes of it; duration_s: simulated time of an episode, None
     for the scenario's; randomisation: name of a set in randomisation.yaml or a mapping of the same form, None for
-    none; step_ms: simulated time of a step. Raises InputError for what a scenario refuses.
+    none; step_ms: simulated time of a step; weights: reward term -> size of its weight; observations: `flat`, one
+    vector of all rows in [-1, 1], or `dict`, every row by its name and in its unit. Raises InputError for what a
+    scenario refuses.
     """
 
     table: tuple[Observed, ...] = TABLE
@@ -70,8 +79,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         *action_rows("wanted pull of the {} rope, increment", SIDES, "N", "along it", PULL_STEP_N),
     )
     """The action, index by index."""
-    weights: tuple[str, ...] = tuple(f.name for f in fields(Weights))
-    """Weights that the reward takes."""
+    terms: tuple[Term, ...] = HOLDING
+    """What the reward is the sum of; a step's share of each is in its `info["reward_terms"]`."""
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}  # noqa: RUF012 (gymnasium's own form)
 
     def __init__(
@@ -82,11 +91,16 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         randomisation: str | Mapping[str, Any] | None = None,
         step_ms: int = 20,
         weights: Mapping[str, float] | None = None,
+        observations: str = "flat",
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(
                 "no such mode", field="render_mode", value=render_mode, allowed="human, rgb_array"
+            )
+        if observations not in ("flat", "dict"):
+            raise InputError(
+                "no such form", field="observations", value=observations, allowed="flat, dict"
             )
         if step_ms < TICK_MS or step_ms % TICK_MS:
             raise InputError(
@@ -103,16 +117,26 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         )
         self._randomisation = named_set(randomisation)
         self._step_s = step_ms / 1000.0
-        self._weights = Weights.of(weights or {}, self.weights)
+        self._weights = term_weights(self.terms, weights or {})
+        self._by_name = observations == "dict"
         load_scenario(
             scenario, self._overrides, duration=duration_s
         )  # a wrong argument is said now, not in reset
-        self.observation_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.table),), np.float32)
+        self.observation_space: gymnasium.Space[Any] = self._space()
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(self.actions),), np.float32)
         self._sim: Any = None
         self._ended = True
         self._last: tuple[Array, Array] | None = None
         """Data and truth rows of the step before, (1, ..) each."""
+
+    def _space(self) -> gymnasium.Space[Any]:
+        box = gymnasium.spaces.Box
+        if not self._by_name:
+            return box(-1.0, 1.0, (len(self.table),), np.float32)
+        rows: dict[str, gymnasium.Space[Any]] = {
+            row.column: box(row.low, row.high, (1,), np.float32) for row in self.table
+        }
+        return gymnasium.spaces.Dict(rows)
 
     # ---- gymnasium's five -----------------------------------------------------------------------------------
 
@@ -121,16 +145,23 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     ) -> tuple[Observation, dict[str, Any]]:
         """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this episode.
 
-        A draw that falls, slides or tears a rope before the agent's first step is drawn again.
+        A draw that falls, slides or tears a rope before the agent's first step, or that cannot be built, is drawn again.
         """
         super().reset(seed=seed)
         further = [str(change) for change in (options or {}).get("overrides", ())]
+        refused: InputError | None = None
         for _ in range(DRAWS):
-            data, truth = self._draw(further)
+            try:
+                data, truth = self._draw(further)
+            except InputError as error:
+                if not self._randomisation:
+                    raise
+                refused = error
+                continue
             if self._sim.verdict == "stood":
                 break
         else:
-            raise InputError(
+            raise refused or InputError(
                 "never stands",
                 field="randomisation",
                 value=f"{DRAWS} draws",
@@ -172,17 +203,18 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """One step. Raises InputError for an action that is no (6,) vector of finite numbers."""
+        """One step. Raises InputError for an action that is no vector of finite numbers, one a row of `actions`."""
         wanted = np.asarray(action, dtype=float)
         if wanted.shape != self.action_space.shape or not np.isfinite(wanted).all():
+            allowed = f"{len(self.actions)} finite numbers"
             raise InputError(
-                "cannot be used", field="action", value=wanted.tolist(), allowed="6 finite numbers"
+                "cannot be used", field="action", value=wanted.tolist(), allowed=allowed
             )
         if self._ended:
             raise InputError("the episode has ended", field="step", allowed="reset first")
         wanted = np.clip(wanted, -1.0, 1.0)
         self._order(wanted)
-        data, truth = self._sim.run_block(self._rows)
+        data, truth = self._run()
         if not len(data):  # the run ended before the next row
             assert self._last is not None
             data, truth = self._last
@@ -190,8 +222,10 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         lost = self._sim.verdict != "stood"
         over = bool(self._sim.finished and not lost)
         self._ended = bool(lost or over)
-        reward = self._reward(known, wanted, lost)
-        return self._observe(data), reward, bool(lost), over, self._info(known, data)
+        amounts = self._amounts(known, wanted, bool(lost))
+        parts = {name: self._weights[name] * amount for name, amount in amounts.items()}
+        info = {**self._info(known, data), "reward_terms": parts}
+        return self._observe(data), float(sum(parts.values())), bool(lost), over, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """A picture (360, 480, 3) for rgb_array; the window draws itself."""
@@ -231,6 +265,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             self._trim.pull_n + PULL_STEP_N * action[len(LEGS) :], 0.0, PULL_RANGE_N
         )
 
+    def _run(self) -> tuple[Array, Array]:
+        """Let a step's time go by: its rows."""
+        data, truth = self._sim.run_block(self._rows)
+        return data, truth
+
     def _ordered(self) -> dict[str, float]:
         """What the agent and the drill have ordered so far, by the table's names."""
         assert self._trim.pull_n is not None
@@ -242,13 +281,27 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             "orders.torque": known["ordered_torque"],
         }
 
-    def _reward(self, truth: Truth, action: Array, ended: bool) -> float:
-        return holding_reward(truth, action, ended, self._weights)
+    def _amounts(self, truth: Truth, action: Array, ended: bool) -> dict[str, float]:
+        """How much of each of the reward's terms this step has, in the term's unit."""
+        return holding_amounts(truth, action, ended)
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """(len(actions),) which rows of an action have an effect in the next step; in `info["action_mask"]` too."""
+        return np.ones(len(self.actions), dtype=bool)
 
     # ---- reading ------------------------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
-        return self._observer.look(data.mean(axis=0), self._ordered())
+        return self._told(self._observer.look(data.mean(axis=0), self._ordered()))
+
+    def _told(self, seen: Vector) -> Observation:
+        """A flat observation in the form that was asked for."""
+        if not self._by_name:
+            return seen
+        return {
+            name: np.array([value], np.float32)
+            for name, value in in_units(seen, self.table).items()
+        }
 
     def _truth(self, data: Array, truth: Array) -> Truth:
         rows = TruthRow.from_table(truth)
@@ -265,6 +318,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             "friction_use": truth.friction_use,
             "feet_lost": truth.feet_lost,
             "loads_n": truth.loads_n.copy(),
+            "action_mask": self.action_masks(),
         }
 
 

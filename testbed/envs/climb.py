@@ -3,43 +3,36 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.envs.base import RoboclimberEnv
-from testbed.envs.rewards import Truth, Weights
+from testbed.envs.rewards import EFFORT, END, FRICTION_USE, LOST, Term, Truth, holding_amounts
 from testbed.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
-WAY_1_M = 100.0
-"""Reward per metre up the slope (E)."""
+WAY = Term("way", "way of the body up the slope", "m", 100.0)
+OUTDATED = "Climb-v0 pays a quick slide better than a climb: kept for comparison, train on Climb-v1"
 
 
 class ClimbEnv(RoboclimberEnv):
-    """`Roboclimber/Climb-v0`: the scenario crawl_slope_30 as an environment."""
+    """`Roboclimber/Climb-v0`: the scenario crawl_slope_30 as an environment; outdated."""
 
-    weights = ("friction_use", "lost", "effort", "end")
+    terms = (WAY, FRICTION_USE, LOST, EFFORT, END)
+
+    def __init__(self, **arguments: Any) -> None:
+        gymnasium.logger.warn(OUTDATED)
+        super().__init__(**arguments)
 
     def _begin(self, spec: Scenario) -> None:
         super()._begin(spec)
         slope = math.radians(spec.terrain.slope_deg)
         self._up_in_world = np.array([math.cos(slope), 0.0, math.sin(slope)])
 
-    def _reward(self, truth: Truth, action: Array, ended: bool) -> float:
-        return climbing_reward(
-            truth, float(truth.way_in_world_m @ self._up_in_world), action, ended, self._weights
-        )
-
-
-def climbing_reward(
-    truth: Truth, up_m: float, action: Array, ended: bool, weights: Weights
-) -> float:
-    """Metres up the slope, less friction use, lost feet, effort and a bad end."""
-    return float(
-        WAY_1_M * up_m
-        - weights.friction_use * min(truth.friction_use, 2.0)
-        - weights.lost * truth.feet_lost
-        - weights.effort * float(np.mean(action**2))
-        - weights.end * ended
-    )
+    def _amounts(self, truth: Truth, action: Array, ended: bool) -> dict[str, float]:
+        amounts = holding_amounts(truth, action, ended)
+        kept = {term.name: amounts[term.name] for term in self.terms if term is not WAY}
+        return {"way": float(truth.way_in_world_m @ self._up_in_world), **kept}

@@ -15,6 +15,7 @@ from testbed.control.observed import Observed
 from testbed.envs import ENVIRONMENTS
 from testbed.envs.observations import TABLE, as_markdown
 from testbed.envs.randomisation import sets
+from testbed.envs.rewards import Term
 
 HEAD = """# Environments
 
@@ -25,9 +26,12 @@ import gymnasium, testbed.envs
 env = gymnasium.make("Roboclimber/Drill-v0", randomisation="drill", render_mode="rgb_array")
 ```
 
-An observation is a vector of 32-bit floats: each row below mapped from [low, high] to [-1, 1] and clipped there.
-All rows are measurements, estimates or control's own orders; truth is in the reward and in `info` alone. A step is
-20 ms of the same loop as `testbed run`. An episode ends (terminated) when the robot falls, slides or a rope breaks, and
+An observation is a vector of 32-bit floats: each row below mapped from [low, high] to [-1, 1] and clipped there; with
+`observations="dict"` it is every row by its name and in its unit. All rows are measurements, estimates or control's own
+orders; truth is in the reward and in `info` alone. A step is `step_ms` of the same loop as `testbed run`, 20 ms unless
+the keyword arguments below say otherwise. The reward is the sum of the terms below, each so much a unit;
+`info["reward_terms"]` has every step's. `info["action_mask"]`, and `action_masks()`, say which rows of an action have an
+effect in the next step. An episode ends (terminated) when the robot falls, slides or a rope breaks, and
 is cut off (truncated) at the scenario's end. Same seed, same bits. `render_mode`: `rgb_array`, `human`. Vectors:
 `gymnasium.make_vec(id, n, vectorization_mode="async")`, autoreset in the next or in the same step.
 """
@@ -43,6 +47,7 @@ def page() -> str:
             f"{_first(env)}\n",
             f"Keyword arguments: `{arguments}`.\n",
             _actions(env.actions),
+            _terms(env.terms),
         ]
         same = env.table is TABLE and name != next(iter(ENVIRONMENTS))
         parts.append(
@@ -71,6 +76,12 @@ def _actions(rows: Sequence[Observed]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _terms(terms: Sequence[Term]) -> str:
+    lines = ["| reward term | meaning | unit | reward a unit |", "|---|---|---|---|"]
+    lines += [f"| {t.name} | {t.meaning} | {t.unit} | {t.weight:g} |" for t in terms]
+    return "\n".join(lines) + "\n"
+
+
 def _randomisation() -> str:
     lines = [
         "## What varies\n",
@@ -89,6 +100,12 @@ def _drawn(how: Mapping[str, Any]) -> str:
         return "{:g} to {:g}".format(*how["uniform"])
     if "one_of" in how:
         return " or ".join(f"`{value}`" for value in how["one_of"])
+    if "integers" in how:
+        return "{} to {}, whole".format(*how["integers"])
+    if "first" in how:
+        return "{}; in {:g} of the runs then {}; {:g} to {:g} s after the start".format(
+            " or ".join(how["first"]), how["two"], " or ".join(how["second"]), *how["at_s"]
+        )
     return (
         f"{np.round(how['probability'], 2):g} of the runs have one of: {', '.join(how['effects'])}"
     )

@@ -58,4 +58,4 @@ class ForceDistributionEnv(RoboclimberEnv):
         self._sharing.order(action)
 
     def _observe(self, data: Array) -> Observation:
-        return self._sharing.view().astype(np.float32)
+        return self._told(self._sharing.view().astype(np.float32))

@@ -65,7 +65,7 @@ _SEEN = (
     *seen(_each("contact", LEGS), (0.0, 1.0)),
     *seen(_each("expected", LEGS), LOAD_N, ALONG_VERTICAL),
 )
-_OFFSETS = (
+_OFFSETS = tuple(
     Observed(f"orders.offset_{leg}", f"set point offset, {leg}_vertical", "m", "joint", -0.02, 0.02)
     for leg in LEGS
 )
@@ -85,6 +85,76 @@ TABLE: tuple[Observed, ...] = (
     *seen(_each("carrying", LEGS), (0.0, 1.0)),
 )
 """The observation of the environments that move set points, index by index."""
+_NEAR_LOAD_N = (0.0, 1.5e4)
+"""Range of a foot load of a machine that stands."""
+_STANDING = (
+    *seen(_each("estimate_own", LEGS), _NEAR_LOAD_N, ALONG_VERTICAL),
+    *seen(_each("contact", LEGS), (0.0, 1.0)),
+    *seen(["attitude_pitch"], (-math.pi / 2, 0.0), "body to world"),
+)
+KEEP_TABLE: tuple[Observed, ...] = (
+    *seen(_each("rope_tension", SIDES), (0.0, 3.5e4), "along it"),
+    *(
+        Observed(
+            f"control.pull_change_{side}",
+            f"tension of the {side} rope at the end of the step less that at the start of the run",
+            "N",
+            "along it",
+            -1.5e4,
+            1.5e4,
+        )
+        for side in SIDES
+    ),
+    *_STANDING,
+    *seen(["attitude_roll", "attitude_yaw"], (-0.1, 0.1), "body to world"),
+    *seen(_each("angular_rate", "xyz"), (-0.05, 0.05), "body"),
+    *(
+        Observed(
+            f"orders.hauled_{side}",
+            f"way hauled of the {side} rope as ordered",
+            "m",
+            "along it",
+            -0.3,
+            0.3,
+        )
+        for side in SIDES
+    ),
+    *_OFFSETS,
+)
+"""The observation where a stance is to be kept."""
+HOLE_TABLE: tuple[Observed, ...] = (
+    Observed("control.bit_rate", "way of the bit in the last step", "m/s", "hole", 0.0, 0.03),
+    Observed("orders.feed", "feed ordered while drilling", "N", "body z", 0.0, 1.2e4),
+    Observed("orders.hammer", "share of the hammer's energy ordered", "1", "-", 0.0, 1.0),
+    Observed("control.drilling", "the bit is at work", "1", "-", 0.0, 1.0),
+    Observed("control.jammed", "the bit is jammed and turned free", "1", "-", 0.0, 1.0),
+    Observed(
+        "control.thrust_reserve",
+        "thrust at which a foot would leave, as reckoned at the start",
+        "N",
+        "body z",
+        0.0,
+        3.0e4,
+    ),
+    *_STANDING,
+    *seen(_each("rope_tension", SIDES), (0.0, 3.5e4), "along it"),
+    Observed(
+        "orders.diagonal", "load wanted on fl and rr beyond the plan's", "N", "body z", -2e3, 2e3
+    ),
+)
+"""The observation where a hole is drilled."""
+CLIMB_TABLE: tuple[Observed, ...] = (
+    Observed("orders.stride", "stride of the last group of swings", "m", "slope", 0.0, 0.6),
+    Observed("orders.height", "height of its swings", "m", "slope", 0.0, 0.12),
+    Observed("orders.haste", "share of pump and valves over the usual", "1", "-", 0.5, 1.5),
+    Observed("control.margin", "planned wrench margin of the next group", "N", "-", 0.0, 8e3),
+    Observed("control.time", "time that the last group took", "s", "-", 0.0, 20.0),
+    *_STANDING,
+    *seen(_each("rope_tension", SIDES), (0.0, 3.5e4), "along it"),
+    *seen(["supply_pressure"], (5.0e6, 1.0e7), "gauge"),
+    *seen(["attitude_roll", "attitude_yaw"], (-0.1, 0.1), "body to world"),
+)
+"""The observation where a gait is decided on."""
 SHARE_TABLE: tuple[Observed, ...] = VIEW
 """The observation where wanted loads are moved: what a controller that shares the load sees."""
 

@@ -13,6 +13,7 @@ import numpy as np
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.formats.yaml_files import read_yaml
+from testbed.machine.names import LEGS, SIDES
 
 FILE = Path(__file__).with_name("randomisation.yaml")
 FORMAT = "roboclimber-randomisation/1"
@@ -46,6 +47,10 @@ def draw_overrides(chosen: Mapping[str, Any], rng: np.random.Generator) -> list[
     """One draw of a set as changes `a.b=c` of a scenario, in the set's order (so the numbers are the seed's)."""
     drawn = []
     for path, how in chosen.items():
+        if path == "faults":
+            events, patches = _faults(how, rng)
+            drawn += [f"events={json.dumps(events)}", f"terrain.patches={json.dumps(patches)}"]
+            continue
         value = _undeclared(how, rng) if path == "undeclared" else _draw(path, how, rng)
         drawn.append(f"{path}={json.dumps(value)}")
     return drawn
@@ -56,6 +61,9 @@ def _draw(path: str, how: Mapping[str, Any], rng: np.random.Generator) -> Any:
     if "uniform" in how:
         low, high = how["uniform"]
         return float(rng.uniform(low, high))
+    if "integers" in how:
+        first, last = how["integers"]
+        return int(rng.integers(first, last + 1))
     return how["one_of"][int(rng.integers(len(how["one_of"])))]
 
 
@@ -79,15 +87,41 @@ def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[s
     ]
 
 
+def _faults(
+    how: Mapping[str, Any], rng: np.random.Generator
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Events and patches of one or two faults; the same count of random numbers is taken for any of them."""
+    _checked("faults", how)
+    two = rng.random() < how["two"]
+    events: list[dict[str, Any]] = []
+    patches: list[dict[str, Any]] = []
+    sides = list(rng.permutation(SIDES))
+    for number, kinds in enumerate((how["first"], how["second"])):
+        kind, side = kinds[int(rng.integers(len(kinds)))], str(sides[number])
+        at_s, size, leg = float(rng.uniform(*how["at_s"])), rng.random(), str(rng.choice(LEGS))
+        if number == 1 and not two:
+            break
+        if kind == "cut_rope":
+            events.append({"kind": kind, "at_s": at_s, "rope": side})
+        elif kind == "set_rope":
+            slipped = {"pay_out_m": 0.03 + 0.07 * size, "duration_s": 1.0}
+            events.append({"kind": kind, "at_s": at_s, "rope": side, **slipped})
+        else:
+            patches.append({"foot": leg, "friction": 0.03 + 0.12 * size})
+    return events, patches
+
+
 def _checked(path: str, how: Any) -> None:
-    kinds = {"undeclared": {"probability", "effects", "places"}}.get(path)
-    if not isinstance(how, Mapping) or (
-        set(how) != kinds if kinds else set(how) not in ({"uniform"}, {"one_of"})
-    ):
+    kinds = {
+        "undeclared": {"probability", "effects", "places"},
+        "faults": {"at_s", "two", "first", "second"},
+    }.get(path)
+    plain = ({"uniform"}, {"one_of"}, {"integers"})
+    if not isinstance(how, Mapping) or (set(how) != kinds if kinds else set(how) not in plain):
         allowed = (
-            "probability, effects and places"
+            ", ".join(sorted(kinds))
             if kinds
-            else "uniform: [low, high] or one_of: [a, b, ..]"
+            else "uniform: [low, high], integers: [first, last] or one_of: [a, b, ..]"
         )
         raise InputError(
             "cannot be drawn from", field=f"randomisation.{path}", value=how, allowed=allowed

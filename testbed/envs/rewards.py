@@ -89,43 +89,53 @@ def feet_of_rows(
 
 
 @dataclass(frozen=True)
-class Weights:
-    """Reward of one step = share of a step survived - the sum of weighted faults."""
+class Term:
+    """One term of a reward: so much of `unit` is counted in a step, and each unit of it is paid for."""
 
-    friction_use: float = 0.5
-    """Per unit of the highest friction use."""
-    lost: float = 1.0
-    """Per lost foot."""
-    motion_1_m: float = 20.0
-    """Per metre the body moved in the step."""
-    effort: float = 0.05
-    """Per mean square of the action."""
-    end: float = 50.0
-    """Once, when the run ends by falling, sliding or a broken rope."""
-
-    @classmethod
-    def of(cls, given: Mapping[str, float], taken: Sequence[str]) -> Weights:
-        """The weights with those `given`. Raises InputError for one that is not `taken`, or is no finite number."""
-        for name, value in given.items():
-            if name not in taken:
-                allowed = ", ".join(taken)
-                raise InputError(
-                    "would have no effect", field=f"weights.{name}", value=value, allowed=allowed
-                )
-            if not (isinstance(value, int | float) and math.isfinite(value)):
-                raise InputError(
-                    "cannot be used", field=f"weights.{name}", value=value, allowed="a number"
-                )
-        return cls(**given)
+    name: str
+    meaning: str
+    unit: str
+    weight: float
+    """Reward for one unit; negative: a price."""
 
 
-def holding_reward(truth: Truth, action: Array, ended: bool, weights: Weights) -> float:
-    """Reward for holding still on loaded feet: at most 1 a step."""
-    return float(
-        1.0
-        - weights.friction_use * min(truth.friction_use, 2.0)
-        - weights.lost * truth.feet_lost
-        - weights.motion_1_m * truth.moved_m
-        - weights.effort * float(np.mean(action**2))
-        - weights.end * ended
-    )
+SURVIVED = Term("survived", "a step", "1", 1.0)
+FRICTION_USE = Term("friction_use", "highest use of a foot's friction, 2 at most", "1", -0.5)
+LOST = Term("lost", "feet that are meant to carry and lost their load", "feet", -1.0)
+MOTION = Term("motion", "way of the body", "m", -20.0)
+EFFORT = Term("effort", "mean square of the action", "1", -0.05)
+END = Term("end", "the run ended: fallen, slid, a rope torn", "1", -50.0)
+HOLDING = (SURVIVED, FRICTION_USE, LOST, MOTION, EFFORT, END)
+"""Holding still on loaded feet: at most 1 a step."""
+
+
+def holding_amounts(truth: Truth, action: Array, ended: bool) -> dict[str, float]:
+    """How much of each of the terms HOLDING a step has, in their units."""
+    return {
+        "survived": 1.0,
+        "friction_use": min(truth.friction_use, 2.0),
+        "lost": float(truth.feet_lost),
+        "motion": truth.moved_m,
+        "effort": float(np.mean(action**2)),
+        "end": float(ended),
+    }
+
+
+def term_weights(terms: Sequence[Term], given: Mapping[str, float]) -> dict[str, float]:
+    """Reward for a unit of each of `terms`, those `given` (sizes; a price stays one) in place of their own.
+
+    Raises InputError for a name that is no term, or a size that is no finite number.
+    """
+    weights = {term.name: term.weight for term in terms}
+    for name, size in given.items():
+        if name not in weights:
+            allowed = ", ".join(weights)
+            raise InputError(
+                "would have no effect", field=f"weights.{name}", value=size, allowed=allowed
+            )
+        if not (isinstance(size, int | float) and math.isfinite(size)):
+            raise InputError(
+                "cannot be used", field=f"weights.{name}", value=size, allowed="a number"
+            )
+        weights[name] = size if weights[name] > 0.0 else -size
+    return weights

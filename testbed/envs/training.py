@@ -1,46 +1,64 @@
-"""Train and play policies with stable-baselines3 (extra `rl`): checkpoints, resuming, CSV of episodes, video.
+"""Train policies with stable-baselines3 (extra `rl`), session by session: what was killed goes on where it was.
 
-A trained policy is written as plain arrays (policy.npz); that of the force distribution is a controller by its name.
+A session is one call of `train`. Its episodes are new ones: they are drawn from the training's seed and the session's
+number. A folder of a training holds
+
+    training.json            task, seed, settings, options and every session with its workers
+    checkpoints/             the library's models; policy_<steps>_steps.zip
+    episodes/                one file a session and worker, as stable_baselines3's results_plotter reads them
+    policy.zip, policy.npz   the last policy: the library's, and as plain arrays
 """
 
 from __future__ import annotations
 
 import importlib.util
 import re
+import signal
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from testbed.envs import ENVIRONMENTS
-from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_policy, read_tensors
+from testbed.envs import named
+from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_tensors
+from testbed.envs.settings import settings_of
 from testbed.errors import InputError
 from testbed.formats.files import read_json, write_json
 from testbed.formats.networks import write_network
 from testbed.formats.ownership import owned
-from testbed.simulation.video import Video
+from testbed.simulation.workers import single_threaded
 
-TASKS = {
-    re.sub(r"(?<!^)(?=[A-Z])", "-", name.split("/")[1][:-3]).lower(): name for name in ENVIRONMENTS
-}
-"""stand, climb, drill, force-distribution -> id."""
-SHARED = "force-distribution"
-"""The task whose policy becomes a controller, too."""
 CHECKPOINT_STEPS = 10_000
 """Steps of all workers together from checkpoint to checkpoint."""
-SETTINGS: dict[str, Any] = {
-    "n_steps": 2000,
-    "batch_size": 1000,
-    "n_epochs": 4,
-    "gae_lambda": 0.9,
-    "gamma": 0.95,
-    "ent_coef": 0.0,
-    "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -2.0},
-}
-"""Of the proximal policy optimisation; the rest is the library's (E). Few passes over many steps: cases differ more
-than actions do, and no action is a good one."""
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Session:
+    """One call of `train` on its folder."""
+
+    out: Path
+    task: str
+    seed: int
+    number: int
+    """How many sessions there were before."""
+    workers: int
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Of the environment."""
+
+    @property
+    def first_seed(self) -> int:
+        """Seed of this session's first episode and of its exploration."""
+        drawn = np.random.SeedSequence([self.seed, self.number]).generate_state(1)
+        return int(drawn[0] // 2)
+
+    def episodes(self, worker: int) -> Path:
+        """Where a worker writes a line an episode."""
+        return self.out / "episodes" / f"session_{self.number:03d}_{worker:02d}"
 
 
 def library() -> Any:
@@ -54,79 +72,115 @@ def library() -> Any:
     return stable_baselines3
 
 
-def environment(task: str) -> str:
-    """The environment of a task. Raises InputError with the tasks there are."""
-    if task not in TASKS:
-        raise InputError("no such task", field="task", value=task, allowed=", ".join(TASKS))
-    return TASKS[task]
-
-
 def train(
     task: str,
     out: Path,
     steps: int,
-    seed: int = 0,
+    seed: int | None = None,
     workers: int = 1,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
+    **options: Any,
 ) -> Path:
-    """Train `steps` steps in all, going on from the last checkpoint in `out`; returns the policy's file.
+    """Train until `steps` steps are done in all, going on from the last checkpoint in `out`; returns the policy's file.
 
-    Leaves policy.npz (arrays), policy.zip (the library's), checkpoints/, episodes/ (CSV, a line per episode: reward,
-    length, time), training.json and, where tensorboard is installed, tensorboard/.
-    Raises InputError for an unknown task, a folder of another task or a missing library.
+    seed: of a new training, 0 if None; one that goes on keeps its own. options: of the environment, plain JSON values,
+    kept with the training in the same way. An interruption (Ctrl-C) saves what was learnt
+    and is raised again. Raises InputError for numbers that cannot be, an unknown task, a folder of another training or
+    a missing library.
     """
-    name, kit = environment(task), library()
+    for option, value in (("--steps", steps), ("--workers", workers)):
+        if value < 1:
+            raise InputError("must be at least 1", field=option, value=value)
+    named(task, "task")
+    single_threaded()
+    kit = library()
     with owned(out):
-        _claim(out, {"task": task, "seed": seed, "settings": SETTINGS})
-        model = _trained(kit, name, out, steps, seed, workers, progress)
-        made_by = f"testbed train {task} --steps {steps} --seed {seed} --workers {workers}"
-        arrays = actor(model.policy.state_dict())
-        write_network(out / "policy.npz", arrays, made_by=made_by, task=task)
+        session = _begin(out, {"task": task, "seed": seed, "options": options}, workers)
+        try:
+            _learn(kit, session, steps, progress)
+        finally:
+            _write_policy(session)
     return out / "policy.npz"
 
 
-def _trained(
-    kit: Any,
-    name: str,
-    out: Path,
-    steps: int,
-    seed: int,
-    workers: int,
-    progress: Callable[[int], None] | None,
-) -> Any:
-    """The library's model after `steps` steps in all, saved in `out`."""
+def _begin(out: Path, asked: dict[str, Any], workers: int) -> Session:
+    """Enter a new session into training.json. Raises InputError for a folder of another training."""
+    file = out / "training.json"
+    kept = read_json(file) if file.is_file() else {}
+    if asked["seed"] is None:
+        asked["seed"] = kept.get("seed", 0)
+    asked["settings"] = settings_of(asked["task"])
+    for name, value in asked.items():
+        if kept and kept.get(name) != value:
+            raise InputError(
+                f"holds another training, of {name} {kept.get(name)}",
+                file=out,
+                field="--out",
+                allowed="a new folder",
+            )
+    sessions = [*kept.get("sessions", []), {"workers": workers}]
+    write_json(file, {**asked, "sessions": sessions})
+    return Session(out, asked["task"], asked["seed"], len(sessions) - 1, workers, asked["options"])
+
+
+def _learn(kit: Any, session: Session, steps: int, progress: Progress | None) -> None:
+    """Train the library's model until `steps` steps are done in all; what it has learnt is saved in any case."""
+    import torch
     from stable_baselines3.common.callbacks import CheckpointCallback
-    from stable_baselines3.common.env_util import make_vec_env
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
-    way = SubprocVecEnv if workers > 1 else DummyVecEnv
-    envs = make_vec_env(
-        name,
-        workers,
-        seed=seed,
-        vec_env_cls=way,
-        monitor_dir=str(out / "episodes"),
-        monitor_kwargs={"override_existing": False},
-    )
+    torch.set_num_threads(1)
+    makers = [partial(_worker, session, k) for k in range(session.workers)]
+    envs = SubprocVecEnv(makers) if session.workers > 1 else DummyVecEnv(makers)
     try:
-        last = latest(out)
-        board = _tensorboard(out)
+        envs.seed(session.first_seed)
         model = kit.PPO(
-            "MlpPolicy", envs, seed=seed, device="cpu", tensorboard_log=board, **SETTINGS
+            "MlpPolicy",
+            envs,
+            seed=session.first_seed,
+            device="cpu",
+            tensorboard_log=_tensorboard(session.out),
+            **settings_of(session.task),
         )
+        last = latest(session.out)
         if last is not None:
             _take_over(model, last)
-        saver = CheckpointCallback(
-            max(CHECKPOINT_STEPS // workers, 1), str(out / "checkpoints"), "policy"
-        )
+        checkpoints = session.out / "checkpoints"
+        every = max(CHECKPOINT_STEPS // session.workers, 1)
+        saver = CheckpointCallback(every, str(checkpoints), "policy")
         left = steps - int(model.num_timesteps)
-        if left > 0:
-            model.learn(left, callback=[saver, _reporter(progress)], reset_num_timesteps=False)
-            model.save(out / "checkpoints" / f"policy_{model.num_timesteps}_steps.zip")
-        model.save(out / "policy.zip")
+        try:
+            if left > 0:
+                model.learn(left, callback=[saver, _reporter(progress)], reset_num_timesteps=False)
+        finally:
+            model.save(checkpoints / f"policy_{model.num_timesteps}_steps.zip")
+            model.save(session.out / "policy.zip")
     finally:
         envs.close()
-    return model
+
+
+def _worker(session: Session, number: int) -> Any:
+    """One environment with its file of episodes. In a process of its own it leaves Ctrl-C to the parent."""
+    from multiprocessing import parent_process
+
+    import gymnasium
+    from stable_baselines3.common.monitor import Monitor
+
+    if parent_process() is not None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    file = session.episodes(number)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    env = gymnasium.make(f"testbed.envs:{named(session.task)}", **session.options)
+    return Monitor(env, str(file))
+
+
+def _write_policy(session: Session) -> None:
+    """The last policy as plain arrays, where there is one."""
+    file = session.out / "policy.zip"
+    if file.is_file():
+        arrays = actor(read_tensors(file, WEIGHTS))
+        made_by = f"testbed train {session.task} --seed {session.seed} --workers {session.workers}"
+        write_network(session.out / "policy.npz", arrays, made_by=made_by, task=session.task)
 
 
 def _take_over(model: Any, checkpoint: Path) -> None:
@@ -156,59 +210,7 @@ def _steps(checkpoint: Path) -> int:
     return int(found[1]) if found else 0
 
 
-def play(
-    policy: Path, scenario: str, seed: int = 0, gui: bool = False, video: Path | None = None
-) -> dict[str, Any]:
-    """One episode of a policy on a scenario; `video`: a .mp4, .gif or .webp of it.
-
-    Raises InputError for a file that is no policy or another task's, and for a video that cannot be written.
-    """
-    import gymnasium
-
-    task, network = read_policy(policy)
-    film = Video(video) if video is not None else None
-    mode = "human" if gui else "rgb_array" if video is not None else None
-    kwargs: dict[str, Any] = {"scenario": scenario, "render_mode": mode}
-    if task == SHARED:
-        kwargs["randomisation"] = None
-    env = gymnasium.make(environment(task), **kwargs)
-    if ((network.inputs,), (network.outputs,)) != (
-        env.observation_space.shape,
-        env.action_space.shape,
-    ):
-        env.close()
-        raise InputError("is no policy of this task", file=policy, field="task", value=task)
-    observation, info = env.reset(seed=seed)
-    reward, lowest, use, over = 0.0, np.inf, 0.0, False
-    while not over:
-        if film is not None and film.due(info["t_s"]):
-            film.add(cast(Any, env.render()))
-        action = network.answer(observation).astype(np.float32)
-        observation, gained, terminated, truncated, info = env.step(action)
-        reward, over = reward + float(gained), terminated or truncated
-        lowest, use = min(lowest, info["lowest_normal_n"]), max(use, info["friction_use"])
-    env.close()
-    if film is not None:
-        film.write()
-    return {
-        "reward": reward,
-        "simulated_s": info["t_s"],
-        "verdict": info["verdict"],
-        "lowest_normal_n": float(lowest),
-        "friction_use_highest": use,
-    }
-
-
-def _claim(out: Path, what: dict[str, Any]) -> None:
-    file = out / "training.json"
-    if file.is_file() and read_json(file).get("task") != what["task"]:
-        raise InputError(
-            "holds another task's training", file=out, field="--out", allowed="a new folder"
-        )
-    write_json(file, what)
-
-
-def _reporter(progress: Callable[[int], None] | None) -> Any:
+def _reporter(progress: Progress | None) -> Any:
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Report(BaseCallback):  # type: ignore[misc]

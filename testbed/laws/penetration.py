@@ -17,6 +17,14 @@ def thrust_factor(feed_n: float, best_n: float) -> float:
     return max(0.0, x * (2.0 - x))
 
 
+def best_feed(best_n: float, energy_ratio: float, exponent: float) -> float:
+    """Best feed, N, in rock that takes `energy_ratio` times the energy of that in which it is `best_n`.
+
+    Hard rock throws the bit back and wants more feed, soft rock stalls it with less.
+    """
+    return best_n * float(energy_ratio**exponent)
+
+
 def penetration_rate(
     blow_energy_j: float,
     blow_hz: float,

@@ -353,6 +353,9 @@ class Drill(Group):
     blow_energy_j: Positive
     energy_share: Positive
     best_feed_n: Positive
+    feed_exponent: NotNegative
+    jam_feed_share: Positive
+    jam_s: Positive
     unsteadiness: NotNegative
     unsteadiness_time_s: Positive
 

@@ -41,6 +41,12 @@ class Rock(Checked):
     mean_thickness_m: float = Field(
         default=0.8, ge=0.05, le=20, description="mean thickness of a drawn layer [m]"
     )
+    strength_spread: float = Field(
+        default=0.0,
+        ge=0,
+        le=1.5,
+        description="standard deviation of the logarithm of each layer's specific energy about its kind's",
+    )
     void_share: float = Field(
         default=0.05, ge=0, le=0.9, description="share of drawn layers that are voids"
     )
@@ -111,6 +117,12 @@ class DrillHole(Checked):
         gt=0,
         le=60000,
         description="pull at which the feed's cylinder stalls on a stuck rod [N]",
+    )
+    jam_free_s: float = Field(
+        default=8.0,
+        gt=0,
+        le=600,
+        description="time to draw a jammed bit back and turn it free, while drilling [s]",
     )
     give_up_s: float = Field(
         default=60.0, gt=0, le=3600, description="a rod stuck for this long is left behind [s]"

@@ -253,6 +253,7 @@ class Simulation:
         while self._pending and self._pending[0].at_s <= t + 1e-9:
             self._happen(self._pending.pop(0), t)
         m.drill.most_n = m.thrust.most_n
+        m.drill.feed_n, m.drill.hammer = self._command.feed_n, self._command.hammer
         for news in self._hold.update(
             m.drill, t, self._every_tick * self.dt, self._command.hold_drill
         ):

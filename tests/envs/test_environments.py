@@ -13,14 +13,20 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import testbed.envs
-from testbed.envs.climb import climbing_reward
-from testbed.envs.observations import SHARE_TABLE, TABLE, in_units
-from testbed.envs.rewards import Truth, Weights, holding_reward, truth_of_step
+from testbed.envs.climb import ClimbEnv
+from testbed.envs.observations import (
+    CLIMB_TABLE,
+    HOLE_TABLE,
+    KEEP_TABLE,
+    SHARE_TABLE,
+    TABLE,
+    in_units,
+)
+from testbed.envs.rewards import HOLDING, Truth, holding_amounts, term_weights, truth_of_step
 from testbed.recording.rows import TruthRow
 
 IDS = sorted(testbed.envs.ENVIRONMENTS)
 SHARE = "Roboclimber/ForceDistribution-v0"
-WEIGHTS = Weights(friction_use=0.5, lost=1.0, motion_1_m=20.0, effort=0.05, end=50.0)
 
 
 def _truth(**changes: float) -> Truth:
@@ -64,17 +70,27 @@ def test_the_page_of_the_environments_is_what_the_code_says() -> None:
 
     text = (Path(__file__).parents[2] / "docs" / "environments.md").read_text()
     assert text == page(), "python -m testbed.envs.describe > docs/environments.md"
-    assert all(f"| {row.column} |" in text for row in (*TABLE, *SHARE_TABLE))
+    assert all(
+        f"| {row.column} |" in text
+        for row in (*TABLE, *SHARE_TABLE, *KEEP_TABLE, *HOLE_TABLE, *CLIMB_TABLE)
+    )
 
 
 def test_rewards_by_hand() -> None:
     """1 - 0.5 * 0.2 - 20 * 0.001 - 0.05 * 0.25 = 0.8675; a lost foot takes 1, a fall 50; 2 cm up the slope bring 2."""
-    action = np.full(6, 0.5)
-    assert holding_reward(_truth(), action, False, WEIGHTS) == pytest.approx(0.8675)
-    assert holding_reward(_truth(feet_lost=1), action, True, WEIGHTS) == pytest.approx(
-        0.8675 - 51.0
-    )
-    assert climbing_reward(_truth(), 0.02, np.zeros(6), False, WEIGHTS) == pytest.approx(1.9)
+    action, weights = np.full(6, 0.5), term_weights(HOLDING, {})
+
+    def reward(truth: Truth, ended: bool) -> float:
+        amounts = holding_amounts(truth, action, ended)
+        return sum(weights[name] * amount for name, amount in amounts.items())
+
+    assert reward(_truth(), False) == pytest.approx(0.8675)
+    assert reward(_truth(feet_lost=1), True) == pytest.approx(0.8675 - 51.0)
+    climbing = {term.name: term.weight for term in ClimbEnv.terms}
+    assert climbing == {
+        "way": 100.0,
+        **{name: weights[name] for name in ("friction_use", "lost", "effort", "end")},
+    }
 
 
 def test_truth_of_a_step_by_hand() -> None:

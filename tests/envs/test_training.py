@@ -16,20 +16,44 @@ from PIL import Image
 
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.distribution.learned import Learned
-from testbed.envs import ENVIRONMENTS
+from testbed.envs import ENVIRONMENTS, NAMES, named
+from testbed.envs.playing import play
 from testbed.envs.policies import read_policy
-from testbed.envs.training import SETTINGS, TASKS, environment, latest, library, play, train
+from testbed.envs.settings import MANY_STEPS, settings_of
+from testbed.envs.training import Session, latest, library, train
 from testbed.errors import InputError
+from testbed.formats.files import read_json
 from testbed.formats.networks import write_network
 
 HAS_RL = importlib.util.find_spec("stable_baselines3") is not None
 
 
-def test_every_environment_has_a_task() -> None:
-    assert set(TASKS.values()) == set(ENVIRONMENTS)
-    assert environment("force-distribution") == "Roboclimber/ForceDistribution-v0"
-    with pytest.raises(InputError, match="force-distribution"):
-        environment("dance")
+def test_every_environment_has_a_name_and_the_newest_version_the_plain_one() -> None:
+    assert set(NAMES.values()) == set(ENVIRONMENTS)
+    assert named("force-distribution") == "Roboclimber/ForceDistribution-v0"
+    assert named("stand-v0") == named("stand") == named("Roboclimber/Stand-v0")
+    with pytest.raises(InputError, match=r"task = .dance.*force-distribution"):
+        named("dance", "task")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "said"),
+    [({"steps": -5}, "--steps = -5"), ({"steps": 5, "workers": 0}, "--workers = 0")],
+)
+def test_numbers_that_cannot_be_are_refused_before_anything_is_made(
+    tmp_path: Path, numbers: dict[str, int], said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        train("stand", tmp_path / "t", **numbers)
+    assert not (tmp_path / "t").exists()
+
+
+def test_sessions_of_a_training_have_episodes_of_their_own() -> None:
+    first, second, other = (
+        Session(Path("t"), "stand", seed, number, 2) for seed, number in ((0, 0), (0, 1), (1, 0))
+    )
+    assert len({first.first_seed, second.first_seed, other.first_seed}) == 3
+    assert len({session.episodes(k) for session in (first, second) for k in range(2)}) == 4
 
 
 def test_the_latest_checkpoint_has_the_most_steps_not_the_last_name_and_is_whole(
@@ -57,8 +81,8 @@ def test_without_the_library_the_command_that_installs_it_is_named() -> None:
 def test_training_goes_on_where_it_was_and_the_policy_plays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(SETTINGS, "n_steps", 128)
-    monkeypatch.setitem(SETTINGS, "batch_size", 64)
+    monkeypatch.setitem(MANY_STEPS, "n_steps", 128)
+    monkeypatch.setitem(MANY_STEPS, "batch_size", 64)
     policy = train("stand", tmp_path / "t", 128)
     first = latest(tmp_path / "t")
     assert first is not None and first.name == "policy_128_steps.zip"
@@ -76,8 +100,56 @@ def test_training_goes_on_where_it_was_and_the_policy_plays(
     assert played["simulated_s"] > 1.0 and played["verdict"] in ("stood", "slid", "fell")
     with Image.open(tmp_path / "seen.gif") as video:
         assert video.size == (480, 360) and abs(video.n_frames - 5 * played["simulated_s"]) <= 2
-    with pytest.raises(InputError, match="another task"):
+    with pytest.raises(InputError, match="another training"):
         train("drill", tmp_path / "t", 512)
+
+
+@pytest.mark.rl
+@pytest.mark.slow
+@pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
+def test_several_workers_train_new_episodes_after_a_resume_and_the_plotter_reads_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Episodes of 0.2 s: two sessions of two workers leave four files, and no reward twice."""
+    pytest.importorskip("pandas", reason="the plotter of stable_baselines3 needs it")
+    from stable_baselines3.common.results_plotter import load_results
+
+    monkeypatch.setitem(MANY_STEPS, "n_steps", 32)
+    monkeypatch.setitem(MANY_STEPS, "batch_size", 32)
+    out = tmp_path / "t"
+    for steps in (64, 128):
+        train("stand", out, steps, seed=3 if steps == 64 else None, workers=2, duration_s=0.2)
+    training = read_json(out / "training.json")
+    assert training["seed"] == 3 and training["sessions"] == 2 * [{"workers": 2}]
+    assert len(list((out / "episodes").glob("*.monitor.csv"))) == 4
+    told = load_results(str(out / "episodes"))
+    assert len(told) >= 8 and told["r"].nunique() == len(told)
+    assert (told["t"].diff().dropna() >= 0.0).all()
+    with pytest.raises(InputError, match="holds another training, of seed 3"):
+        train("stand", out, 192, seed=4)
+
+
+@pytest.mark.rl
+@pytest.mark.slow
+@pytest.mark.skipif(not HAS_RL, reason="the extra `rl` is not installed")
+def test_an_interrupted_training_is_saved_and_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(MANY_STEPS, "n_steps", 64)
+    monkeypatch.setitem(MANY_STEPS, "batch_size", 64)
+
+    def interrupt(steps: int) -> None:
+        if steps == 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train("stand", tmp_path / "t", 1000, progress=interrupt)
+    saved = latest(tmp_path / "t")
+    assert saved is not None and saved.name == "policy_100_steps.zip"
+    assert read_policy(tmp_path / "t" / "policy.npz")[0] == "stand"
+    train("stand", tmp_path / "t", 164)
+    saved = latest(tmp_path / "t")
+    assert saved is not None and saved.name == "policy_164_steps.zip"
 
 
 @pytest.mark.rl
@@ -88,8 +160,8 @@ def test_the_written_arrays_act_as_the_trained_policy_does(
 ) -> None:
     from stable_baselines3 import PPO
 
-    monkeypatch.setitem(SETTINGS, "n_steps", 64)
-    monkeypatch.setitem(SETTINGS, "batch_size", 64)
+    monkeypatch.setitem(MANY_STEPS, "n_steps", 64)
+    monkeypatch.setitem(MANY_STEPS, "batch_size", 64)
     policy = train("force-distribution", tmp_path / "t", 64)
     model, learned = PPO.load(policy.with_suffix(".zip"), device="cpu"), Learned(policy)
     rng = np.random.default_rng(0)
@@ -111,13 +183,15 @@ def test_training_that_goes_on_takes_over_weights_optimiser_and_steps(
 
     from testbed.envs.training import _take_over
 
-    monkeypatch.setitem(SETTINGS, "n_steps", 64)
-    monkeypatch.setitem(SETTINGS, "batch_size", 64)
+    monkeypatch.setitem(MANY_STEPS, "n_steps", 64)
+    monkeypatch.setitem(MANY_STEPS, "batch_size", 64)
     train("force-distribution", tmp_path / "t", 64)
     checkpoint = latest(tmp_path / "t")
     assert checkpoint is not None
     whole = PPO.load(checkpoint, device="cpu")
-    ours = PPO("MlpPolicy", environment("force-distribution"), device="cpu", **SETTINGS)
+    ours = PPO(
+        "MlpPolicy", named("force-distribution"), device="cpu", **settings_of("force-distribution")
+    )
     _take_over(ours, checkpoint)
     assert ours.num_timesteps == whole.num_timesteps == 64
     for wanted, found in zip(whole.policy.parameters(), ours.policy.parameters(), strict=True):
@@ -159,7 +233,7 @@ def test_a_policy_of_arrays_plays_without_the_library_and_one_of_another_task_is
     )
     with pytest.raises(InputError, match="is no policy of this task"):
         play(tmp_path / "policy.npz", "stand_flat")
-    env = gymnasium.make(environment("stand"))
+    env = gymnasium.make(named("stand"))
     sizes = env.action_space.shape[0], env.observation_space.shape[0]
     env.close()
     arrays = {"weight_0": np.zeros(sizes), "bias_0": np.zeros(sizes[0])}

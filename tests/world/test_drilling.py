@@ -13,7 +13,7 @@ from testbed.control.command import Command, SetPoints
 from testbed.control.layers.mast import DEAD_RAD, GAIN_1_S, KeepMast
 from testbed.control.measured import Measured
 from testbed.laws.drill import DrillLoads, DrillOrder
-from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
+from testbed.laws.penetration import best_feed, penetration_rate, thrust_factor, wandering
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DrillKnown
@@ -216,6 +216,41 @@ def test_penetration_by_hand() -> None:
     ]
 
 
+def test_hard_rock_wants_more_feed_than_soft_rock() -> None:
+    """Medium rock wants the hammer's own best feed; twice the energy to the power 0.35 is 1.27 times it."""
+    assert best_feed(5500.0, 1.0, 0.35) == 5500.0
+    assert best_feed(5500.0, 2.0, 0.35) == pytest.approx(1.2746 * 5500.0, rel=1e-4)
+    cycle = DrillCycle(hole(), DrillLoads.zeros()[0], 1, build_machine())
+    assert cycle.best_feed_n(2.9) == pytest.approx(5500.0 * (5.0 / 13.0) ** 0.35)
+
+
+def _ordered(feed_n: float | None, hammer: float, seconds: float = 12.0) -> DrillCycle:
+    """Soft rock, whose best feed is 3.9 kN, drilled with what control orders."""
+    task = hole(drilled_m=0.1, depth_m=1.4, extract=False, position_s=1.0)
+    cycle = DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine())
+    cycle.feed_n, cycle.hammer = feed_n, hammer
+    for k in range(round(seconds / DT)):
+        cycle.update(k * DT, DT)
+    return cycle
+
+
+def test_control_orders_feed_and_hammer_while_it_drills() -> None:
+    best, half, gentle = _ordered(3940.0, 1.0), _ordered(3940.0, 0.5), _ordered(1970.0, 1.0)
+    assert half.depth_m - 0.1 == pytest.approx(0.5 * (best.depth_m - 0.1), rel=0.02)
+    assert gentle.depth_m - 0.1 == pytest.approx(0.75 * (best.depth_m - 0.1), rel=0.05)
+    assert float(half.loads["blow"]) == pytest.approx(0.5 * float(best.loads["blow"]))
+    assert _ordered(None, 1.0).depth_m == _ordered(5000.0, 1.0).depth_m
+
+
+def test_a_bit_pressed_at_nearly_twice_its_best_feed_jams_and_is_turned_free() -> None:
+    """At 1.9 times the best feed (0.8 of the way from 1.5 to 2 times) a jam takes 2.5 s; then 8 s are lost."""
+    cycle = _ordered(1.9 * 3940.0, 1.0, seconds=4.5)
+    assert cycle.phase == "jam" and cycle.summary()["drill"]["jams"] == 1
+    assert float(cycle.ordered["thrust"]) < 1.9 * 3940.0
+    assert _ordered(1.9 * 3940.0, 1.0, seconds=13.0).phase == "drill"
+    assert _ordered(1.4 * 3940.0, 1.0).summary()["drill"]["jams"] == 0
+
+
 def test_a_wandering_load_has_the_asked_spread() -> None:
     rng, value, seen = np.random.default_rng(0), 0.0, []
     for _ in range(20000):
@@ -231,16 +266,24 @@ def test_drawn_rock_reaches_down_repeats_and_never_starts_or_goes_on_in_a_void(
     seed: int, share: float, depth: float
 ) -> None:
     one, two = (
-        strata_of(Rock(void_share=share), depth, np.random.default_rng(seed)) for _ in range(2)
+        strata_of(
+            Rock(void_share=share, strength_spread=spread),
+            depth,
+            np.random.default_rng(seed),
+            np.random.default_rng(seed + 1),
+        )
+        for spread in (0.0, 0.5)
     )
-    assert one == two
+    assert (one.bottoms_m, one.kinds) == (two.bottoms_m, two.kinds)
+    assert set(one.strengths) == {1.0} and min(two.strengths) > 0.0 and 1.0 not in two.strengths
     assert one.bottoms_m[-1] > depth and all(np.diff(one.bottoms_m) > 0)
     assert one.kinds[0] != VOID and one.kinds[-1] != VOID
     assert all(a != VOID or b != VOID for a, b in zip(one.kinds, one.kinds[1:], strict=False))
 
 
 def test_given_layers_come_first() -> None:
-    strata = Strata((1.0, 1.2, 4.0), ("hard", VOID, "soft"))
+    strata = Strata((1.0, 1.2, 4.0), ("hard", VOID, "soft"), (1.0, 1.0, 0.5))
+    assert [strata.strength_at(x) for x in (0.5, 1.2, 9.0)] == [1.0, 0.5, 0.5]
     kinds = [strata.at(x)[0] for x in (0.0, 0.999, 1.0, 1.19, 1.2, 3.0, 9.0)]
     assert kinds == ["hard", "hard", VOID, VOID, "soft", "soft", "soft"]
     places = sticking_places(

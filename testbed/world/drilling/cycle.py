@@ -2,7 +2,8 @@
 
 The feed is a force source with a limited speed. On rock it builds up its force and the bit goes as fast as the rock
 lets it; over a void it finds nothing to push on, so the thrust is gone within a control tick and the string runs ahead
-until it lands. On the way out the string may stick: the pull then grows, jerked and hammered, until the string comes
+until it lands. Pressed much harder than is best for the rock the bit jams: it is drawn back and turned free, which
+takes its time. On the way out the string may stick: the pull then grows, jerked and hammered, until the string comes
 free, or until it is left behind.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.laws.drill import scale_order
-from testbed.laws.penetration import penetration_rate, thrust_factor, wandering
+from testbed.laws.penetration import best_feed, penetration_rate, thrust_factor, wandering
 from testbed.machine.model import Machine
 from testbed.scenario.drilling import DrillHole
 from testbed.world.drilling.drilling import Ordered
@@ -46,8 +47,12 @@ class DrillCycle:
         self.store_change_kg = 0.0
         self.ordered = Ordered.zeros()[0]
         self.most_n = math.inf
+        self.feed_n: float | None = None
+        self.hammer = 1.0
         rng = np.random.default_rng([seed if task.rock.seed is None else task.rock.seed, 11])
-        self.strata: Strata = strata_of(task.rock, task.depth_m, rng)
+        rock_seed = seed if task.rock.seed is None else task.rock.seed
+        strengths = np.random.default_rng([rock_seed, 13])
+        self.strata: Strata = strata_of(task.rock, task.depth_m, rng, strengths)
         self._sticking = sticking_places(
             task.rock, task.depth_m, task.rod_length_m, task.feed_n, rng
         )
@@ -62,11 +67,14 @@ class DrillCycle:
         self._wander = np.zeros(2)
         self._hold: float | None = None
         self._in_void = False
+        self._clogged_s = 0.0
+        """How near the bit is to a jam."""
         self._news: list[Happened] = []
         self._count = {
             "rods_added": 0,
             "rods_removed": 0,
             "voids": 0,
+            "jams": 0,
             "stuck": 0,
             "freed": 0,
             "rods_lost": 0,
@@ -76,6 +84,7 @@ class DrillCycle:
             "position": self._position,
             "collar": self._drill,
             "drill": self._drill,
+            "jam": self._turn_free,
             "add_rod": self._add_rod,
             "extract": self._extract,
             "remove_rod": self._remove_rod,
@@ -154,19 +163,46 @@ class DrillCycle:
     def _drill(self, dt: float) -> None:
         task, kind_bottom = self.task, self.strata.at(self.depth_m)
         gentle = task.collar_share if self.phase == "collar" else 1.0
-        self.ordered["thrust"] = min(gentle * task.feed_n, self.most_n)
+        self.ordered["thrust"] = min(gentle * self._wanted_n, self.most_n)
         self.ordered["torque"] = gentle * task.torque_nm
         if kind_bottom[0] == VOID:
             self._fall(kind_bottom[1], dt)
         else:
             self._eat(kind_bottom[0], gentle, dt)
         self.bit_m = self.depth_m
+        if self._clogged_s >= self._numbers.drill.jam_s:
+            self._clogged_s = 0.0
+            self._count["jams"] += 1
+            self._begin("jam")
+            return
         if self.depth_m >= task.depth_m - 1e-9:
             self._begin("extract" if task.extract else "done")
         elif self.depth_m >= self.rods * task.rod_length_m - 1e-9:
             self._begin("add_rod")
         elif self.phase == "collar" and self.depth_m >= task.collar_m:
             self._begin("drill")
+
+    @property
+    def _wanted_n(self) -> float:
+        """Feed that is wanted in full drilling, N."""
+        return self.task.feed_n if self.feed_n is None else self.feed_n
+
+    def best_feed_n(self, depth_m: float) -> float:
+        """Feed with which the rock at a depth (m) is drilled fastest, N; in a void that of medium rock."""
+        kind, _ = self.strata.at(depth_m)
+        drill, rocks = self._numbers.drill, self._numbers.rock
+        if kind == VOID:
+            return drill.best_feed_n
+        energy = getattr(rocks, kind).specific_energy_j_m3 * self.strata.strength_at(depth_m)
+        ratio = energy / rocks.medium.specific_energy_j_m3
+        return best_feed(drill.best_feed_n, ratio, drill.feed_exponent)
+
+    def _turn_free(self, dt: float) -> None:
+        """A jammed bit: the feed lets go, the string is drawn back a little and turned until it runs freely."""
+        self._push(self._towards(0.0, self.task.feed_n, dt), self.task.torque_nm)
+        self.ordered["torque"] = self.task.torque_nm
+        if self._since >= self.task.jam_free_s:
+            self._begin("collar" if self.depth_m < self.task.collar_m else "drill")
 
     def _fall(self, bottom_m: float, dt: float) -> None:
         """Through a void: no thrust, no blows, the string runs ahead."""
@@ -184,8 +220,11 @@ class DrillCycle:
         if self._in_void:
             self._in_void = False
             self._news.append({"kind": "drill_landed", "depth_m": round(self.depth_m, 3)})
-        feed = min(self._towards(gentle * task.feed_n, task.feed_n, dt), self.most_n)
+        feed = min(self._towards(gentle * self._wanted_n, task.feed_n, dt), self.most_n)
         built = feed / task.feed_n
+        pressed = feed / self.best_feed_n(self.depth_m)
+        over = (pressed - numbers.jam_feed_share) / (2.0 - numbers.jam_feed_share)
+        self._clogged_s = max(0.0, self._clogged_s + max(over, -1.0) * dt)
         self._push(feed, rock.torque_share * built * task.torque_nm)
         for k, load in enumerate(("feed", "torque")):
             self._wander[k] = wandering(
@@ -197,16 +236,16 @@ class DrillCycle:
             )
             self.loads[load] *= max(0.0, 1.0 + self._wander[k])
         self.loads["blow"], self.loads["blow_rate"] = (
-            rock.blow_share * built * task.blow_n,
+            rock.blow_share * built * self.hammer * task.blow_n,
             task.blow_hz,
         )
         rate = penetration_rate(
-            gentle * numbers.blow_energy_j,
+            gentle * self.hammer * numbers.blow_energy_j,
             task.blow_hz,
             numbers.energy_share,
             self._numbers.drill_body.hole_diameter_m,
-            rock.specific_energy_j_m3,
-            thrust_factor(feed, numbers.best_feed_n),
+            rock.specific_energy_j_m3 * self.strata.strength_at(self.depth_m),
+            thrust_factor(pressed, 1.0),
         )
         self.depth_m = min(self.depth_m + min(rate, task.feed_speed_m_s) * dt, task.depth_m)
 

@@ -39,6 +39,10 @@ class Drilling(Protocol):
     """What the drill's controls ask for: one Ordered."""
     most_n: float
     """Feed that the stance allows."""
+    feed_n: float | None
+    """Feed that control wants while it drills; None: its task's."""
+    hammer: float
+    """Share of a blow's energy that control wants."""
 
     @property
     def stored_kg(self) -> float:
@@ -64,6 +68,8 @@ class DrillProgram:
         self.stored_kg = 0.0
         self.ordered = Ordered.zeros()[0]
         self.most_n = math.inf
+        self.feed_n: float | None = None
+        self.hammer = 1.0
         self._task = task
         self._starts = [0.0]
         self._changed = -1
@@ -97,10 +103,12 @@ class DrillProgram:
         begun = since - (self._starts[k] - self._starts[0])
         ramp = ramp_share(begun, phase.duration_s, task.ramp_s)
         if isinstance(phase, Push | Hammer):
-            self.loads["feed"], self.loads["torque"] = ramp * phase.feed_n, ramp * phase.torque_nm
+            feed = phase.feed_n if self.feed_n is None else self.feed_n
+            self.loads["feed"], self.loads["torque"] = ramp * feed, ramp * phase.torque_nm
         if isinstance(phase, Hammer):
-            self.loads["blow"], self.loads["blow_rate"] = ramp * phase.blow_n, phase.blow_hz
-            self.loads["depth"] += dt * phase.penetration_m_s
+            blow = ramp * self.hammer * phase.blow_n
+            self.loads["blow"], self.loads["blow_rate"] = blow, phase.blow_hz
+            self.loads["depth"] += dt * self.hammer * phase.penetration_m_s
         if isinstance(phase, PullOut):
             self.loads["pull"] = ramp * phase.pull_n
         index = int(lap) * len(task.phases) + k

@@ -19,17 +19,29 @@ class Strata:
 
     bottoms_m: tuple[float, ...]
     kinds: tuple[str, ...]
+    strengths: tuple[float, ...]
+    """Specific energy of each layer over that of its kind."""
+
+    def strength_at(self, depth_m: float) -> float:
+        """Specific energy at a depth (m) over that of the layer's kind."""
+        return self.strengths[self._layer(depth_m)]
 
     def at(self, depth_m: float) -> tuple[str, float]:
         """Kind of the layer at a depth and the depth of its bottom, m; a bottom belongs to the layer under it."""
-        k = min(bisect_right(self.bottoms_m, depth_m), len(self.kinds) - 1)
+        k = self._layer(depth_m)
         return self.kinds[k], self.bottoms_m[k]
 
+    def _layer(self, depth_m: float) -> int:
+        return min(bisect_right(self.bottoms_m, depth_m), len(self.kinds) - 1)
 
-def strata_of(rock: Rock, depth_m: float, rng: np.random.Generator) -> Strata:
+
+def strata_of(
+    rock: Rock, depth_m: float, rng: np.random.Generator, strength_rng: np.random.Generator
+) -> Strata:
     """The given layers, and below them drawn ones down to `depth_m` and on; two voids never meet, the first is solid.
 
-    Thicknesses are exponentially distributed about their mean, but for a least one of a tenth of it.
+    Thicknesses are exponentially distributed about their mean, but for a least one of a tenth of it. Strengths have a
+    random stream of their own: without spread, and with any, the layers are the same.
     """
     bottoms: list[float] = []
     kinds: list[str] = []
@@ -44,7 +56,8 @@ def strata_of(rock: Rock, depth_m: float, rng: np.random.Generator) -> Strata:
             (bottoms[-1] if bottoms else 0.0) + max(float(rng.exponential(mean)), 0.1 * mean)
         )
         kinds.append(kind)
-    return Strata(tuple(bottoms), tuple(kinds))
+    strengths = np.exp(rock.strength_spread * strength_rng.standard_normal(len(kinds)))
+    return Strata(tuple(bottoms), tuple(kinds), tuple(strengths.tolist()))
 
 
 def sticking_places(

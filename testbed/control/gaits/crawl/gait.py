@@ -21,8 +21,9 @@ from testbed.control.gaits.crawl.levelling import Levelling
 from testbed.control.gaits.crawl.pace import Pace, progress
 from testbed.control.gaits.crawl.phases import IN_THE_AIR, Doing, Phase
 from testbed.control.gaits.crawl.rope_hold import RopeHold
-from testbed.control.gaits.crawl.walk_plan import WalkPlan
+from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
 from testbed.control.measured import Measured
+from testbed.errors import InputError
 from testbed.machine.names import LEGS
 from testbed.robot.model import attitude_gravity
 from testbed.scenario.tasks import Crawl
@@ -66,7 +67,11 @@ class CrawlGait:
         self._queue: list[Phase] = []
         self._phase: Phase | None = None
         self._clock = 0.0
+        self._pace = pace
+        self._wanted: Stride | None = None
         self.steps_done = 0
+        self.groups = 0
+        """Groups of swings begun so far."""
         self.done = self._returning = False
         self._plan.rehearse()
 
@@ -79,6 +84,18 @@ class CrawlGait:
     def margins_n(self) -> list[float]:
         """Planned wrench margin of every group of swings, N."""
         return self._plan.margins_n
+
+    @property
+    def between_groups(self) -> bool:
+        """Whether the next group of swings is still to be planned."""
+        return self._phase is None and not self._queue
+
+    def choose(self, stride: Stride, haste: float) -> None:
+        """Let the next group of swings be `stride`, made with `haste` (see Pace). One that is out of reach is not made:
+        the group is then that of the task.
+        """
+        self._wanted = stride
+        self._pace.haste = haste
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""
@@ -125,12 +142,26 @@ class CrawlGait:
 
     def _next_phase(self) -> Phase:
         if not self._queue:
-            self._queue = self._plan.next_phases(self._feet, self._body, self.steps_done)
+            self._queue = self._next_group()
+            self.groups += 1
             self._returning = self.steps_done >= self.task.steps
         phase, self._clock = self._queue.pop(0), 0.0
         if phase.swing is not None:
             phase.swing = replace(phase.swing, start=self._feet[phase.leg].copy())
         return phase
+
+    def _next_group(self) -> list[Phase]:
+        """The phases of the next group of swings."""
+        own = Stride(self.task.step_length_m, self.task.swing_height_m)
+        if self._wanted is not None and self._wanted != self._plan.stride:
+            self._plan.choose(self._wanted, self.steps_done)
+        try:
+            return self._plan.next_phases(self._feet, self._body, self.steps_done)
+        except InputError:
+            if self._plan.stride == own:
+                raise
+            self._plan.choose(own, self.steps_done)
+            return self._plan.next_phases(self._feet, self._body, self.steps_done)
 
     def _readiness(self, measured: Measured) -> float:
         """0 to 1: how fast the body may move for the ropes' and the pump's sake."""

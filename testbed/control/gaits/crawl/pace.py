@@ -42,6 +42,8 @@ class Pace:
         self._pump = PUMP_SHARE * machine.power_unit.full_flow_m3_s
         self._traction_area = machine.traction.piston_area_m2
         self._traction_m_s = TRACTION_SHARE * machine.traction.speed_max_m_s
+        self.haste = 1.0
+        """So many times the usual share of every limit may be asked for; up to 1.4 asks for all of pump and valves."""
 
     def shift_s(self, joints: Array, ropes_m: Array) -> float:
         """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n, 2) to be kept, m."""
@@ -57,6 +59,7 @@ class Pace:
             abs(change)
             / (1.0 - SWING_RAMP)
             * float(self._volume[axis] / (FREE_SHARE * self._rated[axis]))
+            / min(self.haste, 1.0)
         )
 
     def _needed_s(self, joints: Array, ropes_m: Array, share: float) -> float:
@@ -66,7 +69,7 @@ class Pace:
         hauled = np.maximum(-rope, 0.0) * self._traction_area
         pump = oil.sum(axis=1) + hauled.sum(axis=1)
         needs = (oil / (share * self._rated), np.abs(rope) / self._traction_m_s, pump / self._pump)
-        return max(float(need.max()) for need in needs)
+        return max(float(need.max()) for need in needs) / self.haste
 
 
 def progress(share: float, ramp: float = RAMP) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +35,16 @@ REHEARSED = 8
 """Swings that are planned before the first one is made."""
 
 
+@dataclass(frozen=True)
+class Stride:
+    """What a group of swings is to be."""
+
+    length_m: float
+    """Way of a foot: of the body in a cycle of four swings."""
+    swing_height_m: float
+    """How high a foot is lifted."""
+
+
 class WalkPlan:
     """Plans a walk group of swings by group of swings. Feet (4, 3) and body (3): path frame, m."""
 
@@ -53,6 +65,10 @@ class WalkPlan:
         """(3) unit vector of the direction of travel."""
         self._group_size = 2 if task.gait == "two_phase" else 1
         self._behind_m = 0.0
+        self.stride = Stride(task.step_length_m, task.swing_height_m)
+        """What the next group of swings is to be."""
+        self._way_before, self._steps_before = 0.0, 0
+        """Planned way of the body, m, after so many swings, since when the stride is the same."""
         self.margins_n: list[float] = []
         """Planned wrench margin of every group of swings, N."""
 
@@ -68,6 +84,17 @@ class WalkPlan:
             body = phases[-1].body_to
         self.margins_n.clear()
 
+    def choose(self, stride: Stride, steps_done: int) -> None:
+        """Let the groups after `steps_done` swings be `stride`."""
+        self._way_before = self._way_m(steps_done)
+        self._steps_before, self.stride = steps_done, stride
+
+    def _way_m(self, steps_done: int) -> float:
+        """Where the plan has the body along its way after so many swings."""
+        size = self._group_size
+        groups = steps_done // size - self._steps_before // size
+        return self._way_before + self.stride.length_m * groups * size / len(LEGS)
+
     def next_phases(
         self, feet: Array, body: Array, steps_done: int, waits: Array = WAITS
     ) -> list[Phase]:
@@ -82,7 +109,7 @@ class WalkPlan:
         ]
         behind = self._behind_m
         for share in waits:
-            self._behind_m = behind + share * task.step_length_m * self._group_size / len(LEGS)
+            self._behind_m = behind + share * self.stride.length_m * self._group_size / len(LEGS)
             try:
                 return self._group(group, feet, body, self._middle(feet, steps_done))
             except InputError:
@@ -99,7 +126,7 @@ class WalkPlan:
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
         """The next shift and the swings of the legs in `group`; InputError where they are out of reach."""
-        stride = self._task.step_length_m * self.ahead
+        stride = self.stride.length_m * self.ahead
         part = stride * self._group_size / len(LEGS)
         # Feet are put down half a stride ahead of their homes, counted from where the body stands.
         centre = np.asarray(self.ahead * float(self.ahead @ middle))
@@ -129,9 +156,7 @@ class WalkPlan:
         """Where the body belongs over its feet: level with them, and along the way where the plan has it by now."""
         middle = feet.mean(axis=0) - self._footholds.home.mean(axis=0)
         if steps_done < self._task.steps:
-            size = self._group_size
-            way = self._task.step_length_m * (steps_done // size) * size / len(LEGS)
-            middle[:2] = ((way - self._behind_m) * self.ahead)[:2]
+            middle[:2] = ((self._way_m(steps_done) - self._behind_m) * self.ahead)[:2]
         return np.asarray(middle)
 
     def _foothold(self, leg: int, feet: Array, shift: Array) -> Array:
@@ -157,7 +182,7 @@ class WalkPlan:
         """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
         start = feet[leg].copy()
         above = place + np.array([0.0, 0.0, self._ground.above_m])
-        high = max(float(start[2]), float(above[2])) + self._task.swing_height_m
+        high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
         legs = self._footholds.legs
         swing = Swing(legs, leg, start, above, body, body_to, high).timed(self._pace)
         period = self._task.period_s

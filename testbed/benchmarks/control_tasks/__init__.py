@@ -1,0 +1,1 @@
+"""What control can win: tasks, the agents that try them, and an oracle that says how much there is to win."""

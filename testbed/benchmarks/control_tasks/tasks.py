@@ -1,0 +1,117 @@
+"""The tasks and who tries them: environments, agents by name, the oracle's plans."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.control_tasks.oracle import HolePlan, KeepPlan
+from testbed.envs.agents.base import Agent, Constant, Trained
+from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve, action_of
+from testbed.envs.agents.keep import Hauling, Secure
+from testbed.envs.drill_hole import HANDBOOK
+from testbed.envs.policies import read_policy
+from testbed.errors import InputError
+
+Array = NDArray[np.float64]
+QP = ("control.distribution=qp",)
+MakeAgent = Callable[[Any], Agent]
+"""From an environment that was reset, for one episode."""
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """Somebody who tries a task."""
+
+    make: MakeAgent
+    overrides: tuple[str, ...] = ()
+    """Changes of the scenario: another controller underneath."""
+
+
+@dataclass(frozen=True)
+class Plans:
+    """What the oracle chooses among, case by case: plans as vectors, and the agent that carries one out."""
+
+    agent: Callable[[Any, Array], Agent]
+    starts: tuple[tuple[float, ...], ...]
+    """Plans that are tried first; the search begins at the best of them."""
+    spread: tuple[float, ...]
+    """Standard deviations with which the search begins."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task: its environment's name, who tries it, and the oracle's plans. The entrant `rule` names the tuned one."""
+
+    environment: str
+    unit: str
+    """Of the score: the return of an episode."""
+    entrants: Mapping[str, Entrant]
+    rules: tuple[str, ...]
+    """Entrants that are tuned rules: headroom is the oracle's mean less the best of theirs."""
+    plans: Plans
+
+
+def _keep_plan(env: Any, plan: Array) -> Agent:
+    """Was tried out on this very case: see KeepPlan."""
+    del env
+    return KeepPlan(plan)
+
+
+def _hole_plan(env: Any, plan: Array) -> Agent:
+    """Knows the rock: its best feed times a share, held to a share of the reserve."""
+    return HolePlan(env.unwrapped, plan)
+
+
+TASKS: dict[str, Task] = {
+    "keep": Task(
+        "Roboclimber/Keep-v0",
+        "s held",
+        {
+            "nothing": Entrant(lambda env: Constant([0.0] * 6)),
+            "quadratic program": Entrant(lambda env: Constant([0.0] * 6), QP),
+            "hauling rule": Entrant(lambda env: Hauling()),
+            "secure pull": Entrant(lambda env: Secure()),
+        },
+        ("hauling rule",),
+        Plans(
+            _keep_plan,
+            (
+                (1.2, 1.2, 1.0, 0.0, 0.0, 0.3),
+                (1.1, 1.1, 1.0, 0.0, 0.0, 0.3),
+                (1.3, 1.3, 1.0, 0.0, 0.0, 0.1),
+                (1.0, 1.0, 1.1, 0.0, 0.0, 0.1),
+            ),
+            (0.1, 0.1, 0.1, 0.2, 1.5, 0.1),
+        ),
+    ),
+    "drill-hole": Task(
+        "Roboclimber/DrillHole-v0",
+        "cm, less the price of lost and slipped feet",
+        {
+            "nothing": Entrant(lambda env: Constant(action_of(0.0, 0.0))),
+            "handbook": Entrant(lambda env: Constant(HANDBOOK)),
+            "tuned feed": Entrant(lambda env: Reserve(Drill.of(env.unwrapped), 4500.0, 0.5)),
+            "adaptive": Entrant(lambda env: Adaptive(Drill.of(env.unwrapped))),
+        },
+        ("tuned feed",),
+        Plans(
+            _hole_plan,
+            ((1.0, 0.5, 1.0, 0.0, 0.0), (1.0, 0.7, 1.0, 0.0, 0.0), (0.9, 0.9, 1.0, 0.0, 0.0)),
+            (0.1, 0.15, 0.2, 0.4, 0.4),
+        ),
+    ),
+}
+
+
+def trained(policy: Path, task: str) -> Entrant:
+    """A policy of `testbed train` as an entrant. Raises InputError for one of another task."""
+    name, network = read_policy(policy)
+    if name != task:
+        raise InputError("is of another task", file=policy, field="task", value=name, allowed=task)
+    return Entrant(lambda env: Trained(network))

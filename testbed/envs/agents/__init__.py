@@ -1,0 +1,1 @@
+"""Agents that were not trained: rules and models that act on an environment's observations."""

@@ -1,0 +1,139 @@
+"""The control benchmark on made-up answers, its search on a known hill, its agents on made-up readings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from testbed.benchmarks.control_tasks.benchmark import ORACLE, ControlTasks, summary
+from testbed.benchmarks.control_tasks.oracle import search
+from testbed.control.observed import Observed
+from testbed.envs.agents.drill_hole import Adaptive, Drill, Reserve
+from testbed.envs.agents.keep import Hauling, Secure, secure_share
+from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N
+from testbed.envs.observations import HOLE_TABLE, KEEP_TABLE
+from testbed.errors import InputError
+from testbed.laws.penetration import best_feed, thrust_factor
+
+DRILL = Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, 2.0e4)
+
+
+def told(table: tuple[Observed, ...], **readings: float) -> np.ndarray:
+    """A flat observation with these readings; the other rows are in the middle of their range."""
+    values = [
+        (2.0 * readings[row.column] - row.low - row.high) / (row.high - row.low)
+        if row.column in readings
+        else 0.0
+        for row in table
+    ]
+    return np.array(values, dtype=np.float32)
+
+
+def _hole(rate: float, feed: float, load_n: float = 5000.0) -> np.ndarray:
+    """Bit at work with the full hammer, the same load on every foot."""
+    loads = {f"estimate_own_{leg}": load_n for leg in ("fl", "fr", "rl", "rr")}
+    known = {"control.drilling": 1.0, "orders.hammer": 1.0}
+    return told(HOLE_TABLE, **{"control.bit_rate": rate, "orders.feed": feed}, **known, **loads)
+
+
+@pytest.mark.parametrize("energy", [0.4, 1.0, 2.5])
+def test_the_adaptive_agent_finds_the_best_feed_of_rock_that_it_does_not_know(
+    energy: float,
+) -> None:
+    """Ten decisions on rock of one strength: the feed comes within 10 % of the best rate there is."""
+    agent, feed = Adaptive(DRILL, share=0.8, most=0.9), FEED_N
+    best = best_feed(DRILL.best_feed_n, energy, DRILL.feed_exponent)
+    for _ in range(10):
+        rate = DRILL.medium_m_s / energy * thrust_factor(feed, best)
+        feed = FEED_N + FEED_RANGE_N * float(agent.act(_hole(rate, feed))[0])
+    assert thrust_factor(feed, best) > 0.9
+
+
+def test_the_adaptive_agent_presses_less_where_the_stance_hardly_carries() -> None:
+    """Reserve 7 kN: a stance that is even but nearly lost (400 N a foot) bears less thrust than one of 5 kN a foot."""
+    drill, feeds = Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, 7.0e3), {}
+    for load in (5000.0, 400.0):
+        agent = Adaptive(drill, share=0.7, most=0.7)
+        for _ in range(3):
+            action = agent.act(_hole(3e-3, 4750.0, load))
+        feeds[load] = float(action[0])
+    assert feeds[400.0] < feeds[5000.0]
+
+
+def test_a_fixed_feed_is_held_to_its_share_of_the_reserve() -> None:
+    for reserve, feed in ((2.0e4, 4500.0), (6.0e3, 3000.0)):
+        drill = Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, reserve)
+        action = Reserve(drill, 4500.0, 0.5).act(_hole(0.0, 0.0))
+        assert FEED_N + FEED_RANGE_N * float(action[0]) == pytest.approx(feed)
+
+
+def test_the_rule_hauls_the_rope_that_is_left_for_both() -> None:
+    """Loads of 28 kN on 45 degrees: 28 kN are wanted of the right rope, which has 13; the left may have slipped only."""
+    loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
+    still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
+    whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
+    cut = whole | {"control.pull_change_left": -1.3e4}
+    rule = Hauling()
+    assert not rule.act(told(KEEP_TABLE, **loads, **still, **whole)).any()
+    action = rule.act(told(KEEP_TABLE, **loads, **still, **cut))
+    assert action[1] == 1.0 and action[0] > 0.5 and not action[2:].any()
+    tight = told(KEEP_TABLE, **loads, **still, **cut | {"control.pull_change_right": 1.5e4})
+    assert rule.act(tight)[1] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("slope_deg", [40, 60])
+def test_the_secure_pull_asks_no_more_of_friction_before_a_loss_than_after_it(
+    slope_deg: float,
+) -> None:
+    """Of friction without end 4/3 of the slope's pull: a third too much before, a third too little after a rope parts."""
+    slope = float(np.tan(np.radians(slope_deg)))
+    assert secure_share(slope, 10.0) == pytest.approx(4.0 / 3.0)
+    held = secure_share(slope, 0.3)
+    assert 1.0 < held < 4.0 / 3.0 and (held - 1.0) * slope <= 0.3
+
+
+def test_the_secure_agent_pulls_before_anything_happens() -> None:
+    loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
+    still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
+    whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
+    action = Secure().act(told(KEEP_TABLE, **loads, **still, **whole))
+    assert action[0] == pytest.approx(action[1]) and 0.0 < action[0] <= 1.0
+    assert not action[2:].any()
+    heavy = loads | {"estimate_own_fl": 1.2e4, "estimate_own_rr": 1.2e4}
+    evened = Secure().act(told(KEEP_TABLE, **heavy, **still, **whole))[2:]
+    assert evened[0] == evened[3] < 0.0 < evened[1] == evened[2]
+
+
+def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
+    """Of a parabola with its top at (1, -2): 200 plans come within a tenth of it."""
+    found = search(
+        lambda p: -float((p[0] - 1.0) ** 2 + (p[1] + 2.0) ** 2), ((0.0, 0.0),), (1.0, 1.0), 200, 1
+    )
+    assert found.score > -0.01 and len(found.history) == 200
+    assert list(found.history) == sorted(found.history)
+    assert found.history[-1] == found.score
+
+
+def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
+    """Rule 2, oracle 4 (and 3 where an entrant did better): means 2 and 3.5, headroom 75 %; 3 closes two thirds."""
+    scores = {"hauling rule": (2.0, 2.0), "other": (3.0, 3.0), ORACLE: (4.0, 2.5)}
+    answers = [
+        {"task": "keep", "entrant": name, "seed": k, "score": value, "verdict": "stood"}
+        for name, values in scores.items()
+        for k, value in enumerate(values)
+    ]
+    found = summary("keep", answers)
+    assert found["headroom"] == pytest.approx(0.75) and found["beaten"] == 0.5
+    assert found["entrants"]["other"]["closed"] == pytest.approx(2.0 / 3.0)
+    assert found["entrants"][ORACLE]["closed"] == pytest.approx(1.0)
+
+
+def test_every_case_is_tried_by_every_entrant_and_the_budget_is_in_the_oracles_mark() -> None:
+    cases = ControlTasks(("keep",), number=2).cases()
+    assert {case.entrant for case in cases.values()} >= {"nothing", "hauling rule", ORACLE}
+    assert len(cases) % 2 == 0
+    oracle = next(case for case in cases.values() if case.entrant == ORACLE)
+    made = [ControlTasks(("keep",), oracle_episodes=n).made_from(oracle) for n in (8, 16)]
+    assert made[0] != made[1]
+    with pytest.raises(InputError, match="no such task"):
+        ControlTasks(("dance",))

@@ -1,0 +1,174 @@
+"""The environments with decisions: what an action does, what is paid, and that idleness and excess pay badly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import gymnasium
+import numpy as np
+import pytest
+
+import testbed.envs  # noqa: F401  (registers the environments)
+from testbed.envs.climb_steps import STRIDE_M
+from testbed.envs.drill_hole import FEED_N, FEED_RANGE_N, HANDBOOK
+from testbed.envs.keep import HAUL_M_S
+from testbed.envs.randomisation import draw_overrides, named_set
+from testbed.machine.names import SIDES
+from testbed.scenario.scenario import load_scenario
+
+Action = np.ndarray
+CUT = "events=[{kind: cut_rope, at_s: 0.6, rope: left}]"
+GAMMAS = (1.0, 0.999, 0.99)
+
+
+@pytest.fixture
+def hole() -> Iterator[gymnasium.Env]:
+    made = gymnasium.make("Roboclimber/DrillHole-v0", duration_s=12.0, randomisation=None).unwrapped
+    yield made
+    made.close()
+
+
+def _keep(*overrides: str, seconds: float = 4.0, **options: object) -> gymnasium.Env:
+    changes = ["rates.record_hz=100", *overrides]
+    made = gymnasium.make(
+        "Roboclimber/Keep-v0",
+        overrides=changes,
+        duration_s=seconds,
+        **{"randomisation": None, **options},
+    )
+    return made.unwrapped
+
+
+def _returns(env: gymnasium.Env, act: Callable[[dict], Action]) -> dict[float, float]:
+    """Return of one episode at each discount."""
+    rewards, over = [], False
+    _, info = env.reset(seed=1)
+    while not over:
+        _, reward, lost, ended, info = env.step(act(info))
+        assert reward == pytest.approx(sum(info["reward_terms"].values()))
+        rewards.append(reward)
+        over = lost or ended
+    return {gamma: float(np.polyval(rewards[::-1], gamma)) for gamma in GAMMAS}
+
+
+def test_feed_and_hammer_come_about_and_the_mask_says_when_they_cannot(hole: gymnasium.Env) -> None:
+    _, info = hole.reset(seed=1)
+    assert info["action_mask"].all()
+    hole.step(np.array([0.2, -1.0, 0.0, 0.0, 0.0], dtype=np.float32))
+    _, _, _, _, info = hole.step(np.array([0.2, -1.0, 0.0, 0.0, 0.0], dtype=np.float32))
+    loads = hole._sim.machine.drill.loads
+    assert float(loads["blow"]) == 0.0
+    assert hole._orders.feed_n == pytest.approx(FEED_N + 0.2 * FEED_RANGE_N)
+    hole._sim.machine.drill.phase = "jam"
+    assert hole.action_masks().tolist() == [False, False, True, True, True]
+
+
+@pytest.mark.slow
+def test_neither_idleness_nor_leaning_on_the_limits_drills_as_well_as_the_handbook(
+    hole: gymnasium.Env,
+) -> None:
+    size = hole.action_space.shape
+    handbook = _returns(hole, lambda _: HANDBOOK)
+    idle = _returns(hole, lambda _: -np.ones(size, np.float32))
+    limit = _returns(hole, lambda _: np.ones(size, np.float32))
+    for gamma in GAMMAS:
+        assert max(idle[gamma], limit[gamma]) < 0.7 * handbook[gamma]
+
+
+def test_a_rope_is_hauled_at_the_speed_that_is_ordered_and_one_that_is_cut_is_masked() -> None:
+    env = _keep(CUT)
+    _, info = env.reset(seed=1)
+    assert info["action_mask"].all() and info["fault_s"] == 0.6
+    before = env._sim.machine.board.ropes["unstrained"].copy()
+    right = np.zeros(6, dtype=np.float32)
+    right[SIDES.index("right")] = 0.5
+    for _ in range(2):
+        env.step(right)
+    hauled = before - env._sim.machine.board.ropes["unstrained"]
+    assert hauled == pytest.approx([0.0, 0.5 * HAUL_M_S * 0.2], abs=1e-3)
+    for _ in range(4):
+        _, _, _, _, info = env.step(np.zeros(6, dtype=np.float32))
+    env.close()
+    assert info["action_mask"].tolist() == [False, *5 * [True]]
+
+
+def test_a_stance_is_paid_from_the_fault_on_and_only_while_its_feet_stay() -> None:
+    env = _keep("events=[{kind: set_rope, at_s: 0.55, rope: left, pay_out_m: 0.001}]", seconds=1.0)
+    whole = _returns(env, lambda _: np.zeros(6, np.float32))[1.0]
+    env.close()
+    assert whole == pytest.approx(0.45, abs=0.03)
+
+
+@pytest.mark.slow
+def test_neither_idleness_nor_leaning_on_the_limits_keeps_as_well_as_hauling_the_other_rope() -> (
+    None
+):
+    env = _keep(CUT, "terrain.friction=0.3", "terrain.slope_deg=50", seconds=5.0)
+    haul, excess = np.zeros(6, np.float32), np.ones(6, np.float32)
+    haul[SIDES.index("right")] = 1.0
+
+    def rule(info: dict) -> Action:
+        return haul if 0.6 < info["t_s"] < 1.6 else 0.0 * haul
+
+    kept = _returns(env, rule)
+    idle, limit = (_returns(env, lambda _, a=a: a) for a in (0.0 * haul, excess))
+    env.close()
+    for gamma in GAMMAS:
+        assert max(idle[gamma], limit[gamma]) < kept[gamma]
+
+
+@pytest.mark.slow
+def test_a_longer_stride_goes_further_in_a_step_and_the_step_is_a_group_of_swings() -> None:
+    """Strides of 0.4 m take the body 0.2 m in a group of two swings, 0.3 m take it 0.15 m."""
+    ways = {}
+    for action in (0.0, -0.1 / STRIDE_M):
+        env = gymnasium.make("Roboclimber/Climb-v1", randomisation=None, duration_s=40.0).unwrapped
+        env.reset(seed=1)
+        for _ in range(2):
+            _, reward, lost, _, info = env.step(np.array([action, 0.0, 0.0], dtype=np.float32))
+            assert not lost and reward == pytest.approx(sum(info["reward_terms"].values()))
+        assert env._gait.steps_done == 4
+        ways[action] = info["way_m"]
+        env.close()
+    assert ways[0.0] == pytest.approx(0.4, abs=0.04)
+    assert ways[-0.1 / STRIDE_M] == pytest.approx(0.3, abs=0.04)
+
+
+def test_an_observation_by_name_holds_the_numbers_of_the_flat_one() -> None:
+    seen = {}
+    for form in ("flat", "dict"):
+        env = _keep(seconds=1.0, observations=form)
+        seen[form] = env.reset(seed=1)[0]
+        assert env.observation_space.contains(seen[form])
+        table = env.table
+        env.close()
+    for row, value in zip(table, seen["flat"], strict=True):
+        middle, half = (row.high + row.low) / 2, (row.high - row.low) / 2
+        assert seen["dict"][row.column][0] == pytest.approx(
+            middle + half * value, rel=1e-5, abs=1e-9
+        )
+
+
+def test_faults_are_one_or_two_of_their_kinds_at_their_times() -> None:
+    kinds = {"first": ["cut_rope"], "second": ["set_rope", "patch"]}
+    chosen = {"faults": {"at_s": [2.0, 3.0], "two": 0.5, **kinds}}
+    rng, seen, twice = np.random.default_rng(0), set(), 0
+    for _ in range(100):
+        spec = load_scenario("stand_slope_45", draw_overrides(named_set(chosen), rng))
+        faults = [event.kind for event in spec.events] + len(spec.terrain.patches) * ["patch"]
+        assert all(2.0 <= event.at_s <= 3.0 for event in spec.events)
+        assert faults[0] == "cut_rope" and len(faults) == len(set(faults))
+        seen |= set(faults)
+        twice += len(faults) == 2
+    assert seen == {"cut_rope", "set_rope", "patch"} and 35 <= twice <= 65
+
+
+def test_the_machine_is_drawn_anew_at_every_reset_unless_nothing_is_to_vary() -> None:
+    for name in ("Keep-v0", "DrillHole-v0", "Climb-v1"):
+        env = gymnasium.make(f"Roboclimber/{name}", duration_s=3.0).unwrapped
+        drawn = []
+        for seed in (1, 2):
+            env.reset(seed=seed)
+            drawn.append(env._sim.scenario.machine)
+        env.close()
+        assert drawn[0].draw == "workshop" and drawn[0].seed != drawn[1].seed
