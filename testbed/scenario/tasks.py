@@ -272,16 +272,6 @@ class Shove(Checked):
     )
 
 
-class PushFoot(Checked):
-    """A force on one foot for a while: a rock that rolls, somebody who kicks."""
-
-    kind: Literal["push_foot"]
-    at_s: float = Field(ge=0, description="time of the event [s]")
-    leg: Leg = Field(description="which leg")
-    duration_s: float = Field(default=0.2, gt=0, description="how long it lasts [s]")
-    force_in_world_n: Triple = Field(description="force on the foot in the world frame [N]")
-
-
 class SetFriction(Checked):
     """Rain or dust: the ground has another friction from then on, but for patches and feet with a friction of their own."""
 
@@ -330,6 +320,6 @@ class FailSensor(Checked):
 
 
 Event = Annotated[
-    CutRope | SetRope | Payload | Shove | PushFoot | SetFriction | LiftFoot | SetSupply | FailSensor,
+    CutRope | SetRope | Payload | Shove | SetFriction | LiftFoot | SetSupply | FailSensor,
     Field(discriminator="kind"),
 ]

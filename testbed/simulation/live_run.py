@@ -30,10 +30,12 @@ from testbed.estimation.detectors.base import Detector
 from testbed.estimation.estimator import Estimator
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.scenario.tasks import Event
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
+from testbed.simulation.runs import Columns
 from testbed.simulation.summing_up import Ending, summed_up
 from testbed.world.simulation import Simulation
 
@@ -90,6 +92,7 @@ class Run:
         """What sensors, estimators and control said, and what only the simulator knows: all rows so far."""
         self.interrupted = False
         """Closed before it was finished."""
+        self._last: tuple[Array, Array] | None = None
         self._folder: RunFolder | None = None
         self._holding = ExitStack()
         self._fault: BaseException | None = None
@@ -147,6 +150,8 @@ class Run:
         if self._keeps:
             self.rows.add(data)
             self.truth.add(truth)
+        if len(data):
+            self._last = data[-1:], truth[-1:]
         rows = DataRow.from_table(data)
         if self._riders is not None and len(rows):
             self._riders.take(rows)
@@ -156,12 +161,26 @@ class Run:
                 self._folder.take_last(self.t_s)
         return rows
 
+    def happen(self, event: Event) -> None:
+        """Let an event of a scenario's kinds happen now: at the next control tick, whatever its `at_s` says."""
+        self._simulation.happen(event)
+
     # ---- looking -------------------------------------------------------------------------------------------
 
     @property
     def folder(self) -> Path | None:
         """Where it is recorded."""
         return None if self._folder is None else self._folder.folder
+
+    def now(self) -> tuple[Columns, Columns] | None:
+        """The last recorded row: columns of `data` and of `truth` with one value each; None before the first."""
+        if self._last is None:
+            return None
+        names = self._simulation.data_columns, self._simulation.truth_columns
+        data, truth = (
+            dict(zip(n, t.T, strict=True)) for n, t in zip(names, self._last, strict=True)
+        )
+        return data, truth
 
     @property
     def events(self) -> list[dict[str, Any]]:

@@ -7,12 +7,26 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.outputs import check_out
 
+if TYPE_CHECKING:
+    from testbed.simulation.live_run import Run
+
 Progress = Callable[[float, str], None]
+
+
+class Watch(Protocol):
+    """Somebody who looks at a run on its way and may hold it up."""
+
+    every_s: float
+    """Simulated time between two looks."""
+
+    def look(self, run: Run) -> bool:
+        """Look, and do to the run whatever is wanted; returns whether it may go on."""
+        ...
 
 
 @dataclass
@@ -30,10 +44,12 @@ def run_scenario(
     model: str | Path | None = None,
     gui: bool = False,
     progress: Progress | None = None,
+    watch: Watch | None = None,
 ) -> RunResult:
     """Simulate `scenario` and record it under `out` (default `runs/<name>-<seed>[-n]`).
 
-    `progress(simulated_s, word)` is called after every block of one simulated second. The first Ctrl-C ends the run
+    `progress(simulated_s, word)` is called after every block of one simulated second, or of the seconds that `watch`,
+    who looks before each block, wishes. The first Ctrl-C ends the run
     after its block, a second one at once: what was recorded is kept and summed up. Raises InputError before anything
     is written where the scenario, the model or the output folder cannot be used, SimulationFault where the simulation
     breaks down.
@@ -45,8 +61,10 @@ def run_scenario(
     with Run(Simulation(scenario, model=model, gui=gui), keeps=False) as run:
         folder = run.record_in(out)
         with _stop_flag() as stopped:
+            block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))
             while not run.finished:
-                run.step(scenario.rates.physics_hz)
+                if watch is None or watch.look(run):
+                    run.step(block)
                 if progress is not None:
                     progress(run.t_s, _word(run.events))
                 if stopped():

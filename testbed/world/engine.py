@@ -59,7 +59,6 @@ class Engine:
         self._given: NDArray[Any] | None = None
         self._foot_grounds: list[int] = []
         self._centre: Sequence[float] = (0.0, 0.0, 0.0)
-        self._pushes: list[tuple[int, list[float]]] = []
         c = self.client
         p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
         p.setPhysicsEngineParameter(
@@ -273,14 +272,6 @@ class Engine:
         )
         p.applyExternalForce(self.robot, -1, force.tolist(), self._centre, p.WORLD_FRAME, c)
         p.applyExternalTorque(self.robot, -1, torque.tolist(), p.WORLD_FRAME, c)
-        for link, push in self._pushes:
-            place = p.getLinkState(self.robot, link, physicsClientId=c)[0]
-            p.applyExternalForce(self.robot, link, push, place, p.WORLD_FRAME, c)
-
-    def push_feet(self, forces_in_world_n: Sequence[tuple[int, Sequence[float]]]) -> None:
-        """Forces (leg, N) on feet, world frame, during every step until told otherwise."""
-        links = list(self.foot_links)
-        self._pushes = [(links[leg], list(force)) for leg, force in forces_in_world_n]
 
     def step(self) -> None:
         """One step of the bodies and contacts."""

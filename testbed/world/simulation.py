@@ -25,11 +25,18 @@ from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
+from testbed.machine.names import AXES, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import CutRope, FailSensor, Payload, PushFoot, SetFriction, SetSupply, Shove
+from testbed.scenario.tasks import (
+    CutRope,
+    FailSensor,
+    Payload,
+    SetFriction,
+    SetSupply,
+    Shove,
+)
 from testbed.world import first_start, sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
@@ -95,7 +102,6 @@ class Simulation:
         self._every_expected = hz // rates.expected_loads_hz
         self._pending = sorted(scenario.events, key=lambda e: e.at_s)
         self._shoves: list[Shove] = []
-        self._pushes: list[PushFoot] = []
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
         self._hold = DrillHold()
@@ -263,9 +269,6 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        if self._pushes:
-            self._pushes = [e for e in self._pushes if t < e.at_s + e.duration_s - 1e-9]
-            m.engine.push_feet([(LEGS.index(e.leg), e.force_in_world_n) for e in self._pushes])
         if self._shoves:
             now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
             m.board["shove"] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
@@ -353,8 +356,6 @@ class Simulation:
             )
         elif isinstance(event, Shove):
             self._shoves.append(event)
-        elif isinstance(event, PushFoot):
-            self._pushes.append(event)
         elif isinstance(event, SetFriction):
             m.set_friction(event.friction)
         elif isinstance(event, Payload):
