@@ -185,7 +185,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     readers = {
         p.relative_to(PACKAGE).as_posix() for p in FILES if "read_quantities(" in p.read_text()
     }
-    assert readers == {"machine/provenance.py", "machine/build.py", "machine/inferred.py"}
+    assert readers == {"machine/provenance.py", "machine/build.py", "machine/sets.py"}
 
 
 def test_report_only_renders() -> None:

@@ -242,8 +242,8 @@ def paper(
     ] = None,
     machine: Annotated[
         str,
-        typer.Option(help="Numbers inferred from the figures, by name, or 'declared' for none."),
-    ] = "paper",
+        typer.Option(help="Set of the machine's numbers: inferred or original."),
+    ] = "inferred",
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -329,6 +329,14 @@ def quiet_stand(
     from testbed.benchmarks.climbs.quiet_stand import QuietStand
 
     show(QuietStand(seconds), out, jobs, json)
+
+
+@lab.command("paper-sensitivity")
+def paper_sensitivity(out: Out, jobs: Jobs = 1, json: Json = False) -> None:
+    """Say which number of the inferred circuit each of the paper's figures fixes, and which it leaves open."""
+    from testbed.benchmarks.paper.sensitivity import Sensitivity
+
+    show(Sensitivity(), out, jobs, json)
 
 
 @lab.command("robot-diagnosis")

@@ -26,20 +26,6 @@ BENT_M = 1e-3
 """Bristles that bend less than this before they slip are slipping most of the time."""
 
 
-def bristle_rate_m_s(
-    velocity_m_s: float, bristle_m: float, stiffness_n_m: float, level_n: float, shape: float = 1.0
-) -> float:
-    """dz/dt = v - stiffness |v| z / g(v) for shape 1; level_n = g(v), the friction of equation (5) without sigma.
-
-    A larger shape holds the bristle stiff for longer and lets it slip more suddenly.
-    """
-    bend = stiffness_n_m * bristle_m / level_n
-    if shape == 1.0:
-        return velocity_m_s - abs(velocity_m_s) * bend
-    size = float(abs(bend) ** shape)
-    return velocity_m_s - abs(velocity_m_s) * (size if bend >= 0.0 else -size)
-
-
 @njit
 def bristle_force_n(
     position_m: Array,

@@ -11,11 +11,6 @@ from testbed.effects.terms import Signals, Values
 REFERENCE_PA = 1e7
 
 
-def measured_pa(pressure_pa: Any, gain_error: float) -> Any:
-    """What the sensor reports for a pressure."""
-    return (1.0 + gain_error) * pressure_pa
-
-
 def true_pa(measured: Any, gain_error: float, bend: float = 0.0) -> Any:
     """The pressure behind a reading; bend is a gain that changes with pressure, 0 in the contract's formula."""
     return measured / (1.0 + gain_error + bend * measured / REFERENCE_PA)

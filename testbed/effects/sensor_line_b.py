@@ -15,18 +15,6 @@ SMOOTHING_S = 0.010
 """Width of the smoothing before the inverse's derivatives: beyond it they would only raise noise."""
 
 
-def line_acceleration_pa_s2(
-    pressure_pa: float,
-    read_pa: float,
-    read_rate_pa_s: float,
-    natural_frequency: float,
-    damping: float,
-) -> float:
-    """d2p_read/dt2 of the second-order line."""
-    w = 2.0 * math.pi * natural_frequency
-    return w * w * (pressure_pa - read_pa) - 2.0 * damping * w * read_rate_pa_s
-
-
 def flat(values: Array, width: float) -> Array:
     """Twice the Gaussian less the Gaussian twice: smooth, and flat to fourth order."""
     from scipy.ndimage import gaussian_filter1d

@@ -12,13 +12,6 @@ from testbed.effects.terms import Array, FlowTerms, Signals, Values
 from testbed.machine.names import AXES
 
 
-def supply_rate_pa_s(
-    supply_pa: float, nominal_pa: float, drawn_m3_s: float, droop: float, time: float
-) -> float:
-    """dps/dt = (ps0 - ps) / time - droop q / time, q the flow that the valve draws."""
-    return (nominal_pa - supply_pa) / time - droop * drawn_m3_s / time
-
-
 @njit
 def drooping_pa(
     nominal_pa: float,

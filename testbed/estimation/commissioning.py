@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.estimation.leg.motion import motion, through_steps
+from testbed.formats.records import SET
 from testbed.machine.groups import StraightCylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
@@ -154,7 +155,7 @@ class _Seen:
             _, v, a = motion(x, rate, SMOOTH_S)
             speeds.append(v)
             accelerations.append(a)
-        carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > 0.5
+        carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > SET
         in_air = np.array([_in_air(data, leg, carrying[k], t) for k, leg in enumerate(LEGS)])
         if not in_air.any(axis=1).all():
             raise InputError(

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.effects.sensor_drift_a import zero_pa
 from testbed.effects.sensor_gain import true_pa
 from testbed.formats.records import Record, part, quantity
@@ -69,7 +70,8 @@ class Cylinder(Record):
     stroke = quantity("m", "stroke")
     dead_volume_a = quantity("m3", "oil in chamber A at extension 0")
     dead_volume_b = quantity("m3", "oil in chamber B at full extension")
-    bulk_modulus = quantity("Pa", "of the oil")
+    bulk_modulus = quantity("Pa", "of the oil, without air")
+    air = quantity("1", "volume of entrained air at 1 bar, share")
     seal_stiffness = quantity("N/m", "of the seals' bristles")
     deadband = quantity("1", "valve command below which no oil flows")
     sensor_a = part(Sensor, "pressure sensor of chamber A")
@@ -100,7 +102,11 @@ def stribeck_of(friction: Friction) -> NDArray[Any]:
     return out
 
 
-_behind_gain, _drifted = njit(true_pa), njit(zero_pa)
+RATIO_MOST = 2.0
+"""Behind softer oil than that the noise of the pressures outweighs what they tell of the seals (E)."""
+POLYTROPIC_POWER = 1.0 / 1.4
+"""Of air."""
+_behind_gain, _drifted, _of_air = njit(true_pa), njit(zero_pa), njit(compliance_1_pa)
 
 
 @njit
@@ -187,14 +193,32 @@ def extra_friction(cylinder: Any, pressures: float, load: float, across: float) 
 
 
 @njit
-def oil_stiffness(extension: float, cylinder: Any) -> float:
-    """Beta (A_A^2 / V_A + A_B^2 / V_B), N/m, ports shut; V_A = dead_a + A_A x, V_B = dead_b + A_B (stroke - x)."""
+def softness(gauge_pa: float, cylinder: Any) -> float:
+    """1 / beta of oil with its air, 1/Pa."""
+    air = _of_air(max(gauge_pa, 0.0), cylinder.air, POLYTROPIC_POWER) if cylinder.air > 0.0 else 0.0
+    return float(1.0 / cylinder.bulk_modulus + air)
+
+
+@njit
+def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[float, float]:
+    """Stiffness of both chambers, N/m, ports shut: beta_A A_A^2 / V_A, beta_B A_B^2 / V_B at gauge pressures, Pa.
+
+    V_A = dead_a + A_A x, V_B = dead_b + A_B (stroke - x).
+    """
     inside = min(max(extension, 0.0), cylinder.stroke)
     volume_a = cylinder.dead_volume_a + cylinder.area_a * inside
     volume_b = cylinder.dead_volume_b + cylinder.area_b * (cylinder.stroke - inside)
-    stiff_a = cylinder.area_a * cylinder.area_a / volume_a
-    stiff_b = cylinder.area_b * cylinder.area_b / volume_b
-    return float(cylinder.bulk_modulus * (stiff_a + stiff_b))
+    return (
+        float(cylinder.area_a * cylinder.area_a / (volume_a * softness(pa, cylinder))),
+        float(cylinder.area_b * cylinder.area_b / (volume_b * softness(pb, cylinder))),
+    )
+
+
+@njit
+def seal_ratio(pa: float, pb: float, extension: float, cylinder: Any) -> float:
+    """Stiffness of a piston's seals over that of its oil at gauge pressures (Pa) and an extension (m), 1."""
+    a, b = oil_springs(pa, pb, extension, cylinder)
+    return float(min(cylinder.seal_stiffness / (a + b), RATIO_MOST))
 
 
 @njit

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from testbed.formats.records import SET
+
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
@@ -72,7 +74,7 @@ def score_contact(contact: Array, carrying: Flags, time_s: Array) -> ContactScor
 
     A delay is 0 where the state was right already at the change. A touchdown is timed after a loss that was found.
     """
-    lost = contact < 0.5
+    lost = contact < SET
     delays: list[float] = []
     touchdowns: list[float] = []
     spans = intervals(~carrying, time_s, LOSS_S)

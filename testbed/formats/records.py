@@ -29,6 +29,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+SET = 0.5
+"""A flag is recorded as a number: above this it is set."""
+
 
 @dataclass(frozen=True)
 class Field:

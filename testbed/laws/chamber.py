@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
+from testbed.laws.holding import COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK, outlet_share
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
     POLYTROPIC,
@@ -40,12 +41,6 @@ from testbed.laws.oil import (
 from testbed.laws.orifice import orifice
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
-
-
-NO_HOLDING, PILOT_CHECK, COUNTERBALANCE = 0.0, 1.0, 2.0
-"""Kinds of load-holding valve between a port of the valve and its chamber."""
-COUNTERBALANCE_BAND_PA = 1.0e6
-"""Over this much above its setting a counterbalance valve opens fully (assumed)."""
 
 
 class HoldingParameters(Record):
@@ -168,12 +163,10 @@ def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next:
 def held_port(
     flow: PortFlow, p: float, pilot: float, pt: float, chamber: Any, to_tank: bool
 ) -> PortFlow:
-    """What a load-holding valve lets through of a port's flow; the line between it and the spool holds no oil.
+    """What a load-holding valve (holding.py) lets through of a port's flow; no oil between it and the spool.
 
-    Oil enters freely. A pilot-operated check valve lets oil out where the spool opens the port to the tank; a
-    counterbalance valve then opens with (p - pt) + pilot_ratio (pilot - pt) above its setting, over
-    COUNTERBALANCE_BAND_PA. Shut, it is tight: what the spool leaks past it, from supply to tank, is left out.
-    pilot: pressure of the other chamber, Pa.
+    Shut, it is tight: what the spool leaks past it, from supply to tank, is left out. pilot: pressure of the other
+    chamber, Pa.
     """
     own = chamber.holding
     if own.kind == NO_HOLDING:
@@ -182,8 +175,7 @@ def held_port(
         return flow if flow.supply + flow.tank > 0.0 else PortFlow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if own.kind == PILOT_CHECK:
         return flow
-    over = (p - pt) + own.pilot_ratio * (pilot - pt) - own.setting
-    share = min(max(over / COUNTERBALANCE_BAND_PA, 0.0), 1.0)
+    share = outlet_share(own.kind, p - pt, pilot - pt, own.setting, own.pilot_ratio)
     steeper = -flow.tank / COUNTERBALANCE_BAND_PA if 0.0 < share < 1.0 else 0.0
     return PortFlow(
         share * flow.supply,

@@ -19,6 +19,9 @@ from typing import Any
 from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
 
+SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
+"""Below these an approach's closed form would divide zero by zero: its series, right to 1e-10, and its first term."""
+
 STILL = 1.0e-12
 """Share of a bristle's length below which a slide only shifts it: nothing is divided by less."""
 SMALLEST_N = 1.0e-3
@@ -67,7 +70,7 @@ def stribeck_level(speed: float, coulomb_n: float, static_n: float, stribeck_m_s
 @njit_law
 def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
     """Value after, and mean during, an exponential approach to `aim` over `exponent` time constants."""
-    if exponent < 0.01:  # the closed form would divide zero by zero: its series, right to 1e-10
+    if exponent < SHORT_EXPONENT:
         mean = 1.0 - exponent * (0.5 - exponent * (1.0 / 6.0 - exponent / 24.0))
         return start + (aim - start) * exponent * mean, aim + (start - aim) * mean
     left = math.exp(-exponent)
@@ -102,7 +105,7 @@ def bend(z: float, way: float, longest: float, elastic_share: float) -> tuple[fl
         new, mean = bend_elastic(z, way, longest, elastic_share)
         return new, mean
     exponent = abs(way) / longest
-    if exponent < 1e-6:
+    if exponent < SHORTEST_EXPONENT:
         new = z + way - exponent * z
         return new, 0.5 * (z + new)
     new, mean = relax(z, math.copysign(longest, way), exponent)

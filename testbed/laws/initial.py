@@ -26,23 +26,44 @@ def start_supply(unit: Any, temperature_degc: float, tank_oil_m3: float) -> Any:
     return supply
 
 
+UNLOADED_PA = 1.0e6
+"""Gauge pressure of the unloaded chamber at the start where no leak settles it lower (assumed)."""
+
+
 def start_axes(
-    params: NDArray[Any], x: Array, force_n: Array, mean_pressure_pa: float = 3.0e6
+    params: NDArray[Any],
+    x: Array,
+    force_n: Array,
+    unloaded_pa: float = UNLOADED_PA,
+    supply: Any = None,
+    tank_pa: float = ATMOSPHERE_PA,
 ) -> NDArray[Any]:
     """AxisState (n,) at rest: chamber pressures give the rod `force_n` (n,) at extension `x` (n,), no friction.
 
-    The unloaded chamber stands at about a third of `mean_pressure_pa`, the loaded one balances.
+    The unloaded chamber stands at `unloaded_pa` (gauge), the loaded one balances. With a SupplyState the machine has
+    stood for a while: the unloaded chamber has settled to where its shut valve leaks it, if that is lower.
     """
     axes = AxisState.zeros(len(x))
-    low = ATMOSPHERE_PA + mean_pressure_pa / 3.0
     for axis, p, extension, force in zip(axes, params, x, force_n, strict=True):
+        low_a = low_b = ATMOSPHERE_PA + unloaded_pa
+        if supply is not None:
+            low_a = min(low_a, settled_pa(p["a"], supply["pressure"], tank_pa, low_a))
+            low_b = min(low_b, settled_pa(p["b"], supply["pressure"], tank_pa, low_b))
         area_a, area_b = p["a"]["area"], p["b"]["area"]
         rest = force + (area_a - area_b) * ATMOSPHERE_PA
-        pressure_b = max(low, (low * area_a - rest) / area_b)
+        pressure_b = max(low_b, (low_a * area_a - rest) / area_b)
         axis["a"]["pressure"] = (rest + pressure_b * area_b) / area_a
         axis["b"]["pressure"] = pressure_b
         fill_chambers(axis, p, float(extension))
     return axes
+
+
+def settled_pa(chamber: Any, supply_pa: float, tank_pa: float, tight_pa: float) -> float:
+    """Pressure to which the shut edges of a ChamberParameters' valve leak it, Pa absolute; `tight_pa` if they do not."""
+    from_supply, to_tank = chamber["leak_from_supply"], chamber["leak_to_tank"]
+    if from_supply + to_tank <= 0.0:
+        return tight_pa
+    return float((from_supply * supply_pa + to_tank * tank_pa) / (from_supply + to_tank))
 
 
 def fill_chambers(axis: Any, p: Any, x: float) -> None:

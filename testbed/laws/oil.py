@@ -16,6 +16,9 @@ from typing import Any
 from testbed.formats.records import Record, quantity
 from testbed.laws.compiling import njit_law
 
+NEAR_GUESS, NEAR_STEP = 0.03, 1e-4
+"""Shares of the pressure by which guess and step may be off for the series to be right to 1e-7."""
+
 ATMOSPHERE_PA = 1.0e5
 VAPOUR_PA = 1.0e3
 """Vapour pressure of mineral oil with dissolved water, absolute (assumed): a chamber never falls below it."""
@@ -137,7 +140,7 @@ def pressure_near(
     step = (volume - oil * nu) * inverse
     z = step * per_near
     p = guess_pa + step
-    holds = inverse < 0.0 and -0.03 < y < 0.03 and -1e-4 < z < 1e-4 and p > VAPOUR_PA
+    holds = inverse < 0.0 and abs(y) < NEAR_GUESS and abs(z) < NEAR_STEP and p > VAPOUR_PA
     return p, gas * (1.0 - _POWER * z * (1.0 - y)), nu, holds
 
 

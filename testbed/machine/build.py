@@ -1,4 +1,4 @@
-"""The one place where a machine is built: the numbers of roboclimber.yaml, then what its URDF says, then changes.
+"""The one place where a machine is built: the numbers of a set, then what its URDF says, then changes.
 
 Everything else gets its machine handed in. `testbed.scenario.machines` builds the two of a scenario, the world's and
 the model's; recordings, benchmarks and the command line build theirs here.
@@ -14,7 +14,11 @@ from typing import Any
 from testbed import resources
 from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
+from testbed.machine.sets import DEFAULT, SetName, machine_set
 from testbed.machine.urdf_geometry import differing, urdf_numbers
+
+ALIKE = 1e-9
+"""Changes that differ by less are the same."""
 
 Changes = Mapping[str, Any]
 
@@ -25,13 +29,16 @@ def build_machine(
     urdf: str | Path | None = None,
     file: str | Path = SHIPPED,
     section: str = "",
+    of_set: SetName = DEFAULT,
 ) -> Machine:
-    """The drawing-board machine, or that of another URDF, with some numbers changed by path.
+    """The drawing-board machine of a set, or that of another URDF, with some numbers changed by path.
 
     Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be
     followed.
     """
-    machine = _shipped() if urdf is None else following(_shipped(), Path(urdf))
+    machine = _shipped(of_set)
+    if urdf is not None:
+        machine = following(machine, Path(urdf))
     return machine.replaced(changes or {}, file, section)
 
 
@@ -51,14 +58,14 @@ def _shared(changes: Changes) -> dict[str, Any]:
         alike.setdefault(shared_path(path) or path, []).append(path)
     for shared, paths in alike.items():
         first = changes[paths[0]]
-        if len(paths) == 4 and all(abs(changes[path] - first) <= 1e-9 for path in paths):
+        if len(paths) == 4 and all(abs(changes[path] - first) <= ALIKE for path in paths):
             out[shared] = first
         else:
             out |= {path: changes[path] for path in paths}
     return out
 
 
-@lru_cache(maxsize=1)
-def _shipped() -> Machine:
+@lru_cache(maxsize=4)
+def _shipped(of_set: SetName) -> Machine:
     quantities = read_quantities(Path(__file__).with_name(SHIPPED))
-    return Machine.of(quantities, resources.urdf())
+    return Machine.of(quantities | machine_set(of_set), resources.urdf())

@@ -275,6 +275,16 @@ class PowerUnit(Group):
     line_volume_m3: Annotated[float, Field(gt=0.0, le=10.0)]
     tank_oil_m3: Annotated[float, Field(gt=0.0, le=100.0)]
 
+    @property
+    def load_sensing(self) -> bool:
+        """Whether the pump gives what the highest load asks for, instead of one pressure."""
+        return self.supply_kind == 1.0
+
+    @property
+    def ready_pressure_pa(self) -> float:
+        """What the supply stands at while no port is open, gauge."""
+        return self.standby_pressure_pa if self.load_sensing else self.supply_pressure_pa
+
     @field_validator("supply_pressure_pa")
     @classmethod
     def _supply_above_tank(cls, supply_pa: float, others: ValidationInfo) -> float:

@@ -57,12 +57,11 @@ MODEL: Rules = (
     (r"rope\..*|drill\..*|rock\..*|drill_body\..*|legs\.hip_z_m", UNREAD),
     (r"seal\.(bristle_damping_n_s_m|elastic_share)|end_stop\.(stiffness|damping)_\w+", UNREAD),
     (r"oil\.(outer_leakage|hose|ambient|heat_capacity|cooling)\w+", UNREAD),
-    (r"power_unit\.(?!full_flow_m3_s|supply_pressure_pa|tank_pressure_pa).*", UNREAD),
+    (r"power_unit\.(?!full_flow_m3_s|supply_|standby_pressure_pa|tank_pressure_pa).*", UNREAD),
     (r"sensor\.(pressure_(noise|resolution)_pa|line_b_\w+|\w+_noise_\w+)", UNREAD),
     (r"sensor\.(transducer_bandwidth_hz|temperature_resolution_k)", UNREAD),
     (r"traction\.(stroke_m|annulus_area_m2|return_speed_m_s|clamp_s|seat_m)", UNREAD),
     (rf"{_ARM}\.(oil\..*|valve\.(?!rated_flow).*|seal\.bristle_stiffness_n_m)", UNREAD),
-    (r"valve\.counterbalance_\w+", UNREAD),
     *_NO_LOAD,
 )
 """The same for the model alone: what no estimator, no controller and no diagnosis reads."""
@@ -103,6 +102,9 @@ OF_A_KIND: tuple[tuple[str, tuple[str, ...], int], ...] = (
 
 def check_kind(path: str, value: object, machine: Machine, file: object, section: str) -> None:
     """Raise InputError for a number of a kind of part that the machine does not have."""
+    volume = "power_unit.accumulator_volume_m3"
+    if path == "power_unit.accumulator_precharge_pa" and machine.quantity(volume).value == 0.0:
+        _refuse("there is no accumulator", f"{volume} > 0", path, value, file, section)
     for pattern, paths, kind in OF_A_KIND:
         found = re.fullmatch(pattern, path)
         if found is None:

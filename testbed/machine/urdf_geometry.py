@@ -20,6 +20,9 @@ from testbed.errors import InputError
 from testbed.machine.names import JOINTS, LEGS
 from testbed.machine.urdf_check import read_urdf
 
+ROUNDING = 1e-9
+"""Lengths (m) and angles (rad) that differ by less are the same."""
+
 Array = NDArray[np.float64]
 STRAIGHT_M = 1.0e-6
 """So far may an axis be off the plan of a leg: kinematics then agree with the engine to a micrometre."""
@@ -144,7 +147,7 @@ class _Geometry:
 
     def _stroke_m(self, name: str) -> float:
         lower, upper = self._range(name)
-        if abs(lower) > 1e-9:
+        if abs(lower) > ROUNDING:
             raise InputError(
                 "is not the retracted cylinder",
                 file=self.path,
@@ -159,7 +162,7 @@ class _Geometry:
         ranges = {leg: self._range(f"{leg}_rotation") for leg in LEGS}
         first = ranges[LEGS[0]]
         for leg, found in ranges.items():
-            if max(abs(a - b) for a, b in zip(found, first, strict=True)) > 1e-9:
+            if max(abs(a - b) for a, b in zip(found, first, strict=True)) > ROUNDING:
                 raise InputError(
                     "has another range than the other rotation joints",
                     file=self.path,

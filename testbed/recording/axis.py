@@ -20,6 +20,9 @@ from testbed.recording.checks import check_finite, check_span, check_time, press
 from testbed.recording.known import Known
 from testbed.recording.quantities import QUANTITIES
 
+FINEST_COUNT_M = 1e-7
+"""Steps below this are a continuous signal's, not an encoder's."""
+
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
@@ -80,7 +83,7 @@ class Recording:
         if declared is not None:
             return declared
         steps = np.abs(np.diff(np.unique(self.position_m)))
-        return float(steps.min()) if steps.size and steps.min() > 1e-7 else 0.0
+        return float(steps.min()) if steps.size and steps.min() > FINEST_COUNT_M else 0.0
 
     def __len__(self) -> int:
         return len(self.time_s)

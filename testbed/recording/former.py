@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
+from testbed.machine.sets import DEFAULT, SetName
+
 Item = TypeVar("Item")
 
 STEMS: Mapping[str, str] = {
@@ -30,6 +32,12 @@ def current_numbers(known: Mapping[str, Item]) -> dict[str, Item]:
         for now in NUMBERS.get(name, (name,)):
             out[f"{group}.{now}" if group else now] = item
     return out
+
+
+def written_for(known: Mapping[str, Item]) -> SetName:
+    """The set of the machine's numbers that a recording counts from: once valves held no loads, and none said so."""
+    of_a_valve = any(path.startswith("valve.") for path in known)
+    return "original" if of_a_valve and "valve.holding_a" not in known else DEFAULT
 
 
 def current(name: str) -> str:

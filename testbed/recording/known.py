@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, field_validator, model_serializer, model_validator
 
@@ -20,6 +20,11 @@ DEFAULT_TOLERANCE = 0.02
 drawing and a catalogue leave open (the measured seals' bores differ by up to 3 %)."""
 
 
+Holding = Literal["none", "check", "counterbalance"]
+HOLDINGS: tuple[Holding, ...] = get_args(Holding)
+"""Kinds of load-holding valve, numbered as in a machine's valve.holding_a."""
+
+
 class Circuit(Checked):
     """The circuit of an axis where it is not the published model's: equal tight edges, no holding, constant supply."""
 
@@ -31,12 +36,16 @@ class Circuit(Checked):
     leakage_at_m3_s_pa: NotNegative = Field(default=0.0, description="of edge A-T, m3/(s Pa)")
     leakage_pb_m3_s_pa: NotNegative = Field(default=0.0, description="of edge P-B, m3/(s Pa)")
     leakage_bt_m3_s_pa: NotNegative = Field(default=0.0, description="of edge B-T, m3/(s Pa)")
-    holding_a: Literal["none", "check"] = Field(
+    holding_a: Holding = Field(
         default="none",
         description="load-holding valve at A: lets oil out while the spool opens A-T",
     )
-    holding_b: Literal["none", "check"] = Field(
-        default="none", description="load-holding valve at B, likewise"
+    holding_b: Holding = Field(default="none", description="load-holding valve at B, likewise")
+    counterbalance_setting_pa: NotNegative = Field(
+        default=1.2e7, description="load pressure at which a counterbalance valve opens alone, Pa"
+    )
+    counterbalance_pilot_ratio: NotNegative = Field(
+        default=3.0, description="how much the other chamber's pressure helps it, 1"
     )
     supply: Literal["constant", "varying"] = Field(
         default="constant",

@@ -27,7 +27,7 @@ from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
 from testbed.recording.axis_header import AnyHeader, check_format, check_present, check_unit
 from testbed.recording.checks import check_finite, check_pressure, check_span, check_time, in_pa
-from testbed.recording.former import UNITS, current_numbers
+from testbed.recording.former import UNITS, current_numbers, written_for
 from testbed.recording.robot_columns import OF_BODY, OF_LEGS, described, is_evidence, misspelt
 
 Array = npt.NDArray[np.float64]
@@ -134,7 +134,8 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
 
     Raises InputError for a number that no machine has.
     """
-    shipped, changes = build_machine(), {}
+    of_set = written_for(header.known)
+    shipped, changes = build_machine(of_set=of_set), {}
     for path, item in current_numbers(header.known).items():
         field = f"known.{path}"
         declared = shipped.quantity(path, file, field)
@@ -148,6 +149,6 @@ def machine_of(header: RobotHeader, file: Path) -> Machine:
             )
         if item.value != declared.value:
             changes[path] = item.value
-    machine = build_machine(changes, file=file, section="known")
+    machine = build_machine(changes, file=file, section="known", of_set=of_set)
     urdf = header.surveyed.get("urdf") if isinstance(header.surveyed, Mapping) else None
     return machine.with_urdf(Path(urdf)) if isinstance(urdf, str) else machine

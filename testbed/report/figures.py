@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.losses import intervals
+from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.report.series import course, envelope, limits, spread
 from testbed.report.style import (
@@ -240,7 +241,7 @@ def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
     for row, leg in enumerate(LEGS):
         _bars(ax, truth[f"contact_normal_{leg}"] >= LOSS_FORCE_N, t, row - 0.17, BLACK)
         if f"contact_{leg}" in data:
-            _bars(ax, data[f"contact_{leg}"] >= 0.5, data["t"], row + 0.17, ORANGE)
+            _bars(ax, data[f"contact_{leg}"] >= SET, data["t"], row + 0.17, ORANGE)
     ax.set_yticks(range(4), LEGS)
     ax.set_ylim(3.6, -0.6)
     ax.grid(visible=False, axis="y")

@@ -33,11 +33,6 @@ class Payload:
     point_in_body_m: tuple[float, float, float]
 
 
-def slope_gravity(slope_rad: float) -> Array:
-    """Gravity in the frame of a body that stands parallel to a slope rising towards its x axis, m/s2, (3,)."""
-    return GRAVITY_M_S2 * np.array([-np.sin(slope_rad), 0.0, -np.cos(slope_rad)])
-
-
 def attitude_gravity(roll_rad: float, pitch_rad: float) -> Array:
     """Gravity in the body frame, m/s2, (3,), from roll and pitch (rotations z, y, x in this order; any yaw).
 
@@ -59,7 +54,7 @@ class RobotModel:
 
         `rope_height_m`: height of the ropes' attachments in the body frame instead of the URDF's.
         """
-        self.path, self.payload, self._rope_height_m = Path(path), payload, rope_height_m
+        self.path, self.payload = Path(path), payload
         text = read_urdf(path)
         try:
             self._model: Any = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
@@ -96,10 +91,6 @@ class RobotModel:
         self.rod_store_m: Array = self._origin("rod_store")
         """Where the rods in store weigh, body frame, (3,)."""
 
-    def with_payload(self, payload: Payload | None) -> RobotModel:
-        """The same machine carrying another payload (or none)."""
-        return RobotModel(self.path, payload, self._rope_height_m)
-
     def centre_of_mass_m(self, positions: ArrayLike) -> Array:
         """Centre of mass in the body frame, (3,), m."""
         return np.array(pin.centerOfMass(self._model, self._data, self._full(positions), False))
@@ -124,23 +115,6 @@ class RobotModel:
         self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
         held = pin.computeGeneralizedGravity(self._model, self._data, self._full(positions))
         return np.asarray(held[self._order])
-
-    def inverse_dynamics(
-        self,
-        positions: ArrayLike,
-        velocities: ArrayLike,
-        accelerations: ArrayLike,
-        gravity_in_body: ArrayLike,
-    ) -> Array:
-        """Generalised forces (18,) that produce accelerations (18,) at velocities (18,), gravity included.
-
-        Body velocity and acceleration are those of the body's origin, resolved in the body frame (the acceleration
-        is the derivative of these components, so a turning body adds omega x v by itself).
-        """
-        self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
-        speed, change = (self._generalised(vector) for vector in (velocities, accelerations))
-        force = pin.rnea(self._model, self._data, self._full(positions), speed, change)
-        return np.asarray(force[self._order])
 
     def feet(self, positions: ArrayLike) -> tuple[Array, Array]:
         """Undersides of the feet in the body frame (4, 3), m, and their Jacobians (4, 3, 12) with the body at rest."""
@@ -190,12 +164,6 @@ class RobotModel:
     def _full(self, positions: ArrayLike) -> Array:
         self._q[self._q_index] = positions
         return self._q
-
-    def _generalised(self, vector: ArrayLike) -> Array:
-        given = np.asarray(vector, dtype=float)
-        ordered = np.empty_like(given)
-        ordered[self._order] = given
-        return ordered
 
     def _origin(self, link: str) -> Array:
         return np.array(self._data.oMf[self._model.getFrameId(link)].translation)

@@ -9,6 +9,9 @@ from pydantic import Field, model_validator
 
 from testbed.formats.checked import Checked, Sequence, impossible
 
+MOST_RODS_KG = 1400.0
+"""About a third of the robot."""
+
 RockKind = Literal["hard", "medium", "soft", "fractured", "void"]
 
 
@@ -155,9 +158,9 @@ class DrillHole(Checked):
                 f"{self.rods} rods of {self.rod_length_m:g} m do not reach {self.depth_m:g} m",
                 "more rods or less depth_m",
             )
-        if self.rods * self.rod_kg > 1400.0:
+        if self.rods * self.rod_kg > MOST_RODS_KG:
             raise impossible(
                 f"{self.rods} rods of {self.rod_kg:g} kg are more than a third of the robot",
-                "at most 1400 kg of rods",
+                f"at most {MOST_RODS_KG:g} kg of rods",
             )
         return self

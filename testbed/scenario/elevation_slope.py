@@ -16,6 +16,11 @@ from testbed.errors import InputError
 from testbed.scenario.elevation import Grid, read_elevation
 from testbed.scenario.terrain import Terrain
 
+SETTLED_M = 1e-5
+"""Change of the surface's height at which the search for it ends."""
+MOST_OFF_M = 5.0
+"""How far a surface may lie off its mean slope."""
+
 Array = NDArray[np.float64]
 LONGEST_M, SHORTEST_M = 12.0, 3.0
 """Half the edge of the patch of ground that is taken: as much as the file has, no less than the robot needs."""
@@ -72,14 +77,14 @@ def heights_off_slope(terrain: Terrain) -> Array:
         point = flat + off[:, :, None] * normal
         step = (surface(point[:, :, :2]) - point[:, :, 2]) * normal[2]
         off += step
-        if np.nanmax(np.abs(step)) < 1e-5:
+        if np.nanmax(np.abs(step)) < SETTLED_M:
             break
-    if not np.isfinite(off).all() or np.abs(off).max() > 5.0:
+    if not np.isfinite(off).all() or np.abs(off).max() > MOST_OFF_M:
         raise InputError(
             "has holes, overhangs or cliffs around the robot",
             file=spec.file,
             field="terrain.elevation",
-            allowed="a surface within 5 m of its mean slope, without gaps",
+            allowed=f"a surface within {MOST_OFF_M:g} m of its mean slope, without gaps",
         )
     return off
 

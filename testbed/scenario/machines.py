@@ -30,7 +30,10 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
     world: dict[str, Any] = dict(hydraulics.parameters)
     if hydraulics.supply_pressure_pa is not None:
         world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
-    drawing = build_machine(world, urdf=urdf, file=file, section="hydraulics.parameters")
+    chosen = scenario.machine.set
+    drawing = build_machine(
+        world, urdf=urdf, file=file, section="hydraulics.parameters", of_set=chosen
+    )
     drawn = draw_machine(scenario.machine.draw, scenario.machine.seed, drawing)
     truth = drawing.replaced(drawn.changes, source="drawn from tolerances")
     belief = build_machine(
@@ -38,5 +41,6 @@ def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
         urdf=urdf if scenario.model.urdf is None else scenario.model.urdf,
         file=file,
         section="model.parameters",
+        of_set=chosen,
     )
     return Machines(truth, belief, drawn)

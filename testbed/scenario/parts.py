@@ -18,6 +18,7 @@ from testbed.formats.checked import (
     impossible,
 )
 from testbed.machine.names import AXES, LEGS
+from testbed.machine.sets import DEFAULT, SetName
 from testbed.scenario.hydraulic_parts import HydraulicPart
 from testbed.scenario.terrain import Terrain
 
@@ -217,8 +218,13 @@ class Model(Checked):
 
 
 class OwnMachine(Checked):
-    """Which machine the world has."""
+    """Which machine world and model have, and by what the world's differs from its drawing."""
 
+    set: SetName = Field(
+        default=DEFAULT,
+        description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
+        "or original (constant supply, edges that leak alike, no holding valves)",
+    )
     draw: Literal["workshop"] | None = Field(
         default=None,
         description="tolerances from which the world's machine is drawn; the model keeps the drawing-board machine; "

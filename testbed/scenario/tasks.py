@@ -10,6 +10,9 @@ from testbed.formats.checked import Checked, NameOrClass, Sequence, Triple, impo
 from testbed.machine.names import AXES
 from testbed.scenario.drilling import DrillHole
 
+WIDEST_SWAY_M, FASTEST_SWAY_S = 0.2, 2.0
+"""Amplitude that the legs reach, and time for once to and fro that the cylinders keep up with."""
+
 Leg = Literal["fl", "fr", "rl", "rr"]
 Side = Literal["left", "right"]
 
@@ -54,15 +57,15 @@ class Sway(Checked):
     @field_validator("amplitude_m")
     @classmethod
     def _small(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if any(not 0 <= v <= 0.2 for v in value):
-            raise impossible("reaches beyond the legs", "0 to 0.2 m")
+        if any(not 0 <= v <= WIDEST_SWAY_M for v in value):
+            raise impossible("reaches beyond the legs", f"0 to {WIDEST_SWAY_M:g} m")
         return value
 
     @field_validator("period_s")
     @classmethod
     def _slow(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if any(v < 2.0 for v in value):
-            raise impossible("is faster than the cylinders", "at least 2 s")
+        if any(v < FASTEST_SWAY_S for v in value):
+            raise impossible("is faster than the cylinders", f"at least {FASTEST_SWAY_S:g} s")
         return value
 
 

@@ -20,6 +20,7 @@ from testbed.estimation.losses import (
     intervals,
     loss_force_n,
 )
+from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
 from testbed.simulation.residuals import residual_summary
 
@@ -106,14 +107,14 @@ def contact_losses(data: Columns, truth: Columns) -> list[Loss]:
 def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
     """Whether the control did not want this foot to carry, at any time from just before the loss to its end."""
     carry = data.get(f"carrying_{leg}")
-    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < 0.5))
+    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
 
 
 def _delay(word: Array, time_s: Array, a: int, b: int) -> float | None:
     end = int(
         np.searchsorted(time_s, min(time_s[a] + DETECTION_WINDOW_S, time_s[b - 1]), side="right")
     )
-    spoken = np.flatnonzero(word[a:end] < 0.5)
+    spoken = np.flatnonzero(word[a:end] < SET)
     return float(time_s[a + spoken[0]] - time_s[a]) if spoken.size else None
 
 
@@ -130,7 +131,7 @@ def false_alarms(data: Columns, truth: Columns) -> int:
             continue
         loaded = truth[f"contact_normal_{leg}"] >= LOSS_FORCE_N
         count += sum(
-            a > 0 and bool(np.all(loaded[a:b])) for a, b in intervals(word < 0.5, truth["t"])
+            a > 0 and bool(np.all(loaded[a:b])) for a, b in intervals(word < SET, truth["t"])
         )
     return count
 

@@ -14,6 +14,7 @@ from testbed.estimation.detectors import scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.losses import LOSS_S, LOSS_SHARE, intervals, score_contact
 from testbed.formats.files import check_file
+from testbed.formats.records import SET
 from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
 
 Array = npt.NDArray[np.float64]
@@ -121,10 +122,10 @@ def _judged(
 
 def _found(feet: RecordedFeet, foot: str, states: Array, scale: FootScale) -> dict[str, Any]:
     """What was called lost, and the score against the reference."""
-    called = intervals(states < 0.5, feet.time_s)
+    called = intervals(states < SET, feet.time_s)
     found: dict[str, Any] = {
         "called_lost": len(called),
-        "called_lost_share": float(np.mean(states < 0.5)),
+        "called_lost_share": float(np.mean(states < SET)),
     }
     if foot not in feet.reference:
         return found

@@ -33,6 +33,9 @@ from testbed.world.start import Start, find_start
 from testbed.world.undeclared import bodies_of, hidden_of
 from testbed.world.verdict import Judge
 
+RAISED_M = 0.05
+"""Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its belly."""
+
 Array = NDArray[np.float64]
 
 
@@ -162,7 +165,7 @@ def assemble(
     except BaseException:
         engine.close()
         raise
-    raised = float(np.mean(scenario.robot.vertical_m)) > 0.05
+    raised = float(np.mean(scenario.robot.vertical_m)) > RAISED_M
     return Assembled(
         boards=boards,
         engine=engine,

@@ -94,9 +94,10 @@ def _fill_hydraulics(board: Any, truth: Truth, start: Start) -> None:
     forces = start.joint_forces / _arms(truth.robot, start.joints)
     board["parameters"], board["unit"] = parameters, unit
     board["linkage"] = linkage.geometry
-    board["axes"] = start_axes(parameters, extension, forces)
-    board["supply"] = start_supply(
-        unit, hydraulics.oil_temperature_degc, machine.power_unit.tank_oil_m3
+    supply = start_supply(unit, hydraulics.oil_temperature_degc, machine.power_unit.tank_oil_m3)
+    board["supply"] = supply
+    board["axes"] = start_axes(
+        parameters, extension, forces, supply=supply, tank_pa=float(unit["tank_pressure"])
     )
 
 

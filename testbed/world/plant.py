@@ -22,6 +22,9 @@ from testbed.machine.names import GRAVITY_M_S2
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads.foot_forces import foot_forces
 
+NO_TURN = 1e-12
+"""Sine of half an angle below which a body has not turned."""
+
 
 @njit
 def rotation_matrix(quaternion: Any, out: Any) -> None:
@@ -68,7 +71,7 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
         dz = qw * pz + qx * py - qy * px + qz * pw
         dw = qw * pw - qx * px - qy * py - qz * pz
         size = (dx * dx + dy * dy + dz * dz) ** 0.5
-        rate = 2.0 / dt if size < 1e-12 else 2.0 * math.atan2(size, abs(dw)) / (size * dt)
+        rate = 2.0 / dt if size < NO_TURN else 2.0 * math.atan2(size, abs(dw)) / (size * dt)
         rate = rate if dw >= 0.0 else -rate
         w_now = body.angular_velocity
         w_now[0], w_now[1], w_now[2] = rate * dx, rate * dy, rate * dz

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+NEAR_Y = 0.9
+"""An axis that lies as near to y as this cannot be crossed with it."""
+
 Array = NDArray[np.float64]
 
 
@@ -27,6 +30,6 @@ def quaternion(rotation: Array) -> Array:
 
 def turning_z_to(axis: Array) -> Array:
     """A rotation matrix (3, 3) whose third column is the unit vector `axis` (3)."""
-    x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < 0.9 else [1.0, 0.0, 0.0], axis)
+    x = np.cross([0.0, 1.0, 0.0] if abs(axis[1]) < NEAR_Y else [1.0, 0.0, 0.0], axis)
     x /= np.linalg.norm(x)
     return np.column_stack([x, np.cross(axis, x), axis])

@@ -56,6 +56,9 @@ from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
 from testbed.world.verdict import LOOK_TICKS
 
+BEARS_N = 300.0
+"""A foot that is pressed on the ground by more than this bears."""
+
 Array = NDArray[np.float64]
 TICK_HZ = 100
 DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
@@ -329,7 +332,7 @@ class Simulation:
         belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
-            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > 300.0, belly_n
+            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > BEARS_N, belly_n
         )
         if end is not None:
             self.events.append(end)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.formats.records import put
-from testbed.laws.chamber import NO_HOLDING
 from testbed.laws.friction import SMALLEST_N
+from testbed.laws.holding import NO_HOLDING
 from testbed.laws.supply import CONSTANT
 from testbed.scenario.hydraulic_parts import HYDRAULIC_PARTS
 

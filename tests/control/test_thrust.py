@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from shipped import MACHINE, shipped_model
+from shipped import MACHINE, shipped_model, slope_gravity
 
 from testbed.control.drilling.thrust import (
     ThrustBound,
@@ -15,7 +15,6 @@ from testbed.control.drilling.thrust import (
     thrust_events,
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads
-from testbed.robot.model import slope_gravity
 from testbed.scenario.scenario import Scenario, load_scenario
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)

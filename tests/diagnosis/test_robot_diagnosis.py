@@ -17,7 +17,6 @@ from testbed.diagnosis.robot.findings import as_json, write_findings
 from testbed.diagnosis.robot.problem import DIAGONAL, RobotProblem
 from testbed.diagnosis.robot.rig import (
     believed_model,
-    declared_edge,
     known_of,
     recordings_of,
     through_amplifier,
@@ -25,6 +24,7 @@ from testbed.diagnosis.robot.rig import (
 from testbed.effects import by_name, kind_of, place_of
 from testbed.effects.base import Active
 from testbed.errors import InputError
+from testbed.estimation.leg.flow import Edge
 from testbed.estimation.live.believed import Believed
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
@@ -41,12 +41,17 @@ def standing(
     rng = np.random.default_rng(3)
     t = np.arange(round(seconds * rate_hz)) / rate_hz
     known = known_of(
-        {"attitude_pitch": 0 * t, "attitude_roll": 0 * t, "supply_pressure": 0 * t + 9e6}, MACHINE
+        {"attitude_pitch": 0 * t, "attitude_roll": 0 * t, "supply_pressure": 0 * t + 1.8e6}, MACHINE
     )
-    back = 45e5
+    back = 2.3e5  # chamber B has drained
     weight = (known.moving_mass_kg or 0.0) * 9.81
     carrying = (1e4 - weight + back * known.area_b_m2) / known.area_a_m2
-    data = {"t": t, "attitude_pitch": 0 * t, "attitude_roll": 0 * t, "supply_pressure": 0 * t + 9e6}
+    data = {
+        "t": t,
+        "attitude_pitch": 0 * t,
+        "attitude_roll": 0 * t,
+        "supply_pressure": 0 * t + 1.8e6,
+    }
     for leg in LEGS:
         slow = 1e4 + 3000.0 * np.sin(2.0 * t)
         data[f"expected_{leg}"] = slow
@@ -81,7 +86,7 @@ def test_a_force_on_one_leg_shows_three_quarters_there_and_a_quarter_elsewhere()
     push = Active(
         spring, spring.complete({"stiffness": -40_000.0, "rest": 0.0})
     )  # 10 kN at 0.25 m, outwards
-    at = [Point(model.friction, declared_edge(MACHINE), effects) for effects in ((), (push,))]
+    at = [Point(model.friction, Edge(), effects) for effects in ((), (push,))]
     without, pushed = (
         residuals(problem, p, ("force",))["force"].reshape(4, -1).mean(axis=1) for p in at
     )

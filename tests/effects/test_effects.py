@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from testbed.effects import (
@@ -15,7 +14,6 @@ from testbed.effects import (
     force_spring,
     friction_load,
     friction_position,
-    friction_presliding,
     friction_pressure,
     friction_temperature,
     hydraulics_air,
@@ -23,8 +21,6 @@ from testbed.effects import (
     leakage_internal,
     sensor_drift_a,
     sensor_gain,
-    sensor_line_b,
-    supply_droop,
     valve_deadband,
 )
 from testbed.errors import InputError
@@ -76,21 +72,15 @@ def test_laws_at_points_computed_by_hand() -> None:
     assert friction_load.coulomb_increase_n(5000.0, 0.04) == pytest.approx(200.0)
     assert friction_load.coulomb_increase_n(-5000.0, 0.04) == 0.0
     assert friction_temperature.viscous_factor(40.0, 0.02) == pytest.approx(0.6703, rel=1e-4)
-    assert friction_presliding.bristle_rate_m_s(0.01, 1e-3, 2e5, 400.0) == pytest.approx(0.005)
     assert force_spring.force_n(0.3, 1000.0, 0.2) == pytest.approx(-100.0)
     assert force_cushion.force_n(0.1, 2000.0, 0.15) == pytest.approx(100.0)
     assert force_cushion.force_n(0.2, 2000.0, 0.15) == 0.0
     assert force_periodic.force_n(0.25 / 10.0, 150.0, 10.0) == pytest.approx(150.0)
-    assert sensor_gain.measured_pa(4e6, 0.05) == pytest.approx(4.2e6)
     assert sensor_gain.true_pa(4.2e6, 0.05) == pytest.approx(4e6)
     assert sensor_drift_a.zero_pa(30.0, -1000.0) == pytest.approx(-3e4)
-    assert sensor_line_b.line_acceleration_pa_s2(1e6, 0.0, 0.0, 1.0, 1.0) == pytest.approx(
-        4e6 * np.pi**2
-    )
     assert leakage_internal.flow_m3_s(2e6, 5e-12) == pytest.approx(1e-5)
     assert leakage_internal.flow_m3_s(4e6, 5e-12, 0.5) == pytest.approx(1e-5)  # 5e-6 sqrt(4)
     assert hydraulics_air.compliance_1_pa(0.0, 0.014) == pytest.approx(1e-7)  # 0.014 / 1.4 / 1e5
     assert hydraulics_hose.flow_m3_s(2e6, 1e6, 1e-12, 0.5) == pytest.approx(2e-6)
     assert valve_deadband.opening(0.55, 0.1) == pytest.approx(0.5)
     assert valve_deadband.opening(-0.05, 0.1) == 0.0
-    assert supply_droop.supply_rate_pa_s(8e6, 9e6, 1e-4, 5e9, 0.5) == pytest.approx(1e6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from testbed.estimation.cylinder import Cylinder, oil_stiffness
+from testbed.estimation.cylinder import Cylinder, oil_springs
 from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
@@ -23,8 +23,18 @@ def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
     cylinder["area_a"], cylinder["area_b"], cylinder["stroke"] = 3.8485e-3, 2.5918e-3, 0.5
     cylinder["dead_volume_a"] = cylinder["dead_volume_b"] = 4.0e-4
     cylinder["bulk_modulus"] = 1.4e9
-    k = oil_stiffness(0.25, cylinder)
-    assert k == pytest.approx(24.2e6, rel=2e-3)
+    assert sum(oil_springs(2e6, 2e5, 0.25, cylinder)) == pytest.approx(24.2e6, rel=2e-3)
+
+
+def test_air_softens_the_chamber_of_low_pressure_most():
+    # 2 % of air: 1/beta + 0.02 / (1.4 p) (1 bar / p)^(1/1.4); at 21 bar absolute 7.73e-10 1/Pa, at 3 bar 2.17e-8
+    cylinder = Cylinder.zeros()[0]
+    cylinder["area_a"], cylinder["area_b"], cylinder["stroke"] = 3.8485e-3, 2.5918e-3, 0.5
+    cylinder["dead_volume_a"] = cylinder["dead_volume_b"] = 4.0e-4
+    cylinder["bulk_modulus"], cylinder["air"] = 1.4e9, 0.02
+    a, b = oil_springs(2e6, 2e5, 0.25, cylinder)
+    assert a == pytest.approx(1.481e-5 / 1.362e-3 / (7.143e-10 + 7.73e-10), rel=2e-3)
+    assert b == pytest.approx(6.718e-6 / 1.048e-3 / (7.143e-10 + 2.17e-8), rel=5e-3)
 
 
 def test_first_value_is_the_middle_of_the_set():

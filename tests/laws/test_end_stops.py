@@ -9,7 +9,9 @@ from testbed.world.simulation import Simulation
 
 
 def test_a_leg_driven_against_its_end_stop_pushes_on_the_stop_and_not_on_its_foot() -> None:
-    world = Simulation(load_scenario("stand_flat", ["robot.radial_m=0.398"], duration=2.0))
+    world = Simulation(
+        load_scenario("stand_flat", ["robot.radial_m=0.398", "machine.set=original"], duration=2.0)
+    )
     try:
         board, engine = world.machine.board, world.machine.engine
         world.run_block(300)

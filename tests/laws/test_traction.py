@@ -136,8 +136,10 @@ def test_hauling_takes_the_legs_oil_and_a_weak_supply_stops_the_haul() -> None:
     lengths, lowest = [], []
     for pressure in (9.0e6, 2.5e6):
         supply = f"hydraulics.supply_pressure_pa={pressure}"
-        locked = "hydraulics.valves_locked=true"
-        world = Simulation(load_scenario("stand_slope_45", [events, supply, locked], duration=2.0))
+        locked, circuit = "hydraulics.valves_locked=true", "machine.set=original"
+        world = Simulation(
+            load_scenario("stand_slope_45", [events, supply, locked, circuit], duration=2.0)
+        )
         before = world.machine.board.ropes[0].unstrained
         _, truth = world.run_block(1900)
         lengths.append(before - world.machine.board.ropes[0].unstrained)

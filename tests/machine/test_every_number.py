@@ -138,6 +138,8 @@ def test_what_reaches_the_spool_of_a_recorded_command_follows_the_belief(number:
 
 def test_the_believed_supply_pressure_stands_in_where_none_was_recorded() -> None:
     columns = dict.fromkeys(NEEDED, np.zeros(3))
-    machine = MACHINE.replaced({"power_unit.supply_pressure_pa": 8.0e6})
-    rows = rows_of(columns, Believed.from_machine(machine, 1e-3))
-    assert (rows["supply_pressure"] == 8.0e6).all()
+    for kind, ready in ((0.0, 8.0e6), (1.0, 2.1e6)):
+        numbers = {"supply_kind": kind, "supply_pressure_pa": 8.0e6, "standby_pressure_pa": 2.1e6}
+        machine = MACHINE.replaced({f"power_unit.{name}": v for name, v in numbers.items()})
+        rows = rows_of(columns, Believed.from_machine(machine, 1e-3))
+        assert (rows["supply_pressure"] == ready).all()

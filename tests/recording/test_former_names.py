@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from testbed.formats.table import write_columns
-from testbed.recording.former import current, current_numbers, with_former
+from testbed.recording.former import current, current_numbers, with_former, written_for
 from testbed.recording.robot_columns import described
 from testbed.simulation.runs import read_series
 
@@ -37,3 +37,9 @@ def test_a_leakage_that_stood_for_two_edges_is_that_of_both() -> None:
         "valve.edge_bt_leakage_m3_s_pa": 3e-13,
         "total_mass_kg": 4e3,
     }
+
+
+def test_a_recording_of_valves_that_hold_no_load_counts_from_the_original_circuit() -> None:
+    assert written_for({"valve.deadband": 0.03}) == "original"
+    assert written_for({"valve.deadband": 0.03, "valve.holding_a": 0.0}) == "inferred"
+    assert written_for({"oil.bulk_modulus_pa": 1e9}) == written_for({}) == "inferred"

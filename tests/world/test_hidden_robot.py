@@ -167,10 +167,12 @@ def test_the_drill_pushes_otherwise_than_ordered() -> None:
 
 
 def test_a_worn_pump_holds_a_lower_pressure_and_gives_less() -> None:
-    with world("stand_flat") as sound:
+    constant = ("machine.set=original",)
+    with world("stand_flat", more=constant) as sound:
         declared = columns(sound, 300)["supply_pressure"][-1]
         flow = float(sound.machine.board.unit.pump_flow)
-    with world("stand_flat", "supply.pump", "supply", flow_factor=0.6, pressure_factor=0.8) as worn:
+    less = {"flow_factor": 0.6, "pressure_factor": 0.8}
+    with world("stand_flat", "supply.pump", "supply", constant, **less) as worn:
         held = columns(worn, 300)["supply_pressure"][-1]
         assert worn.machine.board.unit.pump_flow == pytest.approx(0.6 * flow)
     assert held == pytest.approx(0.8 * declared, rel=0.02)

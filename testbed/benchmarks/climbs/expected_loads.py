@@ -32,7 +32,7 @@ from testbed.robot.loads.foot_load_sets import (
     load_interval_n,
     loads_of_measured_posture,
 )
-from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads, drill_wrench
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, FootLoads, drill_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
 
@@ -203,7 +203,7 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
         board.engine.joint,
         rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2]),
         heights_under_load(informed, board.engine.joint, normals),
-        normals_in_body=normals,
+        footing=Footing(normals_in_body=normals),
         rope_forces_in_body=board.ropes["force"] @ rotation,
         drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust, -torque),
     )

@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.hydraulics.reference import SET
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
+from testbed.machine.sets import SetName
 from testbed.scenario.parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 
@@ -140,9 +142,9 @@ def _energy(p: float, bulk: float, air: float) -> float:
     return float(enthalpy(p, bulk, air) - p * specific_volume(p, bulk, air)[0])
 
 
-def machine() -> tuple[NDArray[Any], Any]:
-    """Parameters of the twelve axes and of the power unit, as declared."""
-    p = build_machine()
+def machine(of_set: SetName = SET) -> tuple[NDArray[Any], Any]:
+    """Parameters of the twelve axes and of the power unit of a set of the machine's numbers."""
+    p = build_machine(of_set=of_set)
     return axis_parameters(p), unit_parameters(p)
 
 
@@ -151,9 +153,10 @@ def balance(
     substeps: int | None = None,
     drive: float = 0.25,
     progress: Callable[[float], None] | None = None,
+    of_set: SetName = SET,
 ) -> Balance:
     """Twelve loaded axes and both traction devices at work for `seconds`; `drive`: size of the commands."""
-    params, unit = machine()
+    params, unit = machine(of_set)
     n = len(params)
     rng = np.random.default_rng(20090716)
     given, driven, books = AxisInput.zeros(n), Driven.zeros(n), Books.zeros()[0]

@@ -87,18 +87,7 @@ def compare(
     """Manoeuvre `number`: the kernel at `substeps` (default: a scenario's), and finer, against the reference."""
     n = Rates().hydraulic_substeps if substeps is None else substeps
     m = manoeuvre(number)
-    truth = solve(
-        m.axes,
-        m.params,
-        m.supply,
-        m.unit,
-        m.motion,
-        m.commands,
-        HOLD_S,
-        STEP_S,
-        method=method,
-        rtol=rtol,
-    )
+    truth = solve(m, HOLD_S, STEP_S, method=method, rtol=rtol)
     coarse, lowest, lowest_supply = kernel_forces(m, n)
     inner, _, _ = kernel_forces(m, 2 * n)
     half, _, _ = kernel_forces(m, n, STEP_S / 2)

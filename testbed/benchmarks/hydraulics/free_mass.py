@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.hydraulics.reference import N_AXIS, Amplifiers, pack, rates
+from testbed.benchmarks.hydraulics.reference import N_AXIS, SET, Amplifiers, pack, rates
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.coupling import centre_window
@@ -107,7 +107,7 @@ class FreeRig:
         cls, mass_kg: float, load_n: float, position_m: float, without: tuple[str, ...] = ()
     ) -> FreeRig:
         """The declared machine's cylinder, `without` parts of its hydraulics; the oil keeps its temperature."""
-        machine = build_machine()
+        machine = build_machine(of_set=SET)
         params, unit = axis_parameters(machine)[2:3].copy(), unit_parameters(machine)
         switch_off([*without, "oil_warming"], params, unit)
         masses = Mass.zeros()

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.hydraulics.reference import N_AXIS, Amplifiers, held_rates, pack
+from testbed.benchmarks.hydraulics.reference import N_AXIS, SET, Amplifiers, held_rates, pack
 from testbed.compiled import njit
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
@@ -43,7 +43,7 @@ class Walk:
 
 def walk(steps: int = 150) -> Walk:
     """Every axis on its own sine, driven by a valve command that fits it."""
-    machine = build_machine()
+    machine = build_machine(of_set=SET)
     params, unit = (
         axis_parameters(machine),
         unit_parameters(machine),
@@ -112,13 +112,9 @@ def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]
         arguments = (
             run.params,
             units,
-            x,
-            v,
-            amplifiers.amplifier,
-            u,
-            amplifiers.played,
-            0.0,
-            warmth,
+            (x, v),
+            (amplifiers.amplifier, u, amplifiers.played),
+            (0.0, warmth),
         )
         start = time.thread_time()
         if bare:

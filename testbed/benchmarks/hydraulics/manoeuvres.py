@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.hydraulics.reference import SET
 from testbed.laws.initial import start_axes, start_supply
 from testbed.machine.build import build_machine
 from testbed.world.plumbing import axis_parameters, unit_parameters
@@ -53,7 +54,7 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     """Manoeuvre `number` (0, 1, ...): kinds take turns, everything else is drawn from its number."""
     rng = np.random.default_rng([20090714, number])
     kind = KINDS[number % len(KINDS)]
-    machine = build_machine()
+    machine = build_machine(of_set=SET)
     n = 1 + OTHERS if kind == "starved supply" else 1
     params = axis_parameters(machine)[[2, 5, 8][:n]].copy()
     unit = unit_parameters(machine)
@@ -67,7 +68,7 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     supply.traction_flow = rng.uniform(0.0, 1e-4)
     mean_pa = rng.uniform(2e6, 5e6) if kind != "near vapour pressure" else rng.uniform(2e5, 6e5)
     axes = start_axes(
-        params, points[0], rng.uniform(0.0, 12e3 * min(1.0, mean_pa / 2e6), n), mean_pa
+        params, points[0], rng.uniform(0.0, 12e3 * min(1.0, mean_pa / 2e6), n), mean_pa / 3.0
     )
     draft = Manoeuvre(kind, axes, params, supply, unit, times, points, np.zeros((segments, n)))
     return Manoeuvre(kind, axes, params, supply, unit, times, points, _commands(draft, rng))

@@ -7,17 +7,22 @@ the play operator from their closed form on a held command. Units inside: volume
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.sets import SetName
+
+if TYPE_CHECKING:
+    from testbed.benchmarks.hydraulics.manoeuvres import Manoeuvre
 
 Array = NDArray[np.float64]
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
+SET: SetName = "original"
+"""The machine whose laws stand here: its supply is constant and its valves hold no load."""
 N_AXIS = 9
 """States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle (mm), dwell,
 integral of the force (N s / 100)."""
@@ -168,9 +173,17 @@ def stop_force(p: Any, x: float, v: float) -> float:
 
 @njit
 def axis_rates(
-    y: Any, dy: Any, p: Any, x: float, v: float, target: float, ps: float, pt: float, warm: float
+    y: Any,
+    dy: Any,
+    p: Any,
+    x: float,
+    v: float,
+    target: float,
+    ends: tuple[float, float],
+    warm: float,
 ) -> float:
-    """Rates of one axis's states; returns what it draws from the supply, m3/s."""
+    """Rates of one axis's states; returns what it draws from the supply, m3/s. `ends`: supply's and tank's pressure."""
+    ps, pt = ends
     pa = chamber_pressure(p.a.dead_volume + p.a.area * x, y[0] * CM3, p.oil.bulk_modulus, p.oil.air)
     pb = chamber_pressure(
         p.b.dead_volume + p.b.area * (p.stroke - x), y[1] * CM3, p.oil.bulk_modulus, p.oil.air
@@ -225,7 +238,7 @@ def rates(
         warm = math.exp(-(u.viscosity_rate + params[i].seal.viscosity_rate) * warmth)
         part = slice(N_AXIS * i, N_AXIS * (i + 1))
         drawn += axis_rates(
-            y[part], dy[part], params[i], x[i], v[i], target[i], ps, u.tank_pressure, warm
+            y[part], dy[part], params[i], x[i], v[i], target[i], (ps, u.tank_pressure), warm
         )
     unit_rates(y[N_AXIS * n :], dy[N_AXIS * n :], u, ps, drawn, taken)
     return dy
@@ -237,16 +250,16 @@ def held_rates(
     y: Any,
     params: Any,
     units: Any,
-    x: Any,
-    v: Any,
-    a0: Any,
-    command: Any,
-    r0: Any,
-    taken: float,
-    warmth: float,
+    motion: tuple[Any, Any],
+    valves: tuple[Any, Any, Any],
+    oil: tuple[float, float],
 ) -> Any:
-    """`rates` where the pistons' rates v and the commands are held from t = 0 on; units: array of one PowerUnit."""
-    played = held_plays(t, a0, command, r0, params)
+    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: array of one PowerUnit.
+
+    motion: extensions and rates; valves: amplifier, command and play; oil: what traction takes, and the warmth.
+    """
+    (x, v), (amplifier, command, play), (taken, warmth) = motion, valves, oil
+    played = held_plays(t, amplifier, command, play, params)
     return rates(y, params, units[0], x + v * t, v, played, taken, warmth)
 
 
@@ -285,17 +298,8 @@ class Amplifiers:
         ), np.asarray(out)
 
 
-Motion = Callable[[float], tuple[Array, Array]]
-"""Time (s) -> extensions and rates, (n) each."""
-
-
 def solve(
-    axes: NDArray[Any],
-    params: NDArray[Any],
-    supply: Any,
-    unit: Any,
-    motion: Motion,
-    commands: Array,
+    m: Manoeuvre,
     hold_s: float,
     step_s: float,
     *,
@@ -303,20 +307,21 @@ def solve(
     rtol: float = 1e-9,
     atol: float = 1e-9,
 ) -> Array:
-    """Mean force of each axis over every `step_s`, N, (steps, n), by SciPy; `commands` (segments, n) held `hold_s`."""
+    """Mean force of each axis over every `step_s`, N, (steps, n), by SciPy; its commands are held `hold_s`."""
     from scipy.integrate import solve_ivp
 
+    axes, params, supply, unit = m.axes, m.params, m.supply, m.unit
     y = pack(axes, supply)
     amplifiers = Amplifiers(params, axes["valve"]["amplifier"].copy(), axes["valve"]["play"].copy())
     n, per_segment = len(axes), round(hold_s / step_s)
     warmth = float(supply.temperature - unit.viscosity_reference)
     taken = float(supply.traction_flow)
     integral = [y[8 : N_AXIS * n : N_AXIS].copy()]
-    for k, command in enumerate(commands):
+    for k, command in enumerate(m.commands):
         start = k * hold_s
 
         def slope(t: float, y: Array, command: Array = command, start: float = start) -> Array:
-            x, v = motion(start + t)
+            x, v = m.motion(start + t)
             return np.asarray(
                 rates(y, params, unit, x, v, amplifiers.after(t, command)[1], taken, warmth)
             )

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.benchmarks.paper.experiment import Experiment
-from testbed.benchmarks.paper.machine import changed
+from testbed.benchmarks.paper.machine import of_set
 from testbed.benchmarks.paper.page import page, table
 from testbed.errors import InputError
-from testbed.machine.inferred import inferred
+from testbed.machine.sets import DEFAULT, SET_NAMES, SetName
 from testbed.report.tables import Table
 
 FIGURES = ("4", "5", "6", "7", "8", "9", "11", "12")
 TABLES = {"II": "4", "III": "8", "IV": "12"}
 """The figure that each table belongs to."""
-
-
-DECLARED = "declared"
-"""The machine as roboclimber.yaml has it."""
 
 
 def chosen(names: Sequence[str]) -> list[str]:
@@ -38,10 +34,10 @@ def chosen(names: Sequence[str]) -> list[str]:
     return [f for f in FIGURES if f in wanted or not names]
 
 
-def experiment(figure: str, machine: str = "paper") -> Experiment:
-    """Run the experiment of a figure on the declared machine, or with a set of numbers of inferred.yaml."""
+def experiment(figure: str, machine: SetName = DEFAULT) -> Experiment:
+    """Run the experiment of a figure on a set of the machine's numbers."""
     module = import_module(f"testbed.benchmarks.paper.figure_{int(figure):02d}")
-    with changed({} if machine == DECLARED else inferred(machine)):
+    with of_set(machine):
         found: Experiment = module.experiment()
     return found
 
@@ -54,13 +50,14 @@ class Paper(Benchmark[str]):
     noun = "figures"
     beside = ("estimators",)
     figures: tuple[str, ...] = ()
-    machine: str = "paper"
-    """A set of inferred.yaml, or "declared"."""
+    machine: str = DEFAULT
+    """A set of the machine's numbers."""
 
     def __post_init__(self) -> None:
         chosen(self.figures)
-        if self.machine != DECLARED:
-            inferred(self.machine)
+        if self.machine not in SET_NAMES:
+            allowed = ", ".join(SET_NAMES)
+            raise InputError("no such set", field="--machine", value=self.machine, allowed=allowed)
 
     def cases(self) -> Mapping[str, str]:
         """The figures in the paper's order."""
@@ -68,7 +65,7 @@ class Paper(Benchmark[str]):
 
     def work(self, case: str) -> Experiment:
         """Run a figure's experiment."""
-        return experiment(case, self.machine)
+        return experiment(case, cast(SetName, self.machine))
 
     def summarise(self, answers: Answers) -> list[Experiment]:
         """The experiments."""

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.paper.machine import chosen
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -42,7 +42,6 @@ OVERLAPPED: Mapping[str, float] = {
     "valve.edge_bt_leakage_m3_s_pa": 1.0e-13,
 }
 """Edges that leak to the tank alone: an overlapped spool whose supply edges are tight (assumed)."""
-SUSPECTS = ("edge_leakage", "internal_leakage", "hose", "air", "dwell", "friction_pressure")
 
 
 class Moment(Record):
@@ -112,7 +111,7 @@ def raising_step(
     changes: Mapping[str, float], without: Sequence[str] = (), seconds: float = 40.0
 ) -> Decay:
     """One step of 20 mm, then `seconds` of holding; `changes` of the parameter file, parts left out by name."""
-    machine = build_machine(changes)
+    machine = chosen().machine(changes)
     params = axis_parameters(machine)[2:3].copy()
     unit = unit_parameters(machine)
     switch_off(without, params, unit)
@@ -122,7 +121,7 @@ def raising_step(
     rate = np.where(rising, RISE_M / RISE_S, 0.0)
     moments, given = Moment.zeros(len(t)), AxisInput.zeros()
     moments["reference"], moments["reference_rate"] = START_M + STEP_S * np.cumsum(rate), rate
-    axes = start_axes(params, moments["reference"][:1], np.array([weight]), 6.0e6)
+    axes = start_axes(params, moments["reference"][:1], np.array([weight]), 2.0e6)
     tolerance = machine.control.tolerance_m
     supply = start_supply(unit, COLD_DEGC, 0.06)
     hold_loop(axes, params, given, supply, unit, tolerance, moments)
@@ -135,9 +134,3 @@ def raising_step(
     return Decay(
         t, force, position, weight, float(excess[0]), end, half_time, float(np.ptp(position[after]))
     )
-
-
-def culprit(changes: Mapping[str, float] = OVERLAPPED, seconds: float = 40.0) -> dict[str, float]:
-    """Share of the excess that decays: with everything ("all"), and without each suspect."""
-    shares = {"all": raising_step(changes, (), seconds).gone}
-    return shares | {part: raising_step(changes, (part,), seconds).gone for part in SUSPECTS}

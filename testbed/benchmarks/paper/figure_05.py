@@ -18,7 +18,7 @@ from testbed.benchmarks.paper.experiment import (
 )
 from testbed.benchmarks.paper.figure_04 import K_PA_PER_V
 from testbed.benchmarks.paper.figure_06 import at_the_cell
-from testbed.benchmarks.paper.machine import changes as machine_changes
+from testbed.benchmarks.paper.machine import chosen
 from testbed.formats.checked import checked
 from testbed.machine.names import LEGS
 from testbed.report.tables import Table
@@ -66,8 +66,9 @@ def scenario(without: Sequence[str] = (), changes: Mapping[str, float] | None = 
             "hydraulics": {
                 "oil_temperature_degc": 20.0,
                 "without": list(without),
-                "parameters": machine_changes() | dict(changes or {}),
+                "parameters": dict(chosen().changes) | dict(changes or {}),
             },
+            "machine": {"set": chosen().of_set},
             "sensors": {"thermal_drift": False},
             "task": {
                 "kind": "raise",

@@ -118,8 +118,8 @@ def experiment() -> Experiment:
             ),
             sensitivity(
                 {},
-                "Speeds [mm/s] with stick-slip, simulated (and where the net damping is negative at a back "
-                "pressure of 30 bar): 27 um and +180 N is the declared seal",
+                "Speeds [mm/s] with stick-slip, simulated (and where the net damping is "
+                "negative): 27 um and +180 N is the declared seal",
             ),
         ],
         [

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.paper.machine import changes as machine_changes
+from testbed.benchmarks.paper.machine import chosen
 from testbed.compiled import njit
 from testbed.control.valve_loop import position_loops, valve_command
 from testbed.formats.records import Record, quantity
@@ -17,7 +17,6 @@ from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.build import build_machine
 from testbed.machine.groups import Sensor
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.world.plumbing import axis_parameters, unit_parameters
@@ -111,7 +110,7 @@ def run(
 
     `changes`: parameters of roboclimber.yaml by dotted path; `without`: parts of the hydraulics left out.
     """
-    machine = build_machine(machine_changes() | dict(changes or {}))
+    machine = chosen().machine(changes)
     params = axis_parameters(machine)[[VERTICAL_AXIS]].copy()
     unit = unit_parameters(machine)
     unit.ambient = COLD_DEGC

@@ -1,8 +1,8 @@
-"""The search for one circuit under which figures 4, 5, 6 and 9 hold together, and what each figure fixes.
+"""The search for one circuit under which figures 4, 5, 6 and 9 hold together.
 
-`python -m testbed.benchmarks.paper.search [SECONDS] [SEED]` draws circuits from RANGES, keeps those that pass figures
-4, 6 and 9 on the bench and then figure 5 on the robot, and prints every one that holds; without arguments it prints the
-sensitivity: what the figures measure at both ends of every number's range, the others as in inferred.yaml's set `paper`.
+`python -m testbed.benchmarks.paper.search SECONDS [SEED]` draws circuits from RANGES, keeps those that pass figures 4, 6
+and 9 on the bench and then figure 5 on the robot, and prints every one that holds. What each figure fixes:
+`testbed lab paper-sensitivity` (sensitivity.py).
 """
 
 from __future__ import annotations
@@ -28,10 +28,9 @@ from testbed.benchmarks.paper.figure_06 import PAPER_PEAK_N, TOLERANCE, peak_n
 from testbed.benchmarks.paper.leg import run, sinusoid
 from testbed.benchmarks.paper.machine import changed
 from testbed.benchmarks.paper.stick_slip import SOME, slips_at
-from testbed.machine.inferred import inferred
+from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 
-SET = "paper"
 RANGES: Mapping[str, tuple[float, float]] = {
     "power_unit.load_sensing_margin_pa": (1.0e6, 2.0e6),
     "power_unit.standby_pressure_pa": (1.5e6, 2.5e6),
@@ -108,24 +107,31 @@ def decay(circuit: Mapping[str, float], found: Bench) -> tuple[float, float]:
     return change, approach(robot, found.a, len(LEGS) * found.b_n)
 
 
+def inferred() -> dict[str, float]:
+    """The numbers of RANGES as the default machine has them."""
+    machine = build_machine()
+    return {path: float(machine.quantity(path).value) for path in RANGES}
+
+
 def draw(rng: np.random.Generator) -> dict[str, float]:
-    """A circuit from RANGES: evenly in the logarithm, kinds by a coin; the rest as in the set."""
-    out = dict(inferred(SET))
+    """A circuit from RANGES: evenly in the logarithm, kinds by a coin; the rest as in the default machine."""
+    out = inferred()
     for path, (low, high) in RANGES.items():
         if path in KINDS:
             out[path] = float(rng.choice([low, high]))
         else:
             out[path] = math.exp(rng.uniform(math.log(low), math.log(high)))
-    return _whole(out)
+    return whole(out)
 
 
-def _whole(circuit: dict[str, float]) -> dict[str, float]:
-    """The numbers that go with others: both hoses alike, an accumulator where the supply is constant."""
-    circuit["oil.hose_capacity_b_m3_pa"] = circuit["oil.hose_capacity_m3_pa"]
-    circuit["power_unit.accumulator_volume_m3"] = (
-        0.0 if circuit["power_unit.supply_kind"] else 4.0e-3
-    )
-    return circuit
+def whole(circuit: Mapping[str, float]) -> dict[str, float]:
+    """With the numbers that go with others: both hoses alike, an accumulator where the supply is constant."""
+    out, hose, kind = dict(circuit), "oil.hose_capacity_m3_pa", "power_unit.supply_kind"
+    if hose in out:
+        out["oil.hose_capacity_b_m3_pa"] = out[hose]
+    if kind in out:
+        out["power_unit.accumulator_volume_m3"] = 0.0 if out[kind] else 4.0e-3
+    return out
 
 
 def search(seconds: float, seed: int = 0) -> Iterator[tuple[dict[str, float], Bench, float]]:
@@ -140,35 +146,11 @@ def search(seconds: float, seed: int = 0) -> Iterator[tuple[dict[str, float], Be
                 yield circuit, found, ratio
 
 
-def sensitivity() -> Iterator[list[str]]:
-    """For the set and both ends of every range: number, value, a, b, R2, peak, slips, and which figures still hold."""
-    middle = dict(inferred(SET))
-    yield ["as inferred", "", *_measured(bench(middle))]
-    for path, ends in RANGES.items():
-        for value in ends:
-            circuit = _whole(middle | {path: value})
-            yield [path, f"{value:.3g}", *_measured(bench(circuit))]
-
-
-def _measured(found: Bench) -> list[str]:
-    held = " ".join(n for n, yes in zip("469", found.holds, strict=True) if yes)
-    numbers = f"{found.a:.3f} {found.b_n:+.0f} {found.r2:.4f} {found.peak_n:.0f}".split()
-    return [*numbers, f"{found.slips_5}, {found.slips_10}", held or "none"]
-
-
-HEADS = ("number", "value", "a", "b [N]", "R2", "peak [N]", "slips at 5, 10 mm/s", "figures held")
-
-
 def main(words: list[str]) -> None:
-    """Print what was asked for, a line at a time."""
-    if words:
-        for circuit, found, ratio in search(float(words[0]), *[int(w) for w in words[1:2]]):
-            numbers = {path: float(f"{value:.3g}") for path, value in circuit.items()}
-            print(f"figure 5 {ratio:.2f}; {found}; {numbers}", flush=True)
-        return
-    print(" | ".join(HEADS))
-    for row in sensitivity():
-        print(" | ".join(row), flush=True)
+    """Print every circuit that holds, as it is found."""
+    for circuit, found, ratio in search(float(words[0]), *[int(w) for w in words[1:2]]):
+        numbers = {path: float(f"{value:.3g}") for path, value in circuit.items()}
+        print(f"figure 5 {ratio:.2f}; {found}; {numbers}", flush=True)
 
 
 if __name__ == "__main__":

@@ -26,9 +26,9 @@ import numpy as np
 
 from testbed.benchmarks.paper.leg import MASS_KG, Array, run
 from testbed.benchmarks.paper.leg import RATE_HZ as RATE
-from testbed.benchmarks.paper.machine import changes as machine_changes
+from testbed.benchmarks.paper.machine import chosen
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
-from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.report.tables import Table
 
@@ -37,8 +37,8 @@ PRE_SLIDING_M = (2.7e-5, 1.0e-5, 5.0e-6, 3.0e-6)
 """Way over which friction builds up: g / K, at G_N."""
 G_N = 800.0
 STATIC_N = (100.0, 180.0, 300.0, 450.0)
-MIDDLE_M, BACK_PRESSURE_PA = 0.25, 3.0e6
-"""Where along the stroke, and the mean pressure of both chambers while moving in the air (near the simulated one)."""
+MIDDLE_M = 0.25
+"""Where along the stroke."""
 SOME = 3
 """Slips in one way of four wanted millimetres a second from which they count as sustained."""
 
@@ -68,9 +68,29 @@ def slips_at(
     return stick_slips(trace.speed_m_s, speed_m_s)
 
 
+def back_pressures_pa(p: Machine) -> tuple[float, float]:
+    """Gauge pressures of A and B while the frame goes out in the air at an even speed, friction left out.
+
+    The same opening meters A_A v from the supply and A_B v to the tank: pB - pt = ratio^2 (ps - pA), while
+    pA A_A - pB A_B = -m g.
+    """
+    unit, valve, cylinder = p.power_unit, p.valve, p.vertical_cylinder
+    area_a = math.pi / 4 * cylinder.bore_m**2
+    alpha = 1.0 - (cylinder.rod_m / cylinder.bore_m) ** 2
+    hangs = MASS_KG * GRAVITY_M_S2 / area_a
+    ratio = (alpha * valve.edge_pa / valve.edge_bt) ** 2
+    supply = unit.ready_pressure_pa
+    back_b = (unit.tank_pressure_pa + ratio * (supply + hangs)) / (1.0 + ratio * alpha)
+    back_a = alpha * back_b - hangs
+    if unit.load_sensing and back_a + unit.load_sensing_margin_pa > supply:
+        back_b = unit.tank_pressure_pa + ratio * unit.load_sensing_margin_pa
+        back_a = alpha * back_b - hangs
+    return max(back_a, 0.0), back_b
+
+
 def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = None) -> float:
     """N(v) of the vertical cylinder going out, N s/m; negative: steady sliding gives way to stick-slip."""
-    p = build_machine(machine_changes() | dict(changes or {}))
+    p = chosen().machine(changes)
     cyl, seal, oil, valve = p.vertical_cylinder, p.seal, p.oil, p.valve
     area_a = math.pi / 4 * cyl.bore_m**2
     areas = area_a, area_a - math.pi / 4 * cyl.rod_m**2
@@ -78,8 +98,8 @@ def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = No
         cyl.dead_volume_a_m3 + areas[0] * MIDDLE_M,
         cyl.dead_volume_b_m3 + areas[1] * (cyl.stroke_m - MIDDLE_M),
     )
-    pressure_b = BACK_PRESSURE_PA + ATMOSPHERE_PA
-    pressure_a = (BACK_PRESSURE_PA * areas[1] - MASS_KG * GRAVITY_M_S2) / areas[0] + ATMOSPHERE_PA
+    back_a, back_b = back_pressures_pa(p)
+    pressure_a, pressure_b = back_a + ATMOSPHERE_PA, back_b + ATMOSPHERE_PA
     springs, oil_damping = 0.0, 0.0
     leaks = (
         valve.edge_pa_leakage_m3_s_pa + valve.edge_at_leakage_m3_s_pa,
@@ -94,7 +114,7 @@ def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = No
         )
         # an edge that passes q at the drop d has the slope q / (2 d)
         c = oil.internal_leakage_m3_s_pa + oil.outer_leakage_m3_s_pa + leak
-        c += area * speed_m_s / (2.0 * BACK_PRESSURE_PA)
+        c += area * speed_m_s / (2.0 * max(pressure - ATMOSPHERE_PA, ATMOSPHERE_PA))
         springs, oil_damping = springs + k, oil_damping + k**2 * c / area**2
     w2 = springs / MASS_KG
     coulomb, static, c_s = cyl.coulomb_out_n, cyl.static_out_n, cyl.stribeck_out_m_s

@@ -204,9 +204,16 @@ def _softness(p: Any, pressure: float) -> float:
 
 @njit
 def _oil(
-    p: Any, x: float, v: float, pa: float, pb: float, hose: float, qa: float, qb: float, h: float
+    p: Any,
+    x: float,
+    v: float,
+    pressures: tuple[float, float, float],
+    flows: tuple[float, float],
+    h: float,
 ) -> tuple[float, float, float]:
-    """(pressure A, pressure B, pressure in the hose) one step later."""
+    """`pressures` (of A, of B, in the hose) one step `h` later, with `flows` into A and B."""
+    pa, pb, hose = pressures
+    qa, qb = flows
     leak = _leak(p, pa - pb)
     soft_a, soft_b = _softness(p, pa), _softness(p, pb)
     fill = 0.0
@@ -332,7 +339,7 @@ def simulate(
             s, sd, size = _valve(p, s, sd, acting, h)
             qa, qb, drawn = _edges(p, s, size, pa, pb, supply, drawn)
             supply += _supply_change(p, supply, drawn, h)
-            pa, pb, hose = _oil(p, x, v, pa, pb, hose, qa, qb, h)
+            pa, pb, hose = _oil(p, x, v, (pa, pb, hose), (qa, qb), h)
             sigma = (p.sigma_p if v >= 0.0 else p.sigma_m) * viscous
             sigma *= 1.0 + p.sigma_pos * (x / p.stroke - 0.5)
             if p.dwell > 0.0:

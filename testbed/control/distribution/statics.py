@@ -54,7 +54,7 @@ class Balance:
     """(12,) joint forces that hold the legs themselves."""
     lowest: Array
     highest: Array
-    """(12,) what the joints can exert at the measured supply pressure."""
+    """(12,) what the joints can exert at the supply pressure that is measured, or that the load can ask for."""
     measured: Array
     """(14,) what the unknowns are now, from pressures, estimates and load pins."""
     stance: NDArray[np.bool_]
@@ -116,6 +116,9 @@ class Statics:
         self._linkage = RotationLinkage.from_machine(machine).geometry
         self._friction, self._rating_n = machine.ground.friction, machine.traction.rating_n
         self._tank_pa = float(machine.power_unit.tank_pressure_pa)
+        self._on_demand_pa = (
+            machine.power_unit.supply_pressure_pa if machine.power_unit.load_sensing else 0.0
+        )
         self._oil = OilColumns(machine)
         self._thrust = drill_wrench(model, 1.0)
         self._posture: _Posture | None = None
@@ -127,7 +130,8 @@ class Statics:
             p = self._posture = self._work_out(position.copy())
         drill = measured.drill
         gravity = attitude_gravity(float(measured.attitude[0]), float(measured.attitude[1]))
-        reach = max(measured.supply_pressure - self._tank_pa, 0.0) * np.abs(p.arms)
+        supply_pa = max(measured.supply_pressure, self._on_demand_pa)
+        reach = max(supply_pa - self._tank_pa, 0.0) * np.abs(p.arms)
         held = self.model.gravity_forces(position, gravity)
         return Balance(
             friction=self._friction,

@@ -74,7 +74,6 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
     edge = {
         "gain": fixed.edge.gain,
         "smooth_pa": fixed.edge.smooth_pa,
-        "share_b": fixed.edge.share_b,
     }
     values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
     for c, t in zip(coordinates, theta, strict=True):

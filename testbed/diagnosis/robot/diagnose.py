@@ -22,7 +22,6 @@ from testbed.diagnosis.robot.probabilities import calibration, distribution, sig
 from testbed.diagnosis.robot.problem import RobotProblem
 from testbed.diagnosis.robot.rig import (
     believed_model,
-    declared_edge,
     granted_effects,
     recordings_of,
 )
@@ -31,6 +30,7 @@ from testbed.effects import declared_by, of_declared, place_of
 from testbed.effects.base import Active, Effect
 from testbed.effects.fitting import Coordinate
 from testbed.errors import InputError
+from testbed.estimation.leg.flow import Edge
 from testbed.machine.model import Machine
 from testbed.recording.leg_model import EffectEntry, LegModel
 
@@ -113,7 +113,7 @@ def diagnose_robot(
     taken = {a.effect.name for a in granted}
     everywhere = tuple(a for a in declared_by(machine) if a.effect.name not in taken)
     offsets, free = zeros(problem, machine)
-    before = Point(model.friction, declared_edge(machine), (*everywhere, *granted, *offsets))
+    before = Point(model.friction, Edge(), (*everywhere, *granted, *offsets))
     fit = _common(problem, before, slides, free)
     state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, taken))
     verdict = verdict_of(state, distribution(signs_of(state), calibration()))

@@ -16,7 +16,6 @@ from testbed.compiled import njit
 from testbed.effects import by_name
 from testbed.effects.base import Active
 from testbed.errors import InputError
-from testbed.estimation.leg.flow import Edge
 from testbed.estimation.live.believed import friction_of
 from testbed.laws.valve import play
 from testbed.machine.groups import Valve
@@ -24,7 +23,7 @@ from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.recording.axis import Recording
 from testbed.recording.axis_header import Header
-from testbed.recording.known import Known
+from testbed.recording.known import HOLDINGS, Circuit, Known
 from testbed.recording.leg_model import LegModel
 
 Array = npt.NDArray[np.float64]
@@ -63,11 +62,32 @@ def known_of(data: Mapping[str, Array], machine: Machine) -> Known:
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=oil.bulk_modulus_pa,
         internal_leakage_m3_s_pa=oil.internal_leakage_m3_s_pa,
-        valve_rated_flow_m3_s=valve.rated_flow_vertical_m3_s * valve.edge_pa,
+        valve_rated_flow_m3_s=valve.rated_flow_vertical_m3_s,
         valve_rated_drop_per_edge_pa=valve.rated_drop_per_edge_pa,
         valve_natural_frequency_hz=valve.natural_frequency_hz,
         valve_damping=valve.damping,
         valve_deadband=valve.deadband,
+        circuit=circuit_of(machine),
+    )
+
+
+def circuit_of(machine: Machine) -> Circuit:
+    """Edges, holding valves and supply of the vertical cylinders as the machine declares them."""
+    valve = machine.valve
+    return Circuit(
+        edge_pa=valve.edge_pa,
+        edge_at=valve.edge_at,
+        edge_pb=valve.edge_pb,
+        edge_bt=valve.edge_bt,
+        leakage_pa_m3_s_pa=valve.edge_pa_leakage_m3_s_pa,
+        leakage_at_m3_s_pa=valve.edge_at_leakage_m3_s_pa,
+        leakage_pb_m3_s_pa=valve.edge_pb_leakage_m3_s_pa,
+        leakage_bt_m3_s_pa=valve.edge_bt_leakage_m3_s_pa,
+        holding_a=HOLDINGS[int(valve.holding_a)],
+        holding_b=HOLDINGS[int(valve.holding_b)],
+        counterbalance_setting_pa=valve.counterbalance_setting_pa,
+        counterbalance_pilot_ratio=valve.counterbalance_pilot_ratio,
+        supply="constant" if machine.power_unit.supply_kind == 0.0 else "varying",
     )
 
 
@@ -88,11 +108,6 @@ def granted_effects(model: LegModel) -> tuple[Active, ...]:
         effect = effect.at(place) if place else effect
         out.append(Active(effect, effect.complete(entry.values)))
     return tuple(out)
-
-
-def declared_edge(machine: Machine) -> Edge:
-    """The valve's edges, ground for a differential cylinder."""
-    return Edge(share_b=machine.valve.edge_pb / machine.valve.edge_pa)
 
 
 def through_amplifier(command: Array, time_s: Array, valve: Valve) -> Array:
@@ -118,6 +133,7 @@ def _recording(
 ) -> Recording:
     axis = f"{leg}_vertical"
     time = _column(data, "t", folder)
+    varies = known.circuit is not None and known.circuit.supply == "varying"
     top = CLIPPED * machine.sensor.pressure_range_pa
     header = Header.model_validate(
         {
@@ -149,7 +165,7 @@ def _recording(
         ),
         pressure_a_pa=a,
         pressure_b_pa=b,
-        supply_pressure_pa=None,
+        supply_pressure_pa=_column(data, "supply_pressure", folder) if varies else None,
         oil_temperature_degc=data.get("oil_temperature"),
         actuator_force_n=None,
         reference_force_n=_column(data, f"expected_{leg}", folder),

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.effects.hydraulics_air import compliance_1_pa
 from testbed.estimation.cylinder import (
     EXTENDING,
     RETRACTING,
@@ -26,12 +25,14 @@ from testbed.estimation.cylinder import (
     break_away,
     extra_friction,
     friction_value,
+    oil_springs,
     piston_force,
     place_factor,
     true_pressure,
 )
 from testbed.estimation.live import encoder
 from testbed.formats.records import Record, part, quantity
+from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS, VERTICAL
 
@@ -41,9 +42,6 @@ OBSERVER_RAD_S = 60.0
 """Bandwidth of the observer of speed (E)."""
 REST_M_S = 0.001
 """Slower than this the piston stands still (E)."""
-POLYTROPIC = 1.4
-"""Exponent of air."""
-_air = njit(compliance_1_pa)
 
 
 class Derived(Record):
@@ -85,10 +83,11 @@ class Valve(Record):
     leakage_at = quantity("m3/s/Pa", "of the edge from A to tank")
     leakage_pb = quantity("m3/s/Pa", "of the edge from supply to B")
     leakage_bt = quantity("m3/s/Pa", "of the edge from B to tank")
-    held_a = quantity("1", "1: a load-holding valve at A")
-    held_b = quantity("1", "1: a load-holding valve at B")
+    holding_a = quantity("1", "kind of load-holding valve at A (laws/holding.py)")
+    holding_b = quantity("1", "kind of load-holding valve at B")
+    setting = quantity("Pa", "of a counterbalance valve")
+    pilot_ratio = quantity("1", "of a counterbalance valve")
     tank_pressure = quantity("Pa", "gauge")
-    entrained_air = quantity("1", "share of air in the oil at atmospheric pressure")
     encoder_resolution = quantity("m", "one count")
 
 
@@ -114,10 +113,11 @@ def _valve_of(machine: Machine, axis: Axis) -> NDArray[Any]:
         leakage_at=v.edge_at_leakage_m3_s_pa,
         leakage_pb=v.edge_pb_leakage_m3_s_pa,
         leakage_bt=v.edge_bt_leakage_m3_s_pa,
-        held_a=float(v.holding_a > 0.0),
-        held_b=float(v.holding_b > 0.0),
+        holding_a=v.holding_a,
+        holding_b=v.holding_b,
+        setting=v.counterbalance_setting_pa,
+        pilot_ratio=v.counterbalance_pilot_ratio,
         tank_pressure=machine.power_unit.tank_pressure_pa,
-        entrained_air=oil.entrained_air,
         encoder_resolution=machine.sensor.encoder_linear_m,
     )
 
@@ -126,12 +126,6 @@ def _valve_of(machine: Machine, axis: Axis) -> NDArray[Any]:
 def gravity_along(attitude: Any, gravity: float) -> float:
     """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch, yaw."""
     return float(gravity * math.cos(attitude[1]) * math.cos(attitude[0]))
-
-
-@njit
-def air_compliance(gauge_pa: float, fraction: float) -> float:
-    """What free air adds to 1/beta, 1/Pa."""
-    return float(_air(max(gauge_pa, 0.0), fraction, 1.0 / POLYTROPIC))
 
 
 @njit
@@ -154,11 +148,21 @@ def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tupl
     else:
         qa -= valve.edge_at * orifice(opening, pa - tank, valve)
         qb += valve.edge_pb * orifice(opening, supply - pb, valve)
-    if valve.held_a != 0.0 and not (spool < 0.0 and opening > 0.0):
-        qa = max(qa, 0.0)
-    if valve.held_b != 0.0 and not (spool > 0.0 and opening > 0.0):
-        qb = max(qb, 0.0)
+    if valve.holding_a != NO_HOLDING and qa < 0.0:
+        opened = spool < 0.0 and opening > 0.0
+        qa *= held_share(opened, valve.holding_a, pa - tank, pb - tank, valve)
+    if valve.holding_b != NO_HOLDING and qb < 0.0:
+        opened = spool > 0.0 and opening > 0.0
+        qb *= held_share(opened, valve.holding_b, pb - tank, pa - tank, valve)
     return qa - across, qb + across
+
+
+@njit
+def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Any) -> float:
+    """Share of the oil that leaves a port which a load-holding valve lets through; pressures over the tank's."""
+    if not opened:
+        return 0.0
+    return float(outlet_share(kind, load_pa, pilot_pa, valve.setting, valve.pilot_ratio))
 
 
 @njit
@@ -176,12 +180,7 @@ def oil_travel(
     state: OilState; c: Cylinder; valve: Valve.
     """
     pa, pb = state.pressure_a, state.pressure_b
-    inside = min(max(extension, 0.0), c.stroke)
-    volume_a = c.dead_volume_a + c.area_a * inside
-    volume_b = c.dead_volume_b + c.area_b * (c.stroke - inside)
-    soft = 1.0 / c.bulk_modulus
-    ka = c.area_a**2 / (volume_a * (soft + air_compliance(pa, valve.entrained_air)))
-    kb = c.area_b**2 / (volume_b * (soft + air_compliance(pb, valve.entrained_air)))
+    ka, kb = oil_springs(pa, pb, extension, c)
     qa, qb = flows(state.spool, pa, pb, supply, valve)
     fed = dt * (ka * qa / c.area_a - kb * qb / c.area_b)
     return float((fed - piston_force(change[0], change[1], c.area_a, c.area_b)) / (ka + kb))

@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from testbed.compiled import njit
 from testbed.estimation.losses import LOSS_SHARE
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import SET, Record, quantity
 
 Array = npt.NDArray[np.float64]
 
@@ -217,7 +217,7 @@ def judge(state: Any, dt: float, foot: Any) -> None:
     share = LOSS_SHARE * nominal
     lost = min(state.flight + share + max(spread_of(state, foot), noise), HIGHEST_BOUND * nominal)
     rise = max(share, min(foot.breakaway, MOST_SPREAD * nominal)) + noise
-    if state.contact > 0.5:
+    if state.contact > SET:
         if state.load > lost + rise:
             state.settled = 1.0
         fell_back = state.settled == 0.0 and state.load < state.lowest + NEARLY * rise
@@ -233,7 +233,7 @@ def judge(state: Any, dt: float, foot: Any) -> None:
     state.since = state.since + dt if contradicts else 0.0
     if not contradicts or (state.since < DWELL_S and dt < DWELL_S):
         return
-    if state.contact > 0.5:
+    if state.contact > SET:
         if state.settled != 0.0:  # else it is the flight before that goes on
             state.lowest = state.load
         state.flying = 0.0

@@ -21,6 +21,9 @@ from testbed.estimation.filters.base import over
 from testbed.estimation.filters.kbf import KalmanState, only_predict, predict_and_update, start
 from testbed.formats.records import Record, part, quantity
 
+WHOLE = 0.5
+"""Counts are whole numbers kept as floats: beyond this, at least one."""
+
 FORGET = 0.8
 """What a sample inside the gate leaves of the count of those outside, as noise may interrupt a small step."""
 LIVELY_HOLD = 3.0
@@ -92,7 +95,7 @@ def step(state: Any, z: float, numbers: Any) -> float:
 def hold_back(state: Any, z: float, side: float, numbers: Any) -> None:
     """Let the rejected sample join those before it on the same side, or open a new row of them."""
     q, r = numbers.process_variance, numbers.measurement_variance
-    if state.count * side > 0.5:
+    if state.count * side > WHOLE:
         predict_and_update(state.held, z, q + r, r)
         state.count += side
     else:

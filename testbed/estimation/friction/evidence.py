@@ -17,8 +17,16 @@ from numpy.typing import NDArray
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import piston_force_n
 from testbed.estimation.leg.signals import signals_of
+from testbed.formats.records import SET
 from testbed.recording.axis import Recording
 from testbed.recording.known import Known
+
+BESIDE_SATURATED = 61
+"""Samples around a saturated one that are left out with it."""
+MOST_SATURATED = 0.5
+"""Share of a recording beyond which a clipped sensor says nothing."""
+STUCK_WAY_M = 5e-3
+"""Way of the piston over which no live pressure stays the same to the last bit."""
 
 Array = NDArray[np.float64]
 
@@ -155,7 +163,8 @@ def unsaturated(recording: Recording, time_s: Array) -> NDArray[np.bool_]:
     if not bad.any():
         return np.ones(len(time_s), dtype=np.bool_)
     return np.asarray(
-        np.interp(time_s, recording.time_s, np.convolve(bad, np.ones(61), "same")) < 0.5
+        np.interp(time_s, recording.time_s, np.convolve(bad, np.ones(BESIDE_SATURATED), "same"))
+        < SET
     )
 
 
@@ -188,7 +197,7 @@ def check_alive(recording: Recording, moving: bool = True) -> None:
     ):
         if values is None:
             continue
-        if saturated.mean() > 0.5:
+        if saturated.mean() > MOST_SATURATED:
             at = recording.time_s[int(np.argmax(saturated))]
             raise InputError(
                 f"the sensor is at the end of its range in {100 * saturated.mean():.0f} % of the samples, "
@@ -211,7 +220,7 @@ def check_not_stuck(
     time, x = recording.time_s, recording.position_m
     for k in np.flatnonzero(np.diff(time[edges]) > 1.0):
         start, stop = edges[k], edges[k + 1]
-        if np.ptp(x[start : stop + 1]) > 5e-3 and not saturated[start]:
+        if np.ptp(x[start : stop + 1]) > STUCK_WAY_M and not saturated[start]:
             raise InputError(
                 f"the sensor is stuck at {values[start]:.6g} Pa from t = {time[start]:.6g} s to {time[stop]:.6g} s "
                 f"while the piston moves",

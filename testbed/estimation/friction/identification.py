@@ -28,6 +28,9 @@ from testbed.recording.axis import Recording, Rig
 from testbed.recording.known import Known
 from testbed.recording.leg_model import Friction, LegModel
 
+WIDEST_STRIBECK = 4.0
+"""Ratio of an interval's ends beyond which the Stribeck speed is not known."""
+
 Array = NDArray[np.float64]
 SIDES = ("plus", "minus")
 FIELDS = ("viscous_{}_n_s_m", "coulomb_{}_n", "stribeck_{}_n", "stribeck_speed_{}_m_s")
@@ -173,7 +176,7 @@ def _unseen(side: Side, low: Array, high: Array, speed: Array) -> list[str]:
         out[2] = f"{span} hold too little of the Stribeck range"
     if low[2] <= 0.02 * mean:
         out[3] = "the Stribeck part may be absent"
-    elif high[3] / low[3] > 4.0:
+    elif high[3] / low[3] > WIDEST_STRIBECK:
         out[3] = f"{span} hold too little of the Stribeck range"
     for i in range(3):
         if not side.parts[i]:

@@ -23,8 +23,9 @@ from testbed.effects.supply_droop import drooping_pa
 from testbed.effects.terms import FlowTerms, Signals
 from testbed.effects.valve_deadband import opening
 from testbed.estimation.leg.motion import smooth
+from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.laws.linear import second_order
-from testbed.recording.known import Circuit, Known
+from testbed.recording.known import HOLDINGS, Circuit, Known
 
 Array = npt.NDArray[np.float64]
 SMOOTH_DROP_PA = 5e4
@@ -33,14 +34,10 @@ SMOOTH_DROP_PA = 5e4
 
 @dataclass(frozen=True)
 class Edge:
-    """A metering edge: its gain against the plate, and the drop below which its flow grows straight, Pa.
-
-    `share_b`: size of the edges at chamber B against those at A, for a spool ground for a differential cylinder.
-    """
+    """A metering edge: its gain against the plate, and the drop below which its flow grows straight, Pa."""
 
     gain: float = 1.0
     smooth_pa: float = SMOOTH_DROP_PA
-    share_b: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -160,9 +157,12 @@ class Valve(NamedTuple):
     leakage_at_m3_s_pa: float
     leakage_pb_m3_s_pa: float
     leakage_bt_m3_s_pa: float
-    held_a: bool
-    """A load-holding valve lets oil out of A only where the spool opens it to the tank."""
-    held_b: bool
+    holding_a: float
+    """Kind of the load-holding valve at A (laws/holding.py)."""
+    holding_b: float
+    setting_pa: float
+    """Of a counterbalance valve."""
+    pilot_ratio: float
 
 
 class Cylinder(NamedTuple):
@@ -201,14 +201,16 @@ def _valve(known: Known, edge: Edge) -> Valve:
         known.tank_pressure_pa or 0.0,
         circuit.edge_pa,
         circuit.edge_at,
-        edge.share_b * circuit.edge_pb,
-        edge.share_b * circuit.edge_bt,
+        circuit.edge_pb,
+        circuit.edge_bt,
         circuit.leakage_pa_m3_s_pa,
         circuit.leakage_at_m3_s_pa,
         circuit.leakage_pb_m3_s_pa,
         circuit.leakage_bt_m3_s_pa,
-        circuit.holding_a != "none",
-        circuit.holding_b != "none",
+        float(HOLDINGS.index(circuit.holding_a)),
+        float(HOLDINGS.index(circuit.holding_b)),
+        circuit.counterbalance_setting_pa,
+        circuit.counterbalance_pilot_ratio,
     )
 
 
@@ -254,6 +256,19 @@ def _filled(value: Array | float, shape: tuple[int, ...]) -> Array:
 
 
 @njit
+def _held(
+    flow: float, opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Valve
+) -> float:
+    """What a load-holding valve lets through of the flow into its chamber; pressures over the tank's."""
+    if flow > 0.0:
+        return flow
+    if not opened:
+        return 0.0
+    share = outlet_share(kind, load_pa, pilot_pa, valve.setting_pa, valve.pilot_ratio)
+    return float(share * flow)
+
+
+@njit
 def _chambers(
     rows: OilRows, valve: Valve, cylinder: Cylinder, rate_hz: float
 ) -> tuple[Array, Array]:
@@ -276,10 +291,10 @@ def _chambers(
         else:
             flow_a -= edge_flow(open_, to_a, valve.edge_at * rated, drop, soft)
             flow_b += edge_flow(open_, from_b, valve.edge_pb * rated, drop, soft)
-        if valve.held_a and open_ >= 0.0:
-            flow_a = max(flow_a, 0.0)
-        if valve.held_b and open_ <= 0.0:
-            flow_b = max(flow_b, 0.0)
+        if valve.holding_a != NO_HOLDING:
+            flow_a = _held(flow_a, open_ < 0.0, valve.holding_a, to_a, to_b, valve)
+        if valve.holding_b != NO_HOLDING:
+            flow_b = _held(flow_b, open_ > 0.0, valve.holding_b, to_b, to_a, valve)
         volume_a = cylinder.dead_volume_a_m3 + cylinder.area_a_m2 * rows.position_m[i]
         left_m = cylinder.stroke_m - rows.position_m[i]
         volume_b = cylinder.dead_volume_b_m3 + cylinder.area_b_m2 * left_m

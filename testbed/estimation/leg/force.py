@@ -24,6 +24,9 @@ from testbed.estimation.leg.signals import grid, signals_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
 
+LEAST_WEIGHT = 0.05
+"""Share of good samples near by from which on their mean is taken."""
+
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 MOVING_M_S = 3e-3
@@ -206,7 +209,7 @@ def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
         return np.zeros_like(raw)
     run = smooth_causal if causal else smooth
     weight = run(good.astype(np.float64), width)
-    known = weight > 0.05
+    known = weight > LEAST_WEIGHT
     mean = run(np.where(good, raw, 0.0), width) / np.maximum(weight, 1e-6)
     last = np.maximum.accumulate(np.where(known, np.arange(len(raw)), -1))
     before = 0.0 if causal else mean[int(np.argmax(known))]

@@ -23,6 +23,11 @@ from testbed.estimation.leg.signals import signals_of
 from testbed.recording.axis import Recording
 from testbed.recording.leg_model import LegModel
 
+GOING_M_S = 3e-3
+"""Faster than this the piston moves, and oil and encoder are compared."""
+LEAST_SHARE = 0.05
+"""Less of the oil's speed than this is not worth its noise."""
+
 CROSSOVER_S = 0.015
 """Standard deviation of the smoothing that parts slow from quick."""
 DISAGREEMENT_M_S = 5e-3
@@ -52,10 +57,10 @@ def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | No
     )
     difference = 0.5 * (balance.a_m3_s / k.area_a_m2 - balance.b_m3_s / k.area_b_m2)
     gap = smooth(difference, CROSSOVER_S * rate)
-    going = np.abs(signals.velocity_m_s) > 3e-3
+    going = np.abs(signals.velocity_m_s) > GOING_M_S
     size = float(np.sqrt(np.mean(gap[going] ** 2))) if going.any() else 0.0
     share = 1.0 / (1.0 + (size / DISAGREEMENT_M_S) ** 4)
-    if share < 0.05:
+    if share < LEAST_SHARE:
         return None
     oil = signals.velocity_m_s + difference
     slow = signals_of(recording, model.known, CROSSOVER_S).velocity_m_s

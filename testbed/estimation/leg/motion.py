@@ -12,6 +12,9 @@ import numpy.typing as npt
 
 from testbed.compiled import njit
 
+PAUSE_S = 0.25
+"""Time without a count from which on the piston rested in between."""
+
 Array = npt.NDArray[np.float64]
 
 
@@ -29,7 +32,7 @@ def through_steps(time_s: Array, position_m: Array, resolution_m: float) -> Arra
     knots_t = 0.5 * (time_s[at] + time_s[at + 1])
     knots_x = 0.5 * (position_m[at] + position_m[at + 1])
     # A long pause between two steps is a rest at the lower step's level, not a slow glide: the count's middle is held.
-    pause = np.flatnonzero(np.diff(knots_t) > 0.25)
+    pause = np.flatnonzero(np.diff(knots_t) > PAUSE_S)
     inner = np.concatenate([knots_t[pause] + 0.05, knots_t[pause + 1] - 0.05])
     held = np.concatenate([position_m[at[pause] + 1], position_m[at[pause] + 1]])
     t = np.concatenate([[time_s[0]], knots_t, inner, [time_s[-1]]])

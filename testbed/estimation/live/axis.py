@@ -19,10 +19,10 @@ from testbed.estimation.cylinder import (
     extra_friction,
     friction_set,
     friction_size,
-    oil_stiffness,
     piston_force,
     place_factor,
     push_of,
+    seal_ratio,
     thinning_by_warmth,
     true_pressure,
 )
@@ -159,7 +159,7 @@ def step_axis(
     state.force = piston + cushion_n(x, v, belief) + end_forces_n(c, x)
     now = conditions_of(state, belief, decisions, pa + pb, loads, oil_degc)
     low, high = friction_set(v, seen.sense, slides, c.friction, now)
-    ratio = c.seal_stiffness / oil_stiffness(x, c)
+    ratio = seal_ratio(pa, pb, x, c)
     push = push_of(command, c.deadband)
     likely = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, dt)
     if decisions.remembers == 0.0 or not loads.followed:

@@ -19,7 +19,7 @@ from testbed.estimation.detectors.derived import valves_of
 from testbed.machine.groups import Cylinder, StraightCylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.recording.known import Known
+from testbed.recording.known import HOLDINGS, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
@@ -68,6 +68,7 @@ class Leg:
     dead_volume_a_m3: float = 4.0e-4
     dead_volume_b_m3: float = 4.0e-4
     bulk_modulus_pa: float = 1.4e9
+    entrained_air: float = 0.0
     seal_stiffness_n_m: float = 3.0e7
     valve_deadband: float = 0.03
 
@@ -83,6 +84,7 @@ class Leg:
         cylinder["dead_volume_a"] = self.dead_volume_a_m3
         cylinder["dead_volume_b"] = self.dead_volume_b_m3
         cylinder["bulk_modulus"] = self.bulk_modulus_pa
+        cylinder["air"] = self.entrained_air
         cylinder["seal_stiffness"] = self.seal_stiffness_n_m
         cylinder["deadband"] = self.valve_deadband
         a, b = cylinder["sensor_a"], cylinder["sensor_b"]
@@ -204,7 +206,7 @@ class Believed:
         """
         four = [_declared_leg(machine, leg) for leg in LEGS]
         found = cls._of(four, effects, dt_s, machine)
-        return replace(found, supply_pa=machine.power_unit.supply_pressure_pa)
+        return replace(found, supply_pa=machine.power_unit.ready_pressure_pa)
 
     @classmethod
     def from_model(cls, model: LegModel, dt_s: float, machine: Machine) -> Believed:
@@ -233,6 +235,7 @@ class Believed:
             k.moving_mass_kg or 0.0,
             stroke_m=k.stroke_m or 0.5,
             force_offset_n=model.force_offset_n,
+            entrained_air=machine.oil.entrained_air,
             **{name: float(value) for name in OIL if (value := getattr(k, name)) is not None},
         )
         found = cls._of([base] * len(LEGS), model.effects, dt_s, machine)
@@ -273,8 +276,10 @@ def _declare_valves(valves: NDArray[Any], known: Known) -> None:
         for edge in OF_EDGES:
             valves[f"edge_{edge}"] = getattr(known.circuit, f"edge_{edge}")
             valves[f"leakage_{edge}"] = getattr(known.circuit, f"leakage_{edge}_m3_s_pa")
-        valves["held_a"] = float(known.circuit.holding_a != "none")
-        valves["held_b"] = float(known.circuit.holding_b != "none")
+        valves["holding_a"] = HOLDINGS.index(known.circuit.holding_a)
+        valves["holding_b"] = HOLDINGS.index(known.circuit.holding_b)
+        valves["setting"] = known.circuit.counterbalance_setting_pa
+        valves["pilot_ratio"] = known.circuit.counterbalance_pilot_ratio
 
 
 def _declared_leg(machine: Machine, leg: str) -> Leg:
@@ -293,6 +298,7 @@ def _declared_leg(machine: Machine, leg: str) -> Leg:
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
         valve_deadband=axis.valve.deadband,
     )

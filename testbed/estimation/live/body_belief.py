@@ -169,6 +169,7 @@ def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=seal.bristle_stiffness_n_m,
         valve_deadband=axis.valve.deadband,
     )

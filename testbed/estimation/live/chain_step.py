@@ -14,10 +14,10 @@ from testbed.estimation.cylinder import (
     extra_friction,
     friction_set,
     friction_value,
-    oil_stiffness,
     piston_force,
     place_factor,
     push_of,
+    seal_ratio,
     thinning_by_warmth,
     true_pressure,
 )
@@ -117,7 +117,7 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     if slides > 0.0 and state.slid == 0.0:
         state.own.lively = 1.0  # the set has just collapsed: what follows is news, not a spike
     state.slid = slides
-    ratio = c.seal_stiffness / oil_stiffness(x, c)
+    ratio = seal_ratio(pa, pb, x, c)
     push = push_of(row.valve[axis], c.deadband)
     friction = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, dt)
     estimate.one_chamber[leg], estimate.two_chamber[leg] = pa * c.area_a, piston

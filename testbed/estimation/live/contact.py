@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from testbed.compiled import njit
-from testbed.formats.records import Record, quantity
+from testbed.formats.records import SET, Record, quantity
 
 
 class ContactLimits(Record):
@@ -31,7 +31,7 @@ def step(state: Any, load: float, dt: float, limits: Any) -> float:
     Loaded once load >= on has lasted its dwell, lost once load <= off has; in between it stays, also with a load that
     is no number.
     """
-    loaded = state.contact > 0.5
+    loaded = state.contact > SET
     contradicts = load <= limits.off if loaded else load >= limits.on
     state.since = state.since + dt if contradicts else 0.0
     dwell = limits.dwell_off if loaded else limits.dwell_on

@@ -13,6 +13,9 @@ import numpy as np
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 
+HALF_COUNT, COUNT_AND_HALF = 0.5, 1.5
+"""Counts are whole numbers kept as floats: no count, and more than one."""
+
 OVERDUE_S = 2.0e-3
 """Two samples: at high speed the time between two counts is known no better."""
 LONG_AGO_S = 1.0e3
@@ -63,7 +66,7 @@ def count_changes(state: Any, reading: float, resolution: float, dt: float) -> N
     """Keep when the reading last changed, in which sense, and for how many counts running in that sense."""
     counts = (reading - state.last_reading) / resolution
     state.since_count += dt
-    if abs(counts) < 0.5:
+    if abs(counts) < HALF_COUNT:
         return
     sense = 1.0 if counts > 0.0 else -1.0
     state.run = (state.run if sense == state.sense else 0.0) + abs(counts)
@@ -89,7 +92,7 @@ def sliding(state: Any, resolution: float, slow_m_s: float, fast_m_s: float) -> 
     since the last one if that is longer, bounds the speed, 0 below `slow`, 1 above `fast`. A count that is overdue by
     more than the last gap tells of a stop.
     """
-    if state.run < 1.5:
+    if state.run < COUNT_AND_HALF:
         return 0.0
     bound = resolution / max(state.since_count, state.gap, 1.0e-6)
     overdue = 3.0 - state.since_count / (state.gap + OVERDUE_S)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.records import SET
 from testbed.robot.attitude import rotation_from_attitude
 from testbed.robot.loads.drill_loads import known_wrench
-from testbed.robot.loads.foot_loads import ExpectedLoads
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
 
 Array = NDArray[np.float64]
 
@@ -44,6 +45,6 @@ class Expectation:
             gravity_in_body,
             rope_forces_in_body=self._rope_forces,
             drill_wrench_in_body=known_wrench(self._loads.model, drill, gravity_in_body),
-            in_contact=standing > 0.5,
+            footing=Footing(in_contact=standing > SET),
         )
         return np.asarray(found.vertical_load_n)

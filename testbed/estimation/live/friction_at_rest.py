@@ -2,7 +2,8 @@
 
 Three things are known of it beside its bounds:
 - It remembers: right after a stop it is what it was while sliding; creep and leakage let it drift towards the middle
-  of the set within about half a second.
+  of the set within about half a second. (Behind load-holding valves the oil lets it stay, yet a drift over 2 s makes
+  the foot loads of a crawl worse: what is remembered longer is wrong for longer, too.)
 - While the valve is shut, the oil tells how far the piston is bent away: a load that changes by dF moves it by dx, the
   oil answers with k_oil dx = -dFp, k_oil = beta (A_A^2 / V_A + A_B^2 / V_B), the seal with k_seal dx. So friction
   changes by -(k_seal / k_oil) dFp, and the load by more than the pressures show. This is far below one encoder count.

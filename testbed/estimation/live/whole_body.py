@@ -16,7 +16,7 @@ from testbed.compiled import njit
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
 from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions, Loads, step_axis
-from testbed.formats.records import Record, part, quantity
+from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 from testbed.robot.linkage import joint_to_cylinder
@@ -327,7 +327,7 @@ def hangs(k: int, row: Any, body: Any, state: Any) -> bool:
     """Whether foot k is in the air by now; counts for how long."""
     axis, x = 3 * k + 2, state.fusion.x
     up = state.means.foot_force[k, 2] - x[fu.ZERO + axis] - x[fu.DEVIATION + axis]
-    off = bool(row.carrying[k] < 0.5 and abs(up) < body.air_load)
+    off = bool(row.carrying[k] < SET and abs(up) < body.air_load)
     dt = body.every * body.decisions.dt
     state.in_air[k] = state.in_air[k] + dt if off else 0.0
     return off

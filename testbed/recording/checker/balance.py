@@ -18,6 +18,11 @@ from testbed.recording.checker.motion import Even
 from testbed.recording.checker.raw import Array
 from testbed.recording.known import Known
 
+SAME_SHAPE = 0.9
+"""Correlation from which on a load cell moves with the pressures' force."""
+SAME_SCALE = 0.7, 1.4
+"""Factors between which both have the same scale."""
+
 WORST, MENDED = 0.008, 0.5
 """What is left of the balance, as a share of its forces, that calls for a change; and to which share of that a change
 must bring it. Effects that a model lacks leave a few per cent and are mended by no change of sign or scale."""
@@ -173,7 +178,7 @@ def check_reference(forces: Forces, label: str) -> Iterator[Finding]:
         return
     with_mean = float(np.mean(cell * total)) / max(float(np.mean(total**2)), 1e-12)
     alike = float(np.corrcoef(cell, total)[0, 1]) if np.std(cell) * np.std(total) > 0.0 else 0.0
-    if alike > 0.9 and not 0.7 < with_mean < 1.4:
+    if alike > SAME_SHAPE and not SAME_SCALE[0] < with_mean < SAME_SCALE[1]:
         yield Finding(
             "error",
             label,

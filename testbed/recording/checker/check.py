@@ -30,6 +30,19 @@ from testbed.recording.known import Known
 from testbed.recording.quantities import QUANTITIES
 from testbed.recording.robot import read_robot
 
+NEAR_NOMINAL = 0.2, 1.5
+"""Shares of the nominal supply pressure between which a measured one may lie."""
+LEAST_SUPPLY_SHARE = 1e-3
+"""Share of the supply that the highest pressure of a working cylinder reaches."""
+SMALLEST_PA = 1e3
+"""No cylinder works below it."""
+IN_ANOTHER_UNIT = 0.02, 1.5
+"""Shares of the supply that make another unit plausible."""
+LONGEST_STROKE_M, BEYOND_STROKE = 20.0, 1.05
+"""No cylinder is longer; and the share of a declared stroke that a position may span."""
+NEAR_LOAD = 0.1, 20.0
+"""Shares of the nominal load between which strong forces may lie."""
+
 SUPPLY_UNITS = {1e5: "bar", 1e3: "kPa", 1e6: "MPa", 6894.76: "psi"}
 SHORTEST_M = -0.02
 """A robot's cylinder whose encoder reads less is turned round; a zero is seldom off by so much."""
@@ -186,7 +199,7 @@ def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
     nominal, measured = known.supply_pressure_nominal_pa, raw.series.get("supply_pressure")
     if nominal and measured is not None:
         ratio = float(np.median(measured)) / nominal
-        if not 0.2 < ratio < 1.5:
+        if not NEAR_NOMINAL[0] < ratio < NEAR_NOMINAL[1]:
             yield _of_supply("supply_pressure", ratio, "its nominal value")
     if nominal is None and measured is not None:
         nominal = float(np.median(measured))
@@ -194,7 +207,7 @@ def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
         highest = max(
             (float(np.max(np.abs(raw.series[n]))) for n in names if n in raw.series), default=1e9
         )
-        if highest < 1e3:
+        if highest < SMALLEST_PA:
             yield Finding(
                 "error",
                 names[0],
@@ -206,7 +219,7 @@ def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
     for name in names:
         if name in raw.series:
             ratio = float(np.quantile(np.abs(raw.series[name]), 0.99)) / nominal
-            if ratio > BESIDE_SUPPLY or ratio < 1e-3:
+            if ratio > BESIDE_SUPPLY or ratio < LEAST_SUPPLY_SHARE:
                 yield _of_supply(name, ratio, "the supply pressure")
 
 
@@ -214,7 +227,7 @@ def _of_supply(name: str, ratio: float, beside: str) -> Finding:
     small = [
         f"{unit} ({factor:g} Pa)"
         for factor, unit in SUPPLY_UNITS.items()
-        if 0.02 < ratio * factor < 1.5
+        if IN_ANOTHER_UNIT[0] < ratio * factor < IN_ANOTHER_UNIT[1]
     ]
     return Finding(
         "error",
@@ -229,7 +242,7 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
     """Positions that span more than the stroke, or nothing that a cylinder could be."""
     x = raw.series["position"]
     span, stroke = float(np.ptp(x)), known.stroke_m
-    if span > 20.0 or (stroke is not None and span > 1.05 * stroke):
+    if span > LONGEST_STROKE_M or (stroke is not None and span > BEYOND_STROKE * stroke):
         large = stroke is None or span > 2.0 * stroke
         yield Finding(
             "error" if large else "warning",
@@ -260,7 +273,7 @@ def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
             "turn its sign: + is pressed on the ground",
         )
     nominal = header.known.nominal_load_n
-    if nominal is not None and not 0.1 < strong / nominal < 20.0:
+    if nominal is not None and not NEAR_LOAD[0] < strong / nominal < NEAR_LOAD[1]:
         yield Finding(
             "error",
             "force",

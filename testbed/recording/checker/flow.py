@@ -16,6 +16,9 @@ from testbed.recording.checker.motion import MOVING_M_S, Even
 from testbed.recording.checker.raw import Array
 from testbed.recording.known import Known
 
+OPEN = 1e-3
+"""Share of the spool's way from which on a valve lets oil through."""
+
 LATEST_S = 0.12
 """The spool and the oil answer within this."""
 CLEAR = 0.5
@@ -32,7 +35,7 @@ def check_flow(even: Even, known: Known, label: str) -> Iterator[Finding]:
     opening = _opening(even.series["command"], known.valve_deadband or 0.0)
     expected = _speed(even, known, opening)
     measured = even.speed_m_s
-    if (np.abs(opening) > 1e-3).sum() < FEW or even.moving.sum() < FEW:
+    if (np.abs(opening) > OPEN).sum() < FEW or even.moving.sum() < FEW:
         return
     lag, alike = _best_lag(measured, opening if expected is None else expected, even.rate_hz)
     if abs(alike) < CLEAR:

@@ -10,6 +10,13 @@ import numpy as np
 from testbed.recording.checker.finding import Finding
 from testbed.recording.checker.raw import REFERENCE, Array, Mask, Raw
 
+STOOD_S = 0.05
+"""A value that stood for longer before it jumped was held."""
+MUCH_CLIPPED, SOME_CLIPPED = 0.5, 0.01
+"""Shares of clipped samples that are an error and a warning."""
+SAME_RESOLUTION = 0.6, 1.6
+"""Factors between which a found resolution is the declared one."""
+
 SENSED = ("pressure_", "supply", "actuator", "force", REFERENCE)
 """Channels whose noise shows whether the sensor is alive and within its range."""
 CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
@@ -134,7 +141,7 @@ def _frozen_then_steps(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
         start, stop = int(first[k]), int(first[k] + length[k] - 1)
         stood_s = raw.time_s[stop] - raw.time_s[start]
         away = values[start] != 0.0  # a force of 0 steps to a load when the foot lands
-        if stood_s > 0.05 and away and regular[stop] and steps[stop] > limit[stop]:
+        if stood_s > STOOD_S and away and regular[stop] and steps[stop] > limit[stop]:
             yield Finding(
                 "error",
                 name,
@@ -207,7 +214,8 @@ def check_clipped(raw: Raw) -> Iterator[Finding]:
 def _clipped(raw: Raw, name: str, end: float, there: Mask, how: str) -> Finding:
     share = float(there.mean())
     first, last = np.flatnonzero(there)[[0, -1]]
-    severity = "error" if share > 0.5 else "warning" if how == "seen" or share > 0.01 else "note"
+    some = how == "seen" or share > SOME_CLIPPED
+    severity = "error" if share > MUCH_CLIPPED else "warning" if some else "note"
     return Finding(
         severity,  # type: ignore[arg-type]
         name,
@@ -235,7 +243,7 @@ def check_resolution(raw: Raw) -> Iterator[Finding]:
         if levels.size < 10:
             continue
         found = float(np.quantile(levels, 0.1))
-        if not 0.6 < found / declared < 1.6:
+        if not SAME_RESOLUTION[0] < found / declared < SAME_RESOLUTION[1]:
             yield Finding(
                 "warning",
                 name,

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.robot.contact.solver import solve_contacts
+from testbed.robot.contact.solver import Feet, solve_contacts
+
+ALONG_X = 1e-9
+"""Size of a tangent below which the normal lies along body x."""
+UNLOADS_N_N = -1e-9
+"""A push takes load from a foot where its load's slope is below this."""
 
 Array = NDArray[np.float64]
 
@@ -21,7 +28,7 @@ def contact_axes(normals: Array) -> Array:
     for i in range(normals.shape[0]):
         x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
         size = np.sqrt((1.0 - x * x) ** 2 + (x * y) ** 2 + (x * z) ** 2)
-        size = size if size > 1e-9 else np.nan
+        size = size if size > ALONG_X else np.nan
         a, b, c = (1.0 - x * x) / size, -x * y / size, -x * z / size
         frames[i, 0, 0], frames[i, 1, 0], frames[i, 2, 0] = x, y, z
         frames[i, 0, 1], frames[i, 1, 1], frames[i, 2, 1] = a, b, c
@@ -123,21 +130,39 @@ def _in_body(
     return in_body, load, by_height, by_wrench
 
 
+class Legs(NamedTuple):
+    """The legs at one posture, in the body frame."""
+
+    undersides: Array
+    """Lowest point of each foot, (n, 3), m."""
+    jacobians: Array
+    """Motion of the undersides by the joints, (n, 3, 12)."""
+    verticals: NDArray[np.int64]
+    """Each leg's vertical joint among the twelve, (n,)."""
+    radius_m: float
+    """Of the feet."""
+    compliance: Array
+    """Of the joints, (12,), m/N or rad/(N m)."""
+
+
+class Ground(NamedTuple):
+    """What the feet stand on, in the body frame."""
+
+    normals: Array
+    """(n, 3)."""
+    compliance: Array
+    """Of the ground and of what else gives at a foot, (n, 3, 3), m/N."""
+    heights: Array
+    """How far it stands proud of the plane through the unloaded feet, (n,), m."""
+    reached: NDArray[np.bool_]
+    """Under feet that may touch, (n,)."""
+    friction: Array
+    """(n,)."""
+
+
 @njit
 def feet_under_load(
-    load: Array,
-    centre: Array,
-    undersides: Array,
-    jacobians: Array,
-    verticals: NDArray[np.int64],
-    normals: Array,
-    radius_m: float,
-    joints: Array,
-    extra: Array,
-    heights: Array,
-    active: NDArray[np.bool_],
-    friction: Array,
-    push: Array,
+    load: Array, centre: Array, legs: Legs, ground: Ground, push: Array
 ) -> tuple[Array, ...]:
     """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which reserves are counted.
 
@@ -145,17 +170,22 @@ def feet_under_load(
     Returns forces in the body frame, normal, tangential, vertical loads, friction use, touching (0 or 1), vertical
     loads per height and per wrench, reserves, missing wrench, Newton steps (1,).
     """
-    n = normals.shape[0]
+    n, friction = ground.friction.shape[0], ground.friction
     axes = np.empty((n, 3))
     for i in range(n):
         for k in range(3):
-            axes[i, k] = -jacobians[i, k, verticals[i]]
-    frames = contact_axes(normals)
-    maps = contact_maps(undersides, axes, frames, radius_m, centre)
-    compliances = contact_compliances(jacobians, joints, extra, frames)
-    forces, touches, _, missing, per_height, per_load, steps = solve_contacts(
-        _moved(load, centre), maps, compliances, heights, active, friction
+            axes[i, k] = -legs.jacobians[i, k, legs.verticals[i]]
+    frames = contact_axes(ground.normals)
+    feet = Feet(
+        contact_maps(legs.undersides, axes, frames, legs.radius_m, centre),
+        contact_compliances(legs.jacobians, legs.compliance, ground.compliance, frames),
+        ground.heights,
+        ground.reached,
     )
+    found, missing, per_height, per_load, steps = solve_contacts(
+        _moved(load, centre), feet, friction
+    )
+    forces, touches = found.forces, found.touches
     back = np.empty(3)
     for k in range(3):
         back[k] = -centre[k]
@@ -178,7 +208,7 @@ def feet_under_load(
         slope = 0.0
         for k in range(6):
             slope += per_load[i, 0, k] * push[k]
-        if slope < -1e-9:
+        if slope < UNLOADS_N_N:
             reserve[i] = -forces[i, 0] / slope
     return (
         in_body,

@@ -14,35 +14,59 @@ for the normal loads found.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.robot.contact.law import foot_reaction
 
+SHORTEST_STEP = 1e-6
+"""Share of a Newton step below which the line search gives up."""
+
 Array = NDArray[np.float64]
+MOST_STEPS = 60
+"""Newton steps for one set of friction bounds."""
 SUPPORT = 0.1
 """Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; carries 1e-3 N where the feet balance."""
 
 
+class Feet(NamedTuple):
+    """What the feet are, n of them; in contact axes (normal, two tangents)."""
+
+    maps: Array
+    """Wrench of a unit force along each axis, (n, 6, 3)."""
+    compliances: Array
+    """(n, 3, 3), m/N."""
+    heights: Array
+    """Free heights along the normal, (n,), m."""
+    active: NDArray[np.bool_]
+    """Feet that may touch, (n,)."""
+
+
+class Balance(NamedTuple):
+    """What a body displacement gives, filled in place."""
+
+    forces: Array
+    """(n, 3) in contact axes, N."""
+    slopes: Array
+    """Change of a foot's force by its strain, (n, 3, 3), N/m."""
+    touches: NDArray[np.bool_]
+    slides: NDArray[np.bool_]
+    residual: Array
+    """Wrench that is out of balance, (6,)."""
+    stiffness: Array
+    """Change of the feet's wrench by the displacement, (6, 6)."""
+
+
 @njit
 def _evaluate(
-    move: Array,
-    load: Array,
-    maps: Array,
-    compliances: Array,
-    heights: Array,
-    active: NDArray[np.bool_],
-    bounds: Array,
-    friction: Array,
-    forces: Array,
-    slopes: Array,
-    touches: NDArray[np.bool_],
-    slides: NDArray[np.bool_],
-    residual: Array,
-    stiffness: Array,
+    move: Array, load: Array, feet: Feet, bounds: Array, friction: Array, balance: Balance
 ) -> float:
-    """Forces, residual wrench and tangent stiffness at a body displacement; returns the convex potential."""
+    """Fill `balance` at a body displacement `move` (6,); returns the convex potential."""
+    maps, compliances, heights, active = feet
+    forces, slopes, touches, slides, residual, stiffness = balance
     strain = np.empty(3)
     potential = 0.0
     for k in range(6):
@@ -115,71 +139,29 @@ def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
 
 @njit
 def _newton(
-    move: Array,
-    scale: float,
-    load: Array,
-    maps: Array,
-    compliances: Array,
-    heights: Array,
-    active: NDArray[np.bool_],
-    bounds: Array,
-    forces: Array,
-    slopes: Array,
-    touches: NDArray[np.bool_],
-    slides: NDArray[np.bool_],
+    move: Array, scale: float, load: Array, feet: Feet, bounds: Array, balance: Balance
 ) -> int:
-    """Move the body to equilibrium for given friction bounds (fills `move`, `forces` ...); returns Newton steps."""
-    residual, stiffness, frozen = np.empty(6), np.empty((6, 6)), np.zeros(bounds.shape[0])
-    step, start = np.empty(6), np.empty(6)
-    potential = _evaluate(
-        move,
-        load,
-        maps,
-        compliances,
-        heights,
-        active,
-        bounds,
-        frozen,
-        forces,
-        slopes,
-        touches,
-        slides,
-        residual,
-        stiffness,
-    )
-    for taken in range(60):
-        if _size(residual) <= 1e-10 * scale + 1e-12:
+    """Move the body to equilibrium for given friction bounds (fills `move`, `balance`); returns Newton steps."""
+    frozen, step, start = np.zeros(bounds.shape[0]), np.empty(6), np.empty(6)
+    potential = _evaluate(move, load, feet, bounds, frozen, balance)
+    for taken in range(MOST_STEPS):
+        if _size(balance.residual) <= 1e-10 * scale + 1e-12:
             return taken
-        _newton_step(stiffness, residual, step)
+        _newton_step(balance.stiffness, balance.residual, step)
         gain, before, length = 0.0, potential, 1.0
         for k in range(6):
-            gain += step[k] * residual[k]
+            gain += step[k] * balance.residual[k]
             start[k] = move[k]
-        while length > 1e-6:
+        while length > SHORTEST_STEP:
             for k in range(6):
                 move[k] = start[k] + length * step[k]
-            potential = _evaluate(
-                move,
-                load,
-                maps,
-                compliances,
-                heights,
-                active,
-                bounds,
-                frozen,
-                forces,
-                slopes,
-                touches,
-                slides,
-                residual,
-                stiffness,
-            )
+            potential = _evaluate(move, load, feet, bounds, frozen, balance)
             if potential <= before - 1e-4 * length * gain + 1e-12 * abs(before):
                 break
             length *= 0.5
         if gain <= 1e-15 * abs(potential):
             return taken + 1
-    return 60
+    return MOST_STEPS
 
 
 @njit
@@ -251,75 +233,50 @@ def _sensitivities(
 
 @njit
 def solve_contacts(
-    load: Array,
-    maps: Array,
-    compliances: Array,
-    heights: Array,
-    active: NDArray[np.bool_],
-    friction: Array,
-) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_], Array, Array, Array, int]:
-    """Feet in equilibrium with `load` (6,), force and moment about the point that `maps` have, N and N m.
+    load: Array, feet: Feet, friction: Array
+) -> tuple[Balance, Array, Array, Array, int]:
+    """Feet in equilibrium with `load` (6,), force and moment about the point that `feet.maps` have, N and N m.
 
-    maps (n, 6, 3): wrench of a unit force along a foot's contact axes (normal, two tangents); compliances (n, 3, 3)
-    m/N in these axes; heights (n,) m; active (n,): may touch; friction (n,). Returns forces (n, 3) in contact axes,
-    touches, slides, missing wrench (6,), forces per height (n, 3, n) N/m, per load wrench (n, 3, 6), Newton steps.
+    friction (n,). Returns the balance found, the missing wrench (6,), forces per height (n, 3, n) N/m and per load
+    wrench (n, 3, 6), Newton steps.
     """
-    n = maps.shape[0]
-    move, residual, stiffness = np.zeros(6), np.empty(6), np.empty((6, 6))
-    forces, slopes = np.zeros((n, 3)), np.zeros((n, 3, 3))
-    touches, slides = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    n = friction.shape[0]
+    move = np.zeros(6)
+    balance = Balance(
+        np.zeros((n, 3)),
+        np.zeros((n, 3, 3)),
+        np.zeros(n, np.bool_),
+        np.zeros(n, np.bool_),
+        np.empty(6),
+        np.empty((6, 6)),
+    )
     scale, steps = _size(load), 0
     bounds, missing = np.empty(n), np.empty(6)
     for i in range(n):
         bounds[i] = friction[i] * scale / n
     for _ in range(100):
-        steps += _newton(
-            move,
-            scale,
-            load,
-            maps,
-            compliances,
-            heights,
-            active,
-            bounds,
-            forces,
-            slopes,
-            touches,
-            slides,
-        )
-        settled = True
-        for i in range(n):
-            # A bound matters where the foot slides, or would slide with the bound it ought to have.
-            wanted, used = (
-                friction[i] * forces[i, 0],
-                np.sqrt(forces[i, 1] ** 2 + forces[i, 2] ** 2),
-            )
-            if (
-                active[i]
-                and abs(wanted - bounds[i]) > 1e-9 * scale
-                and (slides[i] or used > wanted)
-            ):
-                settled = False
-            bounds[i] = wanted
-        if settled:
+        steps += _newton(move, scale, load, feet, bounds, balance)
+        if _settle(bounds, friction, feet.active, balance, scale):
             break
-    _evaluate(
-        move,
-        load,
-        maps,
-        compliances,
-        heights,
-        active,
-        bounds,
-        friction,
-        forces,
-        slopes,
-        touches,
-        slides,
-        residual,
-        stiffness,
-    )
-    per_height, per_load = _sensitivities(maps, slopes, active, stiffness)
+    _evaluate(move, load, feet, bounds, friction, balance)
+    per_height, per_load = _sensitivities(feet.maps, balance.slopes, feet.active, balance.stiffness)
     for k in range(6):
         missing[k] = SUPPORT * move[k]
-    return forces, touches, slides, missing, per_height, per_load, steps
+    return balance, missing, per_height, per_load, steps
+
+
+@njit
+def _settle(
+    bounds: Array, friction: Array, active: NDArray[np.bool_], balance: Balance, scale: float
+) -> bool:
+    """Set the friction bounds by the normal loads found; whether those that matter have not changed."""
+    settled = True
+    for i in range(bounds.shape[0]):
+        # A bound matters where the foot slides, or would slide with the bound it ought to have.
+        force = balance.forces[i]
+        wanted, used = friction[i] * force[0], np.sqrt(force[1] ** 2 + force[2] ** 2)
+        matters = active[i] and (balance.slides[i] or used > wanted)
+        if matters and abs(wanted - bounds[i]) > 1e-9 * scale:
+            settled = False
+        bounds[i] = wanted
+    return settled

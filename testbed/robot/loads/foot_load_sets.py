@@ -17,6 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads
 
+LEAST_SLOPE = 1e-9
+"""Loss of load by push below which a foot never leaves, N/N."""
+
 Array = NDArray[np.float64]
 NORMAL_QUANTILE_90 = 1.645
 FRICTION_HOLD_N = 150.0
@@ -62,7 +65,9 @@ def loads_of_measured_posture(
         positions, gravity_in_body, height_m=heights + give * now.normal_n, **acts
     )
     slopes = np.where(free.reserve_n > 0.0, free.normal_n / free.reserve_n, 0.0)
-    reserve = np.divide(now.normal_n, slopes, out=np.full(len(LEGS), np.inf), where=slopes > 1e-9)
+    reserve = np.divide(
+        now.normal_n, slopes, out=np.full(len(LEGS), np.inf), where=slopes > LEAST_SLOPE
+    )
     return replace(
         now,
         load_per_height_n_m=free.load_per_height_n_m,

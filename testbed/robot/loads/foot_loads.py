@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from testbed.formats.records import SET
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
-from testbed.robot.contact.geometry import feet_under_load
+from testbed.robot.contact.geometry import Ground, Legs, feet_under_load
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.model import Payload, RobotModel
 
@@ -64,6 +65,21 @@ class FootLoads:
     def unload_reserve_n(self) -> float:
         """Further push along the drill axis at which the first foot leaves, N."""
         return float(self.reserve_n.min())
+
+
+@dataclass(frozen=True)
+class Footing:
+    """What the feet stand on, if not four patches of the believed ground on one plane; body frame."""
+
+    in_contact: ArrayLike | None = None
+    """(4,), false for a swinging foot."""
+    normals_in_body: ArrayLike | None = None
+    """(4, 3)."""
+    compliance_m_n: ArrayLike | None = None
+    """(4, 3, 3), instead of that of joints and ground."""
+
+
+PLANE = Footing()
 
 
 def point_wrench(force_in_body: ArrayLike, point_in_body: ArrayLike) -> Array:
@@ -123,10 +139,11 @@ class ExpectedLoads:
             nominal if ground_compliance_m_n is None else ground_compliance_m_n
         )
         self.oil = OilColumns(machine)
+        self._frictions = np.full(len(LEGS), self.friction)
         self._ground = np.tile(self.ground_compliance_m_n * np.eye(3), (len(LEGS), 1, 1))
         self._push = drill_wrench(model, 1.0)
 
-    def solve(  # one argument each for what acts and what is believed; all but posture and gravity have a default
+    def solve(
         self,
         positions: ArrayLike,
         gravity_in_body: ArrayLike,
@@ -135,52 +152,29 @@ class ExpectedLoads:
         rope_forces_in_body: ArrayLike | None = None,
         drill_wrench_in_body: ArrayLike | None = None,
         height_m: ArrayLike | None = None,
-        in_contact: ArrayLike | None = None,
-        normals_in_body: ArrayLike | None = None,
         joint_compliance: ArrayLike | None = None,
-        foot_compliance_m_n: ArrayLike | None = None,
-        friction: ArrayLike | None = None,
+        footing: Footing = PLANE,
     ) -> FootLoads:
         """Foot loads at joint positions (12,) under gravity (3,) m/s2 in the body frame.
 
         rope_forces_in_body (2, 3) N at the attachment points; drill_wrench_in_body (6,); height_m (4,): how far the
-        ground under a foot stands proud of the plane through the unloaded feet, along the normal; in_contact (4,):
-        false for a swinging foot; normals_in_body (4, 3); joint_compliance (12,), default the locked oil columns
-        (zeros: joints held rigidly, or positions measured under load); foot_compliance_m_n (4, 3, 3) in the body
-        frame instead of joints and ground; friction, one or (4,). If no equilibrium exists, `balanced` is false
-        and `missing_wrench` says what the feet cannot balance.
+        ground under a foot stands proud of the plane through the unloaded feet, along the normal; joint_compliance
+        (12,), default the locked oil columns (zeros: joints held rigidly, or positions measured under load). If no
+        equilibrium exists, `balanced` is false and `missing_wrench` says what the feet cannot balance.
         """
         model = self.model
         load = external_wrench(
             model, positions, gravity_in_body, payload, rope_forces_in_body, drill_wrench_in_body
         )
-        undersides, jacobians = model.feet(positions)
-        if foot_compliance_m_n is not None:
-            joints, extra = _RIGID, np.asarray(foot_compliance_m_n, dtype=float)
-        else:
-            extra = self._ground
-            joints = (
-                self.oil.joint_compliance(positions)
-                if joint_compliance is None
-                else np.asarray(joint_compliance)
-            )
         out = feet_under_load(
             load,
             self._centre(positions, payload),
-            undersides,
-            jacobians,
-            _VERTICAL,
-            _NORMALS if normals_in_body is None else np.asarray(normals_in_body, dtype=float),
-            model.foot_radius_m,
-            joints,
-            extra,
-            _NOUGHT if height_m is None else np.asarray(height_m, dtype=float),
-            _ALL if in_contact is None else np.asarray(in_contact, dtype=bool),
-            np.full(len(LEGS), self.friction if friction is None else friction, dtype=float),
+            self._legs(positions, joint_compliance, footing),
+            self._ground_under(footing, height_m),
             self._push,
         )
         (
-            in_body,
+            force,
             normal,
             tangential,
             vertical,
@@ -192,20 +186,40 @@ class ExpectedLoads:
             missing,
             steps,
         ) = out
-        balanced = bool(missing @ missing <= BALANCED**2 * (load @ load))
         return FootLoads(
-            in_body,
+            force,
             normal,
             tangential,
             vertical,
             use,
-            carries > 0.5,
+            carries > SET,
             by_height,
             by_wrench,
             reserve,
             missing,
-            balanced,
+            bool(missing @ missing <= BALANCED**2 * (load @ load)),
             int(steps[0]),
+        )
+
+    def _legs(
+        self, positions: ArrayLike, joint_compliance: ArrayLike | None, footing: Footing
+    ) -> Legs:
+        undersides, jacobians = self.model.feet(positions)
+        if footing.compliance_m_n is not None:
+            compliance = _RIGID
+        elif joint_compliance is None:
+            compliance = self.oil.joint_compliance(positions)
+        else:
+            compliance = np.asarray(joint_compliance)
+        return Legs(undersides, jacobians, _VERTICAL, self.model.foot_radius_m, compliance)
+
+    def _ground_under(self, footing: Footing, height_m: ArrayLike | None) -> Ground:
+        return Ground(
+            _floats(footing.normals_in_body, _NORMALS),
+            _floats(footing.compliance_m_n, self._ground),
+            _floats(height_m, _NOUGHT),
+            _ALL if footing.in_contact is None else np.asarray(footing.in_contact, dtype=bool),
+            self._frictions,
         )
 
     def _centre(self, positions: ArrayLike, payload: Payload | None) -> Array:
@@ -220,3 +234,8 @@ _VERTICAL = np.array(VERTICAL)
 _NOUGHT, _ALL = np.zeros(len(LEGS)), np.ones(len(LEGS), dtype=bool)
 _RIGID = np.zeros(len(AXES))
 _NORMALS = np.tile(np.array([0.0, 0.0, 1.0]), (len(LEGS), 1))
+
+
+def _floats(given: ArrayLike | None, default: Array) -> Array:
+    """`given` as floats, or the default."""
+    return default if given is None else np.asarray(given, dtype=float)

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 from testbed.machine.urdf_geometry import origin_of
 
+UPRIGHT = 1e-9
+"""Cosine of the pitch below which roll and yaw are one angle."""
+
 Array = NDArray[np.float64]
 
 
@@ -141,6 +144,6 @@ def rpy_from_rotation(r: Array) -> list[float]:
     """The inverse, rad; at pitch +-90 degrees, where roll and yaw are one angle, roll is 0."""
     across = math.hypot(r[0, 0], r[1, 0])
     pitch = math.atan2(-r[2, 0], across)
-    if across < 1e-9:
+    if across < UPRIGHT:
         return [0.0, pitch, math.atan2(-r[0, 1], r[1, 1])]
     return [math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from shipped import MACHINE, shipped_model
+from shipped import MACHINE, shipped_model, slope_gravity
 
 from testbed.benchmarks.climbs.expected_loads import QUARTER_N, scores, stand, table
 from testbed.robot.loads.foot_load_sets import (
@@ -17,7 +17,6 @@ from testbed.robot.loads.foot_load_sets import (
     loads_of_measured_posture,
 )
 from testbed.robot.loads.foot_loads import ExpectedLoads
-from testbed.robot.model import slope_gravity
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 LEVEL = slope_gravity(0.0)

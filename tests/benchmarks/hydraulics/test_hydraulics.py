@@ -17,7 +17,7 @@ from testbed.benchmarks.hydraulics.creep import creep
 from testbed.benchmarks.hydraulics.kernel_speed import compare_speed
 from testbed.benchmarks.hydraulics.manoeuvres import KINDS, manoeuvre
 from testbed.errors import InputError
-from testbed.laws.chamber import PILOT_CHECK
+from testbed.laws.holding import PILOT_CHECK
 from testbed.laws.hydraulics import (
     AxisInput,
     AxisState,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.robot.contact.solver import solve_contacts
+from testbed.robot.contact.solver import Feet, solve_contacts
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 RECTANGLE = np.array([[1.2, 0.9, 0.0], [1.2, -0.9, 0.0], [-1.2, 0.9, 0.0], [-1.2, -0.9, 0.0]])
@@ -31,14 +31,17 @@ def solve(
     maps = np.array(
         [np.vstack([AXES.T, np.array([np.cross(foot, axis) for axis in AXES]).T]) for foot in feet]
     )
-    return solve_contacts(
+    found, *rest = solve_contacts(
         np.array(load),
-        np.ascontiguousarray(maps),
-        np.tile(np.eye(3) / STIFFNESS_N_M, (count, 1, 1)),
-        np.zeros(count) if heights is None else heights,
-        np.ones(count, dtype=bool) if active is None else np.array(active),
+        Feet(
+            np.ascontiguousarray(maps),
+            np.tile(np.eye(3) / STIFFNESS_N_M, (count, 1, 1)),
+            np.zeros(count) if heights is None else heights,
+            np.ones(count, dtype=bool) if active is None else np.array(active),
+        ),
         np.full(count, friction),
     )
+    return found.forces, found.touches, found.slides, *rest
 
 
 def test_a_weight_above_the_middle_is_borne_in_quarters() -> None:

@@ -41,10 +41,10 @@ LAST_SEAT = 4.0
 """The last time a foot is seated for up to so many times the usual (E)."""
 EARLY_TOUCH_SHARE = 0.6
 """From this share of a swing on the foot may meet ground; before, its load in the air is learnt (E)."""
-SUPPLY_LOW_PA = 5.5e6
-"""The body stands still below this supply pressure (E)."""
-SUPPLY_FULL_PA = 7.0e6
-"""The body moves at full speed above this supply pressure (E)."""
+SUPPLY_LOW_SHARE = 5.5 / 9.0
+"""The body stands still below this share of the pressure at which the supply stands ready (E)."""
+SUPPLY_FULL_SHARE = 7.0 / 9.0
+"""The body moves at full speed above this share of it (E)."""
 
 
 class CrawlGait:
@@ -56,6 +56,7 @@ class CrawlGait:
         """Raises InputError for a stride that is out of reach, before anything moves."""
         self.task = task
         self._legs, self._footholds, self._ropes = start.legs, footholds, ropes
+        self._ready_pa = start.robot.machine.power_unit.ready_pressure_pa
         self._feet = footholds.home.copy()
         self._body = np.zeros(3)
         total = float(start.load_n.sum())
@@ -165,7 +166,8 @@ class CrawlGait:
 
     def _readiness(self, measured: Measured) -> float:
         """0 to 1: how fast the body may move for the ropes' and the pump's sake."""
-        supply = (measured.supply_pressure - SUPPLY_LOW_PA) / (SUPPLY_FULL_PA - SUPPLY_LOW_PA)
+        share = measured.supply_pressure / self._ready_pa
+        supply = (share - SUPPLY_LOW_SHARE) / (SUPPLY_FULL_SHARE - SUPPLY_LOW_SHARE)
         return min(self._ropes.readiness(self._body, measured.rope_tension), max(supply, 0.0))
 
     def _is_over(self, phase: Phase, share: float, dt: float, measured: Measured) -> bool:
