@@ -45,7 +45,7 @@ class LivePage:
         for leg in LEGS:
             found[f"true_{leg}"] = f"{truth[f'foot_load_{leg}'][0]:.0f}"
             found[f"own_{leg}"] = f"{data[f'estimate_own_{leg}'][0]:.0f}"
-            found[f"contact_{leg}"] = "yes" if data[f"contact_{leg}"][0] >= 0.5 else "no"
+            found[f"contact_{leg}"] = "yes" if data[f"contact_{leg}"][0] > 0.0 else "no"
         return found
 
     def text(self, key: str) -> str:

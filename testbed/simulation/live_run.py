@@ -29,6 +29,7 @@ from testbed.errors import SimulationFault
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.estimator import Estimator
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.robot.robot import Robot
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.tasks import Event
 from testbed.simulation.outputs import check_out, claimed
@@ -171,6 +172,11 @@ class Run:
     def folder(self) -> Path | None:
         """Where it is recorded."""
         return None if self._folder is None else self._folder.folder
+
+    @property
+    def robot(self) -> Robot:
+        """The world's machine, with its bodies."""
+        return Robot.of(self._simulation.machines.truth)
 
     def now(self) -> tuple[Columns, Columns] | None:
         """The last recorded row: columns of `data` and of `truth` with one value each; None before the first."""

@@ -17,8 +17,6 @@ from urllib.parse import parse_qs, urlsplit
 from pydantic import TypeAdapter, ValidationError
 
 from testbed.report.live_page import LivePage
-from testbed.robot.robot import Robot
-from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import CutRope, Event, SetFriction, Shove
 from testbed.simulation.live_run import Run
@@ -38,7 +36,8 @@ class Live:
     every_s = EVERY_S
 
     def __init__(self, scenario: Scenario) -> None:
-        self.page = LivePage(scenario, Robot.of(machines_of(scenario).truth))
+        self._scenario = scenario
+        self.page: LivePage | None = None
         self.key = secrets.token_urlsafe(16)
         self.frames: list[list[int]] = []
         self.cells: dict[str, str] = {}
@@ -73,6 +72,8 @@ class Live:
             return False
         self._pass_on(run)
         now = run.now()
+        if self.page is None:
+            self.page = LivePage(self._scenario, run.robot)
         if now is not None and len(self.frames) < MOST_FRAMES:
             self.frames.append(self.page.frame(*now))
             self.cells = self.page.cells(*now)
@@ -130,7 +131,7 @@ def _handler(live: Live) -> type[BaseHTTPRequestHandler]:
             asked = urlsplit(self.path)
             if not self._of_here():
                 self._answer(403, b"not from here", "text/plain")
-            elif asked.path == "/" and live.frames:
+            elif asked.path == "/" and live.page is not None and live.frames:
                 self._answer(200, live.page.text(live.key).encode(), "text/html; charset=utf-8")
             elif asked.path == "/":
                 self._answer(BEGINS, b"begins, look again", "text/plain")

@@ -19,10 +19,12 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
+from shipped import MACHINE
 from synthetic_run import synthetic_columns
 
 import testbed
 from testbed.machine.names import LEGS
+from testbed.robot.robot import Robot
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import CutRope, Shove
 from testbed.workflows.live import Live
@@ -38,6 +40,8 @@ class Rows:
         for leg in LEGS:
             self._data[f"estimate_own_{leg}"] = self._truth[f"foot_load_{leg}"]
         self.row, self.events, self.ordered = 0, [], []
+
+    robot = Robot.of(MACHINE)
 
     @property
     def t_s(self) -> float:
