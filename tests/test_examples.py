@@ -22,11 +22,12 @@ SAYS = {
     "run_and_plot": "stood: loads.png",
     "sweep": "lowest normal force",
     "undeclared_effects": "a worn piston",
+    "what_if": "same bits again: True",
 }
 """Something that each of them prints."""
 
 
-def test_there_are_ten_and_each_is_short() -> None:
+def test_each_example_is_known_and_short() -> None:
     assert {file.stem for file in EXAMPLES} == set(SAYS)
     assert len(EXAMPLES) >= 10
     assert max(file.read_text().count("\n") for file in EXAMPLES) <= MOST_LINES

@@ -165,7 +165,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     """A scenario's two machines are built in scenario/machines.py; who works with one gets it handed in.
 
     What stands above a run builds its own through the same function: the reader of recordings from what they declare,
-    the command line, benchmarks, and the writer of the shipped URDF.
+    the command line, what looks at the folder of a machine, benchmarks, and the writer of the shipped URDF.
     """
     builders = {name for name in _callers("build_machine") if not name.startswith("benchmarks/")}
     assert builders == {
@@ -173,6 +173,7 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "recording/robot.py",
         "robot/urdf/generate.py",
         "simulation/runs.py",
+        "workflows/machines.py",
         "cli/__init__.py",
     }
     assert _callers("machines_of") == {
@@ -185,7 +186,12 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     readers = {
         p.relative_to(PACKAGE).as_posix() for p in FILES if "read_quantities(" in p.read_text()
     }
-    assert readers == {"machine/provenance.py", "machine/build.py", "machine/sets.py"}
+    assert readers == {
+        "machine/provenance.py",
+        "machine/build.py",
+        "machine/folder.py",
+        "machine/sets.py",
+    }
 
 
 def test_report_only_renders() -> None:

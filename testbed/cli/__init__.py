@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from testbed.cli.benchmarks import benchmarks
+from testbed.cli.export import exports
+from testbed.cli.machines import machines
 from testbed.cli.options import Json
+from testbed.cli.states import states
 from testbed.errors import naming
 from testbed.formats.sockets import user_code
 
@@ -60,7 +63,7 @@ def run(
     """Simulate a scenario, record it and write its report."""
     from contextlib import ExitStack
 
-    from testbed.report.console import print_run, run_progress, waiting
+    from testbed.report.console import print_run, run_progress, run_status, waiting
     from testbed.resources import scenario as scenario_path
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
@@ -69,14 +72,13 @@ def run(
     with naming(scenario_path(scenario)), ExitStack() as shown:
         watch = shown.enter_context(_in_the_browser(loaded)) if live else None
         progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
-        result = run_scenario(loaded, out, model, gui, progress, watch)
+        result = run_scenario(loaded, out, model, gui, progress, watch=watch)
     from testbed.workflows.report import write_report
 
     with waiting("writing the report"):
         report = write_report(result.folder)
     print_run(result.summary, result.folder, report, json)
-    if result.interrupted:
-        raise typer.Exit(130)
+    raise typer.Exit(run_status(result.summary))
 
 
 def _in_the_browser(scenario: Scenario) -> Live:
@@ -559,6 +561,9 @@ def play(
 
 
 app.add_typer(benchmarks)
+app.add_typer(states)
+app.add_typer(exports)
+app.add_typer(machines)
 
 
 @cache
@@ -568,7 +573,7 @@ def _command() -> Any:
 
 
 def main() -> None:
-    """Entry point: exit status 0 done, 2 bad input (one line), 1 a fault of ours, 130 interrupted."""
+    """Entry point: exit status 0 done, 3 done but an `expect` was not met, 2 bad input, 1 a fault of ours, 130 interrupted."""
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:

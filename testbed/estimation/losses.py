@@ -23,8 +23,6 @@ LOSS_S = 0.020
 """Shorter gaps are none, s (E)."""
 DETECTION_WINDOW_S = 0.5
 """A loss is missed when the detector has not called it this long after it began (or by its end), s (E)."""
-ROBOCLIMBER_NOMINAL_N = 10_000.0
-"""Nominal load of a foot of the shipped machine, N: a quarter of its weight, rounded (B)."""
 LONGEST_STEP = 10.0
 """A sample stands for the time until the next one, at most for so many usual steps: no one knows more of a gap."""
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from testbed import resources
+from testbed.machine.folder import bodies_of_folder, drawing_board
 from testbed.machine.model import SHIPPED, Machine, shared_path
 from testbed.machine.provenance import read_quantities
 from testbed.machine.sets import DEFAULT, SetName, machine_set
@@ -27,16 +28,17 @@ def build_machine(
     changes: Changes | None = None,
     *,
     urdf: str | Path | None = None,
+    folder: str | Path | None = None,
     file: str | Path = SHIPPED,
     section: str = "",
     of_set: SetName = DEFAULT,
 ) -> Machine:
-    """The drawing-board machine of a set, or that of another URDF, with some numbers changed by path.
+    """The drawing-board machine of a set, that of a folder or that of another URDF, with some numbers changed by path.
 
     Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be
     followed.
     """
-    machine = _shipped(of_set)
+    machine = _shipped(of_set) if folder is None else _of_folder(Path(folder))
     if urdf is not None:
         machine = following(machine, Path(urdf))
     return machine.replaced(changes or {}, file, section)
@@ -63,6 +65,11 @@ def _shared(changes: Changes) -> dict[str, Any]:
         else:
             out |= {path: changes[path] for path in paths}
     return out
+
+
+def _of_folder(folder: Path) -> Machine:
+    """The machine of a folder: its numbers, then what its URDF says."""
+    return following(drawing_board(folder), bodies_of_folder(folder))
 
 
 @lru_cache(maxsize=4)

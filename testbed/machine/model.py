@@ -25,6 +25,7 @@ from testbed.formats.checked import checked
 from testbed.machine import groups as g
 from testbed.machine.names import AXES, JOINTS, LEGS
 from testbed.machine.provenance import Quantity, check_number, nearest
+from testbed.machine.scale import Scale
 
 SHIPPED = "roboclimber.yaml"
 AXIS_GROUPS = ("cylinder", "seal", "valve", "oil", "end_stop", "sensor")
@@ -114,6 +115,11 @@ class Machine(g.Group):
     def urdf(self) -> Path:
         """The URDF that describes the bodies of this machine."""
         return self._urdf
+
+    @property
+    def scale(self) -> Scale:
+        """How large it is beside ROBOCLIMBER."""
+        return Scale.of(self.total_mass_kg)
 
     @property
     def axes(self) -> Mapping[str, Axis]:

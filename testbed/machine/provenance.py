@@ -56,6 +56,11 @@ def read_quantities(path: Path) -> dict[str, Quantity]:
     tree = read_yaml(path)
     if not isinstance(tree, Mapping):
         raise InputError("must be a mapping of groups", file=path)
+    return quantities_of(tree, path)
+
+
+def quantities_of(tree: Mapping[str, Any], path: Path) -> dict[str, Quantity]:
+    """The numbers in a tree of groups that was read from `path`. Raises InputError as read_quantities."""
     return dict(_leaves(tree, path.name, ""))
 
 

@@ -11,13 +11,13 @@ from testbed.errors import InputError
 from testbed.formats.files import read_text
 from testbed.machine.names import AXES, LEGS, SIDES
 
-NEEDED_LINKS: tuple[str, ...] = (
-    "body",
+NEEDED_LINKS: tuple[str, ...] = ("body", *(f"{leg}_foot" for leg in LEGS))
+OPTIONAL_LINKS: tuple[str, ...] = (
     "drill_mast",
     "rod_store",
     *(f"traction_{side}" for side in SIDES),
-    *(f"{leg}_foot" for leg in LEGS),
 )
+"""Where the drill, the rods and the ropes act; a machine without them has none of it."""
 MOST_BYTES, MOST_ELEMENTS = 2_000_000, 20_000
 _NUMBERS = (
     "xyz",
@@ -65,7 +65,20 @@ def read_urdf(path: str | Path) -> str:
             raise InputError("is missing", file=path, field=f"link {name}")
     for name in AXES:
         _check_axis(name, joints, path)
+    if len({f"traction_{side}" in links for side in SIDES}) > 1:
+        raise InputError(
+            "has one traction device without the other",
+            file=path,
+            field=f"link traction_{SIDES[1]}",
+            allowed="both, or none",
+        )
     return text
+
+
+def lacking(path: Path) -> set[str]:
+    """The links of OPTIONAL_LINKS that a URDF does not have. Raises InputError as read_urdf."""
+    links = {link.get("name") for link in ET.fromstring(read_urdf(path)).findall("link")}
+    return set(OPTIONAL_LINKS) - links
 
 
 def _check_markup(text: str, path: str | Path) -> None:

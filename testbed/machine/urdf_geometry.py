@@ -48,19 +48,10 @@ class _Geometry:
 
     def numbers(self) -> dict[str, Any]:
         """See urdf_numbers."""
-        drill, store = self._mount("drill_mast"), self._mount("rod_store")
-        rope = self._mount("traction_left")
         out: dict[str, Any] = {
             "total_mass_kg": sum(self._mass(name) for name in self.links),
             "body.mass_kg": self._mass("body"),
-            "drill_body.axis_x_m": drill[0],
-            "drill_body.axis_y_m": drill[1],
-            "drill_body.mast_foot_height_m": drill[2],
-            "rod_store_body.mass_kg": self._mass("rod_store"),
-            "rod_store_body.position_m": store,
-            "traction_body.attachment_x_m": rope[0],
-            "traction_body.attachment_y_m": rope[1],
-            "traction_body.attachment_height_m": rope[2],
+            **self._mounted(),
         }
         for leg in LEGS:
             out |= {f"each_leg.{leg}.{name}": v for name, v in self._leg(leg).items()}
@@ -71,6 +62,22 @@ class _Geometry:
             out[f"joints.{joint}.upper_m"] = max(
                 out[f"axes.{leg}_{joint}.cylinder.stroke_m"] for leg in LEGS
             )
+        return out
+
+    def _mounted(self) -> dict[str, Any]:
+        """What sits on the body: drill, rod store and traction devices, as far as there are any."""
+        out: dict[str, Any] = {}
+        if "drill_mast" in self.links:
+            names = ("axis_x_m", "axis_y_m", "mast_foot_height_m")
+            mount = zip(names, self._mount("drill_mast"), strict=True)
+            out |= {f"drill_body.{name}": value for name, value in mount}
+        if "rod_store" in self.links:
+            out["rod_store_body.mass_kg"] = self._mass("rod_store")
+            out["rod_store_body.position_m"] = self._mount("rod_store")
+        if "traction_left" in self.links:
+            names = ("attachment_x_m", "attachment_y_m", "attachment_height_m")
+            mount = zip(names, self._mount("traction_left"), strict=True)
+            out |= {f"traction_body.{name}": value for name, value in mount}
         return out
 
     def _leg(self, leg: str) -> dict[str, float]:

@@ -106,6 +106,8 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             f"{summary['simulated_s']:.1f} s" + ("" if wall_s is None else f" in {wall_s:.1f} s"),
         )
     )
+    if "progress" in summary:
+        rows.append(("task", _task(summary)))
     for method, value in summary.get("force_rms_n", {}).items():
         rows.append((f"force error, {method_name(method)}", _newton(value)))
     expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
@@ -132,7 +134,8 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(
             (
                 "detector",
-                f"{detector['missed']} missed, {_count(detector['false_alarms'], 'false alarm')}",
+                f"{detector['missed']} missed, {_count(detector['false_alarms'], 'false alarm')}, wrong for "
+                f"{detector.get('missed_s', 0.0) + detector.get('false_flight_s', 0.0):.2f} leg-seconds",
             )
         )
         if delay is not None:
@@ -167,6 +170,26 @@ def _count(number: int, noun: str) -> str:
 
 def _newton(value: float | None) -> str:
     return "unknown" if value is None else f"{value:,.0f} N".replace(",", " ")
+
+
+def run_status(summary: Mapping[str, Any]) -> int:
+    """Exit status of a run: 130 stopped from outside, 3 where what its scenario expects was not met, 0 else."""
+    if summary.get("interrupted"):
+        return 130
+    expectations = summary.get("expectations") or {"met": True}
+    return 0 if expectations["met"] else 3
+
+
+def _task(summary: Mapping[str, Any]) -> str:
+    """What became of the task, in words."""
+    done = summary["progress"]
+    words = [] if done["done"] else ["unfinished"]
+    if "steps_wanted" in done:
+        words.append(f"{done['steps_made']} of {done['steps_wanted']} steps")
+    if "hole_depth_wanted_m" in done:
+        words.append(f"hole {done['hole_depth_m']:.2f} of {done['hole_depth_wanted_m']:.2f} m")
+        words.append(f"at its end: {done['phase'].replace('_', ' ')}")
+    return f"{summary['task']}: {', '.join(words) or 'done'}"
 
 
 def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: bool) -> None:

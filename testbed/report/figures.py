@@ -234,12 +234,12 @@ def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
     ax.set_ylabel("[m]")
 
 
-def contacts(data: Columns, truth: Columns, events: Events) -> Figure:
+def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS_FORCE_N) -> Figure:
     """Per leg two bars: where the foot truly carries, and where the detector says so; events above."""
     figure, axes = new_figure(2, 4.2, [1.0, 2.2]) if events else new_figure(1, 2.9)
     t, ax = truth["t"], axes[-1]
     for row, leg in enumerate(LEGS):
-        _bars(ax, truth[f"contact_normal_{leg}"] >= LOSS_FORCE_N, t, row - 0.17, BLACK)
+        _bars(ax, truth[f"contact_normal_{leg}"] >= loss_n, t, row - 0.17, BLACK)
         if f"contact_{leg}" in data:
             _bars(ax, data[f"contact_{leg}"] >= SET, data["t"], row + 0.17, ORANGE)
     ax.set_yticks(range(4), LEGS)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from testbed.estimation.losses import loss_force_n
 from testbed.machine.names import AXES, LEGS
 from testbed.report import figures, motion_figures
 from testbed.report.ground import Heights, heights_around
@@ -51,6 +52,11 @@ class Shown:
     named: Suspect | None
     motion: Motion | None
     ground: Heights | None
+
+    @property
+    def loss_n(self) -> float:
+        """A foot with less normal force has lost its contact."""
+        return loss_force_n(self.robot.machine.scale.nominal_load_n)
 
 
 def shown(
@@ -112,7 +118,7 @@ def _loads(run: Shown) -> Iterator[Part]:
 
 def _whereabouts(run: Shown) -> Iterator[Part]:
     if run.motion is not None:
-        margins = stability_margin(run.truth)
+        margins = stability_margin(run.truth, run.loss_n)
         row = int(np.argmin(margins))
         weakest = motion_at(
             run.data, run.truth, run.slope_deg, run.robot.legs, np.array([row], dtype=np.int64)
@@ -149,8 +155,8 @@ def _standing(run: Shown) -> Iterator[Part]:
     data, truth, events = run.data, run.truth, run.events
     yield Part(
         "Contact and events",
-        "Black: the foot truly carries (300 N and more); orange: the detector says that it does.",
-        figures.contacts(data, truth, events),
+        f"Black: the foot truly carries ({run.loss_n:g} N and more); orange: the detector says that it does.",
+        figures.contacts(data, truth, events, run.loss_n),
     )
     yield Part(
         "Body",
@@ -159,7 +165,7 @@ def _standing(run: Shown) -> Iterator[Part]:
             truth,
             way_up(truth, run.slope_deg),
             tilt_deg(truth, run.slope_deg),
-            stability_margin(truth),
+            stability_margin(truth, run.loss_n),
             events,
         ),
     )

@@ -91,6 +91,11 @@ class RobotModel:
         self.rod_store_m: Array = self._origin("rod_store")
         """Where the rods in store weigh, body frame, (3,)."""
 
+    @property
+    def carried_kg(self) -> float:
+        """Mass of the payload."""
+        return 0.0 if self.payload is None else self.payload.mass_kg
+
     def centre_of_mass_m(self, positions: ArrayLike) -> Array:
         """Centre of mass in the body frame, (3,), m."""
         return np.array(pin.centerOfMass(self._model, self._data, self._full(positions), False))
@@ -166,6 +171,9 @@ class RobotModel:
         return self._q
 
     def _origin(self, link: str) -> Array:
+        """Origin of a link in the body frame (3); that of the body where the machine has no such link."""
+        if not self._model.existFrame(link):
+            return np.zeros(3)
         return np.array(self._data.oMf[self._model.getFrameId(link)].translation)
 
     def _add(self, payload: Payload) -> None:

@@ -26,19 +26,25 @@ class Machines:
 
 def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:
     """Build both. Raises InputError, naming the field of `file`, for a number that cannot be."""
-    hydraulics, urdf = scenario.hydraulics, scenario.robot.urdf
+    hydraulics, urdf, folder = scenario.hydraulics, scenario.robot.urdf, scenario.machine.folder
     world: dict[str, Any] = dict(hydraulics.parameters)
     if hydraulics.supply_pressure_pa is not None:
         world["power_unit.supply_pressure_pa"] = hydraulics.supply_pressure_pa
     chosen = scenario.machine.set
     drawing = build_machine(
-        world, urdf=urdf, file=file, section="hydraulics.parameters", of_set=chosen
+        world,
+        urdf=urdf,
+        folder=folder,
+        file=file,
+        section="hydraulics.parameters",
+        of_set=chosen,
     )
     drawn = draw_machine(scenario.machine.draw, scenario.machine.seed, drawing)
     truth = drawing.replaced(drawn.changes, source="drawn from tolerances")
     belief = build_machine(
         scenario.model.parameters,
         urdf=urdf if scenario.model.urdf is None else scenario.model.urdf,
+        folder=folder,
         file=file,
         section="model.parameters",
         of_set=chosen,

@@ -220,6 +220,11 @@ class Model(Checked):
 class OwnMachine(Checked):
     """Which machine world and model have, and by what the world's differs from its drawing."""
 
+    folder: str | None = Field(
+        default=None,
+        description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
+        "(climber_8t, quarter_model); null: ROBOCLIMBER",
+    )
     set: SetName = Field(
         default=DEFAULT,
         description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
@@ -236,6 +241,8 @@ class OwnMachine(Checked):
 
     @model_validator(mode="after")
     def _seed_of_a_draw(self) -> OwnMachine:
+        if self.folder is not None and self.set != DEFAULT:
+            raise impossible("has a set, which machine.yaml of its folder chooses", "set there")
         if self.draw is None and self.seed != 0:
             raise impossible("has a seed, but nothing is drawn", "draw: workshop beside it")
         return self
@@ -349,7 +356,7 @@ class Bound(Checked):
 class Expect(Checked):
     """What must come out of the run; the tests check it."""
 
-    verdict: Literal["stood", "fell", "slid", "rope broke"] | None = Field(
+    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = Field(
         default=None, description="how the run must end"
     )
     summary: dict[str, Bound] = Field(

@@ -13,9 +13,11 @@ from testbed.errors import InputError, naming
 from testbed.formats.checked import Checked, Numbers, Sequence, checked, impossible
 from testbed.formats.sockets import is_user_class, split_user_class
 from testbed.formats.yaml_files import parse_yaml, read_yaml
+from testbed.machine.folder import machine_folder
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
 from testbed.machine.ruled import check_effective, check_kind
+from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.machines import machines_of
@@ -35,17 +37,21 @@ from testbed.scenario.parts import (
     Undeclared,
 )
 from testbed.scenario.tasks import (
+    Chain,
     Crawl,
     Drill,
     Event,
     LiftFoot,
     Payload,
     Program,
+    Raise,
     RodChange,
     SetRope,
     Stand,
+    Stop,
     Sway,
     Task,
+    Turn,
 )
 
 FORMAT = "roboclimber-scenario/1"
@@ -91,7 +97,16 @@ class Scenario(Checked):
 
     @model_validator(mode="after")
     def _events_can_happen(self) -> Scenario:
-        if isinstance(self.task, Crawl | Sway | Program):
+        tasks = self.task.tasks if isinstance(self.task, Chain) else (self.task,)
+        walks = any(isinstance(task, Crawl) for task in tasks)
+        for event in self.events:
+            if isinstance(event, Stop | Turn) and not walks:
+                raise impossible(
+                    f"events: {event.kind} with nothing that walks", "a task that crawls"
+                )
+        if isinstance(self.task, Stand | Sway) and self.task.for_s is not None:
+            raise impossible("task.for_s: a task alone goes on to the end", "duration_s")
+        if isinstance(self.task, Crawl | Sway | Program | Chain):
             for event in self.events:
                 if isinstance(event, LiftFoot | SetRope):
                     raise impossible(
@@ -101,22 +116,30 @@ class Scenario(Checked):
         return self
 
     @property
+    def drilling(self) -> Drill | DrillHole | None:
+        """The task that drills, if any does."""
+        if isinstance(self.task, Chain):
+            return self.task.drilling
+        return self.task if isinstance(self.task, Drill | DrillHole) else None
+
+    @property
     def carried_kg(self) -> float:
         """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
         return self.robot.payload_kg + (
-            self.task.stored_kg if isinstance(self.task, DrillHole) else 0.0
+            self.drilling.stored_kg if isinstance(self.drilling, DrillHole) else 0.0
         )
 
     @property
     def taken_kg(self) -> float:
         """What tasks and events take off the rod store, kg."""
         taken = sum(max(-e.mass_kg, 0.0) for e in self.events if isinstance(e, Payload))
-        if isinstance(self.task, Drill):
+        task = self.drilling
+        if isinstance(task, Drill):
             laps = 1
-            if self.task.repeat:
-                lap_s = sum(p.duration_s for p in self.task.phases)
-                laps = math.ceil(max(self.duration_s - self.task.start_s, 0.0) / lap_s)
-            taken += laps * sum(p.rod_kg for p in self.task.phases if isinstance(p, RodChange))
+            if task.repeat:
+                lap_s = sum(p.duration_s for p in task.phases)
+                laps = math.ceil(max(self.duration_s - task.start_s, 0.0) / lap_s)
+            taken += laps * sum(p.rod_kg for p in task.phases if isinstance(p, RodChange))
         return taken
 
 
@@ -145,10 +168,13 @@ def load_scenario(
         data["seed"] = seed
     if duration is not None:
         data["duration_s"] = duration
+    _chain(data, path)
+    _find_machine(data, path)
     _find_file(data, path, "robot", "urdf")
     _find_file(data, path, "model", "urdf")
     _find_file((data.get("terrain") or {}), path, "elevation", "file", "terrain.")
-    _find_class(data, path, "task", "file")
+    for task, place in _raw_tasks(data):
+        _find_class({place: task}, path, place, "file")
     _find_class(data, path, "control", "distribution")
     scenario = _on_its_slope(checked(Scenario, data, path))
     _check_effect(scenario.hydraulics.parameters, path, "hydraulics.parameters")
@@ -157,9 +183,45 @@ def load_scenario(
     truth = machines_of(scenario, path).truth
     for number, value in scenario.hydraulics.parameters.items():
         check_kind(number, value, truth, path, "hydraulics.parameters")
+    _check_has(scenario, truth, path)
     _check_store(scenario, truth, path)
     _check_posture(scenario.robot, truth, path)
+    _check_raise(scenario, truth, path)
     return scenario
+
+
+def _chain(data: dict[str, Any], path: Path) -> None:
+    """Spell `tasks: [...]` as the task that it stands for."""
+    if "tasks" not in data:
+        return
+    if "task" in data:
+        raise InputError("beside task", file=path, field="tasks", allowed="one of both")
+    data["task"] = {"kind": "chain", "tasks": data.pop("tasks")}
+
+
+def _raw_tasks(data: Any) -> list[tuple[Any, str]]:
+    """The task of a raw tree, or those of its chain, each with its place."""
+    task = data.get("task")
+    parts = task.get("tasks") if isinstance(task, dict) else None
+    if isinstance(parts, list):
+        return [(part, f"task.tasks.{k}") for k, part in enumerate(parts)]
+    return [(task, "task")]
+
+
+def _find_machine(data: Any, path: Path) -> None:
+    """Make the folder of a machine of the user's own absolute; two URDFs are refused."""
+    part = data.get("machine")
+    if not isinstance(part, dict) or not isinstance(part.get("folder"), str):
+        return
+    if (data.get("robot") or {}).get("urdf") is not None:
+        raise InputError(
+            "beside machine.folder, which has a URDF of its own",
+            file=path,
+            field="robot.urdf",
+            allowed="one of both",
+        )
+    with naming(path):
+        part["folder"] = str(machine_folder(part["folder"], path.parent))
 
 
 def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") -> None:
@@ -247,6 +309,40 @@ def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
                 value=angle_deg,
                 allowed=f"{lower_deg:g} to {upper_deg:g} deg",
             )
+
+
+def _check_raise(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse to raise the body further than the vertical cylinders go."""
+    task = scenario.task
+    tasks = task.tasks if isinstance(task, Chain) else (task,)
+    stroke_m = min(machine.axes[f"{leg}_vertical"].stroke_m for leg in LEGS)
+    for part in tasks:
+        if isinstance(part, Raise) and part.to_m > stroke_m:
+            raise InputError(
+                "is beyond the vertical cylinders' stroke",
+                file=file,
+                field="task.to_m",
+                value=part.to_m,
+                allowed=f"at most {stroke_m:g} m",
+            )
+
+
+def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse ropes, a drill or a load where the machine has nothing to hold them."""
+    lacks = lacking(machine.urdf)
+    wanted = (
+        (
+            "traction_left",
+            scenario.ropes.enabled,
+            "ropes.enabled",
+            "false: the machine has no ropes",
+        ),
+        ("drill_mast", scenario.drilling is not None, "task", "one that does not drill"),
+        ("rod_store", scenario.carried_kg > 0.0, "robot.payload_kg", "0: it has no rod store"),
+    )
+    for link, asked, field, allowed in wanted:
+        if asked and link in lacks:
+            raise InputError(f"the machine has no {link}", file=file, field=field, allowed=allowed)
 
 
 def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:

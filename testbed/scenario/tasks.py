@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from itertools import pairwise
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from testbed.formats.checked import Checked, NameOrClass, Sequence, Triple, impossible
+from testbed.formats.checked import Checked, NameOrClass, Pair, Sequence, Triple, impossible
 from testbed.machine.names import AXES
 from testbed.scenario.drilling import DrillHole
 
 WIDEST_SWAY_M, FASTEST_SWAY_S = 0.2, 2.0
 """Amplitude that the legs reach, and time for once to and fro that the cylinders keep up with."""
 
+NEAREST_M = 0.01
+"""Two waypoints that are nearer to each other are the same place."""
 Leg = Literal["fl", "fr", "rl", "rr"]
 Side = Literal["left", "right"]
 
@@ -21,6 +25,9 @@ class Stand(Checked):
     """Hold the start posture."""
 
     kind: Literal["stand"] = "stand"
+    for_s: float | None = Field(
+        default=None, gt=0, description="how long, in a chain of tasks [s]; null: to the end"
+    )
 
 
 class Raise(Checked):
@@ -29,9 +36,12 @@ class Raise(Checked):
     kind: Literal["raise"]
     start_s: float = Field(default=2.0, ge=0, description="time of the first step [s]")
     to_m: float = Field(
-        default=0.35, gt=0, le=0.5, description="extension of the vertical joints at the end [m]"
+        default=0.35,
+        gt=0,
+        le=10,
+        description="extension of the vertical joints at the end, at most their stroke [m]",
     )
-    step_m: float = Field(default=0.05, gt=0, le=0.5, description="height of one step [m]")
+    step_m: float = Field(default=0.05, gt=0, le=10, description="height of one step [m]")
     every_s: float = Field(default=5.0, gt=0, description="time between steps [s]")
     speed_m_s: float = Field(
         default=0.02, gt=0, le=0.5, description="speed of the set point within a step [m/s]"
@@ -52,6 +62,10 @@ class Sway(Checked):
     period_s: Triple = Field(
         default=(11.0, 9.0, 7.0),
         description="time for once to and fro, in the same order; at least 2 [s]",
+    )
+
+    for_s: float | None = Field(
+        default=None, gt=0, description="how long, in a chain of tasks [s]; null: to the end"
     )
 
     @field_validator("amplitude_m")
@@ -179,7 +193,7 @@ class Crawl(Checked):
     step_length_m: float = Field(
         default=0.1,
         gt=0,
-        le=0.6,
+        le=5,
         description="way of the body in a cycle of four swings: how far a foot moves [m]",
     )
     heading_deg: float = Field(
@@ -189,7 +203,7 @@ class Crawl(Checked):
         description="direction of travel, from straight up the slope to the left [deg]",
     )
     swing_height_m: float = Field(
-        default=0.08, gt=0, le=0.4, description="how high a foot is lifted [m]"
+        default=0.08, gt=0, le=4, description="how high a foot is lifted [m]"
     )
     ground_steps_m: float = Field(
         default=0.0,
@@ -207,6 +221,25 @@ class Crawl(Checked):
     order: Annotated[tuple[Leg, ...], Sequence] = Field(
         default=("rr", "fr", "rl", "fl"), description="order of the swinging legs"
     )
+
+    waypoints_m: Annotated[tuple[Pair, ...], Sequence] = Field(
+        default=(),
+        max_length=100,
+        description="places that the body walks to, one after the other: up the slope and to the left, from where the "
+        "walk begins; they rule steps and heading, and step_length_m is the longest stride [m]",
+    )
+
+    @model_validator(mode="after")
+    def _waypoints_rule(self) -> Crawl:
+        if not self.waypoints_m:
+            return self
+        for name in ("steps", "heading_deg"):
+            if getattr(self, name) != Crawl.model_fields[name].default:
+                raise impossible(f"{name} beside waypoints_m, which rule it", "one of both")
+        places = ((0.0, 0.0), *self.waypoints_m)
+        if any(math.dist(a, b) < NEAREST_M for a, b in pairwise(places)):
+            raise impossible("waypoints_m: two of them are the same place", "at least 0.01 m apart")
+        return self
 
     @field_validator("order")
     @classmethod
@@ -232,8 +265,52 @@ class Commission(Checked):
     start_s: float = Field(default=2.0, ge=0, description="time of the first motion [s]")
 
 
-Task = Annotated[
+One = Annotated[
     Commission | Stand | Raise | Sway | Drill | DrillHole | Crawl | Program,
+    Field(discriminator="kind"),
+]
+
+
+def _one(value: Any) -> Any:
+    """A task of a chain; a word alone is one with nothing changed."""
+    return {"kind": value} if isinstance(value, str) else value
+
+
+class Chain(Checked):
+    """Tasks one after the other, each from where the last one ended; their times count from their beginning.
+
+    A scenario may say `tasks: [crawl, drill_hole]` for it.
+    """
+
+    kind: Literal["chain"]
+    tasks: Annotated[tuple[Annotated[One, BeforeValidator(_one)], ...], Sequence] = Field(
+        min_length=2, max_length=100, description="the tasks in their order"
+    )
+
+    @model_validator(mode="after")
+    def _each_has_an_end(self) -> Chain:
+        drills = [task for task in self.tasks if isinstance(task, Drill | DrillHole)]
+        if len(drills) > 1:
+            raise impossible(
+                "tasks: drills twice; the store holds the rods of one hole", "one drill"
+            )
+        for k, task in enumerate(self.tasks[:-1]):
+            if isinstance(task, Stand | Sway) and task.for_s is None:
+                raise impossible(f"tasks.{k}: {task.kind} has no end", "for_s, how long")
+            if isinstance(task, Drill) and task.repeat:
+                raise impossible(f"tasks.{k}: repeats without end", "repeat: false")
+        if isinstance(self.tasks[-1], Stand | Sway) and self.tasks[-1].for_s is not None:
+            raise impossible("tasks: the last one goes on to the end", "no for_s in it")
+        return self
+
+    @property
+    def drilling(self) -> Drill | DrillHole | None:
+        """The task among them that drills."""
+        return next((task for task in self.tasks if isinstance(task, Drill | DrillHole)), None)
+
+
+Task = Annotated[
+    Commission | Stand | Raise | Sway | Drill | DrillHole | Crawl | Program | Chain,
     Field(discriminator="kind"),
 ]
 
@@ -322,7 +399,36 @@ class FailSensor(Checked):
         return value
 
 
+class Stop(Checked):
+    """A walk waits for a while, between two of its motions."""
+
+    kind: Literal["stop"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    duration_s: float = Field(gt=0, description="how long it waits [s]")
+
+
+class Turn(Checked):
+    """A walk goes on in another direction, with the steps that are left."""
+
+    kind: Literal["turn"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    heading_deg: float = Field(
+        ge=-180,
+        le=180,
+        description="direction of travel, from straight up the slope to the left [deg]",
+    )
+
+
 Event = Annotated[
-    CutRope | SetRope | Payload | Shove | SetFriction | LiftFoot | SetSupply | FailSensor,
+    CutRope
+    | SetRope
+    | Payload
+    | Shove
+    | SetFriction
+    | LiftFoot
+    | SetSupply
+    | FailSensor
+    | Stop
+    | Turn,
     Field(discriminator="kind"),
 ]

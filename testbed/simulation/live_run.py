@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 from testbed.control.distribution.distribution import Controller
 from testbed.control.gait import Gait
 from testbed.control.gaits.table import OwnParts
-from testbed.errors import SimulationFault
+from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.base import Detector
 from testbed.estimation.estimator import Estimator
+from testbed.formats.checked import Checked, checked
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.robot.robot import Robot
 from testbed.scenario.scenario import Scenario, load_scenario
@@ -38,6 +39,7 @@ from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
 from testbed.simulation.runs import Columns
 from testbed.simulation.summing_up import Ending, summed_up
+from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
 
 Array = NDArray[np.float64]
@@ -77,6 +79,12 @@ def simulate(
     if out is not None:
         run.record_in(out)
     return run
+
+
+class Happening(Checked):
+    """What `Run.happen` is told."""
+
+    event: Event
 
 
 class Run:
@@ -162,9 +170,52 @@ class Run:
                 self._folder.take_last(self.t_s)
         return rows
 
-    def happen(self, event: Event) -> None:
-        """Let an event of a scenario's kinds happen now: at the next control tick, whatever its `at_s` says."""
-        self._simulation.happen(event)
+    # ---- other ways to go on -------------------------------------------------------------------------------
+
+    def save(self) -> State:
+        """The run at this instant: machine, ground, estimators, gait and all that rides along, to the last bit.
+
+        `state.write("here.npz")` keeps it in a file. Raises InputError where a class of your own holds what no file
+        can hold.
+        """
+        return self._simulation.save(*self._riding)
+
+    def restore(self, state: State | str | Path) -> None:
+        """Go on from a saved state (or its file) of the same scenario; rows in memory begin there, or end there.
+
+        Raises InputError where the state belongs to another run, or where rows are in a folder already.
+        """
+        found = state if isinstance(state, State) else read_state(state)
+        if self._folder is not None and self._simulation.t_s > 0.0:
+            raise InputError(
+                "cannot go back in a run that is recorded in a folder",
+                field="restore",
+                allowed="a run without `out`, or one that has not been stepped yet",
+            )
+        self._simulation.restore(found, *self._riding)
+        for rows in (self.rows, self.truth):
+            rows.end_at(found.t_s)
+        self._fault, self.interrupted = None, False
+
+    def branch(self, seed: int | None = None) -> Run:
+        """Another run that begins where this one stands and goes its own way, recorded in memory.
+
+        seed: everything random from here on comes from another seed; None: the branch is this run's twin. Detectors and
+        estimators that ride along stay here. Raises InputError where a gait or controller came as an object.
+        """
+        return Run(self._simulation.branch(seed))
+
+    def happen(self, kind: str, **fields: Any) -> None:
+        """Let an event of the scenario happen now: `run.happen("cut_rope", rope="left")`.
+
+        Raises InputError for an event or a field that there is not, and for one that a gait carries out.
+        """
+        told = {"kind": kind, "at_s": self.t_s, **fields}
+        self._simulation.happen(checked(Happening, {"event": told}, "happen").event)
+
+    @property
+    def _riding(self) -> tuple[Any, ...]:
+        return () if self._riders is None else (self._riders,)
 
     # ---- looking -------------------------------------------------------------------------------------------
 

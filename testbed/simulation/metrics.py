@@ -16,12 +16,15 @@ import numpy.typing as npt
 from testbed.estimation.losses import (
     DETECTION_WINDOW_S,
     LOSS_S,
-    ROBOCLIMBER_NOMINAL_N,
+    LOSS_SHARE,
+    carrying_from_load,
     intervals,
     loss_force_n,
+    score_contact,
 )
 from testbed.formats.records import SET
 from testbed.machine.names import LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 from testbed.simulation.residuals import residual_summary
 
 Array = npt.NDArray[np.float64]
@@ -89,12 +92,12 @@ class Loss:
         return dict(self.__dict__)
 
 
-def contact_losses(data: Columns, truth: Columns) -> list[Loss]:
-    """Every stretch of at least 20 ms in which a foot's true normal force is below 300 N, in order of time."""
+def contact_losses(data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N) -> list[Loss]:
+    """Every stretch of at least 20 ms in which a foot's true normal force is below `loss_n`, in order of time."""
     time_s = truth["t"]
     found = []
     for leg in LEGS:
-        lost = truth[f"contact_normal_{leg}"] < LOSS_FORCE_N
+        lost = truth[f"contact_normal_{leg}"] < loss_n
         word = data.get(f"contact_{leg}")
         for a, b in intervals(lost, time_s, LOSS_S):
             delay = None if word is None else _delay(word, time_s, a, b)
@@ -118,8 +121,8 @@ def _delay(word: Array, time_s: Array, a: int, b: int) -> float | None:
     return float(time_s[a + spoken[0]] - time_s[a]) if spoken.size else None
 
 
-def false_alarms(data: Columns, truth: Columns) -> int:
-    """How often a detector says `lost` while the foot's true normal force stays at 300 N or more all the time.
+def false_alarms(data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N) -> int:
+    """How often a detector says `lost` while the foot's true normal force stays at `loss_n` or more all the time.
 
     Word and force are compared over the whole stretch of the word, so that a late end of a true loss is no alarm. A
     word from the first row on is none either: the detector has not spoken yet.
@@ -129,11 +132,53 @@ def false_alarms(data: Columns, truth: Columns) -> int:
         word = data.get(f"contact_{leg}")
         if word is None:
             continue
-        loaded = truth[f"contact_normal_{leg}"] >= LOSS_FORCE_N
+        loaded = truth[f"contact_normal_{leg}"] >= loss_n
         count += sum(
             a > 0 and bool(np.all(loaded[a:b])) for a, b in intervals(word < SET, truth["t"])
         )
     return count
+
+
+def wrong_leg_seconds(
+    data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
+) -> dict[str, float]:
+    """For how long the contact word was wrong, summed over the feet: seconds in the air called loaded, and the reverse.
+
+    Empty where there is no word. A word that is wrong without ever changing counts here, though it is no alarm.
+    """
+    found = [
+        score_contact(
+            data[f"contact_{leg}"],
+            carrying_from_load(truth[f"contact_normal_{leg}"], truth["t"], loss_n / LOSS_SHARE),
+            truth["t"],
+        )
+        for leg in LEGS
+        if f"contact_{leg}" in data
+    ]
+    if not found:
+        return {}
+    return {
+        "missed_s": sum(score.missed_s for score in found),
+        "false_flight_s": sum(score.false_flight_s for score in found),
+    }
+
+
+def unloaded(
+    data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
+) -> tuple[dict[str, float], dict[str, float]]:
+    """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n` [s], and the share
+    of all the time in which it was meant to carry [1].
+    """
+    time_s = truth["t"]
+    longest_s: dict[str, float] = {}
+    share: dict[str, float] = {}
+    for leg in LEGS:
+        meant = data.get(f"carrying_{leg}", np.ones(len(time_s))).astype(bool)
+        hangs = meant & (truth[f"contact_normal_{leg}"] < loss_n)
+        spans = intervals(hangs, time_s, LOSS_S)
+        longest_s[leg] = max((float(time_s[b - 1] - time_s[a]) for a, b in spans), default=0.0)
+        share[leg] = float(hangs.sum() / max(meant.sum(), 1))
+    return longest_s, share
 
 
 def detector_summary(losses: list[Loss], alarms: int, hours: float) -> dict[str, Any]:
@@ -149,7 +194,7 @@ def detector_summary(losses: list[Loss], alarms: int, hours: float) -> dict[str,
     }
 
 
-def stability_margin(truth: Columns) -> Array:
+def stability_margin(truth: Columns, loss_n: float = LOSS_FORCE_N) -> Array:
     """Share of the normal load that does not rest on the edge about which the robot would tip first, 0 to 0.5.
 
     Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal forces: with four
@@ -162,7 +207,7 @@ def stability_margin(truth: Columns) -> Array:
     share = normal / np.where(total > 0, total, 1.0)[:, None]
     fl, fr, rl, rr = share.T
     four = np.minimum.reduce([fl + fr, rl + rr, fl + rl, fr + rr])
-    loaded = normal >= LOSS_FORCE_N
+    loaded = normal >= loss_n
     three = np.where(loaded, share, np.inf).min(axis=1)
     feet = loaded.sum(axis=1)
     return np.where(feet == 4, four, np.where(feet == 3, three, 0.0))
@@ -228,19 +273,27 @@ def wanted_columns(columns: list[str]) -> list[str]:
     return ["t", *(c for c in columns if c.startswith(heads))]
 
 
-def run_metrics(data: Columns, truth: Columns, slope_deg: float) -> dict[str, Any]:
-    """All of it, as it goes into `summary.json`."""
-    losses = contact_losses(data, truth)
+def run_metrics(
+    data: Columns, truth: Columns, slope_deg: float, nominal_n: float = ROBOCLIMBER_NOMINAL_N
+) -> dict[str, Any]:
+    """All of it, as it goes into `summary.json`; `nominal_n`: load of a foot that tells what bears and what does not."""
+    loss_n = loss_force_n(nominal_n)
+    losses = contact_losses(data, truth, loss_n)
     hours = float(truth["t"][-1] - truth["t"][0]) / 3600.0
-    margin = stability_margin(truth)
+    margin = stability_margin(truth, loss_n)
+    longest_unloaded_s, unloaded_share = unloaded(data, truth, loss_n)
+    detector = detector_summary(losses, false_alarms(data, truth, loss_n), hours)
     return {
+        "nominal_load_n": nominal_n,
         "force_rms_n": force_rms_n(data, truth),
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
         "residuals": residual_summary(data, methods(data)),
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
-        "detector": detector_summary(losses, false_alarms(data, truth), hours),
+        "detector": detector | wrong_leg_seconds(data, truth, loss_n),
+        "longest_unloaded_s": longest_unloaded_s,
+        "unloaded_share": unloaded_share,
         "lowest_stability_margin": float(margin.min()),
         "tilt_max_deg": float(tilt_deg(truth, slope_deg).max()),
         "climbed_m": climbed_m(truth, slope_deg),

@@ -27,6 +27,11 @@ class Rows:
         """The next rows (n, columns)."""
         self._blocks.append(table)
 
+    def end_at(self, t_s: float) -> None:
+        """Forget the rows after this time."""
+        table = self.table
+        self._blocks = [table[table[:, self._places["t"]] <= t_s + 1e-9]]
+
     @property
     def table(self) -> Array:
         """All rows as (n, columns), in the order of `columns`."""

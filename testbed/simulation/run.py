@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from testbed.simulation.outputs import check_out
 
 if TYPE_CHECKING:
     from testbed.simulation.live_run import Run
+    from testbed.world.saved import State
 
 Progress = Callable[[float, str], None]
 
@@ -27,6 +28,14 @@ class Watch(Protocol):
     def look(self, run: Run) -> bool:
         """Look, and do to the run whatever is wanted; returns whether it may go on."""
         ...
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """A saved state that a run begins from, and what happens at that instant: mappings of `kind` and its fields."""
+
+    state: State
+    happens: Sequence[Mapping[str, Any]] = ()
 
 
 @dataclass
@@ -44,21 +53,25 @@ def run_scenario(
     model: str | Path | None = None,
     gui: bool = False,
     progress: Progress | None = None,
+    beginning: Beginning | None = None,
     watch: Watch | None = None,
 ) -> RunResult:
-    """Simulate `scenario` and record it under `out` (default `runs/<name>-<seed>[-n]`).
+    """Simulate `scenario`, from its start or a saved state, and record it under `out` (`runs/<name>-<seed>[-n]`).
 
     `progress(simulated_s, word)` is called after every block of one simulated second, or of the seconds that `watch`,
-    who looks before each block, wishes. The first Ctrl-C ends the run
-    after its block, a second one at once: what was recorded is kept and summed up. Raises InputError before anything
-    is written where the scenario, the model or the output folder cannot be used, SimulationFault where the simulation
-    breaks down.
+    who looks before each block, wishes. The first Ctrl-C ends the run after its block, a second one at once: what was
+    recorded is kept and summed up. Raises InputError before anything is written where the scenario, the model or the
+    output folder cannot be used, SimulationFault where the simulation breaks down.
     """
     from testbed.simulation.live_run import Run
     from testbed.world.simulation import Simulation
 
     check_out(out)
     with Run(Simulation(scenario, model=model, gui=gui), keeps=False) as run:
+        if beginning is not None:
+            run.restore(beginning.state)
+            for event in beginning.happens:
+                run.happen(**event)
         folder = run.record_in(out)
         with _stop_flag() as stopped:
             block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))

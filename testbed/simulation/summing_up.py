@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,9 @@ from testbed.simulation.metrics import run_metrics
 from testbed.simulation.runs import Columns, same_rows
 from testbed.simulation.stability import stability_summary
 
+UNLOADED_S, UNLOADED_SHARE, UNLOADED_ANYHOW_S = 5.0, 0.5, 10.0
+"""A machine has not stood where a foot that was meant to carry bore nothing for so long in a row and for this share of
+its time, or for the longer time in a row anyhow (E)."""
 SUMMARY_FORMAT = "roboclimber-summary/1"
 
 
@@ -24,23 +28,40 @@ class Ending:
     fault: BaseException | None = None
     """What broke down, if anything did."""
 
-    def verdict(self, of_world: str) -> str:
-        """The world's verdict in words, or what broke down."""
-        if self.fault is None:
-            return of_world.replace("_", " ")
-        return f"fault: {self.fault or type(self.fault).__name__}"
+    def verdict(self, of_world: str, figures: Mapping[str, Any]) -> str:
+        """The verdict in words (docs/verdicts.md): the world's, but for feet that hung in the air, or what broke down."""
+        if self.fault is not None:
+            return f"fault: {self.fault or type(self.fault).__name__}"
+        if of_world == "stood" and _hung(figures):
+            return "lost footing"
+        return of_world
+
+
+def _hung(figures: Mapping[str, Any]) -> bool:
+    """Whether a foot that was meant to carry bore nothing for too long."""
+    longest_s = figures.get("longest_unloaded_s") or {}
+    return any(
+        seconds > UNLOADED_ANYHOW_S
+        or (seconds > UNLOADED_S and figures["unloaded_share"][leg] > UNLOADED_SHARE)
+        for leg, seconds in longest_s.items()
+    )
 
 
 def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
     """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns, (n,) each."""
     scenario = simulation.scenario
     data, truth = same_rows(data, truth)
+    figures: dict[str, Any] = {}
+    if len(truth["t"]) > 1:
+        nominal_n = simulation.machines.truth.scale.nominal_load_n
+        figures = run_metrics(data, truth, scenario.terrain.slope_deg, nominal_n)
+        figures |= stability_summary(scenario, simulation.machines.truth, data, truth)
     summary: dict[str, Any] = {
         "format": SUMMARY_FORMAT,
         "scenario": scenario.name,
         "description": scenario.description,
         "seed": scenario.seed,
-        "verdict": ending.verdict(str(simulation.verdict)),
+        "verdict": ending.verdict(str(simulation.verdict), figures),
         "interrupted": ending.interrupted,
         "planned_s": scenario.duration_s,
         "simulated_s": float(truth["t"][-1]) if len(truth["t"]) else 0.0,
@@ -50,9 +71,7 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "undeclared": [u.model_dump() for u in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
-    if len(truth["t"]) > 1:
-        summary |= run_metrics(data, truth, scenario.terrain.slope_deg)
-        summary |= stability_summary(scenario, simulation.machines.truth, data, truth)
+    summary |= figures
     summary |= {k: v for k, v in simulation.summary().items() if k not in summary}
     summary["events"] = list(simulation.events)
     if not ending.interrupted and ending.fault is None:

@@ -85,9 +85,10 @@ class Live:
     def _pass_on(self, run: Run) -> None:
         while True:
             try:
-                run.happen(self._orders.get_nowait())
+                event = self._orders.get_nowait()
             except Empty:
                 return
+            run.happen(event.kind, **event.model_dump(exclude={"kind", "at_s"}))
 
     def _keep_time(self, t_s: float) -> None:
         """Wait where the simulation is ahead of the clock."""

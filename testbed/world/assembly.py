@@ -138,7 +138,7 @@ def assemble(
     site = _true_site(scenario, machines)
     ground = make_ground(site.terrain)
     hidden = hidden_of((*machines.drawn.undeclared, *scenario.undeclared))
-    drill = drilling_of(scenario.task, DrillLoads.zeros()[0], scenario.seed, machines.truth)
+    drill = drilling_of(scenario.drilling, DrillLoads.zeros()[0], scenario.seed, machines.truth)
     with bodies_of(hidden, machines.truth.urdf) as urdf:
         robot = Robot.of(machines.truth, carried, height, urdf)
         engine = Engine(
@@ -165,7 +165,7 @@ def assemble(
     except BaseException:
         engine.close()
         raise
-    raised = float(np.mean(scenario.robot.vertical_m)) > RAISED_M
+    raised = float(np.mean(scenario.robot.vertical_m)) > RAISED_M * machines.truth.scale.length
     return Assembled(
         boards=boards,
         engine=engine,
@@ -174,7 +174,12 @@ def assemble(
         drill=drill,
         noise_rng=seeds[1],
         added_noise_rng=np.random.default_rng([scenario.seed, 40]),
-        judge=Judge(start.rotation, robot.model.total_mass_kg * GRAVITY_M_S2, raised),
+        judge=Judge(
+            start.rotation,
+            robot.model.total_mass_kg * GRAVITY_M_S2,
+            raised,
+            machines.truth.scale,
+        ),
         kinematics=robot.model,
         hidden=hidden,
         belief=belief,
@@ -203,7 +208,7 @@ def _electronics(
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     thrust = thrust_bound(scenario, expected, start.joints, gravity, pulls)
     return {
-        "start_events": thrust_events(scenario.task, thrust),
+        "start_events": thrust_events(scenario.drilling, thrust),
         "thrust": thrust,
         "chain": _chain(scenario, believed, belief, start.surveyed_directions),
         "expectation": Expectation(expected, start.surveyed_directions),

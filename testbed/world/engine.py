@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
+import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import itemgetter
 from pathlib import Path
@@ -29,7 +30,14 @@ _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
 """Contact points further from touching than this are left out of a step (a foot comes down by 0.1 mm in one)."""
 with quiet():
-    import pybullet as p
+    try:
+        import pybullet as p
+    except ImportError as error:
+        raise InputError(
+            f"the physics engine PyBullet is not installed for Python {sys.version_info[0]}.{sys.version_info[1]}; its "
+            "wheels stop at 3.11, and nothing that simulates works without it",
+            allowed="Python 3.11 for what simulates; recordings, estimates, diagnosis and pages work on later ones",
+        ) from error
 
 
 class Engine:
@@ -59,6 +67,9 @@ class Engine:
         self._given: NDArray[Any] | None = None
         self._foot_grounds: list[int] = []
         self._centre: Sequence[float] = (0.0, 0.0, 0.0)
+        self._footing = np.zeros((len(LEGS), 3))
+        """Friction, stiffness and damping of the ground under each foot."""
+        self._sunk_m = np.zeros(len(LEGS))
         c = self.client
         p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
         p.setPhysicsEngineParameter(
@@ -98,12 +109,10 @@ class Engine:
         self.joints: list[int] = [by_name[name] for name in AXES]
         self._limits = [(info[joint][8], info[joint][9]) for joint in self.joints]
         links = {row[12].decode(): row[0] for row in info}
-        if "rod_store" not in links:
-            raise InputError("lacks a link", file=urdf, field="rod_store")
         self.foot_links: dict[int, int] = {
             by_name[f"{leg}_vertical"]: k for k, leg in enumerate(LEGS)
         }
-        self._store = links["rod_store"]
+        self._store = links.get("rod_store", -1)
         dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
         self.base_inertial_m = np.array(dyn[3])
         self.base_turn = np.array(dyn[4])
@@ -199,6 +208,7 @@ class Engine:
         self, leg: int, friction: float, stiffness_n_m: float, damping_n_s_m: float
     ) -> None:
         """What the ground is under one foot: its friction coefficient, stiffness and damping."""
+        self._footing[leg] = friction, stiffness_n_m, damping_n_s_m
         c, link = self.client, list(self.foot_links)[leg]
         p.changeDynamics(self.robot, link, lateralFriction=friction, physicsClientId=c)
         p.changeDynamics(
@@ -211,6 +221,7 @@ class Engine:
 
     def sink_ground(self, leg: int, depth_m: float) -> None:
         """Put the ground under one foot `depth_m` below the surface (an engine with `sinking`)."""
+        self._sunk_m[leg] = depth_m
         pose = self._ground_pose(depth_m)
         p.resetBasePositionAndOrientation(
             self._foot_grounds[leg], *pose, physicsClientId=self.client
@@ -229,6 +240,44 @@ class Engine:
         p.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
         for joint, value in zip(self.joints, joints, strict=True):
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
+
+    def state(self) -> dict[str, NDArray[Any]]:
+        """All that the next steps depend on: bodies and contacts as the engine writes them, and what was set since."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "state.bullet"
+            p.saveBullet(str(file), physicsClientId=self.client)
+            bodies = np.frombuffer(file.read_bytes(), dtype=np.uint8)
+        store = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
+        return {
+            "bodies": bodies,
+            "centre": np.array(self._centre, dtype=np.float64),
+            "store": np.array([store[0], *store[2]]),
+            "footing": self._footing.copy(),
+            "sunk_m": self._sunk_m.copy(),
+        }
+
+    def put_state(self, state: Mapping[str, NDArray[Any]]) -> None:
+        """Take over what `state` of an engine with the same bodies gave: its steps go on from there, bit for bit.
+
+        Raises InputError where the engine cannot read it.
+        """
+        mass, *inertia = (float(value) for value in state["store"])
+        p.changeDynamics(self.robot, self._store, mass=mass, physicsClientId=self.client)
+        p.changeDynamics(
+            self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client
+        )
+        for leg, (friction, stiffness, damping) in enumerate(state["footing"].tolist()):
+            self.set_footing(leg, friction, stiffness, damping)
+            if self._foot_grounds:
+                self.sink_ground(leg, float(state["sunk_m"][leg]))
+        with tempfile.TemporaryDirectory() as folder, quiet():
+            file = Path(folder) / "state.bullet"
+            file.write_bytes(np.asarray(state["bodies"], dtype=np.uint8).tobytes())
+            try:
+                p.restoreState(fileName=str(file), physicsClientId=self.client)
+            except p.error as error:
+                raise InputError("the engine cannot read these bodies", field="state") from error
+        self._centre = tuple(state["centre"].tolist())
 
     def read(self, state: NDArray[Any]) -> None:
         """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the principal axes."""

@@ -112,7 +112,7 @@ def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:
     """Ropes that pull as the start has it, and traction devices at the beginning of their stroke."""
     r, numbers, model = truth.scenario.ropes, truth.robot.machine.rope, truth.robot.model
     ropes, devices = board["ropes"], board["devices"]
-    board["traction"] = traction_parameters(truth.robot.machine, strokes=r.strokes)
+    board["traction"] = traction_parameters(truth.robot.machine, strokes=r.strokes, roped=r.enabled)
     devices["way"], devices["place"] = -1.0, RESERVE_M
     ropes["anchor"] = start.anchors_m
     ropes["attachment"] = attachments_of(truth.hidden, model.rope_attachments_m)

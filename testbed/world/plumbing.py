@@ -143,8 +143,8 @@ TRACTION_NAMES = {
 """Quantity of TractionParameters -> parameter of the machine."""
 
 
-def traction_parameters(machine: Machine, *, strokes: bool) -> Any:
-    """TractionParameters of a rope's device; without `strokes` a winch that hauls without end.
+def traction_parameters(machine: Machine, *, strokes: bool, roped: bool = True) -> Any:
+    """TractionParameters of a rope's device; without `strokes` a winch that hauls without end; `roped`: it is used.
 
     Raises InputError for numbers that cannot be.
     """
@@ -152,7 +152,7 @@ def traction_parameters(machine: Machine, *, strokes: bool) -> Any:
     for quantity, name in TRACTION_NAMES.items():
         device[quantity] = getattr(given, name)
     least = 3.0 * RESERVE_M
-    if given.stroke_m <= least:
+    if roped and given.stroke_m <= least:
         raise InputError(
             "is impossible", field="traction.stroke_m", value=given.stroke_m, allowed=f"> {least:g}"
         )

@@ -16,15 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.command import Command, SetPoints
+from testbed.control.gaits.chain import chain_in
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts
 from testbed.control.measured import Measured
-from testbed.errors import SimulationFault
+from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.table import BEST
 from testbed.estimation.estimator import SHIPPED
 from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.machine.folder import is_shipped_urdf
 from testbed.machine.names import AXES, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
@@ -32,8 +34,10 @@ from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import (
     CutRope,
     FailSensor,
+    LiftFoot,
     Payload,
     SetFriction,
+    SetRope,
     SetSupply,
     Shove,
 )
@@ -54,10 +58,9 @@ from testbed.world.between import (
 )
 from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
+from testbed.world.progress import progress
+from testbed.world.saved import State, restore, save
 from testbed.world.verdict import LOOK_TICKS
-
-BEARS_N = 300.0
-"""A foot that is pressed on the ground by more than this bears."""
 
 Array = NDArray[np.float64]
 TICK_HZ = 100
@@ -84,7 +87,7 @@ class Simulation:
         gui: bool = False,
         own: OwnParts = NOTHING_OWN,
     ) -> None:
-        self.scenario = scenario
+        self.scenario, self._model, self._own = scenario, model, own
         compiled = first_start.beside()
         self.machines = machines_of(scenario)
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
@@ -108,6 +111,7 @@ class Simulation:
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
         self._hold = DrillHold()
+        self._chain = chain_in(self.machine.gait)
         m, b = self.machine, self.machine.board
         self._rope_was_whole = [bool(whole) for whole in b.ropes["whole"]]
         self._row["reference"] = m.start_joints
@@ -263,9 +267,7 @@ class Simulation:
             self._happen(self._pending.pop(0), t)
         m.drill.most_n = m.thrust.most_n
         m.drill.feed_n, m.drill.hammer = self._command.feed_n, self._command.hammer
-        for news in self._hold.update(
-            m.drill, t, self._every_tick * self.dt, self._command.hold_drill
-        ):
+        for news in self._drill(t):
             self.events.append({"t": t, **news})
         m.limit_thrust()
         drill_known(m.drill, self._row[0])
@@ -282,6 +284,19 @@ class Simulation:
             m.footing.update(
                 m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt
             )
+
+    def _drill(self, t: float) -> list[dict[str, Any]]:
+        """Let the drill work, in a chain of tasks from its turn on; returns what has happened."""
+        m, dt = self.machine, self._every_tick * self.dt
+        chain = self._chain
+        if chain is None:
+            return self._hold.update(m.drill, t, dt, self._command.hold_drill)
+        if t < chain.drill_began_s:
+            return []
+        since = t - chain.drill_began_s
+        news = self._hold.update(m.drill, since, dt, self._command.hold_drill)
+        chain.drill_done = bool(m.drill.progress().get("done", True))
+        return news
 
     def _follow(self, command: Command, t: float) -> None:
         """Hand a command to the loops, the ropes and the rows: the one place where set points begin to move.
@@ -332,15 +347,16 @@ class Simulation:
         belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
-            t, m.board.rotation, feet, self._command.stance, m.board.normal_force > BEARS_N, belly_n
+            t,
+            m.board.rotation,
+            feet,
+            self._command.stance,
+            m.board.normal_force > m.judge.bears_n,
+            belly_n,
         )
         if end is not None:
             self.events.append(end)
             self.finished = True
-
-    def happen(self, event: Any) -> None:
-        """Let an event of the scenario's kinds happen at the next control tick, whatever its `at_s` says."""
-        self._pending.insert(0, event.model_copy(update={"at_s": self.t_s}))
 
     def _happen(self, event: Any, t: float) -> None:
         m = self.machine
@@ -390,6 +406,59 @@ class Simulation:
         """The running row of data: one DataRow, what the electronics know now."""
         return self._row[0]
 
+    # ---- other ways to go on -------------------------------------------------------------------------------
+
+    def save(self, *others: Any) -> State:
+        """The run at this instant (saved.py), and the objects `others` that go with it."""
+        return save(self, *others)
+
+    def restore(self, state: State, *others: Any) -> None:
+        """Go on from a saved state of this scenario. Raises InputError where it belongs to another."""
+        last = self._last
+        restore(state, self, *others)
+        self._last = last
+        self.finished = self._step >= last or self.verdict != "stood"
+
+    def branch(self, seed: int | None = None) -> Simulation:
+        """Another simulation that stands where this one does and goes its own way; `seed`: with other noise from here on.
+
+        Raises InputError where a gait or controller came as an object: two runs cannot share it.
+        """
+        for part in (self._own.gait, self._own.controller):
+            if part is not None and not isinstance(part, str | type):
+                raise InputError(
+                    "is an object, which two runs cannot share",
+                    field="gait or controller",
+                    value=type(part).__name__,
+                    allowed="a class, or FILE.py:Class",
+                )
+        other = Simulation(self.scenario, self._model, own=self._own)
+        try:
+            other.restore(self.save())
+        except BaseException:
+            other.close()
+            raise
+        if seed is not None:
+            other.reseed(seed)
+        return other
+
+    def reseed(self, seed: int) -> None:
+        """Let everything random that is still to come come from another seed."""
+        m = self.machine
+        m.noise_rng, m.added_noise_rng = (np.random.default_rng([seed, k]) for k in (1, 40))
+        self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
+
+    def happen(self, event: Any) -> None:
+        """Let an event happen now, whatever its time. Raises InputError for one that a gait carries out."""
+        if isinstance(event, LiftFoot | SetRope):
+            raise InputError(
+                "is carried out by the task from its start on",
+                field="event",
+                value=event.kind,
+                allowed="an event of the scenario, or one that happens to the machine",
+            )
+        self._happen(event, self.t_s)
+
     # ---- what others ask -----------------------------------------------------------------------------------
 
     @property
@@ -408,9 +477,10 @@ class Simulation:
         return {
             "verdict": self.verdict,
             "foot_slip_m": m.judge.slip_m,
-            "tilt_deg": math.degrees(m.judge.tilt_rad),
+            "turn_max_deg": math.degrees(m.judge.turn_rad),
             **m.drill.summary(),
             **m.settlement(),
+            "progress": progress(m.gait, m.drill, self.t_s),
             "pump_work_j": float(m.board.supply.pump_work),
             "oil_temperature_degc": float(m.board.supply.temperature),
             "total_mass_kg": float(m.engine.masses().sum()),
@@ -421,11 +491,11 @@ class Simulation:
     def surveyed(self) -> dict[str, Any]:
         """What people measured of the place and the load before the run: rope directions, rods carried, the believed URDF."""
         directions = self.machine.expectation.rope_directions_in_world
-        believed_urdf = self.scenario.model.urdf or self.scenario.robot.urdf
+        believed_urdf = self.machines.belief.urdf
         return {
             "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
             "payload_kg": self.scenario.carried_kg,
-            "urdf": believed_urdf,
+            "urdf": None if is_shipped_urdf(believed_urdf) else str(believed_urdf),
         }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""How a run ends: stood, fell, slid, rope broke."""
+"""How a run ends: stood, fell, slid, rope broke. The rules in words: docs/verdicts.md."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from testbed.estimation.losses import loss_force_n
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 Array = NDArray[np.float64]
 
@@ -27,15 +30,20 @@ LOOK_TICKS = 10
 class Judge:
     """Watches the truth at a slow rate and ends the run when the machine is lost."""
 
-    def __init__(self, rotation_start: Array, weight_n: float, raised: bool) -> None:
+    def __init__(
+        self, rotation_start: Array, weight_n: float, raised: bool, scale: Scale = ROBOCLIMBER
+    ) -> None:
         self._start = rotation_start.copy()
         self.weight_n = weight_n
+        self._scale = scale
+        self.bears_n = loss_force_n(scale.nominal_load_n)
+        """Normal load above which a foot stands."""
         self._raised = raised
         self._anchor: list[list[float] | None] = [None] * 4
         self._left: Array | None = None
         """Middle of the feet when the last of them ceased to bear."""
         self.slip_m = 0.0
-        self.tilt_rad = 0.0
+        self.turn_rad = 0.0
         self.verdict = "stood"
 
     def look(
@@ -52,7 +60,7 @@ class Judge:
         What counts as sliding is the way along the slope: ground may settle under a foot.
         """
         tilt = math.acos(min(1.0, max(-1.0, (float(np.vdot(self._start, rotation)) - 1.0) / 2.0)))
-        self.tilt_rad = max(self.tilt_rad, tilt)
+        self.turn_rad = max(self.turn_rad, tilt)
         places, slip = (feet @ self._start[:, :2]).tolist(), 0.0
         for leg, stands in enumerate((carrying & loaded).tolist()):
             if not stands:
@@ -64,15 +72,15 @@ class Judge:
         aloft = self._aloft_m(feet.mean(axis=0), bool(loaded.any()))
         if (
             tilt > TILT_FALL_RAD
-            or aloft > ALOFT_M
+            or aloft > ALOFT_M * self._scale.length
             or (self._raised and belly_n > BELLY_SHARE * self.weight_n)
         ):
             self.verdict = "fell"
-        elif slip > SLIDE_M:
+        elif slip > SLIDE_M * self._scale.length:
             self.verdict = "slid"
         else:
             return None
-        return {"t": t, "kind": self.verdict, "tilt_deg": math.degrees(tilt), "slip_m": slip}
+        return {"t": t, "kind": self.verdict, "turn_deg": math.degrees(tilt), "slip_m": slip}
 
     def _aloft_m(self, middle: Array, bears: bool) -> float:
         """How far the feet have come on the whole since any of them bore, m."""

@@ -20,7 +20,7 @@ from walking_machine import (
     step,
 )
 
-from testbed.control.gaits.crawl.footholds import Footholds
+from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.gaits.crawl.pace import (
     LOADED_SHARE,
@@ -131,10 +131,12 @@ def test_the_body_shifts_away_from_the_swinging_legs_until_the_margin_is_enough(
     middle = footholds.margin_n(*args)
     goal, margin = footholds.body_goal(
         np.zeros(3),
-        np.array([0.0, 1.0, 0.0]),
-        footholds.home,
-        [(3, footholds.home[3])],
-        np.zeros(3),
-        *args[3:],
+        Swings(
+            np.array([0.0, 1.0, 0.0]),
+            footholds.home,
+            [(3, footholds.home[3])],
+            np.zeros(3),
+            *args[3:],
+        ),
     )
     assert goal[1] > 0.05 and margin > middle + 1000.0

@@ -288,9 +288,9 @@ BROKEN = {
         lambda t: t.replace('<parent link="fl_radial" />', '<parent link="leg" />'),
         "parent is no link",
     ),
-    "no traction": (
+    "one traction device": (
         lambda t: t.replace("traction_left", "winch_left"),
-        "link traction_left: is missing",
+        "link traction_right: has one traction device without the other",
     ),
 }
 

@@ -131,7 +131,7 @@ BROKEN = {
     "rising leg": ('xyz="0 0 -1"', 'xyz="0 0 1"', "joint fl_vertical axis"),
     "foot aside": ('<origin xyz="0.5 0 0"', '<origin xyz="0.5 0.02 0"', "link fl_foot.*20 mm"),
     "part extended": ('lower="0" upper="0.4"', 'lower="0.1" upper="0.4"', "fl_radial lower limit"),
-    "no rod store": ("rod_store", "basket", "link rod_store: is missing"),
+    "one traction device": ("traction_left", "winch", "link traction_right: .*without the other"),
     "another order": (
         '<parent link="fl_rotation" />',
         '<parent link="body" />',

@@ -196,7 +196,7 @@ def test_judge_tells_fall_and_slide() -> None:
     tipped = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     judge = Judge(np.eye(3), 4e4, raised=True)
     assert judge.look(0.0, tipped, feet, all_feet, all_feet, 0.0) is not None
-    assert judge.verdict == "fell" and judge.tilt_rad == pytest.approx(0.5)
+    assert judge.verdict == "fell" and judge.turn_rad == pytest.approx(0.5)
 
 
 def test_an_impossible_start_posture_is_refused_by_name() -> None:

@@ -206,7 +206,7 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
         world._step * world.dt,
         gait.steps_done if gait else None,
         summary["foot_slip_m"],
-        max(tilt, summary["tilt_deg"]),
+        max(tilt, summary["turn_max_deg"]),
         min(gait.margins_n, default=0.0) if gait else None,
         tension,
         scenario.terrain.friction,

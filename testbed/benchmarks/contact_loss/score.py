@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.losses import LOSS_S, ROBOCLIMBER_NOMINAL_N, loss_force_n
+from testbed.estimation.losses import LOSS_S, loss_force_n
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -6,7 +6,7 @@ speeds; a body that moves up and down on four feet shows its weight, its ways to
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from testbed.control.command import Command
 from testbed.control.gait import BelievedStart
 from testbed.control.measured import Measured
 from testbed.machine.names import LEGS
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.scenario.tasks import Commission
 
 Array = NDArray[np.float64]
@@ -40,6 +41,12 @@ class Key:
     lift_m: tuple[float, float, float, float]
     stance: tuple[bool, bool, bool, bool]
 
+    def longer(self, factor: float) -> Key:
+        """The same with ways that are longer by a factor."""
+        x, y, z = (factor * v for v in self.body_m)
+        fl, fr, rl, rr = (factor * v for v in self.lift_m)
+        return replace(self, body_m=(x, y, z), lift_m=(fl, fr, rl, rr))
+
 
 class CommissionGait:
     """See the module's docstring. A Gait."""
@@ -48,7 +55,7 @@ class CommissionGait:
         self._legs = start.legs
         self._feet = self._legs.feet(start.joints)
         self._nought = start.joints - self._legs.joints(self._feet)
-        self._keys = program(task)
+        self._keys = program(task, start.robot.machine.scale)
         self._times = np.array([key.t for key in self._keys])
         self._places = np.array([(*key.body_m, *key.lift_m) for key in self._keys])
 
@@ -63,13 +70,21 @@ class CommissionGait:
         return Command(joints=self._legs.joints(feet) + self._nought, stance=stance)
 
 
-def duration_s(task: Commission) -> float:
+def duration_s(task: Commission, scale: Scale = ROBOCLIMBER) -> float:
     """How long the whole programme takes."""
-    return program(task)[-1].t + REST_S
+    return program(task, scale)[-1].t + REST_S
 
 
-def program(task: Commission) -> list[Key]:
-    """The programme as keys, in order."""
+def program(task: Commission, scale: Scale = ROBOCLIMBER) -> list[Key]:
+    """The programme as keys, in order; its ways are as long as the machine is large, its times stay."""
+    keys = _program(task)
+    if scale.length == 1.0:
+        return keys
+    return [key.longer(scale.length) for key in keys]
+
+
+def _program(task: Commission) -> list[Key]:
+    """The programme of ROBOCLIMBER."""
     keys = [Key(task.start_s, (0.0, 0.0, 0.0), (0.0,) * 4, (True,) * 4)]
 
     def go(seconds: float, body: Array, lift: Array, leg: int | None = None) -> None:

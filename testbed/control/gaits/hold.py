@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,13 @@ class Hold:
             elif event.at_s <= t < event.at_s + event.duration_s:
                 rope_rates[SIDES.index(event.rope)] += event.pay_out_m / event.duration_s
         return replace(self._held, joints=joints, rope_rates_m_s=rope_rates, stance=stance)
+
+    def progress(self, t: float) -> dict[str, Any]:
+        """How far the body is raised."""
+        if self._raise is None:
+            return {}
+        reached = float(self._raised(self._raise, t).min())
+        return {"done": reached >= self._raise.to_m, "raised_to_m": reached}
 
     def _raised(self, task: Raise, t: float) -> Array:
         """(4) extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every `every_s`."""

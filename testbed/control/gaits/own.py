@@ -45,6 +45,11 @@ class OwnGait:
             self._last = command
         return command
 
+    def progress(self, t: float) -> Any:
+        """What the user's gait says of its own progress; nothing where it says nothing."""
+        told = getattr(self._gait, "progress", None)
+        return {} if told is None else dict(told(t))
+
     def _check(self, command: object) -> None:
         if not isinstance(command, Command):
             raise self._refused("command", type(command).__name__, "a Command")

@@ -7,6 +7,7 @@ from typing import Any
 
 from testbed.control.distribution.distribution import Controller
 from testbed.control.gait import BelievedStart, Gait, Layer, Layered
+from testbed.control.gaits.chain import Chain
 from testbed.control.gaits.commission import CommissionGait
 from testbed.control.gaits.crawl.footholds import Footholds
 from testbed.control.gaits.crawl.gait import CrawlGait
@@ -19,7 +20,8 @@ from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
 from testbed.scenario.drilling import DrillHole
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import Commission, Crawl, Program, Sway
+from testbed.scenario.tasks import Chain as TaskChain
+from testbed.scenario.tasks import Commission, Crawl, Event, Program, Stop, Sway, Turn
 
 
 @dataclass(frozen=True)
@@ -40,20 +42,13 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
     task = scenario.task
     gait: Gait
     if own.gait is not None:
-        gait = checked_gait(own.gait, start, field="gait")
-    elif isinstance(task, Crawl):
-        gait = _crawl(task, start)
-    elif isinstance(task, Commission):
-        gait = CommissionGait(task, start)
-    elif isinstance(task, Sway):
-        gait = SwayGait(task, start)
-    elif isinstance(task, Program):
-        gait = checked_gait(task.file, start)
+        gait = _with_mast(task, checked_gait(own.gait, start, field="gait"), start)
+    elif needs_chain(scenario):
+        tasks = task.tasks if isinstance(task, TaskChain) else (task,)
+        gait = Chain(tasks, scenario.events, start, lambda part, here: _one(part, (), here))
     else:
-        gait = Hold(start.joints, task, scenario.events)
+        gait = _one(task, scenario.events, start)
     layers: list[Layer] = []
-    if isinstance(task, DrillHole) and task.keep_mast:
-        layers.append(KeepMast(start.legs.feet(start.joints)))
     chosen = own.controller or scenario.control.distribution
     if chosen != "position_hold":
         from testbed.control.distribution.controllers import controller, distribution
@@ -64,6 +59,40 @@ def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OW
     if scenario.control.supervisor:
         layers.append(Supervisor())
     return Layered(gait, tuple(layers)) if layers else gait
+
+
+def needs_chain(scenario: Scenario) -> bool:
+    """Whether a scenario's motion is more than one gait from its start to its end."""
+    task = scenario.task
+    walks_on = isinstance(task, Crawl) and bool(task.waypoints_m)
+    return (
+        isinstance(task, TaskChain)
+        or walks_on
+        or any(isinstance(event, Stop | Turn) for event in scenario.events)
+    )
+
+
+def _one(task: Any, events: tuple[Event, ...], start: BelievedStart) -> Gait:
+    """The gait of one task, with the layers that belong to it."""
+    gait: Gait
+    if isinstance(task, Crawl):
+        gait = _crawl(task, start)
+    elif isinstance(task, Commission):
+        gait = CommissionGait(task, start)
+    elif isinstance(task, Sway):
+        gait = SwayGait(task, start)
+    elif isinstance(task, Program):
+        gait = checked_gait(task.file, start)
+    else:
+        gait = Hold(start.joints, task, events)
+    return _with_mast(task, gait, start)
+
+
+def _with_mast(task: Any, gait: Gait, start: BelievedStart) -> Gait:
+    """The gait under a layer that keeps the mast upright, where its task asks for that."""
+    if isinstance(task, DrillHole) and task.keep_mast:
+        return Layered(gait, (KeepMast(start.legs.feet(start.joints)),))
+    return gait
 
 
 def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:

@@ -156,7 +156,24 @@ class Tuning:
     lost_dwell_s: float = 0.0
     """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""
 
+    def scaled(self, machine: Machine) -> Tuning:
+        """The same for a machine of another size and other transducers."""
+        force = machine.scale.force
+        return replace(
+            self,
+            kbf_q_n2=force**2 * self.kbf_q_n2,
+            kbf_r_n2=force**2 * self.kbf_r_n2,
+            e_max_n=force * self.e_max_n,
+            contact_on_n=force * self.contact_on_n,
+            contact_off_n=force * self.contact_off_n,
+            rest_m_s=machine.scale.speed * self.rest_m_s,
+            slide_m_s=machine.scale.speed * self.slide_m_s,
+            pressure_sd_pa=self.pressure_sd_pa * machine.sensor.pressure_noise_pa / NOISE_PA,
+        )
 
+
+NOISE_PA = 8.0e3
+"""Noise of the transducers for which `pressure_sd_pa` stands, counts included."""
 SLOWEST_S = 0.0051
 """Step up to which the explicit observers of encoder and spool are stable: 200 Hz."""
 
@@ -262,7 +279,8 @@ class Believed:
                     leg = leg.with_effect(effect)
             legs.append(leg)
         four = (legs[0], legs[1], legs[2], legs[3])
-        return cls(four, valves_of(machine), dt_s, machine.sensor.encoder_linear_m)
+        tuning = Tuning().scaled(machine)
+        return cls(four, valves_of(machine), dt_s, machine.sensor.encoder_linear_m, tuning=tuning)
 
 
 def _declare_valves(valves: NDArray[Any], known: Known) -> None:

@@ -347,3 +347,12 @@ class DrillCycle:
             "layers": [{"kind": kind, "bottom_m": bottom} for kind, bottom in layers],
         }
         return {"hole_depth_m": self.depth_m, "drill": found}
+
+    def progress(self) -> dict[str, Any]:
+        """See drilling.Drilling."""
+        return {
+            "done": self.phase == "done",
+            "phase": self.phase,
+            "hole_depth_m": self.depth_m,
+            "hole_depth_wanted_m": self.task.depth_m,
+        }

@@ -57,6 +57,10 @@ class Drilling(Protocol):
         """What came of it, for summary.json."""
         ...
 
+    def progress(self) -> dict[str, Any]:
+        """Whether it is `done`, and how much of what was wanted is made."""
+        ...
+
 
 class DrillProgram:
     """Phases of a scenario one after the other, whatever the rock; None: a drill that rests."""
@@ -126,6 +130,12 @@ class DrillProgram:
     def summary(self) -> dict[str, Any]:
         """See Drilling."""
         return {"hole_depth_m": float(self.loads["depth"])}
+
+    def progress(self) -> dict[str, Any]:
+        """See Drilling."""
+        if self._task is None:
+            return {}
+        return {"done": self._task.repeat or self.phase == "done", "phase": self.phase}
 
 
 def drill_known(drill: Drilling, known: Any) -> Any:

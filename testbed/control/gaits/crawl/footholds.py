@@ -8,11 +8,14 @@ friction counted, wants it, and as the ranges of all four legs allow.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
+from testbed.machine.scale import Scale
 from testbed.robot.kinematics import LegKinematics
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel
@@ -29,6 +32,24 @@ TENSION_ERROR = 0.02
 """The traction devices keep a tension within this share of what is wanted (E)."""
 
 
+@dataclass(frozen=True)
+class Swings:
+    """The legs that swing next, one after the other, and what holds the machine meanwhile."""
+
+    side: Array
+    """(3) unit vector of the body's shift."""
+    feet: Array
+    """(4, 3) now."""
+    footholds: list[tuple[int, Array]]
+    """Each leg with its next place (3)."""
+    further: Array
+    """(3) how far the middle goes next, with the shift to the other side, which all legs must reach as well."""
+    tensions: Array
+    """(2) N."""
+    ropes: Array
+    """(2, 3) unit vectors along the ropes."""
+
+
 class Footholds:
     """Plans body positions and footholds. `home` (4, 3): the feet at the start, path frame."""
 
@@ -41,6 +62,9 @@ class Footholds:
         self.nought: Array = start - legs.joints(self.home)
         """(12,) start joints less those of the plain kinematics."""
         self.weight_n = model.total_mass_kg * GRAVITY_M_S2
+        scale = Scale.of(model.total_mass_kg - model.carried_kg)
+        self._sways_m = scale.length * SWAYS_M
+        self._keep_off = KEEP_OFF * np.tile([1.0, scale.length, scale.length], len(LEGS))
         self._gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
         self._wanted_n = WANTED_SHARE * self.weight_n
 
@@ -56,12 +80,13 @@ class Footholds:
     def reaches(self, feet: Array, body: Array) -> bool:
         """Whether all joints stay KEEP_OFF away from their ends."""
         q, (low, high) = self.joints(feet, body), self._model.limits.T
-        return bool(np.all(q >= low + KEEP_OFF) and np.all(q <= high - KEEP_OFF))
+        return bool(np.all(q >= low + self._keep_off) and np.all(q <= high - self._keep_off))
 
     def lacking(self, feet: Array, body: Array) -> str:
         """The joint that is furthest beyond its range, in words."""
         q = self.joints(feet, body)
-        beyond = np.maximum(self._model.limits[:, 0] - q, q - self._model.limits[:, 1]) + KEEP_OFF
+        beyond = np.maximum(self._model.limits[:, 0] - q, q - self._model.limits[:, 1])
+        beyond += self._keep_off
         return AXES[int(np.argmax(beyond))]
 
     def margin_n(
@@ -83,30 +108,16 @@ class Footholds:
             feet[standing] - body, up, self._friction, load, centre, pulls, bounds
         )
 
-    def body_goal(
-        self,
-        middle: Array,
-        side: Array,
-        feet: Array,
-        swings: list[tuple[int, Array]],
-        further: Array,
-        tensions: Array,
-        ropes: Array,
-    ) -> tuple[Array, float]:
-        """Body position (3) from which the legs of `swings` [(leg, foothold (3))] can swing one after the other.
+    def body_goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
+        """Body position (3) from which the legs can swing one after the other, with the body at `middle` (3) unshifted.
 
-        middle (3): where the body would stand without a shift; side (3): unit vector of the shift; further (3): how far
-        the middle goes next, with the shift to the other side, which all legs must reach as well; tensions (2) N along
-        ropes (2, 3).
         Returns the position and its margin, N: the smallest shift whose margin is as wanted, else the largest margin.
         Raises InputError where no shift keeps all legs within their ranges.
         """
         best: tuple[Array, float] | None = None
-        for sway in SWAYS_M:
-            body = middle + sway * side
-            margin = self._margin(
-                body, middle + further - sway * side, feet, swings, tensions, ropes
-            )
+        for sway in self._sways_m:
+            body = middle + sway * swings.side
+            margin = self._margin(body, middle + swings.further - sway * swings.side, swings)
             if margin is None:
                 continue
             if best is None or margin > best[1]:
@@ -114,8 +125,8 @@ class Footholds:
             if margin >= self._wanted_n:
                 break
         if best is None:
-            moved = feet.copy()
-            for leg, foothold in swings:
+            moved = swings.feet.copy()
+            for leg, foothold in swings.footholds:
                 moved[leg] = foothold
             raise InputError(
                 f"takes {self.lacking(moved, middle)} out of its range",
@@ -124,22 +135,14 @@ class Footholds:
             )
         return best
 
-    def _margin(
-        self,
-        body: Array,
-        end: Array,
-        feet: Array,
-        swings: list[tuple[int, Array]],
-        tensions: Array,
-        ropes: Array,
-    ) -> float | None:
+    def _margin(self, body: Array, end: Array, swings: Swings) -> float | None:
         """Least margin over the swings, N; None where a joint would leave its range."""
-        feet, least = feet.copy(), np.inf
+        feet, least = swings.feet.copy(), np.inf
         if not self.reaches(feet, body):
             return None
-        for leg, foothold in swings:
+        for leg, foothold in swings.footholds:
             standing = [k for k in range(len(LEGS)) if k != leg]
-            least = min(least, self.margin_n(feet, body, standing, tensions, ropes))
+            least = min(least, self.margin_n(feet, body, standing, swings.tensions, swings.ropes))
             feet[leg] = foothold
             if not self.reaches(feet, body):
                 return None

@@ -9,6 +9,7 @@ the ropes do in rope_hold.py; this file is the order of events.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.levelling import Levelling
 from testbed.control.gaits.crawl.pace import Pace, progress
 from testbed.control.gaits.crawl.phases import IN_THE_AIR, Doing, Phase
+from testbed.control.gaits.crawl.reach import explained
 from testbed.control.gaits.crawl.rope_hold import RopeHold
 from testbed.control.gaits.crawl.walk_plan import Stride, WalkPlan
 from testbed.control.measured import Measured
@@ -60,10 +62,13 @@ class CrawlGait:
         self._feet = footholds.home.copy()
         self._body = np.zeros(3)
         total = float(start.load_n.sum())
-        offset = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
+        offset = np.zeros(3)
+        offset[:2] = start.load_n @ self._feet[:, :2] / total - self._feet[:, :2].mean(axis=0)
         self._lightness = min(total / footholds.weight_n, 1.0)
-        self._ground = GroundSearch(total, self._lightness, task.ground_steps_m)
-        self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, np.array([*offset, 0.0]))
+        machine = start.robot.machine
+        self._scale = machine.scale
+        self._ground = GroundSearch(total, self._lightness, task.ground_steps_m, self._scale)
+        self._plan = WalkPlan(task, footholds, pace, ropes, self._ground, offset)
         self._levelling: Levelling | None = None
         self._queue: list[Phase] = []
         self._phase: Phase | None = None
@@ -74,7 +79,15 @@ class CrawlGait:
         self.groups = 0
         """Groups of swings begun so far."""
         self.done = self._returning = False
-        self._plan.rehearse()
+        try:
+            self._plan.rehearse()
+        except InputError as error:
+
+            def rehearse(other: Crawl, aside: float) -> None:
+                pulls, off = ropes.turned(aside), offset * np.array([1.0, aside, 1.0])
+                WalkPlan(other, footholds, pace, pulls, self._ground, off).rehearse()
+
+            raise explained(error, task, start, rehearse) from error
 
     @property
     def way_m(self) -> float:
@@ -85,6 +98,33 @@ class CrawlGait:
     def margins_n(self) -> list[float]:
         """Planned wrench margin of every group of swings, N."""
         return self._plan.margins_n
+
+    @property
+    def moved_m(self) -> Array:
+        """(3) how far the body has gone by its set points, path frame."""
+        return self._body.copy()
+
+    @property
+    def between(self) -> bool:
+        """Whether one motion is over and the next has not begun, with all feet meant to stand."""
+        swinging = self._queue and self._queue[0].doing in (Doing.SWING, Doing.SEARCH, Doing.SEAT)
+        return self._phase is None and not swinging
+
+    def end_walk(self) -> int:
+        """Make no more swings than are begun, then bring the body over its feet; returns how many are left."""
+        begun = sum(phase.doing is Doing.SEAT for phase in self._queue)
+        if self._phase is not None and self._phase.doing is Doing.SEAT:
+            begun += 1
+        left = max(self.task.steps - self.steps_done - begun, 0)
+        self.task = self.task.model_copy(update={"steps": self.task.steps - left})
+        self._plan.follow(self.task)
+        return left
+
+    def progress(self, t: float) -> dict[str, Any]:
+        """What of the walk is made."""
+        del t
+        steps = {"steps_made": self.steps_done, "steps_wanted": self.task.steps}
+        return {"done": self.done, **steps, "way_m": self.way_m}
 
     @property
     def between_groups(self) -> bool:
@@ -117,7 +157,7 @@ class CrawlGait:
         if self._levelling is None:
             roll, pitch, _ = measured.attitude
             self._footholds.stand_under(attitude_gravity(float(roll), float(pitch)))
-            self._levelling = Levelling(measured.attitude, self._lightness)
+            self._levelling = Levelling(measured.attitude, self._lightness, self._scale)
             self._levelling.stand_on(self._feet)
         return self._levelling
 
@@ -174,7 +214,7 @@ class CrawlGait:
         """Move the phase's foot by dt s; whether the phase has done what it is there for."""
         load_n = float(measured.load[phase.leg])
         if phase.doing is Doing.UNLOAD:
-            self._feet[phase.leg, 2] += UNLOAD_M_S * dt
+            self._feet[phase.leg, 2] += self._scale.speed * UNLOAD_M_S * dt
             return share >= 1.0 or load_n < UNLOADED_SHARE * self._ground.touch_n
         if phase.doing is Doing.SWING:
             return self._swing(phase, share, dt, measured)

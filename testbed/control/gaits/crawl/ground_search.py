@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from testbed.machine.scale import ROBOCLIMBER, Scale
+
 TOUCH_SHARE = 0.12
 """A foot has met the ground when its estimated load rises by this share of the robot's load on the slope (E)."""
 LEAST_TOUCH_N = 400.0
@@ -30,16 +32,24 @@ STEADY_S = 0.2
 class GroundSearch:
     """One foot's search at a time. Heights are of the path frame, m; `old_m` is that of the foot's last foothold."""
 
-    def __init__(self, carried_n: float, lightness: float, ground_steps_m: float) -> None:
+    def __init__(
+        self,
+        carried_n: float,
+        lightness: float,
+        ground_steps_m: float,
+        scale: Scale = ROBOCLIMBER,
+    ) -> None:
         """carried_n: all feet's load; lightness: its share of the weight; ground_steps_m: to be reckoned with."""
-        self.touch_n = min(max(TOUCH_SHARE * carried_n, LEAST_TOUCH_N), MOST_TOUCH_N)
+        self._surely_n = scale.force * MOST_TOUCH_N
+        least_n = scale.force * LEAST_TOUCH_N
+        self.touch_n = min(max(TOUCH_SHARE * carried_n, least_n), self._surely_n)
         """Rise of the load that tells a touch."""
-        self.above_m = SEARCH_ABOVE_M + ground_steps_m
+        self.above_m = scale.length * SEARCH_ABOVE_M + ground_steps_m
         """How far above the old foothold a search begins."""
-        self._far_m = SEARCH_ABOVE_M + FAR_SHARE * ground_steps_m
-        self._below_m = SEARCH_BELOW_M + ground_steps_m
-        self._near_m_s = max(SEARCH_M_S * lightness, SLOWEST_SEARCH_M_S)
-        self._far_m_s = max(FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
+        self._far_m = scale.length * SEARCH_ABOVE_M + FAR_SHARE * ground_steps_m
+        self._below_m = scale.length * SEARCH_BELOW_M + ground_steps_m
+        self._near_m_s = scale.speed * max(SEARCH_M_S * lightness, SLOWEST_SEARCH_M_S)
+        self._far_m_s = max(scale.speed * FAR_SEARCH_M_S * lightness**0.5, self._near_m_s)
         self._base_n = 0.0
 
     def speed_m_s(self, height_m: float, old_m: float) -> float:
@@ -57,7 +67,7 @@ class GroundSearch:
     def met(self, load_n: float, since_s: float, dt: float) -> bool:
         """Whether the load tells a touch, `since_s` after the search began; if not, it is learnt for dt seconds."""
         rise = load_n - self._base_n
-        if rise > (self.touch_n if since_s >= STEADY_S else MOST_TOUCH_N):
+        if rise > (self.touch_n if since_s >= STEADY_S else self._surely_n):
             return True
         self._base_n += rise * dt / BASE_TIME_S
         return False

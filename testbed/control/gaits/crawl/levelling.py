@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.control.measured import Measured
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.attitude import rotation_from_attitude, small_turn, write_rotation
 from testbed.robot.loads.foot_load_sets import internal_force_of
 
@@ -26,10 +27,11 @@ SEAT_SPEED_M_S = 0.004
 class Levelling:
     """Keeps the attitude (3: roll, pitch, yaw, rad) of the beginning. Feet (4, 3) and body (3): path frame."""
 
-    def __init__(self, attitude_rad: Array, lightness: float) -> None:
+    def __init__(self, attitude_rad: Array, lightness: float, scale: Scale = ROBOCLIMBER) -> None:
         """lightness: the feet's share of the weight; the less they carry, the less a difference of loads says."""
         self._attitude = rotation_from_attitude(attitude_rad)
-        self._ease = 1.0 / float(np.sqrt(lightness))
+        self._ease = scale.speed / scale.force / float(np.sqrt(lightness))
+        self._fastest_m_s = scale.speed * SEAT_SPEED_M_S
         self._diagonal: Array = np.zeros(4)
         self._now, self._turned = np.empty((3, 3)), np.empty((3, 3))
 
@@ -59,7 +61,8 @@ class Levelling:
     def _even_out_m(self, load_n: Array, seating: bool, dt: float) -> float:
         """How far to move along the internal force that shifts load between the diagonals and changes nothing else."""
         gain = (SEAT_GAIN_M_S_N if seating else EVEN_GAIN_M_S_N) * self._ease
-        return min(max(gain * float(self._diagonal @ load_n), -SEAT_SPEED_M_S), SEAT_SPEED_M_S) * dt
+        most = self._fastest_m_s
+        return min(max(gain * float(self._diagonal @ load_n), -most), most) * dt
 
 
 @njit

@@ -50,6 +50,14 @@ class RopeHold:
         self.pull_n: Array = (self.tension_n @ self.directions(np.zeros(3)))[:2]
         """(2,) what is kept: the pull along the slope."""
 
+    def turned(self, share: float) -> RopeHold:
+        """The same ropes with the anchors turned about the body's z axis to a share of their azimuth, their pull too."""
+        x, y, _ = self.anchors_m.mean(axis=0)
+        turn = (share - 1.0) * math.atan2(y, x)
+        c, s = math.cos(turn), math.sin(turn)
+        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return RopeHold(self.anchors_m @ rotation.T, self.attachments_m, self.tension_n)
+
     def lengths_m(self, body: Array) -> Array:
         """(2,) from attachment to anchor with the body at `body` (3), path frame."""
         return np.asarray(np.linalg.norm(self.anchors_m - self.attachments_m - body, axis=1))

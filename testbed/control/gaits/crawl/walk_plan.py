@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.control.gaits.crawl.footholds import Footholds
+from testbed.control.gaits.crawl.footholds import Footholds, Swings
 from testbed.control.gaits.crawl.ground_search import GroundSearch
 from testbed.control.gaits.crawl.pace import Pace, progress
 from testbed.control.gaits.crawl.phases import Doing, Phase
@@ -28,6 +28,8 @@ SHORTEST_SWING_S = 0.5
 """No swing is quicker (E)."""
 WAY_SAMPLES = 20
 """A way is sampled at so many points to find what it asks of valves, pump and ropes."""
+OVER_THE_LOAD = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""Shares of the way from the feet's middle to over the load; the first that is within reach and holds is taken."""
 WAITS = np.linspace(0.0, 1.0, 5)
 """Where the next swings are out of reach, the body falls behind its plan by the first of these shares of its next way
 that brings them within reach: on rock a foot does not always stand where it was meant to."""
@@ -71,6 +73,10 @@ class WalkPlan:
         """Planned way of the body, m, after so many swings, since when the stride is the same."""
         self.margins_n: list[float] = []
         """Planned wrench margin of every group of swings, N."""
+
+    def follow(self, task: Crawl) -> None:
+        """Go on by a task that differs in its number of steps."""
+        self._task = task
 
     def rehearse(self) -> None:
         """Plan the first swings without making them: InputError where a stride is out of reach."""
@@ -132,9 +138,8 @@ class WalkPlan:
         centre = np.asarray(self.ahead * float(self.ahead @ middle))
         places = [(leg, self._foothold(leg, feet, centre + 0.5 * stride)) for leg in group]
         tensions, directions = self._ropes.wanted_n(body), self._ropes.directions(body)
-        goal, margin = self._footholds.body_goal(
-            middle - self._offset, self._side(group), feet, places, part, tensions, directions
-        )
+        swings = Swings(self._side(group), feet, places, part, tensions, directions)
+        goal, margin = self._goal(middle, swings)
         self.margins_n.append(margin)
         phases = [self._shift(feet, body, goal)]
         creep = np.zeros(3) if self._task.gait == "two_phase" else 0.5 * part
@@ -143,6 +148,35 @@ class WalkPlan:
             phases += self._swing_phases(leg, place, goal, goal + creep, feet)
             feet[leg] = place
         return phases
+
+    def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
+        """Where the body goes for the next swings, and its margin, N.
+
+        It goes over its load, which ropes to one side draw off the feet's middle; where that is out of reach, as much
+        nearer as the ranges ask for. Raises InputError where it is out of reach even over the middle, or where the
+        feet that stay could not hold the machine then.
+        """
+        refused: InputError | None = None
+        least = -np.inf
+        for share in OVER_THE_LOAD:
+            try:
+                goal, margin = self._footholds.body_goal(middle - share * self._offset, swings)
+            except InputError as error:
+                refused = refused or error
+                continue
+            if margin > 0.0 or share == 1.0:
+                return goal, margin
+            least = max(least, margin)
+        assert refused is not None
+        if least == -np.inf:
+            raise refused
+        aside = 1e3 * float(np.hypot(*self._offset[:2]))
+        raise InputError(
+            f"the ropes draw the load {aside:.0f} mm off the middle of the feet, further than the body can shift, and "
+            "three feet would not hold it",
+            field="ropes.azimuth_deg",
+            allowed="ropes nearer to straight up, or legs nearer to the middle of their ranges",
+        )
 
     def _side(self, group: list[int]) -> Array:
         """(3) unit vector away from the legs that are to swing."""

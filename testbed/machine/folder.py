@@ -1,0 +1,132 @@
+"""A machine of your own: one folder with its numbers (machine.yaml) and its bodies (robot.urdf).
+
+    format: roboclimber-machine/1
+    name: my climber
+    description: what it is
+    length_scale: 0.5          # numbers that are not given are ROBOCLIMBER's, scaled by Froude's law; 1: as they are
+    set: original              # of which of its sets: a constant supply, no holding valves (inferred: the paper's circuit)
+    without: [drill]           # what the drawn URDF leaves out: drill, ropes
+    numbers:                   # groups and names of roboclimber.yaml, each with unit, mark and source
+      oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
+
+Geometry, masses, strokes and ranges are the URDF's, whatever the numbers say: one truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from testbed import resources
+from testbed.errors import InputError
+from testbed.formats.checked import Checked, Sequence, checked
+from testbed.formats.yaml_files import read_mapping
+from testbed.machine.model import SHIPPED, Machine
+from testbed.machine.provenance import Quantity, quantities_of, read_quantities
+from testbed.machine.scale import exponent
+from testbed.machine.sets import DEFAULT, SetName, machine_set
+
+NUMBERS, BODIES = "machine.yaml", "robot.urdf"
+OF_THE_MATERIAL = ("oil.bulk_modulus_pa", "rock.")
+"""Numbers that no size changes."""
+
+
+class Head(Checked):
+    """What machine.yaml says beside its numbers."""
+
+    format: Literal["roboclimber-machine/1"]
+    name: str = Field(min_length=1, max_length=80, description="what people call it")
+    description: str = Field(default="", description="what it is, one or two sentences")
+    length_scale: float = Field(
+        default=1.0, gt=0.01, le=10.0, description="its size beside ROBOCLIMBER's"
+    )
+    set: SetName = Field(
+        default=DEFAULT,
+        description="which of ROBOCLIMBER's sets gives the numbers that are not here",
+    )
+    without: Annotated[tuple[Literal["drill", "ropes"], ...], Sequence] = Field(
+        default=(), description="what the drawn URDF leaves out"
+    )
+    numbers: dict[str, Any] = Field(default_factory=dict, description="as in roboclimber.yaml")
+
+
+def machine_folder(given: str | Path, folder: Path = Path()) -> Path:
+    """The folder of a machine: one of the user's (relative to `folder`), or a shipped one by its name.
+
+    Raises InputError where there is neither.
+    """
+    shipped = Path(__file__).with_name("shipped")
+    for found in (folder / given, shipped / str(given)):
+        if (found / NUMBERS).is_file():
+            return found.resolve()
+    names = ", ".join(sorted(path.name for path in shipped.iterdir() if path.is_dir()))
+    raise InputError(
+        f"is no folder with a {NUMBERS}",
+        field="machine.folder",
+        value=str(given),
+        allowed=f"a folder of your own, or {names}",
+    )
+
+
+def read_head(folder: Path) -> Head:
+    """The head of a machine's numbers. Raises InputError for what cannot be used."""
+    path = folder / NUMBERS
+    return checked(Head, read_mapping(path), path)
+
+
+def drawing_board(folder: Path) -> Machine:
+    """The machine of a folder by its numbers alone, its URDF not read; where there is none, the shipped one's.
+
+    Raises InputError naming the number that cannot be.
+    """
+    head, path = read_head(folder), folder / NUMBERS
+    base = read_quantities(Path(__file__).with_name(SHIPPED)) | machine_set(head.set)
+    quantities = dict(_scaled(base, head.length_scale))
+    machine = Machine.of(quantities, folder / BODIES, path)
+    for name, quantity in quantities_of(head.numbers, path).items():
+        old = machine.quantity(name, path, f"numbers.{name}")
+        if old.unit != quantity.unit or isinstance(old.value, tuple) != isinstance(
+            quantity.value, tuple
+        ):
+            raise InputError(
+                "has another unit or shape",
+                file=path,
+                field=f"numbers.{name}",
+                value=f"{quantity.value} {quantity.unit}",
+                allowed=f"like {old.value} {old.unit}",
+            )
+        quantities[name] = quantity
+    return Machine.of(quantities, folder / BODIES, path, "numbers")
+
+
+def bodies_of_folder(folder: Path) -> Path:
+    """The URDF of a folder. Raises InputError where it has none."""
+    if not (folder / BODIES).is_file():
+        raise InputError(
+            "has no URDF", file=folder / BODIES, allowed="one drawn by `testbed machine FOLDER`"
+        )
+    return folder / BODIES
+
+
+def _scaled(base: Mapping[str, Quantity], length: float) -> Iterator[tuple[str, Quantity]]:
+    """ROBOCLIMBER's numbers at another size, marked for what they then are."""
+    for name, quantity in base.items():
+        factor = length ** exponent(quantity.unit)
+        if factor == 1.0 or name.startswith(OF_THE_MATERIAL):
+            same = f"as ROBOCLIMBER: {quantity.source}"
+            mark = "D" if quantity.mark == "D" else "E"
+            yield name, replace(quantity, mark=mark, source=same)
+            continue
+        values = quantity.value
+        value = tuple(factor * v for v in values) if isinstance(values, tuple) else factor * values
+        source = f"ROBOCLIMBER's {values} scaled by Froude's law, length {length:g}"
+        yield name, replace(quantity, value=value, mark="E", source=source)
+
+
+def is_shipped_urdf(path: Path) -> bool:
+    """Whether a URDF is the one of ROBOCLIMBER that travels with the testbed."""
+    return path == resources.urdf()

@@ -1,0 +1,150 @@
+"""A run for other people's viewers: CSV for PlotJuggler, MCAP with Foxglove's schemas."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.errors import InputError
+from testbed.formats.files import check_file, whole
+from testbed.simulation.runs import RecordedRun, read_run, run_machines
+
+Array = npt.NDArray[np.float64]
+ENDINGS = (".csv", ".mcap")
+NUMBER = {"type": "number"}
+XYZ = {"type": "object", "properties": {name: NUMBER for name in "xyz"}}
+TURN = {"type": "object", "properties": {name: NUMBER for name in "xyzw"}}
+TIME = {
+    "type": "object",
+    "title": "time",
+    "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}},
+}
+FRAME_TRANSFORM = {
+    "title": "foxglove.FrameTransform",
+    "type": "object",
+    "properties": {
+        "timestamp": TIME,
+        "parent_frame_id": {"type": "string"},
+        "child_frame_id": {"type": "string"},
+        "translation": {"title": "foxglove.Vector3"} | XYZ,
+        "rotation": {"title": "foxglove.Quaternion"} | TURN,
+    },
+}
+FRAME_TRANSFORMS = {
+    "title": "foxglove.FrameTransforms",
+    "type": "object",
+    "properties": {"transforms": {"type": "array", "items": FRAME_TRANSFORM}},
+}
+"""As Foxglove publishes them: a panel in three dimensions draws the machine's URDF at these frames."""
+
+
+def export_run(folder: str | Path, out: str | Path, rate_hz: float = 100.0) -> dict[str, Any]:
+    """Write a run as `out`, at most `rate_hz` rows a second; returns what was written.
+
+    CSV: `t`, then `data/<column>` and `truth/<column>`, which PlotJuggler shows as trees. MCAP: topics `/data`, `/truth`
+    (JSON objects of all columns) and `/tf` (foxglove.FrameTransforms: the world, the body and every link of the URDF).
+    Raises InputError where there is no run, or where `out` cannot be written.
+    """
+    path = check_file(out, ENDINGS)
+    if not rate_hz > 0.0:
+        raise InputError("must be positive", field="--rate", value=rate_hz)
+    run = read_run(folder)
+    step_s = float(np.median(np.diff(run.time_s))) if len(run.time_s) > 1 else 1.0
+    rows = np.arange(0, len(run.time_s), max(round(1.0 / (rate_hz * step_s)), 1))
+    if path.suffix == ".csv":
+        _write_csv(run, rows, path)
+    else:
+        _write_mcap(run, rows, path)
+    return {"out": str(path), "rows": len(rows)}
+
+
+def _write_csv(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> None:
+    columns = {"t": run.time_s}
+    for series, found in (("data", run.data), ("truth", run.truth)):
+        columns |= {f"{series}/{name}": values for name, values in found.items() if name != "t"}
+    table = np.column_stack([values[rows] for values in columns.values()])
+    with whole(path) as hidden:
+        np.savetxt(hidden, table, "%.9g", ",", header=",".join(columns), comments="")
+
+
+def _write_mcap(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> None:
+    try:
+        from mcap.writer import Writer
+    except ImportError as error:
+        raise InputError(
+            "MCAP needs the package mcap: pip install 'roboclimber-testbed[mcap]'", file=path
+        ) from error
+    series = {"/data": run.data, "/truth": run.truth}
+    with whole(path) as hidden, hidden.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start(profile="", library="roboclimber-testbed")
+        channels = {
+            topic: _channel(writer, topic, f"roboclimber{topic.replace('/', '.')}", _object(found))
+            for topic, found in series.items()
+        }
+        channels["/tf"] = _channel(writer, "/tf", "foxglove.FrameTransforms", FRAME_TRANSFORMS)
+        frames = _frames(run, rows)
+        for row, transforms in zip(rows.tolist(), frames, strict=True):
+            time_ns = round(float(run.time_s[row]) * 1e9)
+            told: dict[str, Any] = {t: _row(found, row) for t, found in series.items()}
+            told["/tf"] = {"transforms": transforms}
+            for topic, message in told.items():
+                data = json.dumps(message).encode()
+                writer.add_message(channels[topic], time_ns, data, time_ns)
+        writer.finish()
+
+
+def _channel(writer: Any, topic: str, name: str, schema: Mapping[str, Any]) -> int:
+    number = writer.register_schema(
+        name=name, encoding="jsonschema", data=json.dumps(schema).encode()
+    )
+    return int(writer.register_channel(topic=topic, message_encoding="json", schema_id=number))
+
+
+def _object(columns: Mapping[str, Array]) -> dict[str, Any]:
+    return {"type": "object", "properties": {name: NUMBER for name in columns}}
+
+
+def _row(columns: Mapping[str, Array], row: int) -> dict[str, float | None]:
+    values = {name: float(values[row]) for name, values in columns.items()}
+    return {name: value if np.isfinite(value) else None for name, value in values.items()}
+
+
+def _frames(run: RecordedRun, rows: npt.NDArray[np.int64]) -> Iterator[list[dict[str, Any]]]:
+    """Row by row: where the body stands in the world, and every link on its parent."""
+    from testbed.robot.urdf.drawn import drawn
+
+    _, joints = drawn(run_machines(run.folder).truth.urdf)
+    hanging = []
+    for joint in joints:
+        positions = run.data.get(f"position_{joint.name}", np.zeros(len(run.time_s)))[rows]
+        places, turns = joint.pose(positions)
+        places = np.broadcast_to(places, (len(rows), 3))
+        hanging.append((joint.parent, joint.child, places, _quaternions(turns)))
+    pose = [run.truth[f"body_pose_in_world_{k}"][rows] for k in ("x", "y", "z")]
+    turn = [run.truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"]
+    hanging.insert(0, ("world", "body", np.column_stack(pose), np.column_stack(turn)))
+    for k, row in enumerate(rows.tolist()):
+        seconds, nanoseconds = divmod(round(float(run.time_s[row]) * 1e9), 1_000_000_000)
+        yield [
+            {
+                "timestamp": {"sec": seconds, "nsec": nanoseconds},
+                "parent_frame_id": parent,
+                "child_frame_id": child,
+                "translation": dict(zip("xyz", map(float, places[k]), strict=True)),
+                "rotation": dict(zip("xyzw", map(float, turns[k]), strict=True)),
+            }
+            for parent, child, places, turns in hanging
+        ]
+
+
+def _quaternions(rotations: Array) -> Array:
+    """Quaternions xyzw (n, 4) of rotations (n, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotations).as_quat())

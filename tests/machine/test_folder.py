@@ -1,0 +1,135 @@
+"""A machine in a folder of its own: its numbers, its URDF, what it lacks, and that nothing of it is ROBOCLIMBER's by chance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from testbed.errors import InputError
+from testbed.machine.build import build_machine
+from testbed.machine.folder import BODIES, NUMBERS, machine_folder
+from testbed.machine.provenance import MARKS
+from testbed.machine.scale import Scale, exponent
+from testbed.machine.urdf_check import OPTIONAL_LINKS, lacking
+from testbed.scenario.machines import machines_of
+from testbed.scenario.scenario import load_scenario
+from testbed.workflows.machines import check_machine
+
+HEAD = "format: roboclimber-machine/1\nname: mine\n"
+BORE = "numbers: {vertical_cylinder: {bore_m: {value: 0.08, unit: %s, mark: E, source: mine}}}\n"
+
+
+def _folder(tmp_path: Path, text: str) -> Path:
+    (tmp_path / NUMBERS).write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("unit", "power"),
+    [
+        ("m", 1.0),
+        ("kg", 3.0),
+        ("N s/m", 2.5),
+        ("m3/(s Pa)", 1.5),
+        ("1/s2", -1.0),
+        ("m3/s", 2.5),
+        ("Hz", -0.5),
+        ("J/K", 4.0),
+        ("1", 0.0),
+        ("m/s2", 0.0),
+    ],
+)
+def test_numbers_grow_by_the_power_that_their_unit_has(unit: str, power: float) -> None:
+    assert exponent(unit) == pytest.approx(power)
+
+
+def test_every_unit_of_the_machine_has_a_power() -> None:
+    assert all(isinstance(exponent(q.unit), float) for _, q in build_machine().leaves())
+
+
+def test_a_machine_of_nothing_but_a_name_is_roboclimber(tmp_path: Path) -> None:
+    check_machine(str(_folder(tmp_path, HEAD)))
+    shipped, mine = build_machine(), build_machine(folder=tmp_path)
+    for path, quantity in shipped.leaves():
+        assert mine.quantity(path).value == pytest.approx(quantity.value, rel=1e-9), path
+    assert mine.scale == Scale(1.0, 1.0)
+
+
+def test_one_leg_and_one_cylinder_may_differ(tmp_path: Path) -> None:
+    text = (
+        "numbers:\n  each_leg: {rl: {radial_offset_m: {value: 0.4, unit: m, mark: E, source: short}}}\n"
+        "  axes: {fl_vertical: {cylinder: {stroke_m: {value: 0.8, unit: m, mark: E, source: long}}}}\n"
+        "  joints: {vertical: {upper_m: {value: 0.8, unit: m, mark: E, source: long}}}\n"
+    )
+    check_machine(str(_folder(tmp_path, HEAD + text)))
+    mine = build_machine(folder=tmp_path)
+    assert mine.each_leg["rl"].radial_offset_m == pytest.approx(0.4)
+    assert mine.each_leg["fl"].radial_offset_m == pytest.approx(0.5)
+    assert mine.axes["fl_vertical"].stroke_m == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEAD + BORE % "mm", "bore_m.*another unit or shape.*like 0.07 m"),
+        (HEAD + "numbers: {wings: {span_m: {value: 1, unit: m, mark: E, source: x}}}\n", "no such"),
+        (HEAD + "numbers: {oil: {entrained_air: 0.1}}\n", "must carry value, unit"),
+        (HEAD + "wheels: 4\n", "wheels: unknown key"),
+        ("format: roboclimber-machine/9\nname: mine\n", "format"),
+        (HEAD + "length_scale: -1\n", "length_scale"),
+    ],
+)
+def test_what_cannot_be_a_machine_is_refused_by_its_number(
+    tmp_path: Path, text: str, said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        check_machine(str(_folder(tmp_path, text)))
+
+
+def test_a_folder_without_numbers_or_urdf_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no folder with a machine\.yaml .*climber_8t"):
+        machine_folder(tmp_path)
+    _folder(tmp_path, HEAD)
+    with pytest.raises(InputError, match=r"has no URDF.*testbed machine"):
+        build_machine(folder=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["climber_8t", "quarter_model"])
+def test_shipped_machines_are_marked_and_drawn_from_their_numbers(
+    name: str, tmp_path: Path
+) -> None:
+    shipped = machine_folder(name)
+    machine = build_machine(folder=shipped)
+    assert {q.mark for _, q in machine.leaves()} <= set(MARKS)
+    own = [
+        q
+        for _, q in machine.leaves()
+        if q.mark in "ABC" and q.source.startswith(("as ROBO", "ROBO"))
+    ]
+    assert not own, "nothing that ROBOCLIMBER's authors said holds for another machine"
+    _folder(tmp_path, (shipped / NUMBERS).read_text())
+    check_machine(str(tmp_path))
+    assert (tmp_path / BODIES).read_text() == (shipped / BODIES).read_text()
+
+
+def test_the_model_lacks_drill_and_ropes_and_is_refused_them() -> None:
+    lacks = lacking(build_machine(folder=machine_folder("quarter_model")).urdf)
+    assert lacks == set(OPTIONAL_LINKS)
+    for change, said in (
+        ("ropes={enabled: true}", "no traction_left"),
+        ("task={kind: drill}", "no drill_mast"),
+        ("robot.payload_kg=1", "no rod_store"),
+        ("robot.urdf=other.urdf", "beside machine.folder"),
+        ("robot.vertical_m=0.2", "stroke at fl.*0 to 0.125 m"),
+        ("task={kind: raise, to_m: 0.2}", "stroke.*at most 0.125 m"),
+    ):
+        with pytest.raises(InputError, match=said):
+            load_scenario("quarter_model_stand", [change])
+
+
+def test_world_and_belief_are_both_the_folders_machine() -> None:
+    machines = machines_of(load_scenario("climber_8t_stand"))
+    for machine in (machines.truth, machines.belief):
+        assert machine.total_mass_kg == pytest.approx(8000.0, rel=1e-3)
+        assert machine.scale.force == 2.0

@@ -1,0 +1,110 @@
+"""What a run is said to have come to: verdict, wrong leg-seconds, fields that are all described."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import testbed
+from testbed.errors import SimulationFault
+from testbed.machine.names import LEGS
+from testbed.machine.scale import Scale
+from testbed.report.console import run_status
+from testbed.simulation import metrics
+from testbed.simulation.summary_fields import FIELDS, table, undocumented
+from testbed.simulation.summing_up import Ending
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def _columns(lost_s: float, carrying: float = 1.0) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Ten seconds in which `rr` bears nothing for `lost_s`, and no word ever says so."""
+    t = np.arange(10_000) / 1000.0
+    data: dict[str, Any] = {"t": t}
+    truth: dict[str, Any] = {"t": t}
+    for leg in LEGS:
+        truth[f"contact_normal_{leg}"] = np.full(len(t), 9000.0)
+        data[f"carrying_{leg}"] = np.ones(len(t))
+        data[f"contact_{leg}"] = np.ones(len(t))
+    truth["contact_normal_rr"][t >= 10.0 - lost_s] = 0.0
+    data["carrying_rr"][:] = carrying
+    return data, truth
+
+
+@pytest.mark.parametrize(
+    ("lost_s", "carrying", "verdict"),
+    [(4.9, 1.0, "stood"), (5.2, 1.0, "lost footing"), (5.2, 0.0, "stood")],
+)
+def test_a_foot_that_hangs_for_long_is_not_stood_on(
+    lost_s: float, carrying: float, verdict: str
+) -> None:
+    data, truth = _columns(lost_s, carrying)
+    longest_s, share = metrics.unloaded(data, truth)
+    assert longest_s["fl"] == share["fl"] == 0.0
+    figures = {"longest_unloaded_s": longest_s, "unloaded_share": share}
+    assert Ending(0.0).verdict("stood", figures) == verdict
+    assert Ending(0.0).verdict("slid", figures) == "slid"
+
+
+@pytest.mark.parametrize(
+    ("longest_s", "share", "verdict"),
+    [(6.0, 0.4, "stood"), (6.0, 0.6, "lost footing"), (11.0, 0.1, "lost footing")],
+)
+def test_a_walk_may_hang_for_a_while(longest_s: float, share: float, verdict: str) -> None:
+    figures = {"longest_unloaded_s": {"fl": longest_s}, "unloaded_share": {"fl": share}}
+    assert Ending(0.0).verdict("stood", figures) == verdict
+
+
+def test_wrong_leg_seconds_are_counted_though_no_word_ever_changed() -> None:
+    data, truth = _columns(2.0)
+    data["contact_fl"][:] = 0.0  # wrong from the first row on: no alarm, but ten wrong seconds
+    assert metrics.false_alarms(data, truth) == 0
+    wrong = metrics.wrong_leg_seconds(data, truth)
+    assert wrong["missed_s"] == pytest.approx(2.0, abs=2e-3)
+    assert wrong["false_flight_s"] == pytest.approx(10.0, abs=2e-3)
+
+
+def test_a_fault_is_said_before_any_verdict() -> None:
+    ending = Ending(0.0, fault=SimulationFault("72 GN"))
+    assert ending.verdict("rope broke", {}) == "fault: 72 GN"
+
+
+@pytest.mark.parametrize(
+    ("mass_kg", "load_n"), [(4000.0, 1e4), (4120.0, 1e4), (8000.0, 2e4), (49.2, 120.0)]
+)
+def test_the_nominal_load_goes_with_the_mass_to_two_figures(mass_kg: float, load_n: float) -> None:
+    assert Scale.of(mass_kg).nominal_load_n == pytest.approx(load_n)
+
+
+@pytest.mark.parametrize(
+    ("summary", "status"),
+    [
+        ({}, 0),
+        ({"expectations": {"met": True, "unmet": []}}, 0),
+        ({"expectations": {"met": False, "unmet": ["verdict"]}}, 3),
+        ({"interrupted": True}, 130),
+    ],
+)
+def test_the_exit_status_says_whether_expectations_were_met(
+    summary: dict[str, Any], status: int
+) -> None:
+    assert run_status(summary) == status
+
+
+def test_the_page_of_verdicts_has_the_table_of_the_fields() -> None:
+    assert table() in (DOCS / "verdicts.md").read_text()
+
+
+@pytest.mark.slow
+def test_every_field_of_a_summary_is_described_and_an_unfinished_task_said() -> None:
+    scenario = testbed.load_scenario("drill_deep", duration=0.5)
+    with testbed.simulate(scenario) as run:
+        run.step(500)
+    summary = run.summary()
+    assert undocumented(summary) == []
+    assert not summary["progress"]["done"]
+    assert summary["progress"]["hole_depth_wanted_m"] == scenario.task.depth_m
+    assert {"verdict", "detector.missed_s"} <= set(FIELDS)
