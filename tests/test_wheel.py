@@ -33,6 +33,7 @@ def test_the_wheel_carries_machine_scenarios_and_report(wheel: Path) -> None:
     assert "testbed/data/scenarios/drill_slope_45.yaml" in names
     assert "testbed/machine/roboclimber.yaml" in names
     assert "testbed/machine/workshop.yaml" in names
+    assert "testbed/machine/shipped/climber_8t/robot.urdf" in names
     assert "testbed/report/run_report.html.j2" in names
     assert not [n for n in names if n.startswith(("tests/", ".ci/"))]
 
