@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from testbed.estimation.losses import LossRule
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.simulation.metrics import run_metrics
 from testbed.simulation.recorder import RunRecorder, write_summary
@@ -135,7 +136,7 @@ def write_synthetic_run(folder: Path, duration_s: float = 60.0, gain_error_fl: f
             {"t": 0.5 * duration_s, "kind": "contact_lost", "leg": "fr"},
             {"t": 0.8 * duration_s, "kind": "pull_out"},
         ],
-        **run_metrics(data, truth, SLOPE_DEG),
+        **run_metrics(data, truth, SLOPE_DEG, LossRule(9810.0)),
     }
     write_summary(folder, summary)
     return folder

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import closing, nullcontext, suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from testbed.benchmarks.marks import code, digest, sources
 from testbed.errors import InputError
@@ -41,6 +41,10 @@ class Benchmark(ABC, Generic[CaseT]):
     """What its cases are called, in the plural."""
     beside: ClassVar[tuple[str, ...]] = ()
     """Other benchmarks' folders whose sources its cases use."""
+
+    def prepared(self, out: Path, jobs: int) -> Self:
+        """The benchmark once all is there that its cases need; what takes long is kept in `out`."""
+        return self
 
     @abstractmethod
     def cases(self) -> Mapping[str, CaseT]:
@@ -91,6 +95,7 @@ def run(benchmark: Benchmark[Any], out: Path, jobs: int = 1) -> Any:
     Raises InputError where `out` cannot be written or another process is at work in it, before any work is done.
     """
     with owned(out):
+        benchmark = benchmark.prepared(out, jobs)
         result = benchmark.summarise(answers(benchmark, jobs, out))
         write(benchmark, result, out)
     return result

@@ -167,7 +167,7 @@ def detect(
     detector: Annotated[
         str | None,
         typer.Option(
-            help="A detector by name, or FILE.py:Class. [robot: combined; else single_force]"
+            help="A detector by name, or FILE.py:Class. [robot: steady; else single_force]"
         ),
     ] = None,
     force: Annotated[
@@ -179,7 +179,11 @@ def detect(
         typer.Option(help="Column to score against: a measured force, N, or a contact."),
     ] = None,
     scale: Annotated[
-        float | None, typer.Option(help="Nominal load of a foot, N. [declared, else estimated]")
+        str | None,
+        typer.Option(
+            help="Nominal load of a foot, N [declared, else estimated]; or N,SHARE,SECONDS: a foot that bears less "
+            "than this share of it, for so long at least, has lost its contact. [N,0.03,0.02]"
+        ),
     ] = None,
     model: Annotated[
         Path | None, typer.Option(help="Model file that the force is estimated with.")
@@ -191,9 +195,9 @@ def detect(
     Any scale: bounds are shares of the nominal load and multiples of the noise.
     """
     from testbed.report.console import print_json, print_table
-    from testbed.workflows.detect import Options, detect_file, table
+    from testbed.workflows.detect import Options, detect_file, scale_options, table
 
-    options = Options(detector, force, reference, scale, model)
+    options = Options(detector, force, reference, model, **scale_options(scale))
     done = detect_file(recording, out, options)
     if json:
         print_json(done)

@@ -195,11 +195,17 @@ def hydraulics(
 def contact_loss(
     out: Out,
     hours: Annotated[
-        float, typer.Option(help="Hours of drilling without losses; losses are scaled with them.")
-    ] = 8.0,
+        float,
+        typer.Option(
+            help="Hours that single feet spend in scoring scenes; four feet, so a quarter is simulated."
+        ),
+    ] = 1.0,
     jobs: Jobs = 1,
     tune: Annotated[
-        bool, typer.Option("--tune", help="Run the tuning scenes and set thresholds.yaml.")
+        bool,
+        typer.Option(
+            "--tune", help="Run as many tuning scenes too and set thresholds.yaml on them."
+        ),
     ] = False,
     detector: Annotated[
         list[str] | None,
@@ -208,13 +214,17 @@ def contact_loss(
             "set its threshold."
         ),
     ] = None,
-    draw: Draw = None,
+    draw: Annotated[
+        str,
+        typer.Option(help="Draw each scene's machine from these tolerances; none: as drawn up."),
+    ] = "workshop",
     json: Json = False,
 ) -> None:
-    """Score the detectors of contact loss on drilling with and without true losses: delay, recall, false alarms."""
+    """Score the detectors of contact loss on drawn machines that drill and walk: every loss, touchdown and wrong second."""
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
-    show(ContactLoss(hours, tune, draw, tuple(detector or ())), out, jobs, json)
+    chosen = None if draw == "none" else draw
+    show(ContactLoss(hours, tune, chosen, tuple(detector or ())), out, jobs, json)
 
 
 @benchmarks.command()
@@ -373,6 +383,21 @@ def warning_numbers(
     from testbed.benchmarks.contact_loss.warning_numbers import report
 
     for line in report(folder, split):
+        print(line, flush=True)
+
+
+@lab.command("train-detector")
+def train_detector(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder that `testbed contact-loss --tune` has written.")
+    ],
+    out: Annotated[Path, typer.Option(help="Weights to write, .npz.")],
+    epochs: Annotated[int, typer.Option(min=1, help="Times through all cases.")] = 15,
+) -> None:
+    """Train the learned detector of contact loss on the tuning scenes alone."""
+    from testbed.benchmarks.contact_loss.training import train_on
+
+    for line in train_on(folder, out, epochs):
         print(line, flush=True)
 
 

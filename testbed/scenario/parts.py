@@ -304,7 +304,20 @@ class Estimator(Checked):
         default=None, gt=0, description="e_max of the modified filter [N]"
     )
     contact_threshold_n: float | None = Field(
-        default=None, gt=0, description="load below which a foot counts as lost [N]"
+        default=None, gt=0, description="estimated load below which a foot is called lost [N]"
+    )
+    loss_share: float = Field(
+        default=0.03,
+        gt=0,
+        lt=1,
+        description="share of the nominal load (a quarter of the weight) below which a foot has truly lost its contact: "
+        "what the summary counts as a loss, and what detectors are judged by",
+    )
+    loss_s: float = Field(
+        default=0.02,
+        ge=0,
+        le=10,
+        description="for so long at least; shorter gaps are no losses, shorter touches no touchdowns [s]",
     )
 
     @model_validator(mode="after")

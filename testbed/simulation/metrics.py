@@ -7,19 +7,18 @@ the true force along the vertical joint's axis; contact against `contact_normal_
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from testbed.estimation.losses import (
-    DETECTION_WINDOW_S,
     LOSS_S,
-    LOSS_SHARE,
-    carrying_from_load,
+    ContactScore,
+    LossRule,
+    follow,
     intervals,
-    loss_force_n,
     score_contact,
 )
 from testbed.formats.records import SET
@@ -31,8 +30,8 @@ Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
-LOSS_FORCE_N = loss_force_n(ROBOCLIMBER_NOMINAL_N)
-"""A foot with less normal force than this for LOSS_S has lost its contact (estimation/losses.py)."""
+LOSS_FORCE_N = LossRule(ROBOCLIMBER_NOMINAL_N).force_n
+"""For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by the run's own rule."""
 MARGIN_WINDOW_S = 0.1
 
 
@@ -92,19 +91,23 @@ class Loss:
         return dict(self.__dict__)
 
 
-def contact_losses(data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N) -> list[Loss]:
-    """Every stretch of at least 20 ms in which a foot's true normal force is below `loss_n`, in order of time."""
+def contact_losses(data: Columns, truth: Columns, rule: LossRule) -> list[Loss]:
+    """Every loss of a foot by its true normal force, in order of time; one that was on at the start is none."""
     time_s = truth["t"]
     found = []
     for leg in LEGS:
-        lost = truth[f"contact_normal_{leg}"] < loss_n
-        word = data.get(f"contact_{leg}")
-        for a, b in intervals(lost, time_s, LOSS_S):
-            delay = None if word is None else _delay(word, time_s, a, b)
-            found.append(
-                Loss(leg, float(time_s[a]), float(time_s[b - 1]), _meant(data, leg, a, b), delay)
-            )
+        carrying = rule.carrying(truth[f"contact_normal_{leg}"], time_s)
+        for loss in follow(_lost(data, leg, carrying), carrying, time_s).losses:
+            a, b = loss.start, loss.end
+            meant, delay = _meant(data, leg, a, b), loss.delay_s
+            found.append(Loss(leg, float(time_s[a]), float(time_s[b - 1]), meant, delay))
     return sorted(found, key=lambda loss: loss.start_s)
+
+
+def _lost(data: Columns, leg: str, carrying: Flags) -> Flags:
+    """Where the contact word says lost; nowhere where there is none."""
+    word = data.get(f"contact_{leg}")
+    return np.zeros(len(carrying), dtype=bool) if word is None else word < SET
 
 
 def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
@@ -113,53 +116,16 @@ def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
     return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
 
 
-def _delay(word: Array, time_s: Array, a: int, b: int) -> float | None:
-    end = int(
-        np.searchsorted(time_s, min(time_s[a] + DETECTION_WINDOW_S, time_s[b - 1]), side="right")
-    )
-    spoken = np.flatnonzero(word[a:end] < SET)
-    return float(time_s[a + spoken[0]] - time_s[a]) if spoken.size else None
-
-
-def false_alarms(data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N) -> int:
-    """How often a detector says `lost` while the foot's true normal force stays at `loss_n` or more all the time.
-
-    Word and force are compared over the whole stretch of the word, so that a late end of a true loss is no alarm. A
-    word from the first row on is none either: the detector has not spoken yet.
-    """
-    count = 0
-    for leg in LEGS:
-        word = data.get(f"contact_{leg}")
-        if word is None:
-            continue
-        loaded = truth[f"contact_normal_{leg}"] >= loss_n
-        count += sum(
-            a > 0 and bool(np.all(loaded[a:b])) for a, b in intervals(word < SET, truth["t"])
-        )
-    return count
-
-
-def wrong_leg_seconds(
-    data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
-) -> dict[str, float]:
-    """For how long the contact word was wrong, summed over the feet: seconds in the air called loaded, and the reverse.
-
-    Empty where there is no word. A word that is wrong without ever changing counts here, though it is no alarm.
-    """
-    found = [
-        score_contact(
+def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
+    """How well the contact word of each foot follows its true normal force (estimation/losses.py)."""
+    return {
+        leg: score_contact(
             data[f"contact_{leg}"],
-            carrying_from_load(truth[f"contact_normal_{leg}"], truth["t"], loss_n / LOSS_SHARE),
+            rule.carrying(truth[f"contact_normal_{leg}"], truth["t"]),
             truth["t"],
         )
         for leg in LEGS
         if f"contact_{leg}" in data
-    ]
-    if not found:
-        return {}
-    return {
-        "missed_s": sum(score.missed_s for score in found),
-        "false_flight_s": sum(score.false_flight_s for score in found),
     }
 
 
@@ -181,9 +147,12 @@ def unloaded(
     return longest_s, share
 
 
-def detector_summary(losses: list[Loss], alarms: int, hours: float) -> dict[str, Any]:
-    """Delays, misses and false alarms of the contact word."""
+def detector_summary(
+    losses: list[Loss], scores: Mapping[str, ContactScore], hours: float
+) -> dict[str, Any]:
+    """Delays, misses, false alarms and wrong seconds of the contact word, all feet; an hour is one of the run."""
     delays = [loss.delay_s for loss in losses if loss.delay_s is not None]
+    alarms = sum(score.false_alarms for score in scores.values())
     return {
         "losses": len(losses),
         "missed": sum(loss.delay_s is None for loss in losses),
@@ -191,6 +160,8 @@ def detector_summary(losses: list[Loss], alarms: int, hours: float) -> dict[str,
         "delay_p95_s": float(np.quantile(delays, 0.95)) if delays else None,
         "false_alarms": alarms,
         "false_alarms_per_hour": alarms / hours if hours > 0 else None,
+        "missed_s": sum(score.missed_s for score in scores.values()),
+        "false_flight_s": sum(score.false_flight_s for score in scores.values()),
     }
 
 
@@ -199,7 +170,8 @@ def stability_margin(truth: Columns, loss_n: float = LOSS_FORCE_N) -> Array:
 
     Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal forces: with four
     loaded feet it is the smallest sum over a side's two feet, with three the smallest single foot, with fewer 0.
-    Forces are means over 0.1 s: four tonnes do not tip within the bounce of a foot.
+    Forces are means over 0.1 s: four tonnes do not tip within the bounce of a foot. A foot below `loss_force_n` bears
+    nothing.
     """
     normal = np.stack([truth[f"contact_normal_{leg}"] for leg in LEGS], axis=1).clip(min=0.0)
     normal = _moving_mean(normal, rows=_rows_in(truth["t"], MARGIN_WINDOW_S))
@@ -273,25 +245,22 @@ def wanted_columns(columns: list[str]) -> list[str]:
     return ["t", *(c for c in columns if c.startswith(heads))]
 
 
-def run_metrics(
-    data: Columns, truth: Columns, slope_deg: float, nominal_n: float = ROBOCLIMBER_NOMINAL_N
-) -> dict[str, Any]:
-    """All of it, as it goes into `summary.json`; `nominal_n`: load of a foot that tells what bears and what does not."""
-    loss_n = loss_force_n(nominal_n)
-    losses = contact_losses(data, truth, loss_n)
+def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule) -> dict[str, Any]:
+    """All of it, as it goes into `summary.json`; `rule`: what a loss of contact is."""
+    losses = contact_losses(data, truth, rule)
     hours = float(truth["t"][-1] - truth["t"][0]) / 3600.0
-    margin = stability_margin(truth, loss_n)
-    longest_unloaded_s, unloaded_share = unloaded(data, truth, loss_n)
-    detector = detector_summary(losses, false_alarms(data, truth, loss_n), hours)
+    margin = stability_margin(truth, rule.force_n)
+    longest_unloaded_s, unloaded_share = unloaded(data, truth, rule.force_n)
     return {
-        "nominal_load_n": nominal_n,
+        "nominal_load_n": rule.nominal_load_n,
         "force_rms_n": force_rms_n(data, truth),
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
         "residuals": residual_summary(data, methods(data)),
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
-        "detector": detector | wrong_leg_seconds(data, truth, loss_n),
+        "contact_loss_rule": asdict(rule) | {"force_n": rule.force_n},
+        "detector": detector_summary(losses, word_scores(data, truth, rule), hours),
         "longest_unloaded_s": longest_unloaded_s,
         "unloaded_share": unloaded_share,
         "lowest_stability_margin": float(margin.min()),

@@ -28,6 +28,7 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "force_rms_by_leg_n": ("N", "the same foot by foot"),
     "expected_rms_n": ("N", "by foot: RMS of the model's expected less the true load"),
     "residuals": ("N", "which leg's estimate stands out against its expected load"),
+    "contact_loss_rule": ("-", "what counts as a loss: nominal load, share of it, time, force"),
     "contact_loss_events": (
         "s",
         "every loss: leg, from, to, whether it was meant, delay of the word",
@@ -41,7 +42,10 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "detector.missed": ("1", "losses that it did not call within 0.5 s"),
     "detector.delay_median_s": ("s", "from the loss to the word"),
     "detector.delay_p95_s": ("s", "the same, 95th percentile"),
-    "detector.false_alarms": ("1", "words `lost` during which the foot bore all the time"),
+    "detector.false_alarms": (
+        "1",
+        "the word turned to lost while the foot bore and went on to; again every 5 s",
+    ),
     "detector.false_alarms_per_hour": ("1/h", "the same by simulated time"),
     "detector.missed_s": ("s", "leg-seconds in the air that it called loaded"),
     "detector.false_flight_s": ("s", "leg-seconds under load that it called lost"),

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from testbed.estimation.losses import LossRule, nominal_load_n
 from testbed.formats.files import plain
 from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics
@@ -47,14 +48,20 @@ def _hung(figures: Mapping[str, Any]) -> bool:
     )
 
 
+def loss_rule(simulation: Any) -> LossRule:
+    """What the scenario calls a loss of contact, on the machine that is believed."""
+    told = simulation.scenario.estimator
+    return LossRule(nominal_load_n(simulation.machines.belief), told.loss_share, told.loss_s)
+
+
 def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
     """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns, (n,) each."""
     scenario = simulation.scenario
     data, truth = same_rows(data, truth)
     figures: dict[str, Any] = {}
     if len(truth["t"]) > 1:
-        nominal_n = simulation.machines.truth.scale.nominal_load_n
-        figures = run_metrics(data, truth, scenario.terrain.slope_deg, nominal_n)
+        rule = loss_rule(simulation)
+        figures = run_metrics(data, truth, scenario.terrain.slope_deg, rule)
         figures |= stability_summary(scenario, simulation.machines.truth, data, truth)
     summary: dict[str, Any] = {
         "format": SUMMARY_FORMAT,

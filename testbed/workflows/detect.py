@@ -12,13 +12,16 @@ import numpy.typing as npt
 from testbed.errors import InputError
 from testbed.estimation.detectors import scale as scales
 from testbed.estimation.detectors.single_force import SingleForce
-from testbed.estimation.losses import LOSS_S, LOSS_SHARE, intervals, score_contact
+from testbed.estimation.losses import LOSS_S, LOSS_SHARE, LossRule, intervals, score_contact
 from testbed.formats.files import check_file
 from testbed.formats.records import SET
 from testbed.workflows.feet import RecordedFeet, carrying_of, read_feet
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
+
+
+MOST_LOSS_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -38,8 +41,32 @@ class Options:
     detector: str | None = None
     force: str | None = None
     reference: str | None = None
-    scale_n: float | None = None
     model: Path | None = None
+    scale_n: float | None = None
+    loss_share: float = LOSS_SHARE
+    loss_s: float = LOSS_S
+
+    def rule(self, nominal_load_n: float) -> LossRule:
+        """What a loss is, of a foot with this nominal load."""
+        return LossRule(nominal_load_n, self.loss_share, self.loss_s)
+
+
+def scale_options(text: str | None) -> dict[str, float]:
+    """`--scale N` or `--scale N,SHARE,SECONDS` as Options have it. Raises InputError for anything else."""
+    if text is None:
+        return {}
+    names = ("scale_n", "loss_share", "loss_s")
+    parts = text.split(",")
+    try:
+        found = dict(zip(names, map(float, parts), strict=len(parts) != 1))
+    except ValueError:
+        found = {}
+    rule = found | {"loss_share": found.get("loss_share", LOSS_SHARE)}
+    possible = 0.0 < rule.get("scale_n", 0.0) < np.inf and 0.0 < rule["loss_share"] < 1.0
+    if not possible or not 0.0 <= rule.get("loss_s", LOSS_S) <= MOST_LOSS_S:
+        allowed = f"N or N,SHARE,SECONDS: more than 0 N, a share below 1, up to {MOST_LOSS_S:g} s"
+        raise InputError("is out of range", field="--scale", value=text, allowed=allowed)
+    return found
 
 
 def detect_file(recording: str | Path, out: str | Path, options: Options) -> dict[str, Any]:
@@ -50,10 +77,6 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
     """
     from testbed.formats.table import write_columns
 
-    if options.scale_n is not None and not 0.0 < options.scale_n < np.inf:
-        raise InputError(
-            "is out of range", field="--scale", value=options.scale_n, allowed="more than 0 N"
-        )
     feet = read_feet(recording, options.force, options.reference, options.model)
     file = check_file(out, (".parquet", ".csv"))
     if file.resolve().parent == feet.folder.resolve() and file.exists():
@@ -66,7 +89,8 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
     for k, foot in enumerate(feet.force_n):
         columns[f"known_{foot}"] = known[:, k].astype(np.float64)
     found = {
-        foot: _found(feet, foot, states[:, k], scale[foot]) for k, foot in enumerate(feet.force_n)
+        foot: _found(feet, foot, states[:, k], options.rule(scale[foot].nominal_load_n))
+        for k, foot in enumerate(feet.force_n)
     }
     write_columns(file, columns)
     return {
@@ -74,7 +98,7 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
         "detector": name,
         "force": feet.force_from,
         "reference": feet.reference_from,
-        "loss": {"share_of_nominal_load": LOSS_SHARE, "time_s": LOSS_S},
+        "loss": {"share_of_nominal_load": options.loss_share, "time_s": options.loss_s},
         "scale": {foot: vars(s) for foot, s in scale.items()},
         "rows": len(feet.time_s),
         "columns": list(columns),
@@ -100,27 +124,27 @@ def _judged(
     feet: RecordedFeet, scale: dict[str, FootScale], options: Options
 ) -> tuple[str, Array, Flags]:
     """The detector's name, contact states and whether they are known, (n, k)."""
-    from testbed.estimation.detectors.table import BEST
+    from testbed.estimation.detectors.table import BEST, LIVE
     from testbed.estimation.live.feet import Feet, force_detector
     from testbed.estimation.live.judged import Judge
 
     if feet.robot is not None and options.detector != SingleForce.name:
         name = options.detector or BEST
         rows = feet.robot.rows
-        if name != BEST:  # the chain has judged by that one already
+        if name != LIVE:  # the chain has judged by that one already
             Judge(name, feet.robot.belief, "--detector").judge(rows)
         states = rows["contact"].astype(np.float64)
         return name, states, np.ones(states.shape, dtype=bool)
     name = options.detector or SingleForce.name
     judge = Feet(
-        force_detector(name),
+        force_detector(name, options.loss_share),
         np.array([s.nominal_load_n for s in scale.values()]),
         np.array([s.breakaway_n for s in scale.values()]),
     )
     return name, *judge.over(feet.time_s, np.column_stack(list(feet.force_n.values())))
 
 
-def _found(feet: RecordedFeet, foot: str, states: Array, scale: FootScale) -> dict[str, Any]:
+def _found(feet: RecordedFeet, foot: str, states: Array, rule: LossRule) -> dict[str, Any]:
     """What was called lost, and the score against the reference."""
     called = intervals(states < SET, feet.time_s)
     found: dict[str, Any] = {
@@ -129,7 +153,7 @@ def _found(feet: RecordedFeet, foot: str, states: Array, scale: FootScale) -> di
     }
     if foot not in feet.reference:
         return found
-    carrying = carrying_of(feet.reference[foot], feet.time_s, scale.nominal_load_n, feet.folder)
+    carrying = carrying_of(feet.reference[foot], feet.time_s, rule, feet.folder)
     return score_contact(states, carrying, feet.time_s).as_dict() | found
 
 

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError, naming
+from testbed.estimation.losses import LossRule, nominal_load_n
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
-from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.machine.names import LEGS
 from testbed.recording.axis import recording_folder
 from testbed.recording.checks import check_finite
 from testbed.recording.foot import as_contact, read_foot
@@ -122,9 +123,9 @@ def _of_axis(
 def _of_robot(
     folder: Path, force: str | None, reference: str | None, model: str | Path | None
 ) -> RecordedFeet:
+    from testbed.estimation.detectors.scale import believed_breakaway_n
     from testbed.estimation.live.chain import belief_of, replay_rows
     from testbed.recording.robot import read_robot
-    from testbed.robot.model import RobotModel
     from testbed.workflows.estimate import robot_belief
 
     run = read_robot(folder)
@@ -142,15 +143,14 @@ def _of_robot(
         leg: column(name, "--reference")
         for leg, name in (_by_leg(reference) if reference else {}).items()
     }
-    weight_n = RobotModel(run.machine.urdf).total_mass_kg * GRAVITY_M_S2
     return RecordedFeet(
         folder,
         run.data["t"],
         loads,
         force or "the whole-body estimate from the pressures",
-        weight_n / len(LEGS),
+        nominal_load_n(run.machine),
         "a quarter of the believed weight",
-        None,
+        believed_breakaway_n(run.machine),
         against,
         reference,
         None if rows is None else Estimated(rows, belief_of(belief)),
@@ -192,11 +192,9 @@ def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str,
 
 
 def carrying_of(
-    reference: Array, time_s: Array, nominal_load_n: float, file: Path
+    reference: Array, time_s: Array, rule: LossRule, file: Path
 ) -> npt.NDArray[np.bool_]:
     """Whether the foot carries, (n,), by a contact channel (at most two distinct values) or a measured force, N."""
-    from testbed.estimation.losses import carrying_from_load
-
     if len(np.unique(reference)) <= 2:
-        return as_contact(reference, file, "of the reference", "--reference")
-    return carrying_from_load(reference, time_s, nominal_load_n)
+        return rule.settled(as_contact(reference, file, "of the reference", "--reference"), time_s)
+    return rule.carrying(reference, time_s)

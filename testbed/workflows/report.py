@@ -98,11 +98,17 @@ def _shown(folder: Path) -> Iterator[None]:
 
 def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     """What can be said of a run that was killed before it was summed up."""
+    from testbed.estimation.losses import LossRule, nominal_load_n
     from testbed.simulation.metrics import run_metrics
 
     scenario = _settings(run.folder)
     slope_deg = float((scenario.get("terrain") or {}).get("slope_deg") or 0.0)
     rows = len(run.time_s)
+    told = scenario.get("estimator") or {}
+    known = {k: v for k, v in (("share", "loss_share"), ("shortest_s", "loss_s")) if v in told}
+    rule = LossRule(
+        nominal_load_n(run_machines(run.folder).belief), **{k: told[v] for k, v in known.items()}
+    )
     return {
         "scenario": run.meta.get("scenario", run.folder.name),
         "seed": run.meta.get("seed", 0),
@@ -111,5 +117,5 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
         "slope_deg": slope_deg,
         "simulated_s": float(run.time_s[rows - 1]) if rows else 0.0,
         "wall_s": None,
-        **(run_metrics(run.data, run.truth, slope_deg) if rows > 1 else {}),
+        **(run_metrics(run.data, run.truth, slope_deg, rule) if rows > 1 else {}),
     }

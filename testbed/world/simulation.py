@@ -20,7 +20,7 @@ from testbed.control.gaits.chain import chain_in
 from testbed.control.gaits.table import NOTHING_OWN, OwnParts
 from testbed.control.measured import Measured
 from testbed.errors import InputError, SimulationFault
-from testbed.estimation.detectors.table import BEST
+from testbed.estimation.detectors.table import LIVE
 from testbed.estimation.estimator import SHIPPED
 from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
@@ -125,7 +125,7 @@ class Simulation:
         detector = scenario.estimator.detector
         method = scenario.estimator.method
         self._method = self._judge = None
-        if (detector, method) != (BEST, SHIPPED):  # those two the chain steps itself
+        if (detector, method) != (LIVE, SHIPPED):  # those two the chain steps itself
             self._judge = Judge(detector, m.chain.belief)
         if method != SHIPPED:
             self._method = ChosenEstimator(method, float(m.chain.belief["dt"][0]))
@@ -151,7 +151,7 @@ class Simulation:
         }
         slow: tuple[int, ...] = (self._every_tick, hz // r.expected_loads_hz)
         chosen = self.scenario.estimator
-        if (chosen.detector, chosen.method) != (BEST, SHIPPED):
+        if (chosen.detector, chosen.method) != (LIVE, SHIPPED):
             slow = (*slow, every[ESTIMATE])  # what the chain does not step itself
         length = math.lcm(*every.values(), *slow)
         return [

@@ -14,9 +14,12 @@ from testbed.estimation.detectors.base import scores_over
 from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
+from testbed.estimation.detectors.learned import Learned, shipped_network, views_over
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import Sample, Watch
-from testbed.estimation.detectors.table import BEST, DETECTORS, detector_of
+from testbed.estimation.detectors.steady import Steady
+from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
+from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
 from testbed.machine.build import build_machine
@@ -42,7 +45,7 @@ def _scores(name: str, load: np.ndarray) -> np.ndarray:
     return scores_over(detector_of(name), _samples(load))
 
 
-@pytest.mark.parametrize("name", [d.name for d in DETECTORS])
+@pytest.mark.parametrize("name", [d.name for d in DETECTORS if d is not Learned])
 def test_a_lost_foot_scores_higher_than_any_moment_before_and_all_feet_alike(name: str) -> None:
     load = np.concatenate([np.full(500, 5000.0), np.zeros(200)])
     score = _scores(name, load)
@@ -107,9 +110,14 @@ def test_a_foot_lost_after_a_drift_is_still_seen_within_a_hundredth_of_a_second(
     assert seen[60_010] < seen[59_999] - 3900.0
 
 
-def test_the_live_contact_state_is_judged_by_the_shipped_best() -> None:
+def test_the_steady_detector_is_the_combined_one_over_twenty_milliseconds() -> None:
+    score = Steady().scores(_samples(np.concatenate([np.full(500, 5000.0), np.zeros(21)])))
+    assert -score[-1, 0] == pytest.approx(5000.0 * (20.0 / 21.0) ** 21)
+
+
+def test_the_live_contact_state_is_judged_by_the_one_that_the_chain_steps() -> None:
     """What the chain steps in its own compiled call carries the numbers of that detector's file."""
-    assert Combined.name == BEST
+    assert Combined.name == LIVE
     names = BELIEF["combined"].dtype.names
     assert {name: BELIEF["combined"][name][0] for name in names} == Combined.numbers
 
@@ -134,6 +142,27 @@ def test_the_momentum_observer_follows_the_force_with_its_time_constant() -> Non
     score = momentum.scores(_samples(np.concatenate([np.full(500, 5000.0), np.zeros(500)])))
     assert -score[499, 0] == pytest.approx(5000.0, rel=1e-6)
     assert -score[510, 0] == pytest.approx(5000.0 * (1.0 - 100.0 * 1e-3) ** 11)  # e^(-t K) in steps
+
+
+def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
+    rng = np.random.default_rng(5)
+    samples = _samples(2000.0 + rng.normal(0.0, 900.0, 30))
+    views, scale = np.empty((30, 4, len(VIEW))), ViewNumbers.one(**Learned.scale)
+    views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, 1, views)
+    (w0, b0), (w1, b1), (w2, b2) = shipped_network().layers
+    odds = np.tanh(np.tanh(views @ w0.T + b0) @ w1.T + b1) @ w2[0] + b2[0]
+    expected = [odds[0]]
+    for now in odds[1:]:
+        expected.append(expected[-1] + (now - expected[-1]) / 21.0)
+    np.testing.assert_allclose(Learned().scores(samples), expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
+    views = np.empty((1, 4, len(VIEW)))
+    scale = ViewNumbers.one(**Learned.scale)
+    views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
+    assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
+    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 40
 
 
 def _leak_free() -> np.ndarray:

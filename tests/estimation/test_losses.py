@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from testbed.estimation.losses import carrying_from_load, score_contact
+from testbed.estimation.losses import LossRule, follow, score_contact
 
 TIME = np.arange(2000) / 1000.0
 
@@ -20,7 +20,37 @@ def _flags(*spans: tuple[float, float]) -> np.ndarray:
 def test_a_loss_is_three_percent_for_twenty_milliseconds() -> None:
     load = np.full(len(TIME), 20.0)
     load[100:119], load[500:520], load[900:1000] = 0.0, 0.59, 0.61
-    np.testing.assert_array_equal(carrying_from_load(load, TIME, 20.0), _flags((0.5, 0.52)))
+    carrying = LossRule(20.0).carrying(load, TIME)
+    np.testing.assert_array_equal(carrying, _flags((0.5, 0.52)))
+    assert LossRule(20.0, share=0.025).carrying(load, TIME)[500]
+    assert LossRule(20.0, shortest_s=0.021).carrying(load, TIME).all()
+
+
+def test_a_touchdown_lasts_twenty_milliseconds_too() -> None:
+    load = np.where(_flags((0.5, 1.0)), 20.0, 0.0)
+    load[600:619] = load[700:720] = 20.0
+    carrying = LossRule(20.0).carrying(load, TIME)
+    np.testing.assert_array_equal(carrying, _flags((0.5, 0.7), (0.72, 1.0)))
+
+
+def test_an_alarm_is_false_unless_a_loss_follows_within_a_tenth_of_a_second() -> None:
+    lost = ~_flags((0.2, 0.21), (0.45, 0.55), (0.9, 1.0), (1.3, 1.4))
+    found = follow(lost, _flags((0.5, 0.6), (1.01, 1.2)), TIME)
+    assert found.false_alarms == (200, 900, 1300)
+    assert [loss.delay_s for loss in found.losses] == [0.0, None]
+
+
+def test_a_false_alarm_that_stands_counts_again_every_five_seconds() -> None:
+    time = np.arange(1300) / 100.0
+    lost = (time >= 1.0) & (time < 12.0)
+    carrying = np.ones(len(time), dtype=bool)
+    assert follow(lost, carrying, time).false_alarms == (100, 600, 1100)
+    assert follow(carrying, carrying, time).false_alarms == (500, 1000)
+
+
+def test_a_loss_that_was_on_at_the_start_is_none_but_its_seconds_count() -> None:
+    found = score_contact(np.ones(len(TIME)), _flags((0.0, 0.3)), TIME)
+    assert (found.losses, found.missed_s) == (0, pytest.approx(0.3))
 
 
 def test_delays_and_wrong_seconds_are_counted() -> None:

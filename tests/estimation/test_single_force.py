@@ -12,7 +12,7 @@ from testbed.errors import InputError
 from testbed.estimation.detectors.scale import breakaway_n, nominal_load_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.live.feet import Feet
-from testbed.estimation.losses import ContactScore, carrying_from_load, score_contact
+from testbed.estimation.losses import ContactScore, LossRule, score_contact
 
 
 def _states(time: np.ndarray, force: np.ndarray, nominal_n: float) -> np.ndarray:
@@ -22,7 +22,7 @@ def _states(time: np.ndarray, force: np.ndarray, nominal_n: float) -> np.ndarray
 
 def _score(walk: Walk) -> ContactScore:
     time, true, reading = walk.draw()
-    carrying = carrying_from_load(true, time, walk.nominal_n)
+    carrying = LossRule(walk.nominal_n).carrying(true, time)
     return score_contact(_states(time, reading, walk.nominal_n), carrying, time)
 
 
@@ -49,7 +49,7 @@ def test_every_loss_is_found_and_little_time_is_wrong(
     walk: Walk, missed_share: float, false_share: float
 ) -> None:
     time, true, _ = walk.draw()
-    carrying = carrying_from_load(true, time, walk.nominal_n)
+    carrying = LossRule(walk.nominal_n).carrying(true, time)
     air_s = float((~carrying).sum() / walk.rate_hz)
     found = _score(walk)
     assert found.losses >= 5 and found.missed == 0
@@ -107,7 +107,7 @@ def test_rows_that_are_left_out_are_as_good_as_missing_numbers() -> None:
     time, true, reading = replace(HARD, missing=0.0, duration_s=60.0).draw()
     kept = np.random.default_rng(1).random(len(time)) > 0.3
     states = _states(time[kept], reading[kept], 9500.0)
-    carrying = carrying_from_load(true, time, 9500.0)[kept]
+    carrying = LossRule(9500.0).carrying(true, time)[kept]
     assert np.mean((states > 0.5) != carrying) < 0.02
 
 
@@ -131,7 +131,7 @@ def test_a_detector_of_ones_own_judges_forces_sample_by_sample_alike() -> None:
     feet = Feet(Below(), np.array([9500.0]), np.zeros(1))
     one_by_one = [feet.update(t, np.array([f])) for t, f in zip(time, reading, strict=True)]
     np.testing.assert_array_equal(whole, one_by_one)
-    assert np.mean((whole[:, 0] > 0.5) != carrying_from_load(true, time, 9500.0)) < 0.1
+    assert np.mean((whole[:, 0] > 0.5) != LossRule(9500.0).carrying(true, time)) < 0.1
     with pytest.raises(InputError, match="threshold"):
         Feet(Nameless(), np.ones(1), np.zeros(1))
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic_run import RMS_N, synthetic_columns
 
+from testbed.estimation.losses import LossRule
 from testbed.machine.names import LEGS
 from testbed.scenario.parts import Bound, Expect
 from testbed.simulation import metrics
@@ -13,6 +14,7 @@ from testbed.simulation.expectations import unmet
 from testbed.simulation.residuals import beyond_friction, load_residuals, odd_one_out, suspect
 
 T = np.arange(1000) / 1000.0
+RULE = LossRule(10_000.0)
 
 
 def _truth(**normal: np.ndarray) -> dict[str, np.ndarray]:
@@ -37,8 +39,8 @@ def test_rms_of_a_sine_is_its_amplitude_over_root_two() -> None:
 
 
 def test_a_loss_of_19_ms_is_a_bounce_and_one_of_20_ms_is_a_loss() -> None:
-    assert metrics.contact_losses({}, _truth(fr=_gap(100, 119))) == []
-    (loss,) = metrics.contact_losses({}, _truth(fr=_gap(100, 120)))
+    assert metrics.contact_losses({}, _truth(fr=_gap(100, 119)), RULE) == []
+    (loss,) = metrics.contact_losses({}, _truth(fr=_gap(100, 120)), RULE)
     assert (loss.leg, loss.start_s, loss.end_s, loss.meant, loss.delay_s) == (
         "fr",
         0.1,
@@ -48,12 +50,23 @@ def test_a_loss_of_19_ms_is_a_bounce_and_one_of_20_ms_is_a_loss() -> None:
     )
 
 
+def test_a_run_that_states_another_share_and_time_counts_other_losses() -> None:
+    half = np.full(1000, 5000.0)
+    half[100:200] = 2000.0
+    assert metrics.contact_losses({}, _truth(fr=half), RULE) == []
+    stated = LossRule(10_000.0, share=0.3, shortest_s=0.1)
+    (loss,) = metrics.contact_losses({}, _truth(fr=half), stated)
+    assert loss.start_s == pytest.approx(0.1)
+    assert metrics.contact_losses({}, _truth(fr=half), LossRule(10_000.0, 0.3, 0.101)) == []
+
+
 def test_the_delay_runs_from_the_true_loss_to_the_detectors_word() -> None:
     word = np.ones(1000)
     word[137:200] = 0.0
-    (loss,) = metrics.contact_losses({"contact_rl": word}, _truth(rl=_gap(100, 200)))
+    (loss,) = metrics.contact_losses({"contact_rl": word}, _truth(rl=_gap(100, 200)), RULE)
     assert loss.delay_s == pytest.approx(0.037)
-    assert metrics.false_alarms({"contact_rl": word}, _truth(rl=_gap(100, 200))) == 0
+    (score,) = metrics.word_scores({"contact_rl": word}, _truth(rl=_gap(100, 200)), RULE).values()
+    assert (score.false_alarms, score.missed_s) == (0, pytest.approx(0.037))
 
 
 def test_a_word_without_a_loss_is_a_false_alarm() -> None:
@@ -61,14 +74,15 @@ def test_a_word_without_a_loss_is_a_false_alarm() -> None:
     word[:20] = 0.0  # not yet spoken
     word[300:310] = 0.0
     word[700:701] = 0.0
-    assert metrics.false_alarms({"contact_rl": word}, _truth()) == 2
-    assert metrics.detector_summary([], 2, 0.5)["false_alarms_per_hour"] == 4.0
+    scores = metrics.word_scores({"contact_rl": word}, _truth(), RULE)
+    assert scores["rl"].false_alarms == 2
+    assert metrics.detector_summary([], scores, 0.5)["false_alarms_per_hour"] == 4.0
 
 
 def test_a_swing_is_meant() -> None:
     carry = np.ones(1000)
     carry[95:210] = 0.0
-    (loss,) = metrics.contact_losses({"carrying_fl": carry}, _truth(fl=_gap(100, 200)))
+    (loss,) = metrics.contact_losses({"carrying_fl": carry}, _truth(fl=_gap(100, 200)), RULE)
     assert loss.meant
 
 
@@ -89,11 +103,11 @@ def test_the_stability_margin_is_the_load_off_the_tipping_edge(
         f"contact_normal_{leg}": np.full(3, 1000.0 * n) for leg, n in zip(LEGS, loads, strict=True)
     }
     truth["t"] = np.arange(3) / 1000.0
-    assert metrics.stability_margin(truth)[-1] == pytest.approx(margin)
+    assert metrics.stability_margin(truth, RULE.force_n)[-1] == pytest.approx(margin)
 
 
 def test_the_margin_looks_at_a_tenth_of_a_second() -> None:
-    margin = metrics.stability_margin(_truth(fl=_gap(500, 550), fr=_gap(500, 550)))
+    margin = metrics.stability_margin(_truth(fl=_gap(500, 550), fr=_gap(500, 550)), RULE.force_n)
     assert margin[549] == pytest.approx(
         1 / 3
     )  # two of four feet at half their load on average: 5 / 15

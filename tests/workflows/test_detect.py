@@ -94,8 +94,11 @@ def test_the_scale_given_wins_and_decides_what_a_loss_is(tmp_path: Path) -> None
     done = _detect(foot, "--out", out, "--scale", 9500)
     assert done["scale"]["foot"]["nominal_load_n"] == 9500.0
     assert done["feet"]["foot"]["missed"] == 0
-    with pytest.raises(InputError, match="--scale"):
-        _detect(foot, "--out", out, "--scale", -1)
+    halved = _detect(foot, "--out", out, "--scale", "9500,0.5,0.02", "--reference", "true")
+    assert halved["loss"] == {"share_of_nominal_load": 0.5, "time_s": 0.02}
+    for wrong in ("-1", "9500,2,0.02", "9500,0.03", "heavy"):
+        with pytest.raises(InputError, match="--scale"):
+            _detect(foot, "--out", out, "--scale", wrong)
 
 
 def test_missing_forces_hold_the_state_and_are_said_to_be_unknown(tmp_path: Path) -> None:
@@ -120,7 +123,7 @@ def test_a_detector_of_ones_own_judges_a_foot(tmp_path: Path) -> None:
 def test_all_feet_of_a_robot_from_pressures_and_from_a_named_force(tmp_path: Path) -> None:
     out = tmp_path / "contact.parquet"
     done = _detect(SAMPLES / "robot", "--out", out)
-    assert done["detector"] == "combined" and set(done["feet"]) == {"fl", "fr", "rl", "rr"}
+    assert done["detector"] == "steady" and set(done["feet"]) == {"fl", "fr", "rl", "rr"}
     assert {"t", "contact_fl", "contact_rr"} <= set(pq.read_table(out).column_names)
     single = _detect(SAMPLES / "robot", "--out", out, "--detector", "single_force")
     assert single["scale"]["fl"]["nominal_load_n"] == pytest.approx(9810.0, rel=0.1)

@@ -72,16 +72,13 @@ def _run(variant: str, rows: int, **environment: str) -> dict:
     return json.loads(out.stdout.splitlines()[-1])
 
 
-def _same(plain: dict, spare: dict) -> None:
+def test_a_field_in_the_middle_of_every_record_changes_no_number_of_a_run() -> None:
+    """The kernels as Python functions: the same columns, recorder, observations and readings by name."""
+    plain, spare = (_run(variant, 3, NUMBA_DISABLE_JIT="1") for variant in ("plain", "spare"))
     added = {name for name in spare["columns"] if "spare_" in name}
     assert added and set(spare["columns"]) - added == set(plain["columns"])
     assert {name: spare["columns"][name] for name in plain["columns"]} == plain["columns"]
     assert spare["seen"] == plain["seen"] and spare["position"] == plain["position"]
-
-
-def test_a_field_in_the_middle_of_every_record_changes_no_number_of_a_run() -> None:
-    """The kernels as Python functions: the same columns, recorder, observations and readings by name."""
-    _same(*(_run(variant, 3, NUMBA_DISABLE_JIT="1") for variant in ("plain", "spare")))
 
 
 @pytest.mark.slow

@@ -1,50 +1,101 @@
-"""The contact-loss benchmark: scenes run once, all detectors on the same rows."""
+"""The contact-loss benchmark: scenes recorded once, all detectors on the same samples, a floor beside them."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from testbed.benchmarks.contact_loss.loads import unpacked
+import numpy as np
+
 from testbed.benchmarks.contact_loss.page import curves, page
-from testbed.benchmarks.contact_loss.scenes import Scene, scenes
+from testbed.benchmarks.contact_loss.rivals import grid_of, rivals, scores_of, thresholds_text
+from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
+from testbed.benchmarks.contact_loss.score import Reference, scored
 from testbed.benchmarks.contact_loss.summary import summarise, table, tuned
-from testbed.benchmarks.contact_loss.thresholds import (
-    rivals,
-    shipped_thresholds,
-    thresholds_text,
-)
+from testbed.benchmarks.contact_loss.tapes import facts_of, read_tape, record
 from testbed.benchmarks.contact_loss.warning import outcomes
-from testbed.benchmarks.contact_loss.watch import run_scene
-from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.benchmarks.harness import Answers, Benchmark, answers
 from testbed.benchmarks.marks import code, digest
 from testbed.errors import InputError
+from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.table import detector_of
-from testbed.formats.files import whole, write_text
+from testbed.formats.files import make_folder, whole, write_text
+from testbed.formats.records import SET
 from testbed.formats.sockets import split_user_class, user_code
 from testbed.report.tables import Table
 
 Tree = dict[str, Any]
+PILOTS = 8
+"""Scenes that thresholds to look at are taken from."""
+IN_THE_LOOP = ("base.py", "combined.py", "derived.py", "sample.py", "table.py")
+"""Of the detectors' files those that have a say in what a machine does while it is recorded."""
+
+
+@dataclass(frozen=True)
+class Recorded(Benchmark[Scene]):
+    """Scenes as recordings in `folder`."""
+
+    name = "scenes"
+    noun = "scenes to record"
+    folder: Path
+    chosen: tuple[Scene, ...]
+
+    def cases(self) -> Mapping[str, Scene]:
+        """Each scene."""
+        return {scene.name: scene for scene in self.chosen}
+
+    def made_from(self, case: Scene) -> str:
+        """The scene alone, wherever its folder is."""
+        return repr(case)
+
+    def without(self) -> tuple[str, ...]:
+        """What is made of a recording is no part of it."""
+        ours = ("benchmark", "floor", "rivals", "score", "summary", "training", "warning*")
+        detectors = Path(inspect.getfile(Detector)).parent.iterdir()
+        return (
+            *(f"benchmarks/contact_loss/{name}.py" for name in ours),
+            *(
+                f"estimation/detectors/{file.name}"
+                for file in detectors
+                if file.name not in IN_THE_LOOP
+            ),
+        )
+
+    def work(self, case: Scene) -> Tree:
+        """See tapes.record."""
+        return record(case, self.folder / case.name)
+
+    def summarise(self, answers: Answers) -> Answers:
+        """What is known of each."""
+        return answers
+
+    def tables(self, result: Answers) -> Sequence[Table]:
+        """None."""
+        return []
 
 
 @dataclass(frozen=True)
 class ContactLoss(Benchmark[Scene]):
-    """`hours` of quiet drilling and their losses; `tune`: the tuning scenes, whose thresholds are written too.
+    """`hours` of feet in scoring scenes; `tune`: as many in tuning scenes, which set all thresholds anew.
 
     `own`: detectors of the user's own, FILE.py:Class, beside the shipped ones; their thresholds are set on the tuning
-    scenes, which are run for that, whatever the classes say. Raises InputError for hours that make no sense and for a
-    class that is not there or does not fit.
+    scenes, whatever the classes say. `draw`: tolerances from which the scenes' machines are drawn; None: none is.
+    Raises InputError for hours that make no sense and for a class that is not there or does not fit.
     """
 
     name = "contact_loss"
-    noun = "scenes"
-    hours: float = 8.0
+    noun = "scenes to score"
+    hours: float = 1.0
     tune: bool = False
-    draw: str | None = None
-    """Tolerances from which each scene's machine is drawn."""
+    draw: str | None = "workshop"
     own: tuple[str, ...] = ()
+    folder: Path = Path()
+    """Where the scenes' recordings are."""
+    grids: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    """Thresholds that each detector is looked at with; that of a shipped one first."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.hours <= 1000.0:
@@ -54,41 +105,59 @@ class ContactLoss(Benchmark[Scene]):
             split_user_class(name, field="--detector")
             detector_of(name, "--detector")
 
+    def prepared(self, out: Path, jobs: int) -> ContactLoss:
+        """With all scenes recorded and every detector's thresholds chosen."""
+        folder = make_folder(out / "scenes")
+        chosen = tuple(self.cases().values())
+        found = answers(Recorded(folder, chosen), jobs, folder)
+        usable = [folder / name for name, facts in found.items() if facts["simulated_s"] > SETTLE_S]
+        grids = grid_of([read_tape(place) for place in usable[:PILOTS]], self.own)
+        return replace(self, folder=folder, grids=tuple(grids.items()))
+
     def cases(self) -> Mapping[str, Scene]:
-        """The scenes of one split."""
-        chosen = scenes("tuning" if self.tune else "scoring", self.hours, self.draw)
-        if self.own and not self.tune:
-            every = scenes("tuning", self.hours, self.draw)
-            chosen = [*(s for s in every if s.kind != "supervised"), *chosen]
+        """The scoring scenes; before them the tuning ones where something is tuned."""
+        chosen = scenes("scoring", self.hours, self.draw)
+        if self.tune or self.own:
+            chosen = scenes("tuning", self.hours, self.draw) + chosen
         return {scene.name: scene for scene in chosen}
 
     def made_from(self, case: Scene) -> str:
-        """The scene, and the user's files."""
+        """The scene, the thresholds, and the user's files."""
         files = [split_user_class(name, field="--detector")[0] for name in self.own]
-        return f"{case!r} {self.own} {digest(*map(code, files))}" if files else repr(case)
-
-    def work(self, case: Scene) -> Tree:
-        """See watch.run_scene."""
-        shipped = case.split == "scoring" or self.tune
-        with user_code():
-            return run_scene(case, rivals(self.own) if shipped else self.own)
+        return f"{case!r} {self.grids} {digest(*map(code, files))}"
 
     def without(self) -> tuple[str, ...]:
-        """Thresholds and warning are applied to what is kept of a scene."""
-        own = ("summary.py", "thresholds.py", "warning*.py")
-        detectors = "estimation/detectors"
-        return (
-            *(f"benchmarks/contact_loss/{name}" for name in own),
-            f"{detectors}/warning.py",
-        )
+        """What comes after the scores."""
+        return ("benchmarks/contact_loss/summary.py", "benchmarks/contact_loss/training.py")
+
+    def work(self, case: Scene) -> Tree:
+        """One scene: its losses, and what every detector made of them at each of its thresholds."""
+        place = self.folder / case.name
+        if not (place / "truth.parquet").is_file():
+            record(case, place)
+        tape = read_tape(place)
+        late = tape.time_s >= SETTLE_S
+        meant = tape.samples["row"]["carrying"][late] > SET
+        reference = Reference.of(tape.normal_n[late], meant, tape.time_s[late], tape.rule)
+        found: Tree = {}
+        with user_code():
+            for name, thresholds in self.grids if case.kind != "supervised" else ():
+                score, dwell_on_s = scores_of(name, tape, case.seed)
+                at = np.array(thresholds)
+                found[name] = scored(score[late], at, reference, dwell_on_s)
+        return {"detectors": found, "warning": outcomes(case, tape, reference)} | reference.facts()
 
     def summarise(self, answers: Answers) -> Tree:
         """See summary.summarise; the result carries the thresholds that it was scored with."""
-        tuning = [a for a in answers.values() if a["scene"]["split"] == "tuning"]
-        kept = [a for a in answers.values() if self.tune or a["scene"]["split"] == "scoring"]
-        scored = [a | {"warning": outcomes(a, unpacked(a["loads"]))} for a in kept]
-        thresholds = shipped_thresholds() | (tuned(tuning) if tuning else {})
-        return summarise(scored, self.hours, thresholds, rivals(self.own))
+        kept = [facts_of(self.folder / name) | answer for name, answer in answers.items()]
+        tuning = [a for a in kept if a["scene"]["split"] == "tuning"]
+        scoring = [a for a in kept if a["scene"]["split"] == "scoring"]
+        grids = dict(self.grids)
+        chosen = {name: 0 for name in grids if name not in self.own}
+        if tuning:
+            again = grids if self.tune else self.own
+            chosen |= tuned(tuning, {name: grids[name] for name in again})
+        return summarise(scoring, self.hours, grids, chosen, rivals(self.own))
 
     def tables(self, result: Tree) -> Sequence[Table]:
         """One table."""

@@ -1,159 +1,177 @@
-"""A detector's scores against the truth: losses with the delay at every threshold, quiet time with what would alarm.
+"""A detector's scores on one scene against the truth, at many thresholds: what is counted, and by which load.
 
-A loss begins where a foot's true normal force falls below 300 N and stays there for 20 ms although the foot is meant
-to carry; a foot must have carried for 0.5 s before, so that the bounces of one loss are one loss. Its record is the
-running maximum of the score from the crossing on: the delay at a threshold is where that staircase first reaches it.
-
-Quiet time is cut into windows of 5 s, without 0.5 s before and 1 s after any stretch below 300 N; a window's record is
-the score's maximum. A window counts as one false alarm at every threshold up to it, so that an alarm which never ends
-counts once in 5 s. A window is known by the lowest true load in it: below 600 N it is a near loss, neither quiet nor
-lost; below twice the break-away force sticking may hide as much as is there; the targets are for windows above.
+Losses, touchdowns, delays, false alarms and wrong seconds are those of estimation/losses.py. Each is counted by the
+load of its foot, as a share of the nominal load: a loss by what the foot bore before (the load that it reached in a
+tenth of the two seconds before), time in contact by the lowest load within half a second. Below twice the share of a
+loss a foot is `near` one; below LIGHT_SHARE, twice the break-away force of a shipped cylinder, friction may hide as
+much as is there, and it is `light`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.estimation.losses import LOSS_S, loss_force_n
-from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
+from testbed.compiled import njit
+from testbed.estimation.live.contact import ContactState, step
+from testbed.estimation.live.judged import limits_at
+from testbed.estimation.losses import LOSS_SHARE, Flags, LossRule, follow, intervals
+from testbed.formats.records import SET
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
-LOSS_N = loss_force_n(ROBOCLIMBER_NOMINAL_N)
-CARRIED_S = 0.5
-LONGEST_DELAY_S, SHORTEST_LOOK_S = 0.5, 0.1
-WINDOW_S, BEFORE_S, AFTER_S, SHORTEST_WINDOW_S = 5.0, 0.5, 1.0, 1.0
-NEAR_N = 600.0
-LOADED_N, LOADED_BEFORE_S = 1600.0, 5.0
-"""Twice the believed break-away force, 2 (620 + 180) N; what a foot bore is looked for in the last 5 s."""
-GRADUAL_S = 0.1
-"""A loss is gradual if its load took this long from 20 % of what it was to the crossing of 300 N."""
-SHARE = 0.2
+Tree = dict[str, Any]
+CLASSES = ("near", "light", "loaded")
+NEAR_SHARE, LIGHT_SHARE = 2.0 * LOSS_SHARE, 0.16
+AROUND_S, BEFORE_S, BORE_QUANTILE = 0.5, 2.0, 0.9
+GRADUAL_S, SMOOTH_S = 0.1, 0.02
+"""A loss is gradual if the load, smoothed, took this long for the second half of its way down."""
 
 
 @dataclass(frozen=True)
-class Loss:
-    """One true loss: foot, crossing and end (s), load before (N), how long it had been below 20 % of that (s)."""
+class TrueLoss:
+    """One true loss of a foot: what it bore before, how, and whether the control meant it."""
 
     foot: int
     start_s: float
     end_s: float
-    load_before_n: float
-    below_share_s: float
-
-    @property
-    def loaded(self) -> bool:
-        """Whether sticking could not hide it."""
-        return self.load_before_n >= LOADED_N
+    bore_n: float
+    load_class: int
+    """Place in CLASSES."""
+    fell_s: float
+    """Time for the second half of the way down, s."""
+    meant: bool = False
 
     @property
     def gradual(self) -> bool:
-        """Whether there was time to warn."""
-        return self.loaded and self.below_share_s >= GRADUAL_S
+        """Whether it took its time."""
+        return self.fell_s >= GRADUAL_S
 
 
-@dataclass
-class Scored:
-    """One scene's records; `stairs[detector][loss]` = [[delay s, score], ..], `windows[detector]` as `window_feet`."""
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What one scene's detectors are scored against: n samples of four feet, after settling."""
 
-    losses: list[Loss]
-    stairs: dict[str, list[list[list[float]]]] = field(default_factory=dict)
-    window_low_n: list[float] = field(default_factory=list)
-    window_s: list[float] = field(default_factory=list)
-    windows: dict[str, list[float]] = field(default_factory=dict)
+    time_s: Array
+    carrying: Flags
+    """(n, 4)."""
+    load_class: NDArray[np.int8]
+    """(n, 4): place in CLASSES of every sample's foot; of a lost foot that of its loss."""
+    losses: tuple[TrueLoss, ...]
+    """Foot by foot, by time, as `follow` finds them."""
+    loaded_n: float
+    """Load from which a foot is loaded, N."""
 
-    def as_dict(self) -> dict[str, Any]:
-        """For a scene's JSON file."""
+    @classmethod
+    def of(cls, normal_n: Array, meant: Flags, time_s: Array, rule: LossRule) -> Reference:
+        """From true normal forces (n, 4), and where the control wishes a foot to carry (n, 4)."""
+        carrying = np.stack([rule.carrying(force, time_s) for force in normal_n.T], axis=1)
+        around = max(round(AROUND_S / float(np.median(np.diff(time_s)))), 1)
+        classes = np.empty(normal_n.shape, dtype=np.int8)
+        losses: list[TrueLoss] = []
+        for foot in range(normal_n.shape[1]):
+            force, carries = normal_n[:, foot], carrying[:, foot]
+            lowest = _lowest(np.where(carries, force, np.inf), around)
+            classes[:, foot] = class_of(lowest, rule.nominal_load_n)
+            for start, end in intervals(~carries, time_s):
+                loss = _loss(force, foot, (start, end), time_s, rule)
+                classes[start:end, foot] = loss.load_class
+                if start > 0:
+                    losses.append(replace(loss, meant=not meant[start - 1 : end, foot].all()))
+        return cls(time_s, carrying, classes, tuple(losses), LIGHT_SHARE * rule.nominal_load_n)
+
+    def facts(self) -> Tree:
+        """Losses and foot seconds by class, for JSON."""
+        step_s = float(np.median(np.diff(self.time_s)))
         return {
-            "losses": [vars(loss) for loss in self.losses],
-            "stairs": self.stairs,
-            "window_low_n": self.window_low_n,
-            "window_s": self.window_s,
-            "windows": self.windows,
+            "losses": [asdict(loss) | {"gradual": loss.gradual} for loss in self.losses],
+            "carried_s": seconds(self.carrying, self.load_class, step_s),
+            "lost_s": seconds(~self.carrying, self.load_class, step_s),
         }
 
 
-def stretches(flags: Flags) -> list[tuple[int, int]]:
-    """Index ranges [start, end) in which `flags` (n,) holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+def class_of(load_n: Array, nominal_n: float) -> NDArray[np.int8]:
+    """Place in CLASSES of loads, N."""
+    bounds = [NEAR_SHARE * nominal_n, LIGHT_SHARE * nominal_n]
+    return np.searchsorted(bounds, load_n, side="right").astype(np.int8)
 
 
-def find_losses(normal_n: Array, carrying: Flags, dt_s: float, settle_s: float) -> list[Loss]:
-    """Losses of four feet, by time; normal_n and carrying are (n, 4)."""
-    rest, found = round(CARRIED_S / dt_s), []
-    for foot in range(normal_n.shape[1]):
-        last_end = -rest
-        for start, end in stretches(normal_n[:, foot] < LOSS_N):
-            began, last_end_before = start * dt_s, last_end
-            last_end = end
-            long_enough = (end - start) * dt_s >= LOSS_S - 1e-9
-            meant = bool(carrying[max(start - 1, 0) : end, foot].all())
-            if long_enough and meant and start - last_end_before >= rest and began >= settle_s:
-                found.append(_loss(normal_n[:, foot], foot, start, end, dt_s))
-    return sorted(found, key=lambda loss: loss.start_s)
+def _lowest(load_n: Array, around: int) -> Array:
+    from scipy.ndimage import minimum_filter1d
+
+    return np.asarray(minimum_filter1d(load_n, 2 * around + 1, mode="nearest"))
 
 
-def _loss(normal_n: Array, foot: int, start: int, end: int, dt_s: float) -> Loss:
-    before = normal_n[max(0, start - round(LOADED_BEFORE_S / dt_s)) : start]
-    load = float(np.median(before)) if len(before) else 0.0
-    high = np.flatnonzero(before >= SHARE * load)
-    below = (len(before) - 1 - high[-1]) * dt_s if len(high) else len(before) * dt_s
-    return Loss(foot, start * dt_s, end * dt_s, float(before.max(initial=0.0)), float(below))
+def _loss(
+    force_n: Array, foot: int, span: tuple[int, int], time_s: Array, rule: LossRule
+) -> TrueLoss:
+    start, end = span
+    step_s = float(np.median(np.diff(time_s)))
+    before = force_n[max(0, start - round(BEFORE_S / step_s)) : start]
+    bore = float(np.quantile(before, BORE_QUANTILE)) if len(before) else 0.0
+    smooth = max(round(SMOOTH_S / step_s), 1)
+    slow = np.convolve(before, np.full(smooth, 1.0 / smooth), "same") if len(before) else before
+    half = 0.5 * (bore + rule.force_n)
+    above = np.flatnonzero(slow >= half)
+    fell = len(before) - 1 - above[-1] if len(above) else len(before)
+    return TrueLoss(
+        foot,
+        round(float(time_s[start]), 4),
+        round(float(time_s[end - 1] + step_s), 4),
+        round(bore, 1),
+        int(class_of(np.array([bore]), rule.nominal_load_n)[0]),
+        round(float(fell * step_s), 4),
+    )
 
 
-def score_scene(
-    normal_n: Array,
-    carrying: Flags,
-    scores: dict[str, NDArray[np.float32]],
-    dt_s: float,
-    settle_s: float,
-) -> Scored:
-    """All detectors' scores (n, 4) of one scene against its true normal forces (n, 4)."""
-    out = Scored(find_losses(normal_n, carrying, dt_s, settle_s))
-    pieces = _windows(normal_n, carrying, dt_s, settle_s)
-    out.window_low_n = [_short(normal_n[rows, foot].min()) for foot, rows in pieces]
-    out.window_s = [round(len(rows) * dt_s, 3) for _, rows in pieces]
-    for name, score in scores.items():
-        out.stairs[name] = [_stairs(score[:, loss.foot], loss, dt_s) for loss in out.losses]
-        out.windows[name] = [_short(score[rows, foot].max()) for foot, rows in pieces]
-    return out
+def seconds(where: Flags, load_class: NDArray[np.int8], step_s: float) -> list[float]:
+    """Seconds by class in which `where` (n, 4) holds."""
+    counts = np.bincount(load_class[where], minlength=len(CLASSES))
+    return [round(float(count) * step_s, 4) for count in counts]
 
 
-def _windows(
-    normal_n: Array, carrying: Flags, dt_s: float, settle_s: float
-) -> list[tuple[int, NDArray[np.int64]]]:
-    n, before, after = len(normal_n), round(BEFORE_S / dt_s), round(AFTER_S / dt_s)
-    length, pieces = round(WINDOW_S / dt_s), []
-    for foot in range(normal_n.shape[1]):
-        quiet = np.ones(n, dtype=bool)
-        quiet[: round(settle_s / dt_s)] = False
-        for start, end in stretches((normal_n[:, foot] < LOSS_N) | ~carrying[:, foot]):
-            quiet[max(0, start - before) : end + after] = False
-        for k in range(0, n, length):
-            rows = k + np.flatnonzero(quiet[k : k + length])
-            if len(rows) * dt_s >= SHORTEST_WINDOW_S:
-                pieces.append((foot, rows))
-    return pieces
+def scored(score: Array, thresholds: Array, reference: Reference, dwell_on_s: float) -> list[Tree]:
+    """A detector's scores (n, 4) at each threshold (m,): see `_counted`."""
+    step_s = float(np.median(np.diff(reference.time_s)))
+    words = np.empty((len(thresholds), *score.shape), dtype=np.bool_)
+    limits = np.concatenate([limits_at(float(t), dwell_on_s) for t in thresholds])
+    states = ContactState.zeros(len(thresholds), score.shape[1])
+    states["contact"] = 1.0
+    _words(np.ascontiguousarray(score), step_s, limits, states, words)
+    return [_counted(word, reference, step_s) for word in words]
 
 
-def _stairs(score: NDArray[np.float32], loss: Loss, dt_s: float) -> list[list[float]]:
-    look_s = max(SHORTEST_LOOK_S, min(LONGEST_DELAY_S, loss.end_s - loss.start_s))
-    start = round(loss.start_s / dt_s)
-    rising = np.maximum.accumulate(score[start : start + round(look_s / dt_s)])
-    steps = np.flatnonzero(np.diff(rising, prepend=np.float32(-np.inf)) > 0)
-    return [[round(float(k) * dt_s, 6), _short(rising[k])] for k in steps]
+@njit
+def _words(score: Any, step_s: float, limits: Any, states: Any, words: Any) -> None:
+    """Where the word says lost: scores (n, feet), ContactLimits (m,), ContactState (m, feet) -> (m, n, feet)."""
+    for k in range(len(limits)):
+        for n in range(score.shape[0]):
+            for foot in range(score.shape[1]):
+                word = step(states[k, foot], -score[n, foot], step_s, limits[k])
+                words[k, n, foot] = word < SET
 
 
-def _short(value: Any) -> float:
-    return float(f"{float(value):.5g}")
-
-
-def delays_s(stairs: list[list[list[float]]], threshold: float) -> Array:
-    """Delay of each loss at a threshold, s; nan where it was missed."""
-    return np.array([next((t for t, s in stair if s >= threshold), np.nan) for stair in stairs])
+def _counted(lost: Flags, reference: Reference, step_s: float) -> Tree:
+    """One word (n, 4): delays of losses (as Reference lists them) and touchdowns, s, None: missed; false alarms and
+    wrong seconds by class.
+    """
+    delays: list[float | None] = []
+    touchdowns: list[float | None] = []
+    alarms = np.zeros(len(CLASSES), dtype=int)
+    missed, false = np.zeros(lost.shape, dtype=bool), np.zeros(lost.shape, dtype=bool)
+    for foot in range(lost.shape[1]):
+        found = follow(lost[:, foot], reference.carrying[:, foot], reference.time_s)
+        delays += [loss.delay_s for loss in found.losses]
+        touchdowns += [touchdown.delay_s for touchdown in found.touchdowns]
+        for at in found.false_alarms:
+            alarms[reference.load_class[at, foot]] += 1
+        missed[:, foot], false[:, foot] = found.missed, found.false_flight
+    return {
+        "delays_s": [None if d is None else round(d, 4) for d in delays],
+        "touchdowns_s": [None if d is None else round(d, 4) for d in touchdowns],
+        "false_alarms": alarms.tolist(),
+        "missed_s": seconds(missed, reference.load_class, step_s),
+        "false_flight_s": seconds(false, reference.load_class, step_s),
+    }

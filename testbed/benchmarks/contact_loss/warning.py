@@ -1,19 +1,15 @@
 """The early warning judged: which warnings came true, and how many gradual losses were announced in time.
 
-The loads of a scene are kept as means of 5 ms, so that a new rule or other numbers of it are judged without simulating
-again. A warning speaks of the two seconds after it, and is judged only while there is something to warn of:
+A warning speaks of the two seconds after it, and is judged only while there is something to warn of:
 
-- the foot has borne 300 N or more for the last 0.5 s, as before a loss; else the alarm has spoken, and it is `late`;
-- it came true only if the true normal force of that foot, meant to carry, falls below 300 N for 20 ms or more and that
-  begins within the 2 s. A touch of less than 20 ms, or a load that stops at 301 N, is a false warning; those whose load
-  fell below 600 N are counted among the false ones and told apart as `near`;
+- the foot has been in contact for the last 0.5 s; else the alarm has spoken, and it is `late`;
+- it came true only if a loss of that foot (estimation/losses.py) begins within the 2 s; other warnings are false, those
+  whose load fell below twice the force of a loss told apart as `near`;
 - every warning counts, also a second one of the same fall;
-- feet that bore 1600 N or more in the last 5 s count, as losses of such feet do; lighter feet are told apart.
+- feet that bore LIGHT_SHARE of the nominal load in the last 2 s count; lighter feet are told apart.
 
 A gradual loss is warned of in time by a warning 0.1 to 2 s before it. Of the warnings that came true, those that came
 0.1 s or more before the foot was lost are told apart as `early`: the others say little that the alarm does not.
-
-The thrust that the drill's program orders is drawn again with its scene.
 """
 
 from __future__ import annotations
@@ -25,25 +21,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
-from testbed.benchmarks.contact_loss.score import (
-    CARRIED_S,
-    GRADUAL_S,
-    LOADED_BEFORE_S,
-    LOADED_N,
-    NEAR_N,
-    stretches,
-)
+from testbed.benchmarks.contact_loss.score import CLASSES, NEAR_SHARE, Reference
+from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.benchmarks.statistics import wilson
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.estimation.detectors import warning as rule
 from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
-from testbed.estimation.losses import LOSS_S
+from testbed.estimation.losses import intervals
+from testbed.formats.records import SET
 
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
-WITHIN_S, LEAD_S = 2.0, 0.1
-CURVE_N = (250, 300, 350, 400, 450, 500, 560, 600, 700, 800)
+WITHIN_S, LEAD_S, CARRIED_S = 2.0, 0.1, 0.5
+CURVE_N = (250, 350, 450, 560, 700, 900, 1200)
 """Predicted loads to warn at, for the trade-off of precision against time, N."""
+LOADED = CLASSES.index("loaded")
+DEFINITIONS = {
+    "warned": f"a warning of that foot {LEAD_S:g} to {WITHIN_S:g} s before a gradual loss of a loaded foot",
+    "right_warning": f"a loss of that foot begins within {WITHIN_S:g} s after it",
+    "gradual": "the second half of the way down to the force of a loss took 0.1 s or more",
+}
+
+
+def means(values: Array, dt_s: float) -> Array:
+    """Means of 5 ms of (n, feet); what is left over at the end is dropped."""
+    each = max(round(STEP_S / dt_s), 1)
+    whole = len(values) // each
+    return np.asarray(values[: whole * each].reshape(whole, each, -1).mean(axis=1))
 
 
 def looked_at(loads_n: Array, plan: Array | None = None) -> NDArray[Any]:
@@ -58,73 +62,83 @@ def looked_at(loads_n: Array, plan: Array | None = None) -> NDArray[Any]:
 def raised(seen: NDArray[Any], numbers: Mapping[str, float]) -> list[tuple[int, float]]:
     """The warnings a rule with these numbers raises on what it looks at: foot, time s."""
     score = rule.raised(seen, numbers)
-    found = [
-        (foot, (a + 1) * STEP_S) for foot in range(4) for a, _ in stretches(score[:, foot] > 0.5)
-    ]
-    return [(foot, round(t, 3)) for foot, t in found if t >= SETTLE_S]
+    time: Array = np.asarray(np.arange(1, len(score) + 1) * STEP_S, dtype=np.float64)
+    found = [(foot, time[a]) for foot in range(4) for a, _ in intervals(score[:, foot] > SET, time)]
+    return [(foot, round(float(t), 3)) for foot, t in found if t >= SETTLE_S]
 
 
 def judged(
-    foot: int, t: float, off: Sequence[Sequence[float]], true_n: Array
+    foot: int, t: float, off: Reference, true_n: Array, near_n: float
 ) -> tuple[bool, str] | None:
     """Whether the foot was loaded, and `early`, `lost`, `near` or `false`; `late` where it was off just before.
 
-    None for a warning whose two seconds the scene cuts off.
+    true_n (m, 4): means of 5 ms from the scene's start. None for a warning whose two seconds the scene cuts off.
     """
-    mine = [s for s in off if s[0] == foot]
-    if any(start <= t and end > t - CARRIED_S for _, start, end, _ in mine):
-        return True, "late"
-    at, ahead = round(t / STEP_S), round(WITHIN_S / STEP_S)
-    before = true_n[max(0, at - round(LOADED_BEFORE_S / STEP_S)) : at, foot]
-    loaded = bool(before.max(initial=0.0) >= LOADED_N)
-    if at + ahead > len(true_n):
+    time, carries = off.time_s, off.carrying[:, foot]
+    at = int(np.searchsorted(time, t))
+    first = int(np.searchsorted(time, t - CARRIED_S))
+    before = true_n[max(0, round((t - WITHIN_S) / STEP_S)) : round(t / STEP_S), foot]
+    loaded = bool(len(before) and np.quantile(before, 0.9) >= off.loaded_n)
+    if not carries[first : at + 1].all():
+        return loaded, "late"
+    if t + WITHIN_S > time[-1]:
         return None
-    soon = [s for s in mine if t < s[1] <= t + WITHIN_S]
-    lost = [start for _, start, end, meant in soon if meant and end - start >= LOSS_S - 1e-9]
-    if lost:
-        return loaded, "early" if min(lost) - t >= LEAD_S - 1e-9 else "lost"
-    return loaded, "near" if soon or true_n[at : at + ahead, foot].min() < NEAR_N else "false"
+    coming = [s.start_s - t for s in off.losses if s.foot == foot and 0 < s.start_s - t <= WITHIN_S]
+    if coming:
+        return loaded, "early" if min(coming) >= LEAD_S - 1e-9 else "lost"
+    after = true_n[round(t / STEP_S) : round((t + WITHIN_S) / STEP_S), foot]
+    return loaded, "near" if after.min() < near_n else "false"
 
 
-def outcome(scene: Tree, seen: NDArray[Any], true_n: Array, numbers: Mapping[str, float]) -> Tree:
+def outcome(
+    off: Reference, seen: NDArray[Any], true_n: Array, near_n: float, numbers: Mapping[str, float]
+) -> Tree:
     """What a scene says of a rule on what it looks at: counts, and the lead before each gradual loss, s."""
     given = raised(seen, numbers)
-    words = [judged(foot, t, scene["off"], true_n) for foot, t in given]
-    counts = {
-        word: sum(w == (True, word) for w in words)
-        for word in ("early", "lost", "near", "false", "late")
-    }
+    words = [judged(foot, t, off, true_n, near_n) for foot, t in given]
+    kinds = ("early", "lost", "near", "false", "late")
+    counts = {word: sum(w == (True, word) for w in words) for word in kinds}
     counts["lost"] += counts["early"]
     counts["light"] = sum(w is not None and not w[0] for w in words)
     counts["light_lost"] = sum(w in ((False, "lost"), (False, "early")) for w in words)
     leads = []
-    for loss in scene["losses"]:
-        if gradual(loss):
-            ahead = [loss["start_s"] - t for foot, t in given if foot == loss["foot"]]
+    for loss in off.losses:
+        if loss.gradual and loss.load_class == LOADED:
+            ahead = [loss.start_s - t for foot, t in given if foot == loss.foot]
             leads.append(max((lead for lead in ahead if 0.0 < lead <= WITHIN_S), default=0.0))
     return counts | {"leads_s": leads}
 
 
-def gradual(loss: Tree) -> bool:
-    """Whether there was time to warn of a loss, and sticking could not hide it."""
-    return bool(loss["load_before_n"] >= LOADED_N and loss["below_share_s"] >= GRADUAL_S)
-
-
-def outcomes(scene: Tree, loads: dict[str, Array]) -> Tree:
+def outcomes(scene: Scene, tape: Tape, off: Reference) -> Tree:
     """What a scene says of the warning, of other thresholds, and of what it would be with more and with less known."""
-    true = loads["true"]
-    plan = planned_thrust(draw(Scene(**scene["scene"])).scenario.task, len(true), STEP_S)
-    seen = looked_at(loads["own"], plan)
-    curve = {str(n): outcome(scene, seen, true, {**NUMBERS, "warn_at": n}) for n in CURVE_N}
+    true = means(tape.normal_n, tape.dt_s)
+    own = means(np.asarray(tape.samples["row"]["estimate"]["own"]), tape.dt_s)
+    plan = planned_thrust(draw(scene).scenario.task, len(true), STEP_S)
+    near_n, planned = NEAR_SHARE * tape.rule.nominal_load_n, looked_at(own, plan)
+    curve = {
+        str(n): outcome(off, planned, true, near_n, {**NUMBERS, "warn_at": n}) for n in CURVE_N
+    }
     return {
-        "own": outcome(scene, seen, true, NUMBERS),
-        "unplanned": outcome(scene, looked_at(loads["own"]), true, NUMBERS),
-        "true": outcome(scene, looked_at(true, plan), true, NUMBERS_ON_TRUTH),
+        "own": outcome(off, planned, true, near_n, NUMBERS),
+        "unplanned": outcome(off, looked_at(own), true, near_n, NUMBERS),
+        "true": outcome(off, looked_at(true, plan), true, near_n, NUMBERS_ON_TRUTH),
         "curve": curve,
     }
 
 
-def marks(found: Sequence[Tree]) -> Tree:
+def marks(scenes: Sequence[Tree]) -> Tree:
+    """The early warning, on the true load, without the thrust's plan, and the trade-off over the load to warn at."""
+    kept = [scene["warning"] for scene in scenes]
+    curve = [{"warn_at_n": n} | added_up([w["curve"][str(n)] for w in kept]) for n in CURVE_N]
+    return added_up([w["own"] for w in kept]) | {
+        "warn_at_n": NUMBERS["warn_at"],
+        "on_true_load": added_up([w["true"] for w in kept]),
+        "without_plan": added_up([w["unplanned"] for w in kept]),
+        "curve": curve,
+    }
+
+
+def added_up(found: Sequence[Tree]) -> Tree:
     """What all scenes say, added up; intervals are those of 95 %."""
     leads = [lead for o in found for lead in o["leads_s"]]
     words = ("lost", "early", "near", "false", "late", "light", "light_lost")
@@ -148,4 +162,24 @@ def marks(found: Sequence[Tree]) -> Tree:
         "early": early,
         "precision_of_early": early / (early + wrong) if early + wrong else None,
         "light_feet": {"warnings": light, "lost": light_lost},
+    }
+
+
+def supervisor_marks(scenes: Sequence[Tree]) -> Tree:
+    """Seconds that feet were off the ground, with and without the supervisor, on the same seeds."""
+    off = {(s["scene"]["kind"], s["scene"]["number"]): s for s in scenes}
+    pairs = [
+        (off["drill", number], scene)
+        for (kind, number), scene in off.items()
+        if kind == "supervised" and ("drill", number) in off
+    ]
+    lost = [(sum(a["lost_s"]), sum(b["lost_s"])) for a, b in pairs]
+    return {
+        "pairs": len(pairs),
+        "off_s_without": round(sum(a for a, _ in lost), 3),
+        "off_s_with": round(sum(b for _, b in lost), 3),
+        "better": sum(b < a for a, b in lost),
+        "simulated_s": round(sum(b["simulated_s"] for _, b in pairs), 1),
+        "fell_or_slid_without": sum(a["verdict"] != "stood" for a, _ in pairs),
+        "fell_or_slid_with": sum(b["verdict"] != "stood" for _, b in pairs),
     }

@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss.loads import unpacked
-from testbed.benchmarks.contact_loss.scenes import Scene, draw
-from testbed.benchmarks.contact_loss.warning import looked_at, marks, outcome
-from testbed.benchmarks.harness import stored
+from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, draw
+from testbed.benchmarks.contact_loss.score import NEAR_SHARE, Reference
+from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape
+from testbed.benchmarks.contact_loss.warning import added_up, looked_at, means, outcome
 from testbed.control.drilling.thrust_plan import planned_thrust
 from testbed.errors import InputError
 from testbed.estimation.detectors.warning import NUMBERS, NUMBERS_ON_TRUTH, STEP_S
+from testbed.formats.records import SET
 
 Array = NDArray[np.float64]
 CHANGES = (0.8, 1.25)
@@ -31,27 +32,33 @@ GONE_CHANGES_N = (-150.0, 150.0)
 
 
 class Kept:
-    """One scene with its loads and the thrust's plan."""
+    """One scene with what the warning looks at."""
 
-    def __init__(self, tree: dict[str, Any], loads: dict[str, Array]) -> None:
-        self.tree, self.loads = tree, loads
-        task = draw(Scene(**tree["scene"])).scenario.task
-        self.plan = planned_thrust(task, len(loads["true"]), STEP_S)
+    def __init__(self, scene: Scene, tape: Tape) -> None:
+        late = tape.time_s >= SETTLE_S
+        meant = tape.samples["row"]["carrying"][late] > SET
+        self.off = Reference.of(tape.normal_n[late], meant, tape.time_s[late], tape.rule)
+        own = np.asarray(tape.samples["row"]["estimate"]["own"])
+        self.loads = {"own": means(own, tape.dt_s), "true": means(tape.normal_n, tape.dt_s)}
+        self.near_n = NEAR_SHARE * tape.rule.nominal_load_n
+        self.plan = planned_thrust(draw(scene).scenario.task, len(self.loads["true"]), STEP_S)
 
     def outcome(
         self, kind: str, numbers: Mapping[str, float], planned: bool = True
     ) -> dict[str, Any]:
         """See warning.outcome."""
         seen = looked_at(self.loads[kind], self.plan if planned else None)
-        return outcome(self.tree, seen, self.loads["true"], numbers)
+        return outcome(self.off, seen, self.loads["true"], self.near_n, numbers)
 
 
 def kept_scenes(out: Path, split: str) -> list[Kept]:
     """Scenes of a split without a supervisor. Raises InputError where there is none."""
+    places = sorted((out / "scenes").glob(f"{split}-*"))
+    chosen = [place for place in places if (place / "truth.parquet").is_file()]
     found = [
-        Kept(tree, unpacked(tree["loads"]))
-        for tree in stored(out)
-        if tree["scene"]["split"] == split and tree["scene"]["kind"] != "supervised"
+        Kept(Scene(**facts_of(place)["scene"]), read_tape(place))
+        for place in chosen
+        if facts_of(place)["scene"]["kind"] != "supervised"
     ]
     if not found:
         raise InputError("holds no scenes", file=out, field="--split", value=split)
@@ -60,7 +67,7 @@ def kept_scenes(out: Path, split: str) -> list[Kept]:
 
 def line(name: str, outcomes: Sequence[dict[str, Any]]) -> str:
     """One row of the table."""
-    found = marks(outcomes)
+    found = added_up(outcomes)
     right, in_time = found["precision"], found["warned_100_ms_ahead"]
     shares = ["   –" if value is None else f"{value:.3f}" for value in (right, in_time)]
     return f"{name:32s} {shares[0]} of {found['warnings']:4d} right   {shares[1]} of {found['gradual_losses']:3d} in time"

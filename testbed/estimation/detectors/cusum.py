@@ -45,6 +45,6 @@ class Cusum(CompiledDetector, step=step):
     """On the own estimate. 1600 N is twice the believed break-away force, 620 + 180 N."""
 
     name, text = "cusum", "CUSUM on the own estimate"
-    threshold = 4.94066e-324
+    threshold = 52.56
     Numbers, State = CusumNumbers, CusumState
     numbers: ClassVar[dict[str, float]] = {"least_load": 1600.0, "sd": 300.0, "limit": 2.0}

@@ -72,7 +72,7 @@ class Glr(CompiledDetector, step=step):
     """On the own estimate. 1600 N is twice the believed break-away force, 620 + 180 N."""
 
     name, text = "glr", "whitened likelihood ratio"
-    threshold = 1140.7
+    threshold = 2130.0
     Numbers, State = GlrNumbers, GlrState
     numbers: ClassVar[dict[str, float]] = {
         "least_load": 1600.0,

@@ -68,7 +68,7 @@ class MultipleModel(CompiledDetector, step=step):
     """On the own estimate. 1600 N is twice the believed break-away force, 620 + 180 N."""
 
     name, text = "multiple_model", "two models, Bayes"
-    threshold = -15.2788
+    threshold = 5.779
     Numbers, State = ModelNumbers, ModelState
     numbers: ClassVar[dict[str, float]] = {
         "least_load": 1600.0,

@@ -1,9 +1,11 @@
-"""The scale of a foot from its recorded force alone, where nobody declares it: nominal load and break-away force."""
+"""The scale of a foot: as its machine declares it, or from its recorded force alone where nobody does."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+
+from testbed.machine.model import Machine
 
 Array = npt.NDArray[np.float64]
 ENDS = (0.5, 99.5)
@@ -37,3 +39,10 @@ def breakaway_n(force_n: Array, time_s: Array) -> float:
     centred = force - np.repeat(np.add.reduceat(force, starts) / counts, counts)
     deviations = np.sqrt(np.add.reduceat(centred**2, starts) / counts)[counts > 2]
     return NOISE_TO_BREAKAWAY * float(np.quantile(deviations, CALM)) if deviations.size else 0.0
+
+
+def believed_breakaway_n(machine: Machine) -> float:
+    """Break-away force of a vertical cylinder as believed, the larger of both ways, N."""
+    cylinder = machine.vertical_cylinder
+    out = cylinder.coulomb_out_n + cylinder.static_out_n
+    return max(out, cylinder.coulomb_in_n + cylinder.static_in_n)

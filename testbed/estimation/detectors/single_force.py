@@ -35,6 +35,7 @@ class FootNumbers(Record):
 
     nominal_load = quantity("N", "load of the standing foot")
     breakaway = quantity("N", "error that friction leaves in the force at rest")
+    loss_share = quantity("1", "of the nominal load, below which a foot has lost its contact")
 
 
 class FootState(Record):
@@ -113,7 +114,8 @@ class SingleForce:
     text: ClassVar[str] = "hysteresis above the flight level, learnt from one force"
     threshold: ClassVar[float] = 0.5
 
-    def __init__(self) -> None:
+    def __init__(self, loss_share: float = LOSS_SHARE) -> None:
+        self._loss_share = loss_share
         self._numbers, self._state = FootNumbers.zeros(0), FootState.zeros(0)
 
     def update(self, sample: ForceSample) -> Array:
@@ -130,6 +132,7 @@ class SingleForce:
         feet = force_n.shape[1]
         if len(self._state) != feet:
             self._numbers, self._state = FootNumbers.zeros(feet), FootState.zeros(feet)
+            self._numbers["loss_share"] = self._loss_share
         self._numbers["nominal_load"], self._numbers["breakaway"] = nominal_load_n, breakaway_n
         scores = np.empty(force_n.shape)
         _detect(time_s, np.ascontiguousarray(force_n), self._numbers, self._state, scores)
@@ -164,9 +167,9 @@ def step(state: Any, t: float, force: float, foot: Any) -> float:
 def begin(state: Any, t: float, force: float, foot: Any) -> None:
     """The first good sample of a foot."""
     state.started, state.time, state.force, state.load = 1.0, t, force, force
-    state.spread = max(FIRST_SPREAD * foot.nominal_load, foot.breakaway)
+    state.spread = foot.breakaway if foot.breakaway > 0.0 else FIRST_SPREAD * foot.nominal_load
     state.lowest = min(force, state.spread)
-    bound = LOSS_SHARE * foot.nominal_load + spread_of(state, foot)
+    bound = foot.loss_share * foot.nominal_load + spread_of(state, foot)
     state.contact = state.settled = 1.0 if force > bound else 0.0
 
 
@@ -192,7 +195,7 @@ def follow(state: Any, t: float, force: float, foot: Any) -> None:
 @njit
 def smoothing_s(state: Any, foot: Any) -> float:
     """Time constant that leaves just as much noise as a loss can bear, s."""
-    quiet = QUIET * LOSS_SHARE * foot.nominal_load
+    quiet = QUIET * foot.loss_share * foot.nominal_load
     return float(min(0.5 * state.step * (state.noise / quiet) ** 2, LONGEST_SMOOTHING_S))
 
 
@@ -214,7 +217,7 @@ def spread_of(state: Any, foot: Any) -> float:
 def judge(state: Any, dt: float, foot: Any) -> None:
     """The contact state from the load; a flight that ends teaches its level."""
     nominal, noise = foot.nominal_load, MARGIN_SD * smoothed_noise(state, foot)
-    share = LOSS_SHARE * nominal
+    share = foot.loss_share * nominal
     lost = min(state.flight + share + max(spread_of(state, foot), noise), HIGHEST_BOUND * nominal)
     rise = max(share, min(foot.breakaway, MOST_SPREAD * nominal)) + noise
     if state.contact > SET:

@@ -11,8 +11,11 @@ from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.expected import Expected
 from testbed.estimation.detectors.glr import Glr
+from testbed.estimation.detectors.learned import Learned
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.multiple_model import MultipleModel
+from testbed.estimation.detectors.smoothed import Smoothed
+from testbed.estimation.detectors.steady import Steady
 from testbed.formats.sockets import FORM, is_user_class, load_object
 
 DETECTORS: tuple[type[Any], ...] = (
@@ -28,9 +31,15 @@ DETECTORS: tuple[type[Any], ...] = (
     Expected,
     Momentum,
     MultipleModel,
+    Smoothed,
     Combined,
+    Steady,
+    Learned,
 )
-BEST = Combined.name
+LIVE = Combined.name
+"""The one that the chain steps in its own compiled call; a scenario's default."""
+BEST = Steady.name
+"""Of least cost on the benchmark's tuning scenes, but for one that was trained on them."""
 
 
 def detector_of(name: str, field: str = "detector") -> Any:

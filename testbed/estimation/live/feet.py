@@ -22,6 +22,7 @@ from testbed.estimation.detectors.base import Detector
 from testbed.estimation.detectors.single_force import ForceSample, SingleForce
 from testbed.estimation.live.contact import ContactState, step
 from testbed.estimation.live.judged import limits_of
+from testbed.estimation.losses import LOSS_SHARE
 from testbed.formats.sockets import FORM, is_user_class, load_object
 
 Array = npt.NDArray[np.float64]
@@ -83,12 +84,15 @@ class Feet:
         return states
 
 
-def force_detector(name: str) -> Any:
-    """A detector of forces by name or as `FILE.py:Class`. Raises InputError for any other."""
+def force_detector(name: str, loss_share: float = LOSS_SHARE) -> Any:
+    """A detector of forces by name or as `FILE.py:Class`; the shipped one calls feet below this share of their load lost.
+
+    Raises InputError for any other name.
+    """
     if is_user_class(name):
         return load_object(name, Detector, field="--detector")
     if name == SingleForce.name:
-        return SingleForce()
+        return SingleForce(loss_share)
     raise InputError(
         "does not work on forces alone",
         field="--detector",

@@ -51,6 +51,13 @@ def limits_of(detector: Any, field: str) -> Any:
             value=type(detector).__name__,
             allowed="a class with `threshold`, a score; `testbed contact-loss` finds one",
         )
+    return limits_at(threshold, getattr(detector, "dwell_on_s", DWELL_ON_S))[0]
+
+
+def limits_at(threshold: float, dwell_on_s: float = DWELL_ON_S) -> NDArray[Any]:
+    """The hysteresis, ContactLimits (1,), of minus a score: lost from this threshold on, loaded again once the score
+    has been below it for so long.
+    """
     return ContactLimits.one(
-        on=np.nextafter(-threshold, np.inf), off=-threshold, dwell_on=DWELL_ON_S, dwell_off=0.0
-    )[0]
+        on=np.nextafter(-threshold, np.inf), off=-threshold, dwell_on=dwell_on_s, dwell_off=0.0
+    )

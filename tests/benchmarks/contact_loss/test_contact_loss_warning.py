@@ -1,30 +1,28 @@
-"""A warning is right only if its foot is lost for 20 ms within two seconds; every other case counts as it must."""
+"""A warning is right only if its foot is lost within two seconds; every other case counts as it must."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from testbed.benchmarks.contact_loss.loads import KEPT, means, off_ground, packed, unpacked
-from testbed.benchmarks.contact_loss.scenes import Scene
-from testbed.benchmarks.contact_loss.score import find_losses
+from testbed.benchmarks.contact_loss.score import Reference
 from testbed.benchmarks.contact_loss.warning import (
+    added_up,
     judged,
     looked_at,
-    marks,
+    means,
     outcome,
-    outcomes,
     raised,
 )
-from testbed.benchmarks.contact_loss.warning_numbers import report
-from testbed.benchmarks.harness import LINES
+from testbed.benchmarks.contact_loss.warning_numbers import neighbours, report
 from testbed.errors import InputError
 from testbed.estimation.detectors.warning import NUMBERS, STEP_S
+from testbed.estimation.losses import LossRule
 
 DT = 1e-3
+RULE, NEAR_N = LossRule(10_000.0), 600.0
 
 
 def _loads(*parts: tuple[float, float, float]) -> np.ndarray:
@@ -35,24 +33,26 @@ def _loads(*parts: tuple[float, float, float]) -> np.ndarray:
     return out
 
 
+def _off(normal: np.ndarray) -> Reference:
+    meant = np.ones(normal.shape, dtype=bool)
+    return Reference.of(normal, meant, np.arange(len(normal)) * DT, RULE)
+
+
 def _kept(normal: np.ndarray) -> np.ndarray:
-    return means(normal, DT).astype(float) * 5.0
+    return means(normal, DT)
 
 
-def _judged(
-    t: float, *parts: tuple[float, float, float], carrying: bool = True
-) -> tuple[bool, str] | None:
+def _judged(t: float, *parts: tuple[float, float, float]) -> tuple[bool, str] | None:
     normal = _loads(*parts)
-    return judged(0, t, off_ground(normal, np.full(normal.shape, carrying), DT), _kept(normal))
+    return judged(0, t, _off(normal), _kept(normal), NEAR_N)
 
 
 @pytest.mark.parametrize(
     ("parts", "word"),
     [
         (((5, 4000, 4000), (1, 0, 0), (4, 4000, 4000)), "early"),
-        (((4.1, 4000, 4000), (1, 0, 0), (4, 4000, 4000)), "early"),
+        (((4.11, 4000, 4000), (1, 0, 0), (4, 4000, 4000)), "early"),
         (((4.09, 4000, 4000), (1, 0, 0), (4, 4000, 4000)), "lost"),
-        (((4.1, 4000, 4000), (1.9, 4000, 4000), (1, 0, 0), (4, 4000, 4000)), "early"),
         (((6.1, 4000, 4000), (1, 0, 0), (4, 4000, 4000)), "false"),
         (((5, 4000, 4000), (0.019, 0, 0), (5, 4000, 4000)), "near"),
         (((5, 4000, 4000), (1, 301, 301), (4, 4000, 4000)), "near"),
@@ -63,37 +63,27 @@ def _judged(
 def test_what_becomes_of_a_warning_at_four_seconds(
     parts: tuple[tuple[float, float, float], ...], word: str
 ) -> None:
-    found = _judged(4.0, *parts)
-    assert found == (True, word)
+    assert _judged(4.0, *parts) == (True, word)
 
 
-def test_a_foot_that_is_lifted_on_purpose_is_no_loss_and_a_light_foot_is_told_apart() -> None:
-    parts = ((5.0, 4000.0, 4000.0), (1.0, 0.0, 0.0), (4.0, 4000.0, 4000.0))
-    assert _judged(4.0, *parts, carrying=False) == (True, "near")
+def test_a_light_foot_is_told_apart() -> None:
     assert _judged(4.0, (5, 1500, 1500), (1, 0, 0), (4, 1500, 1500)) == (False, "early")
 
 
-def test_two_seconds_that_the_scene_cuts_off_judge_nothing_however_they_began() -> None:
-    assert _judged(4.0, (5, 4000, 4000), (0.9, 0, 0)) is None
+def test_two_seconds_that_the_scene_cuts_off_judge_nothing() -> None:
     assert _judged(4.0, (5.9, 4000, 4000)) is None
 
 
 def test_a_slow_fall_is_warned_of_in_time_and_one_that_the_foot_across_ends_is_not() -> None:
-    """5 kN at 3 kN/s: 20 % is reached 0.23 s before 300 N. Where the foot across falls ahead of it, its fall ends."""
+    """5 kN at 3 kN/s. Where the foot across falls ahead of it, its fall ends."""
     alone = _loads((5, 5000, 5000), (1.6, 5000, 200), (2.5, 0, 0))
-    scene = {
-        "off": off_ground(alone, np.ones(alone.shape, dtype=bool), DT),
-        "losses": [
-            vars(loss) for loss in find_losses(alone, np.ones(alone.shape, dtype=bool), DT, 2.0)
-        ],
-    }
     kept = _kept(alone)
-    found = outcome(scene, looked_at(kept), kept, NUMBERS)
+    found = outcome(_off(alone), looked_at(kept), kept, NEAR_N, NUMBERS)
     assert (found["early"], found["lost"], found["near"], found["false"]) == (1, 1, 0, 0)
-    assert 0.1 <= found["leads_s"][0] <= 0.4
+    assert 0.1 <= found["leads_s"][0] <= 0.6
     together = alone.copy()
     together[:, 3] = np.maximum(alone[:, 0] - 600.0, -50.0)
-    together[:, 0] = np.maximum(alone[:, 0], 850.0)  # three feet bear the rest
+    together[:, 0] = np.maximum(alone[:, 0], 1500.0)  # three feet bear the rest
     kept = _kept(together)
     assert [foot for foot, _ in raised(looked_at(kept), NUMBERS)] == [3]
 
@@ -128,47 +118,15 @@ def test_a_planned_thrust_that_goes_on_is_warned_of_and_once_only() -> None:
     assert foot == 0 and 6.0 < t < 6.5  # 300 N at 6.6 s
 
 
-def test_a_scene_knows_its_plan_again() -> None:
-    loads = {kind: _kept(_loads((10, 5000, 5000))) for kind in KEPT}
-    scene = {"scene": vars(Scene("losses", "tuning", 0, 10.0)), "off": [], "losses": []}
-    found = outcomes(scene, loads)
-    assert {"own", "true", "unplanned", "curve"} == set(found)
-    assert all(
-        found[word]["false"] == 0 and found[word]["leads_s"] == []
-        for word in ("own", "true", "unplanned")
-    )
+def test_each_number_is_tried_lower_and_higher() -> None:
+    tried = neighbours()
+    assert len(tried) == 2 * (len(NUMBERS) - 1)
+    assert all(sum(numbers[k] != NUMBERS[k] for k in NUMBERS) <= 1 for _, numbers in tried)
 
 
-def test_every_number_is_judged_on_kept_scenes_with_its_neighbours(tmp_path: Path) -> None:
-    """One foot falls at 3 kN/s in a scene of 10 s and is warned of in time; then nothing can be judged."""
-    normal = _loads((5, 5000, 5000), (1.6, 5000, 200), (3.4, 0, 0))
-    carrying = np.ones(normal.shape, dtype=bool)
-    losses = [vars(loss) for loss in find_losses(normal, carrying, DT, 2.0)]
-    tree = {
-        "scene": vars(Scene("quiet", "tuning", 1, 10.0)),
-        "off": off_ground(normal, carrying, DT),
-        "losses": losses,
-    }
-    tree["loads"] = packed(dict.fromkeys(KEPT, means(normal, DT)))
-    (tmp_path / LINES).write_text(json.dumps({"case": "a", "mark": "", "answer": tree}) + "\n")
-    rows = list(report(tmp_path, "tuning"))
-    assert len(rows) == 3 + 2 * (len(NUMBERS) - 1)
-    assert rows[0].split() == [
-        "as",
-        "it",
-        "is",
-        "1.000",
-        "of",
-        "1",
-        "right",
-        "1.000",
-        "of",
-        "1",
-        "in",
-        "time",
-    ]
+def test_numbers_cannot_be_tried_without_scenes(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no scenes"):
-        list(report(tmp_path, "scoring"))
+        list(report(tmp_path, "tuning"))
 
 
 def test_marks_add_up_what_the_scenes_say() -> None:
@@ -192,7 +150,7 @@ def test_marks_add_up_what_the_scenes_say() -> None:
         "light_lost": 0,
         "leads_s": [0.3],
     }
-    found = marks([one, two])
+    found = added_up([one, two])
     assert found["warnings"] == 5 and found["precision"] == pytest.approx(0.6)
     assert found["warned_100_ms_ahead"] == pytest.approx(2 / 3) and found[
         "lead_median_s"
@@ -200,10 +158,6 @@ def test_marks_add_up_what_the_scenes_say() -> None:
     assert found["early"] == 1 and found["precision_of_early"] == pytest.approx(1 / 3)
 
 
-def test_kept_loads_are_means_of_five_milliseconds_and_come_back_in_newtons() -> None:
-    values = np.repeat(np.arange(12.0)[:, None] * 100.0, 4, axis=1)
-    assert means(values, DT)[:, 0].tolist() == [200 / 5, 700 / 5]
-    kinds = {kind: means(values + 1000.0 * k, DT) for k, kind in enumerate(KEPT)}
-    back = unpacked(packed(kinds))
-    assert list(back) == list(KEPT)
-    assert back[KEPT[2]][:, 3].tolist() == [2200.0, 2700.0]
+def test_loads_are_means_of_five_milliseconds() -> None:
+    normal = _loads((0.012, 0.0, 11.0))
+    np.testing.assert_allclose(_kept(normal)[:, 0], [2.0, 7.0])

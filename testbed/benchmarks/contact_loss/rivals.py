@@ -1,0 +1,102 @@
+"""Who is compared: all shipped detectors, one that sees single forces alone, the user's own, and the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.contact_loss import floor
+from testbed.benchmarks.contact_loss.scenes import SETTLE_S
+from testbed.benchmarks.contact_loss.tapes import Tape
+from testbed.estimation.detectors.base import scores_over, start
+from testbed.estimation.detectors.scale import believed_breakaway_n
+from testbed.estimation.detectors.single_force import SingleForce
+from testbed.estimation.detectors.table import DETECTORS, detector_of
+from testbed.estimation.live.judged import DWELL_ON_S
+from testbed.formats.sockets import user_code
+from testbed.machine.build import build_machine
+
+Array = NDArray[np.float64]
+FORMAT = "roboclimber-thresholds/2"
+FLOOR_THRESHOLDS = tuple(np.arange(-9.0, 10.0).tolist())
+SHARES = np.linspace(0.0, 1.0, 12)
+RARE = 1.0 - np.logspace(-5.0, -0.3, 16)
+"""Quantiles of the scores of lost feet, and of feet that carry, at which thresholds are looked at."""
+
+
+def rivals(own: Sequence[str] = ()) -> dict[str, str]:
+    """Every detector of the benchmark by name, with what it does: those shipped, then classes of the user's own."""
+    shipped = {d.name: d.text for d in DETECTORS} | {SingleForce.name: SingleForce.text}
+    return {floor.NAME: floor.TEXT} | shipped | dict.fromkeys(own, "of your own")
+
+
+def shipped_thresholds() -> dict[str, float]:
+    """Threshold of every shipped detector and of the floor, as its own file has it."""
+    shipped = {d.name: float(d.threshold) for d in DETECTORS}
+    return {floor.NAME: floor.THRESHOLD} | shipped | {SingleForce.name: SingleForce.threshold}
+
+
+def scores_of(name: str, tape: Tape, seed: int) -> tuple[Array, float]:
+    """A rival's scores (n, 4) over a scene, and for how long they must be low until a foot counts as loaded, s."""
+    if name == floor.NAME:
+        machine = build_machine()
+        scores = floor.floor_scores(tape.normal_n, machine, tape.rule, tape.dt_s, seed)
+        return scores, floor.DWELL_ON_S
+    if name == SingleForce.name:
+        return single_force_scores(tape), 0.0
+    detector = detector_of(name, "--detector")
+    start(detector, tape.dt_s)
+    scores = scores_over(detector, tape.samples)
+    return np.asarray(scores, dtype=float), getattr(detector, "dwell_on_s", DWELL_ON_S)
+
+
+def single_force_scores(tape: Tape) -> Array:
+    """Each foot by its estimated load alone, with the declared scale: 1 where it is called lost."""
+    own = np.ascontiguousarray(tape.samples["row"]["estimate"]["own"])
+    feet = np.ones(own.shape[1])
+    scale = tape.rule.nominal_load_n * feet, believed_breakaway_n(build_machine()) * feet
+    return SingleForce().over(tape.time_s, own, *scale)
+
+
+def grid_of(tapes: Sequence[Tape], own: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """Thresholds to look at by rival, that of a shipped one first, from how it scores a few scenes."""
+    shipped = shipped_thresholds()
+    grids: dict[str, tuple[float, ...]] = {}
+    for name in rivals(own):
+        first = (shipped[name],) if name in shipped else ()
+        if name == floor.NAME:
+            grids[name] = (*first, *FLOOR_THRESHOLDS)
+        elif name == SingleForce.name:
+            grids[name] = first
+        else:
+            with user_code():
+                grids[name] = (*first, *_quantiles(name, tapes))
+    return grids
+
+
+def _quantiles(name: str, tapes: Sequence[Tape]) -> list[float]:
+    lost, carried = [], []
+    for tape in tapes:
+        late = tape.time_s >= SETTLE_S
+        score, off = scores_of(name, tape, 0)[0][late], tape.carries[late]
+        lost.append(score[~off])
+        carried.append(score[off])
+    found = [
+        np.quantile(np.concatenate(part), shares)
+        for part, shares in ((lost, SHARES), (carried, RARE))
+        if sum(map(len, part))
+    ]
+    return [float(f"{v:.6g}") for v in np.unique(np.concatenate(found))]
+
+
+def thresholds_text(thresholds: Mapping[str, float], hours: float) -> str:
+    """What a tuning found, as YAML."""
+    lines = [
+        f"format: {FORMAT}",
+        f"# testbed contact-loss --tune --hours {hours:g} --out DIR",
+        "thresholds:",
+        *(f"  {name}: {value:.6g}" for name, value in thresholds.items()),
+    ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,118 @@
+"""Trains the learned detector on the tuning scenes that `testbed contact-loss --tune --out OUT` recorded.
+
+    testbed lab train-detector OUT --out learned.npz
+
+Every tenth view of every foot is a case; its answer is whether the foot is in contact (estimation/losses.py). Plain
+gradient descent with momentum and scale (Adam) on the logistic loss, in NumPy; the same scenes, the same weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.benchmarks.contact_loss.scenes import SETTLE_S
+from testbed.benchmarks.contact_loss.tapes import Tape, read_tape
+from testbed.errors import InputError
+from testbed.estimation.detectors.learned import NARROW, WIDE, Learned, views_over
+from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
+from testbed.formats.networks import write_network
+from testbed.machine.names import LEGS
+
+Array = NDArray[np.float64]
+Layers = list[tuple[Array, Array]]
+EVERY = 10
+BATCH, STEP, DECAY = 1024, 3.0e-3, 1.0e-5
+LITTLE = 1.0e-6
+
+
+def tuning_tapes(folder: Path) -> list[Path]:
+    """Folders of the tuning scenes that a benchmark's folder holds. Raises InputError where there is none."""
+    found = sorted(folder.glob("scenes/tuning-*/truth.parquet"))
+    chosen = [file.parent for file in found if "-supervised-" not in file.parent.name]
+    if not chosen:
+        allowed = "a folder that `testbed contact-loss --tune` has written"
+        raise InputError("holds no tuning scenes", file=folder, allowed=allowed)
+    return chosen
+
+
+def cases_of(tape: Tape) -> tuple[Array, Array]:
+    """Views (m, len(VIEW)) of all feet of a scene, and 1 where the foot is lost (m,)."""
+    count = len(tape.samples) // EVERY
+    views = np.empty((count, len(LEGS), len(VIEW)))
+    memories, scale = FootMemory.zeros(len(LEGS)), ViewNumbers.one(**Learned.scale)
+    views_over(np.asarray(tape.samples), scale, memories, tape.dt_s, EVERY, views)
+    at = slice(EVERY - 1, count * EVERY, EVERY)
+    late = tape.time_s[at] >= SETTLE_S
+    lost = ~tape.carries[at]
+    return views[late].reshape(-1, len(VIEW)), lost[late].ravel().astype(float)
+
+
+def train(
+    views: Array, lost: Array, epochs: int, tell: Callable[[str], None], seed: int = 0
+) -> Layers:
+    """Weights and biases of the three layers; the views' own scale is folded into the first."""
+    rng = np.random.default_rng(seed)
+    middle, spread = views.mean(axis=0), views.std(axis=0) + LITTLE
+    scaled = ((views - middle) / spread).astype(np.float32)
+    sizes = (len(VIEW), WIDE, NARROW, 1)
+    weights = [rng.normal(0.0, a**-0.5, (b, a)) for a, b in pairwise(sizes)]
+    values = [v.astype(np.float32) for w in weights for v in (w, np.zeros(len(w)))]
+    means, squares = ([np.zeros_like(v) for v in values] for _ in range(2))
+    steps, n = epochs * (len(scaled) // BATCH), 0
+    for epoch in range(epochs):
+        loss = 0.0
+        for batch in np.array_split(rng.permutation(len(scaled)), len(scaled) // BATCH):
+            n += 1
+            step_size = 0.5 * STEP * (1.0 + np.cos(np.pi * min(n / steps, 1.0)))
+            cost, slopes = _slopes(values, scaled[batch], lost[batch])
+            loss += cost * len(batch) / len(scaled)
+            for value, slope, mean, square in zip(values, slopes, means, squares, strict=True):
+                mean += 0.1 * (slope + DECAY * value - mean)
+                square += 0.001 * (slope**2 - square)
+                size = np.sqrt(square / (1.0 - 0.999**n)) + 1e-8
+                value -= (step_size * (mean / (1.0 - 0.9**n)) / size).astype(np.float32)
+        tell(f"epoch {epoch + 1}: loss {loss:.4f}")
+    layers = [(values[k].astype(float), values[k + 1].astype(float)) for k in (0, 2, 4)]
+    weight, bias = layers[0]
+    layers[0] = (weight / spread, bias - weight @ (middle / spread))
+    return layers
+
+
+def _slopes(values: list[Any], views: Any, lost: Array) -> tuple[float, list[Any]]:
+    """Mean logistic loss of a batch, and its slope by every value."""
+    seen = [views]
+    for k in (0, 2):
+        seen.append(np.tanh(seen[-1] @ values[k].T + values[k + 1]))
+    odds = (seen[-1] @ values[4].T + values[5])[:, 0]
+    loss = float(np.mean(np.logaddexp(0.0, odds) - lost * odds))
+    back = ((1.0 / (1.0 + np.exp(-odds)) - lost) / len(lost))[:, None].astype(np.float32)
+    slopes: list[Any] = []
+    for k in (4, 2, 0):
+        slopes[:0] = [back.T @ seen[k // 2], back.sum(axis=0)]
+        if k:
+            back = (back @ values[k]) * (1.0 - seen[k // 2] ** 2)
+    return loss, slopes
+
+
+def train_on(folder: Path, out: Path, epochs: int) -> Iterable[str]:
+    """Train on a benchmark's tuning scenes and write the weights; what is told of it, line by line.
+
+    Raises InputError where there are no scenes, or `out` cannot be written.
+    """
+    places = tuning_tapes(folder)
+    made = [cases_of(read_tape(place)) for place in places]
+    views, lost = (np.concatenate(part) for part in zip(*made, strict=True))
+    yield f"{len(places)} scenes, {len(lost)} cases, {lost.mean():.3f} of them lost"
+    told: list[str] = []
+    layers = train(views, lost, epochs, told.append)
+    yield from told
+    arrays = {f"weight_{k}": w.astype(np.float32) for k, (w, _) in enumerate(layers)}
+    arrays |= {f"bias_{k}": b.astype(np.float32) for k, (_, b) in enumerate(layers)}
+    note = f"testbed lab train-detector, {len(places)} tuning scenes, {epochs} epochs"
+    write_network(out, arrays, made_by=note)

@@ -1,0 +1,144 @@
+"""A small network, trained on the benchmark's tuning scenes alone, on what views.py shows it of a foot.
+
+    score = w_2 tanh(W_1 tanh(W_0 view + b_0) + b_1) + b_2
+
+the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in learned.npz beside this
+file; `testbed lab train-detector` makes them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.compiled import njit
+from testbed.errors import InputError
+from testbed.estimation.detectors.sample import Sample
+from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers, look
+from testbed.formats.networks import Network, read_network
+from testbed.formats.records import Record, part, quantity
+from testbed.machine.names import LEGS
+
+Array = NDArray[np.float64]
+WIDE, NARROW = 24, 12
+"""Sizes of the two inner layers."""
+SMOOTH_S = 0.02
+"""Time constant of the score: as long as a loss must last (E)."""
+WEIGHTS = Path(__file__).with_name("learned.npz")
+
+
+class LearnedNumbers(Record):
+    """The weights and the scale."""
+
+    scale = part(ViewNumbers, "of the machine")
+    weight_0 = quantity("1", "W_0", per=(WIDE, len(VIEW)))
+    bias_0 = quantity("1", "b_0", per=WIDE)
+    weight_1 = quantity("1", "W_1", per=(NARROW, WIDE))
+    bias_1 = quantity("1", "b_1", per=NARROW)
+    weight_2 = quantity("1", "w_2", per=NARROW)
+    bias_2 = quantity("1", "b_2")
+
+
+@cache
+def shipped_network() -> Network:
+    """The weights of learned.npz. Raises InputError for a file that is none or of another shape."""
+    found, _ = read_network(WEIGHTS)
+    sizes = [weight.shape for weight, _ in found.layers]
+    if sizes != [(WIDE, len(VIEW)), (NARROW, WIDE), (1, NARROW)]:
+        raise InputError("is no network of the learned detector", file=WEIGHTS, value=sizes)
+    return found
+
+
+def numbers_of(weights: Network, scale: Mapping[str, float]) -> NDArray[Any]:
+    """`LearnedNumbers` (1,) of a network and a machine's scale (`ViewNumbers`)."""
+    out = LearnedNumbers.zeros()
+    out["scale"] = ViewNumbers.one(**scale)
+    for k, (weight, bias) in enumerate(weights.layers):
+        last = k == len(weights.layers) - 1
+        out[f"weight_{k}"] = weight[0] if last else weight
+        out[f"bias_{k}"] = bias[0] if last else bias
+    return out
+
+
+@njit
+def answer(view: Any, numbers: Any, wide: Any) -> float:
+    """Log odds that a foot with this view is lost; `wide` (WIDE) is scratch."""
+    for i in range(WIDE):
+        total = numbers.bias_0[i]
+        for k in range(view.shape[0]):
+            total += numbers.weight_0[i, k] * view[k]
+        wide[i] = math.tanh(total)
+    odds = numbers.bias_2
+    for j in range(NARROW):
+        total = numbers.bias_1[j]
+        for i in range(WIDE):
+            total += numbers.weight_1[j, i] * wide[i]
+        odds += numbers.weight_2[j] * math.tanh(total)
+    return float(odds)
+
+
+@njit
+def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) -> None:
+    """Samples (n,) -> scores (n, 4)."""
+    views, wide = np.empty((len(LEGS), len(VIEW))), np.empty(WIDE)
+    for n in range(samples.shape[0]):
+        sample = samples[n]
+        look(sample.row, sample.derived, numbers[0].scale, memories, dt, views)
+        for foot in range(len(LEGS)):
+            memory, odds = memories[foot], answer(views[foot], numbers[0], wide)
+            if memory.judged == 0.0:
+                memory.odds, memory.judged = odds, 1.0
+            memory.odds += dt / (SMOOTH_S + dt) * (odds - memory.odds)
+            scores[n, foot] = memory.odds
+
+
+@njit
+def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, out: Any) -> None:
+    """For training every so many-th view of samples (n,) -> (n // every, 4, len(VIEW)); scale: ViewNumbers (1,)."""
+    views = np.empty((len(LEGS), len(VIEW)))
+    for n in range(samples.shape[0]):
+        look(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
+        if n % every == every - 1 and n // every < out.shape[0]:
+            out[n // every] = views
+
+
+class Learned:
+    """See the module. `scale`: another machine's numbers, by name; 294.3 N are 0.03 of a quarter of 4 t (B)."""
+
+    name, text = "learned", "small network on memories of all feet"
+    threshold = 0.0
+
+    scale: ClassVar[dict[str, float]] = {
+        "loss_force": 294.3,
+        "area_a": 3.848e-3,
+        "area_b": 2.592e-3,
+    }
+
+    def __init__(self, weights: Network | None = None, **scale: float) -> None:
+        found = shipped_network() if weights is None else weights
+        self._numbers = numbers_of(found, self.scale | scale)
+        self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
+        self.start(1.0e-3)
+
+    def start(self, dt_s: float) -> None:
+        """Forget everything; `dt_s` lies between two samples."""
+        self._dt_s, self._memories = dt_s, FootMemory.zeros(len(LEGS))
+
+    def update(self, sample: Any) -> Array:
+        """Scores (4,) of this sample."""
+        self._one[:] = np.frombuffer(sample, self._one.dtype)
+        _judge(self._one, self._numbers, self._memories, self._dt_s, self._scores)
+        return np.array(self._scores[0])
+
+    def scores(self, samples: NDArray[Any]) -> Array:
+        """`update` over samples (n,): (n, 4)."""
+        out = np.empty((len(samples), len(LEGS)))
+        samples = np.asarray(samples).view(Sample.dtype)
+        _judge(samples, self._numbers, self._memories, self._dt_s, out)
+        return out
