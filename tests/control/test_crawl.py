@@ -31,6 +31,7 @@ from testbed.control.gaits.crawl.pace import (
     progress,
 )
 from testbed.control.gaits.crawl.rope_hold import RopeHold
+from testbed.control.gaits.crawl.walk_plan import Stride
 from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
 from testbed.robot.loads.foot_load_sets import internal_force_of
@@ -86,6 +87,29 @@ def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
     assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(
         PEAK * 0.1 / (TRACTION_SHARE * 0.06), rel=1e-3
     )
+
+
+def test_haste_asks_for_more_of_the_valves_and_for_no_more_than_a_traction_device_has() -> None:
+    pace, joints = Pace(MACHINE, 0.19), np.tile(START, (11, 1))
+    joints[:, 1] += np.linspace(0.0, 0.1, 11)
+    still, ropes = np.zeros((11, 2)), np.linspace([30.0, 30.0], [29.9, 29.9], 11)
+    usual = pace.shift_s(joints, still), pace.shift_s(np.tile(START, (11, 1)), ropes)
+    pace.haste = 1.35
+    assert pace.shift_s(joints, still) == pytest.approx(usual[0] / 1.35)
+    assert pace.shift_s(np.tile(START, (11, 1)), ropes) == pytest.approx(usual[1] * TRACTION_SHARE)
+
+
+def test_a_stride_that_was_chosen_holds_from_the_next_group_on_and_one_out_of_reach_is_not_made() -> (
+    None
+):
+    """Groups of two swings of 0.4 m take the body's plan 0.2 m on, those of 0.2 m 0.1 m; 2 m is out of reach."""
+    made = crawl("task.steps=8")
+    plan = made._plan
+    plan.choose(Stride(0.2, 0.05), 2)
+    assert [plan._way_m(k) for k in (2, 4, 6)] == pytest.approx([0.2, 0.3, 0.4])
+    made = crawl("task.steps=8")
+    made.choose(Stride(2.0, 0.05), 1.0)
+    assert made._next_group() and made._plan.stride == Stride(0.4, 0.05)
 
 
 def test_progress_is_a_trapezoid_of_speed() -> None:

@@ -81,6 +81,7 @@ def test_a_stribeck_part_that_the_slowest_speed_does_not_reach_stays_small() -> 
     assert stribeck < 5.0 * coulomb
 
 
+@pytest.mark.slow
 def test_a_current_that_rides_along_is_what_a_dampers_force_goes_with() -> None:
     rig, hidden = make_bench(DAMPED)
     assert hidden.law == "damper"

@@ -39,6 +39,7 @@ def problem_of(monkeypatch: pytest.MonkeyPatch, numbers: dict[str, float]) -> tu
     return problem, fit_base(problem)[0]
 
 
+@pytest.mark.slow
 def test_edges_of_unlike_size_show_in_linear_flow_terms_and_a_sound_valve_does_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -47,6 +48,7 @@ def test_edges_of_unlike_size_show_in_linear_flow_terms_and_a_sound_valve_does_n
     assert unlike > 5.0 * sound and fall > 0.5
 
 
+@pytest.mark.slow
 def test_a_drag_with_the_square_of_the_speed_is_told_with_its_size_although_friction_imitates_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -49,6 +49,7 @@ def test_a_run_that_will_not_fit_is_refused_before_it_begins(
     assert list((tmp_path / "run").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_parts_that_cannot_be_joined_stay_and_the_run_is_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

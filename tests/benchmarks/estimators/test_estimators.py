@@ -54,6 +54,7 @@ def test_nothing_is_judged_on_what_was_chosen_on() -> None:
     assert 0.02 < np.std(friction) / MACHINE.vertical_cylinder.coulomb_out_n < 0.1
 
 
+@pytest.mark.slow
 def test_a_short_run_is_scored_and_written(tmp_path: Path) -> None:
     series = simulate(load_scenario("stand_slope_45", ["task={kind: sway}"], seed=5, duration=4.0))
     (tmp_path / "mine.py").write_text(

@@ -43,7 +43,8 @@ class Pace:
         self._traction_area = machine.traction.piston_area_m2
         self._traction_m_s = TRACTION_SHARE * machine.traction.speed_max_m_s
         self.haste = 1.0
-        """So many times the usual share of every limit may be asked for; up to 1.4 asks for all of pump and valves."""
+        """So many times the usual share of pump and valves may be asked for, 1.4 times all of them; of a traction device
+        no more than its speed."""
 
     def shift_s(self, joints: Array, ropes_m: Array) -> float:
         """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n, 2) to be kept, m."""
@@ -68,8 +69,13 @@ class Pace:
         rope = np.diff(ropes_m, axis=0) * count
         hauled = np.maximum(-rope, 0.0) * self._traction_area
         pump = oil.sum(axis=1) + hauled.sum(axis=1)
-        needs = (oil / (share * self._rated), np.abs(rope) / self._traction_m_s, pump / self._pump)
-        return max(float(need.max()) for need in needs) / self.haste
+        haste, of_rope = self.haste, min(self.haste, 1.0 / TRACTION_SHARE)
+        needs = (
+            oil / (haste * share * self._rated),
+            np.abs(rope) / (of_rope * self._traction_m_s),
+            pump / (haste * self._pump),
+        )
+        return max(float(need.max()) for need in needs)
 
 
 def progress(share: float, ramp: float = RAMP) -> float:

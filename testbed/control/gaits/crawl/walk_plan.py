@@ -120,6 +120,7 @@ class WalkPlan:
                 return self._group(group, feet, body, self._middle(feet, steps_done))
             except InputError:
                 if share == waits[-1]:
+                    self._behind_m = behind
                     raise
         raise AssertionError("the last wait returns or raises")
 
