@@ -252,7 +252,7 @@ def paper(
     ] = None,
     machine: Annotated[
         str,
-        typer.Option(help="Set of the machine's numbers: inferred or original."),
+        typer.Option(help="Set of the machine's numbers: inferred, original or overlapped."),
     ] = "inferred",
     jobs: Jobs = 1,
     json: Json = False,
