@@ -414,11 +414,11 @@ def loop(
         typer.Option(help="Folder for the runs, loop.json and loop.html; resumed if it exists."),
     ],
     scenario: Annotated[
-        list[str] | None, typer.Option(help="A scenario; may be repeated. [the five shipped]")
+        list[str] | None, typer.Option(help="A scenario; may be repeated. [stand_undeclared_two]")
     ] = None,
     json: Json = False,
 ) -> None:
-    """Close the loop on the whole robot: run, diagnose, believe the model, run again, compare the foot-force error."""
+    """Close the loop on the whole robot: run, diagnose, believe what was found, compare on another scenario."""
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import working
     from testbed.workflows.loop import SCENARIOS, close_loop, table

@@ -252,7 +252,7 @@ def paper(
     ] = None,
     machine: Annotated[
         str,
-        typer.Option(help="Set of the machine's numbers: inferred or original."),
+        typer.Option(help="Set of the machine's numbers: inferred, original or overlapped."),
     ] = "inferred",
     jobs: Jobs = 1,
     json: Json = False,
@@ -353,11 +353,11 @@ def paper_sensitivity(out: Out, jobs: Jobs = 1, json: Json = False) -> None:
 def robot_diagnosis(
     out: Out,
     runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
-    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 1,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Test the whole robot's diagnosis blind: one leg of four hides an effect, or none does."""
+    """Test the whole robot's diagnosis blind: drawn machines that hide one effect, two, one without a name, or none."""
     from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
 
     show(RobotBlindTest(runs, first_seed), out, jobs, json)

@@ -17,6 +17,7 @@ import numpy as np
 
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, ForceTerms, Signals, Values
 from testbed.errors import InputError
 from testbed.machine.model import Machine
@@ -27,6 +28,8 @@ MARK = "@"
 """Between an effect's name and its place: `sensor.gain_a@fl_vertical`."""
 STANDARD_DEVIATIONS_OF_90 = 3.3
 """Width of the interval that holds 90 % of a normal distribution, in standard deviations."""
+EXPECTED_WITHIN = 1.2
+"""Half of the expected range in standard deviations: sizes at its end are nothing unusual."""
 BEYOND_PRIOR = 1e3
 """Factor by which a logarithmic parameter may leave the range in which it is expected."""
 
@@ -98,6 +101,10 @@ class Effect:
     """The same for what is no friction."""
     sought_on_robot: ClassVar[bool] = True
     """Whether it is looked for at a single leg of the robot, which shows less than a bench."""
+    looked_for: ClassVar[float] = 1.0
+    """Among so many alternatives its signature was picked as the best: its evidence is worth that much less."""
+    is_tolerance: ClassVar[bool] = False
+    """Every machine has it within a workshop's tolerance; the robot's diagnosis does not name it beyond."""
     band_amplitude: ClassVar[str | None] = None
     """The parameter that is the amplitude of a narrow band: measured from the band, never fitted."""
     declared_as: ClassVar[str | None] = None
@@ -127,6 +134,30 @@ class Effect:
     def concerns(self, signals: Signals) -> bool:
         """Whether it acts on the axis that these signals are of."""
         return self.place is None or self.place == signals.place
+
+    # -- what the whole robot shows of it ----------------------------------------------------------------------------
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """By how much the robot's balances miss for one unit of each of its (linear) numbers; nothing: they cannot
+        show it.
+        """
+        return {}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """Its parameters from the numbers of its signature."""
+        return dict(linear)
+
+    def positive(self, number: str) -> bool:
+        """Whether a number of its signature cannot be negative."""
+        return any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """The numbers of its signature from its parameters: the other way round, as far as there is one."""
+        return dict(values)
+
+    def spread(self, number: str) -> float:
+        """How large a number of its signature may be expected to be: standard deviation about 0."""
+        low, high = self.spec(number).prior
+        return max(abs(low), abs(high)) / EXPECTED_WITHIN
 
     # -- its laws ----------------------------------------------------------------------------------------------------
     def correct(self, signals: Signals, values: Values) -> Signals:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature, at_point
 from testbed.effects.terms import Values
 
 
@@ -22,6 +25,27 @@ class Thrust(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of the one feed."""
         world.thrust_factor *= values["factor"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """More thrust along the drill than ordered."""
+        thrust = np.outer(seen.thrust_n, [0.0, 0.0, 1.0])
+        return {"factor": Change(wrench=-at_point(thrust, seen.drill_point_m))}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """The number of the signature is what the factor differs from 1 by."""
+        return {"factor": 1.0 + linear["factor"]}
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """What the factor differs from 1 by."""
+        return {"factor": values["factor"] - 1.0}
+
+    def positive(self, number: str) -> bool:
+        """See Effect: the numbers of the signature have either sign."""
+        return False
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 0.35
 
 
 EFFECTS = (Thrust(),)

@@ -9,6 +9,7 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, ForceTerms, Signals, Values
 
 PHASE_HOLDS_S = 3.5
@@ -47,7 +48,6 @@ class Periodic(Effect):
             1.0,
         ),
     )
-    sought_on_robot = False
     band_amplitude = "amplitude"
     telling_motion = (
         "a long, slow stroke with nothing else running, then with each auxiliary switched on"
@@ -78,6 +78,27 @@ class Periodic(Effect):
         """On the piston."""
         cylinder = world.cylinders[place]
         cylinder.vibration_n, cylinder.vibration_hz = values["amplitude"], values["frequency"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """The two amplitudes of the strongest line of the piston's force."""
+        i = seen.axis(place)
+        parts = np.eye(2)
+        return {name: Change(line={i: parts[k]}) for k, name in enumerate(("cosine", "sine"))}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """The line's amplitude and frequency."""
+        amplitude = float(np.hypot(linear["cosine"], linear["sine"]))
+        return {"amplitude": amplitude, "frequency": float(seen.line_hz[seen.axis(place)])}
+
+    def positive(self, number: str) -> bool:
+        """See Effect: the numbers of the signature have either sign."""
+        return False
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 500.0
+
+    looked_for = 300.0
 
 
 def strongest_line(observed: Observed) -> tuple[float, float]:

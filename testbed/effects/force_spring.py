@@ -10,6 +10,7 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 
@@ -68,6 +69,29 @@ class Spring(Effect):
         """On the piston."""
         cylinder = world.cylinders[place]
         cylinder.spring_n_m, cylinder.spring_rest_m = values["stiffness"], values["rest"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A force against extension, and what its rest makes a constant."""
+        i = seen.axis(place)
+        return {
+            "stiffness": Change(force={i: seen.extension_m[:, i]}),
+            "stiffness rest": Change(force={i: -np.ones(seen.bins)}),
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """The constant over the stiffness is the rest."""
+        stiffness = linear["stiffness"]
+        rest = linear["stiffness rest"] / stiffness if stiffness else 0.0
+        return {"stiffness": stiffness, "rest": rest}
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """The stiffness, and the constant that its rest makes."""
+        stiffness = values["stiffness"]
+        return {"stiffness": stiffness, "stiffness rest": stiffness * values["rest"]}
+
+    def spread(self, number: str) -> float:
+        """See Effect; the constant goes with the stiffness over half a stroke."""
+        return 6000.0 if number == "stiffness rest" else 2.0e4
 
 
 EFFECTS = (Spring(),)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.friction_pressure import not_less_than_none
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_LOAD_N = 50.0
@@ -65,6 +68,12 @@ class LoadFriction(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the guide's own."""
         world.cylinders[place].load_coefficient += values["coefficient"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Dry friction that grows with the load that pushes the rod in."""
+        i = seen.axis(place)
+        pushed = np.maximum(seen.load_n[:, i], 0.0)
+        return {"coefficient": Change(force={i: seen.direction[:, i] * pushed})}
 
 
 EFFECTS = (LoadFriction(),)

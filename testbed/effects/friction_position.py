@@ -6,6 +6,7 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.machine.model import Machine
 
@@ -72,6 +73,12 @@ class PositionFriction(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this cylinder's seal."""
         world.cylinders[place].position_slope = values["slope"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Dry friction that changes along the stroke."""
+        i = seen.axis(place)
+        along = seen.extension_m[:, i] / seen.stroke_m[i] - 0.5
+        return {"slope": Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i] * along})}
 
 
 EFFECTS = (PositionFriction(),)

@@ -8,6 +8,7 @@ from typing import Any
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 from testbed.machine.model import Machine
 
@@ -92,6 +93,12 @@ class PressureFriction(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the seal's own."""
         world.cylinders[place].pressure_coefficient_m2 += values["coefficient"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Dry friction that grows with both pressures."""
+        i = seen.axis(place)
+        both = seen.pressure_a_pa[:, i] + seen.pressure_b_pa[:, i]
+        return {"coefficient": Change(force={i: seen.direction[:, i] * both})}
 
 
 def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:

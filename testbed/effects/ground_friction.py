@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
 
@@ -24,6 +27,29 @@ class GroundFriction(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Under this foot, wherever it stands."""
         world.feet[place].friction = values["coefficient"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """How far the foot has slipped up the slope and to the left at times KNOT_S apart."""
+        leg = self.places.index(place)
+        ways = knots(seen.time_s)
+        return {
+            f"{axis} {k}": seen.moves(leg, way, axis)
+            for axis in (0, 1)
+            for k, way in enumerate(ways.T)
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """What friction the foot used while it slipped."""
+        leg = self.places.index(place)
+        slipped = np.array(list(linear.values())).reshape(2, -1)
+        speed = np.linalg.norm(np.diff(slipped, axis=1, prepend=0.0), axis=0) / KNOT_S
+        stretch = np.minimum(seen.time_s // KNOT_S, len(speed) - 1).astype(int)
+        use = seen.friction_use[:, leg][speed[stretch] >= 0.5 * speed.max()]
+        return {"coefficient": float(np.median(use))}
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 5.0e-3
 
 
 EFFECTS = (GroundFriction(),)

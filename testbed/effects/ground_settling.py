@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import KNOT_S, RobotSeen, Signature, knots
 from testbed.effects.terms import Values
 from testbed.machine.names import LEGS
 
@@ -27,6 +30,25 @@ class Settling(Effect):
         """Under this foot, wherever it stands."""
         foot = world.feet[place]
         foot.settling_m_s, foot.settling_depth_m = values["rate"], values["depth"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """How far the foot has sunk at times KNOT_S apart, straight lines between them."""
+        leg = self.places.index(place)
+        ways = knots(seen.time_s)
+        return {f"{k}": seen.moves(leg, -way, 2) for k, way in enumerate(ways.T)}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """Depth: how far it has sunk at most; rate: of the quickest stretch."""
+        sunk = np.array([0.0, *linear.values()])
+        return {"rate": float(np.diff(sunk).max()) / KNOT_S, "depth": float(sunk.max())}
+
+    def positive(self, number: str) -> bool:
+        """Ground does not rise."""
+        return True
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 5.0e-3
 
 
 EFFECTS = (Settling(),)

@@ -7,6 +7,7 @@ from typing import Any
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Signals, Values
 from testbed.machine.model import Machine
 
@@ -71,6 +72,15 @@ class Air(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the oil's own."""
         world.cylinders[place].air_share += values["fraction"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Oil that gives way."""
+        i = seen.axis(place)
+        return {"fraction": Change(oil={i: seen.oil_by_air[:, i]})}
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 0.05
 
 
 EFFECTS = (Air(),)

@@ -8,12 +8,17 @@ from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, FlowTerms, Signals, Values
 
 
 def flow_m3_s(pressure_a_pa: float, hose_pa: float, capacity: float, time: float) -> float:
     """Flow out of A into the hose; the hose follows with dph/dt = (pA - ph) / time."""
     return capacity * (pressure_a_pa - hose_pa) / time
+
+
+HOSE_TIMES_S = (0.05, 0.3)
+"""A hose of any time between is a mixture of these two, nearly."""
 
 
 @njit
@@ -59,6 +64,31 @@ class Hose(Effect):
         """In place of the cylinder's own."""
         cylinder = world.cylinders[place]
         cylinder.hose_m3_pa, cylinder.hose_s = values["capacity"], values["time"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Oil that chamber A takes up later, of hoses that fill quickly and slowly."""
+        i = seen.axis(place)
+        return {
+            f"capacity {k}": Change(oil={i: seen.oil_by_hose[:, i, k]})
+            for k in range(len(HOSE_TIMES_S))
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """All hoses together, with their mean time."""
+        parts = [linear[f"capacity {k}"] for k in range(len(HOSE_TIMES_S))]
+        whole = sum(parts)
+        time = (
+            sum(p * t for p, t in zip(parts, HOSE_TIMES_S, strict=True)) / whole if whole else 0.0
+        )
+        return {"capacity": whole, "time": max(time, 0.0)}
+
+    def positive(self, number: str) -> bool:
+        """See Effect."""
+        return True
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 1.0e-12
 
 
 EFFECTS = (Hose(),)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_M_S2 = 0.3
@@ -51,6 +52,10 @@ class AddedMass(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On what the cylinder moves."""
         world.cylinders[place].mass_kg += values["mass"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Weight and inertia of what the piston moves."""
+        return {"mass": seen.weighs(seen.asked_by_link[:, :, seen.axis(place)])}
 
 
 EFFECTS = (AddedMass(),)

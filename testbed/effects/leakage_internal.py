@@ -9,6 +9,7 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Signals, Values
 
 REFERENCE_PA = 1e6
@@ -55,6 +56,15 @@ class Leakage(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the piston's own."""
         world.cylinders[place].leakage_m3_s_pa += values["coefficient"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Oil from A to B."""
+        i = seen.axis(place)
+        return {"coefficient": Change(oil={i: seen.oil_by_leak[:, i]})}
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 3.0e-12
 
 
 EFFECTS = (Leakage(),)

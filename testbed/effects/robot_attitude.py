@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -26,6 +27,10 @@ class Attitude(Effect):
         """On top of what is there."""
         world.unit_roll_rad += values["roll"]
         world.unit_pitch_rad += values["pitch"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Weight in another direction, ropes in another."""
+        return {name: seen.tilted(k) for k, name in enumerate(("roll", "pitch"))}
 
 
 EFFECTS = (Attitude(),)

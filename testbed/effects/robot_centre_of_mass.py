@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -30,6 +31,11 @@ class CentreOfMass(Effect):
         """On top of a shift that is there."""
         x, y, z = world.centre_of_mass_m
         world.centre_of_mass_m = (x + values["x"], y + values["y"], z + values["z"])
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """First moments of the body's mass."""
+        moments = seen.body_mass_kg * seen.asked_by_moment[:, :, 1:]
+        return {name: seen.weighs(moments[:, :, k]) for k, name in enumerate("xyz")}
 
 
 EFFECTS = (CentreOfMass(),)

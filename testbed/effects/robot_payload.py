@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden, HiddenMass
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -38,6 +39,26 @@ class HiddenPayload(Effect):
         """One more mass on the body."""
         point = (values["x"], values["y"], values["z"])
         world.body_masses.append(HiddenMass(values["mass"], point))
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Weight and inertia at a point, which is linear in the mass and in its first moments."""
+        names = ("mass", "mass x", "mass y", "mass z")
+        return {name: seen.weighs(seen.asked_by_moment[:, :, k]) for k, name in enumerate(names)}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """First moments over the mass are its place."""
+        mass = linear["mass"]
+        at = {k: linear[f"mass {k}"] / mass if mass else 0.0 for k in "xyz"}
+        return {"mass": mass, **at}
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """The mass and its first moments."""
+        mass = values["mass"]
+        return {"mass": mass, **{f"mass {k}": mass * values[k] for k in "xyz"}}
+
+    def spread(self, number: str) -> float:
+        """A quarter of a ton, most of it near the middle."""
+        return {"mass": 250.0, "mass z": 80.0}.get(number, 150.0)
 
 
 EFFECTS = (HiddenPayload(),)

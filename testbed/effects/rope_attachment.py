@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -15,6 +18,7 @@ class RopeAttachment(Effect):
     text = "the sheave sits elsewhere than drawn, or the rope runs up its flank"
     parameters = (ParameterSpec("height", "m", -0.3, 0.3, (-0.03, 0.03), "upward"),)
     places = ("rope_left", "rope_right")
+    is_tolerance = True
     rigs = ()
     telling_motion = "haul and pay out both ropes by a few kilonewtons while standing still"
     alike = {"rope.direction": "a wrong direction moves forces, a wrong height moments alone"}
@@ -22,6 +26,13 @@ class RopeAttachment(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this rope."""
         world.ropes[place].attachment_height_m += values["height"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """The same pull at another height."""
+        k = seen.rope(place)
+        pull = seen.tension_n[:, k, None] * seen.rope_way[:, k]
+        moment = np.cross(np.array([0.0, 0.0, 1.0]), pull)
+        return {"height": Change(wrench=-np.hstack([np.zeros_like(pull), moment]))}
 
 
 EFFECTS = (RopeAttachment(),)

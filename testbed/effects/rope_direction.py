@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature, at_point
 from testbed.effects.terms import Values
 
 
@@ -30,6 +33,19 @@ class RopeDirection(Effect):
         """Of this rope's anchor."""
         rope = world.ropes[place]
         rope.azimuth_rad, rope.elevation_rad = values["azimuth"], values["elevation"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """The pull turned out of its direction."""
+        k = seen.rope(place)
+        pull = seen.tension_n[:, k, None] * seen.rope_way[:, k]
+        off = seen.slope_frame[:, 2]
+        aside = np.cross(off, pull)
+        up = np.linalg.norm(pull, axis=1)[:, None] * off
+        point = seen.rope_point_m[k]
+        return {
+            "azimuth": Change(wrench=-at_point(aside, point)),
+            "elevation": Change(wrench=-at_point(up, point)),
+        }
 
 
 EFFECTS = (RopeDirection(),)

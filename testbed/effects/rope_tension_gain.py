@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature, at_point
 from testbed.effects.terms import Values
 
 
@@ -29,6 +30,16 @@ class TensionGain(Effect):
         """Of this rope's pin."""
         rope = world.ropes[place]
         rope.tension_gain_error, rope.tension_zero_n = values["gain_error"], values["zero"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A pull along the rope that is not there."""
+        k = seen.rope(place)
+        way, point = seen.rope_way[:, k], seen.rope_point_m[k]
+        pull = seen.tension_n[:, k, None] * way
+        return {
+            "gain_error": Change(wrench=at_point(pull, point)),
+            "zero": Change(wrench=at_point(way, point)),
+        }
 
 
 EFFECTS = (TensionGain(),)

@@ -8,6 +8,7 @@ from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
 from testbed.effects.sensor_line_b import SMOOTHING_S, flat
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, Signals, Values
 
 
@@ -63,6 +64,13 @@ class Delay(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of both sensors of this cylinder."""
         world.cylinders[place].pressure_delay_s = values["delay"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Force and oil are late by what the pressures change meanwhile."""
+        i = seen.axis(place)
+        late = seen.pressure_b_rate[:, i] * seen.area_b_m2[i]
+        late = late - seen.pressure_a_rate[:, i] * seen.area_a_m2[i]
+        return {"delay": Change(force={i: late})}
 
 
 EFFECTS = (Delay(),)

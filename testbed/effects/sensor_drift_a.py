@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 
 
@@ -52,6 +53,15 @@ class Drift(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this cylinder's sensor A."""
         world.cylinders[place].drift_a_pa_s = values["rate"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A force that grows with time."""
+        i = seen.axis(place)
+        return {"rate": seen.reads(i, 0, seen.time_s)}
+
+    def spread(self, number: str) -> float:
+        """See Effect: a run of the robot is short, only a quick drift is seen at all."""
+        return 1.0e4
 
 
 EFFECTS = (Drift(),)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Values
 from testbed.machine.names import AXES
 
@@ -25,6 +28,14 @@ class EncoderOffset(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this joint's encoder."""
         world.cylinders[place].encoder_offset += values["offset"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """The foot seems to stand elsewhere: its force acts at another arm, and stance feet seem to move."""
+        i = seen.axis(place)
+        leg, joint = divmod(i, 3)
+        feet = np.zeros_like(seen.foot_m)
+        feet[:, leg] = seen.foot_by_joint[:, leg, :, joint]
+        return {"offset": Change(balance=seen.missing_by_joint[:, :, i], feet=feet)}
 
 
 EFFECTS = (EncoderOffset(),)

@@ -6,6 +6,7 @@ from typing import Any
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Signals, Values
 
 REFERENCE_PA = 1e7
@@ -57,6 +58,11 @@ class GainA(Gain):
         """Of this cylinder's sensor A."""
         world.cylinders[place].gain_error_a = values["gain_error"]
 
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Too much force by the share of pA A_A."""
+        i = seen.axis(place)
+        return {"gain_error": seen.reads(i, 0, seen.pressure_a_pa[:, i])}
+
 
 class GainB(Gain):
     """The same of pressure sensor B."""
@@ -78,6 +84,11 @@ class GainB(Gain):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this cylinder's sensor B."""
         world.cylinders[place].gain_error_b = values["gain_error"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Too little force by the share of pB A_B."""
+        i = seen.axis(place)
+        return {"gain_error": seen.reads(i, 1, seen.pressure_b_pa[:, i])}
 
 
 EFFECTS = (GainA(), GainB())

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -13,8 +16,13 @@ class Zero(Effect):
     parameters = (
         ParameterSpec("zero", "Pa", -2e6, 2e6, (-5e4, 5e4), "reading at no pressure, calibrated"),
     )
+    is_tolerance = True
     rigs = ()
     telling_motion = "move a foot in the air, both ways"
+
+    def spread(self, number: str) -> float:
+        """See Effect: a zero beyond calibration is far beyond."""
+        return 4.0e5
 
 
 class ZeroA(Zero):
@@ -30,6 +38,11 @@ class ZeroA(Zero):
         """Of this cylinder's sensor A."""
         world.cylinders[place].zero_a_pa = values["zero"]
 
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A constant force."""
+        i = seen.axis(place)
+        return {"zero": seen.reads(i, 0, np.ones(seen.bins))}
+
 
 class ZeroB(Zero):
     """The same of pressure sensor B."""
@@ -42,6 +55,11 @@ class ZeroB(Zero):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of this cylinder's sensor B."""
         world.cylinders[place].zero_b_pa = values["zero"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A constant force."""
+        i = seen.axis(place)
+        return {"zero": seen.reads(i, 1, np.ones(seen.bins))}
 
 
 EFFECTS = (ZeroA(), ZeroB())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Values
 
 
@@ -26,6 +27,29 @@ class Pump(Effect):
         """Of the one power unit."""
         world.pump_flow_factor *= values["flow_factor"]
         world.pump_pressure_factor *= values["pressure_factor"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A supply that stands lower, and one that gives way while much oil is drawn."""
+        return {
+            "pressure_factor": Change(supply=-seen.supply_by_pressure),
+            "flow_factor": Change(supply=-seen.supply_by_flow),
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """The numbers of the signature are what the factors differ from 1 by."""
+        return {name: 1.0 + off for name, off in linear.items()}
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """What the factors differ from 1 by."""
+        return {name: value - 1.0 for name, value in values.items()}
+
+    def positive(self, number: str) -> bool:
+        """See Effect: the numbers of the signature have either sign."""
+        return False
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 0.25
 
 
 EFFECTS = (Pump(),)

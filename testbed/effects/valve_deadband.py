@@ -10,6 +10,7 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import FlowTerms, Signals, Values
 
 
@@ -51,6 +52,15 @@ class Deadband(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the valve's own."""
         world.cylinders[place].deadband += values["deadband"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Less flow at small openings."""
+        i = seen.axis(place)
+        return {"deadband": Change(oil={i: seen.oil_by_deadband[:, i]})}
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 0.05
 
 
 EFFECTS = (Deadband(),)

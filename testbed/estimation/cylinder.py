@@ -80,7 +80,8 @@ class Cylinder(Record):
     position_slope = quantity("1", "more Coulomb friction over the stroke, about its middle")
     pressure_coefficient = quantity("m2", "friction by pA + pB")
     load_coefficient = quantity("1", "friction by the load along the rod")
-    side_coefficient = quantity("1", "friction by the load across the rod")
+    side_coefficient = quantity("1", "friction by the load across the rod, mid-stroke")
+    side_growth = quantity("1", "how that grows over the stroke, share of its middle")
     viscosity_rate = quantity("1/K", "thinning of the viscous part with warmth")
     viscosity_reference = quantity("degC", "temperature at which sigma holds")
     spring_stiffness = quantity("N/m", "of a spring against extension")
@@ -183,6 +184,12 @@ def thinning_by_warmth(cylinder: Any, oil_degc: float) -> float:
 def place_factor(cylinder: Any, extension: float) -> float:
     """Coulomb friction at an extension (m) over that in the middle of the stroke."""
     return float(1.0 + cylinder.position_slope * (extension / cylinder.stroke - 0.5))
+
+
+@njit
+def overhang_factor(cylinder: Any, extension: float) -> float:
+    """Friction by a load across the rod at an extension (m) over that in the middle of the stroke."""
+    return float(1.0 + cylinder.side_growth * (extension / cylinder.stroke - 0.5))
 
 
 @njit

@@ -48,7 +48,8 @@ class SealParameters(Record):
     position_slope = quantity("1", "how dry friction grows along the stroke, share of its middle")
     pressure_coefficient = quantity("m2", "dry friction by the sum of both gauge pressures")
     load_coefficient = quantity("1", "dry friction by the load that presses the rod in")
-    side_load_coefficient = quantity("1", "dry friction by the load across the rod")
+    side_load_coefficient = quantity("1", "dry friction by the load across the rod, mid-stroke")
+    side_load_growth = quantity("1", "how that grows along the stroke, share of its middle")
     dwell_gain = quantity("1", "what long rest adds to break-away, share of dry friction")
     dwell_time = quantity("s", "time in which rest adds it")
     viscosity_rate = quantity("1/K", "how viscous friction falls, beside the oil's own rate")
@@ -150,7 +151,8 @@ def friction_step(
     fc *= 1.0 + p.position_slope * place
     fc += p.pressure_coefficient * pressures
     pressing = rod.load if rod.load > 0.0 else 0.0
-    fc += p.load_coefficient * pressing + p.side_load_coefficient * abs(rod.side_load)
+    across = p.side_load_coefficient * (1.0 + p.side_load_growth * place)
+    fc += p.load_coefficient * pressing + across * abs(rod.side_load)
     fc = fc if fc > SMALLEST_N else SMALLEST_N
     if p.dwell_gain > 0.0:
         # One bristle length of sliding renews the contact.

@@ -37,14 +37,18 @@ def start_axes(
     unloaded_pa: float = UNLOADED_PA,
     supply: Any = None,
     tank_pa: float = ATMOSPHERE_PA,
+    stuck: Array | float = 0.0,
 ) -> NDArray[Any]:
-    """AxisState (n,) at rest: chamber pressures give the rod `force_n` (n,) at extension `x` (n,), no friction.
+    """AxisState (n,) at rest: chamber pressures and friction give the rod `force_n` (n,) at extension `x` (n,).
 
-    The unloaded chamber stands at `unloaded_pa` (gauge), the loaded one balances. With a SupplyState the machine has
+    stuck (n,): friction as a share of break-away, -1 to 1, + as if the rod had stopped while going out. The unloaded
+    chamber stands at `unloaded_pa` (gauge), the loaded one balances. With a SupplyState the machine has
     stood for a while: the unloaded chamber has settled to where its shut valve leaks it, if that is lower.
     """
     axes = AxisState.zeros(len(x))
-    for axis, p, extension, force in zip(axes, params, x, force_n, strict=True):
+    shares = np.broadcast_to(stuck, np.shape(x))
+    for axis, p, extension, wanted, share in zip(axes, params, x, force_n, shares, strict=True):
+        force = wanted + stick(axis["seal"], p["seal"], float(share))
         low_a = low_b = ATMOSPHERE_PA + unloaded_pa
         if supply is not None:
             low_a = min(low_a, settled_pa(p["a"], supply["pressure"], tank_pa, low_a))
@@ -56,6 +60,14 @@ def start_axes(
         axis["b"]["pressure"] = pressure_b
         fill_chambers(axis, p, float(extension))
     return axes
+
+
+def stick(seal: Any, p: Any, share: float) -> float:
+    """Bend a SealState to this share of its break-away force, of the way it points to; returns the friction, N."""
+    way = p["outward"] if share >= 0.0 else p["inward"]
+    friction = share * (way["coulomb"] + way["static"])
+    seal["bristle"] = friction / p["bristle_stiffness"]
+    return float(friction)
 
 
 def settled_pa(chamber: Any, supply_pa: float, tank_pa: float, tight_pa: float) -> float:

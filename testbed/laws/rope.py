@@ -1,8 +1,8 @@
 """A steel rope: elastic, damped, tension-only; with or without the sag of its own weight.
 
-Without sag: T = max(0, EA / L0 (L - L0) + c dL/dt) where L > L0, else exactly 0: L the distance of its ends, L0 the
-unstrained length paid out. The damper acts only in a taut rope and the sum never pushes, so a rope gives back at most
-what was put into its spring.
+Without sag: T = max(0, EA / L0 (L - L0) + c d(L - L0)/dt) where L > L0, else exactly 0: L the distance of its ends, L0
+the unstrained length paid out. The damper acts on the rope's own stretching, only in a taut rope, and the sum never
+pushes, so a rope gives back at most what was put into its spring.
 
 With sag (weight w N/m across the chord, a parabola; Irvine): the arc is longer than the chord by w^2 L0^3 / (24 T^2),
 
@@ -116,16 +116,30 @@ def unstrained_sagging(
 
 
 @njit
+def slip_through(rope: Any, hold_n: float) -> float:
+    """Let a rope's tension fall to what its clamps hold, N, by paying out; returns the length that slipped, m."""
+    if rope.tension <= hold_n:
+        return 0.0
+    slipped = (rope.tension - hold_n) * rope.unstrained / rope.stiffness_ea
+    share = hold_n / rope.tension
+    for i in range(3):
+        rope.force[i] *= share
+    rope.tension = hold_n
+    rope.unstrained += slipped
+    return float(slipped)
+
+
+@njit
 def rope_pull(rope: Any, attachment: Any, velocity: Any) -> float:
     """Force of a rope on the body in the world frame into rope.force, N; returns the tension, N.
 
-    rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper of a sagging rope
-    acts by the share of the distance's change that stretches it.
+    rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper acts on what the
+    ends' distance grows by beyond the length paid out; of a sagging rope by the share of it that stretches the rope.
     """
     anchor = rope.anchor
     dx, dy, dz = anchor[0] - attachment[0], anchor[1] - attachment[1], anchor[2] - attachment[2]
     length = (dx * dx + dy * dy + dz * dz) ** 0.5
-    rate = -(dx * velocity[0] + dy * velocity[1] + dz * velocity[2]) / length
+    rate = -(dx * velocity[0] + dy * velocity[1] + dz * velocity[2]) / length - rope.rate
     unstrained, ea = rope.unstrained, rope.stiffness_ea
     tension = 0.0
     if rope.weight <= 0.0:

@@ -1,7 +1,7 @@
 """A traction device: a cylinder whose clamp pulls the rope in strokes, and a second clamp that holds it meanwhile.
 
     GRIPPED    the moving clamp holds the rope and goes with the piston: haul (place grows) or pay out (place falls)
-    CLOSING    end of the stroke: the fixed clamp closes, takes the load over and gives by its seat; the other one opens
+    CLOSING    end of the stroke: the fixed clamp closes, takes the load over and gives by its seat while it does
     RETURNING  the fixed clamp holds, the piston goes back to where the next stroke begins
     OPENING    the moving clamp closes again and takes the load over, with its seat; the fixed one opens
 
@@ -38,6 +38,7 @@ class TractionParameters(Record):
     stroke = quantity("m", "of the piston; 0: hauls without end, as a winch")
     speed = quantity("m/s", "fastest hauling and paying out")
     return_speed = quantity("m/s", "fastest way back without rope")
+    hold = quantity("N", "tension above which the rope slips through its clamps")
     clamp_time = quantity("s", "for a clamp to close")
     seat = quantity("m", "what a clamp gives when it takes the load over")
 
@@ -52,6 +53,7 @@ class TractionState(Record):
     idle = quantity("s", "time without need")
     way = quantity("1", "of the last whole stroke: -1 haul, 1 pay out")
     regrips = quantity("1", "count of regrips")
+    slipped = quantity("m", "rope that has slipped through the clamps")
 
 
 @njit
@@ -94,8 +96,7 @@ def traction_step(
     if s.clock >= n.clamp_time:
         s.mode = RETURNING if s.mode == CLOSING else GRIPPED
         s.clock = 0.0
-        return float(n.seat / dt) if tension_n > 0.0 else 0.0
-    return 0.0
+    return float(n.seat / n.clamp_time) if tension_n > 0.0 else 0.0
 
 
 @njit

@@ -191,6 +191,7 @@ class Seal(Group):
     pressure_coefficient_m2: Annotated[float, Field(ge=0.0, le=1.0e-2)]
     load_coefficient: Annotated[float, Field(ge=0.0, le=10.0)]
     side_load_coefficient: Annotated[float, Field(ge=0.0, le=10.0)]
+    side_load_growth: Annotated[float, Field(ge=0.0, le=2.0)]
     dwell_gain: Annotated[float, Field(ge=0.0, le=100.0)]
     dwell_time_s: Annotated[float, Field(gt=0.0, le=1.0e6)]
     viscosity_rate_1_k: Annotated[float, Field(ge=0.0, le=0.2)]
@@ -299,8 +300,11 @@ class Sensor(Group):
 
     pressure_range_pa: Positive
     pressure_noise_pa: NotNegative
+    pressure_ripple_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
+    pressure_ripple_hz: Annotated[float, Field(gt=0.0, le=1.0e5)]
     pressure_resolution_pa: NotNegative
     thermal_zero_share: NotNegative
+    thermal_span_share: Annotated[float, Field(ge=0.0, le=0.5)]
     thermal_range_k: Positive
     calibration_temperature_degc: float
     volts_factor_pa_per_v: Positive
@@ -313,6 +317,8 @@ class Sensor(Group):
     rope_tension_noise_n: NotNegative
     attitude_noise_rad: NotNegative
     rate_noise_rad_s: NotNegative
+    rate_bias_rad_s: Annotated[float, Field(ge=0.0, le=10.0)]
+    specific_force_bias_m_s2: Annotated[float, Field(ge=0.0, le=100.0)]
     specific_force_noise_m_s2: NotNegative
     supply_noise_pa: NotNegative
     temperature_resolution_k: NotNegative
@@ -339,6 +345,7 @@ class Traction(Group):
     seat_m: NotNegative
     speed_max_m_s: Positive
     rating_n: Positive
+    clamp_hold_n: Positive
 
 
 class Ground(Group):

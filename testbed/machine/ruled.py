@@ -19,7 +19,7 @@ _BODIES = (
 _ARM = r"axes\.\w+_(radial|rotation)"
 _NO_LOAD: Rules = (
     (rf"{_ARM}\.seal\.load_coefficient", UNREAD),
-    (r"axes\.\w+_rotation\.seal\.side_load_coefficient", UNREAD),
+    (r"axes\.\w+_rotation\.seal\.side_load_\w+", UNREAD),
 )
 """The load along a cylinder is a foot's, the load across it too: an arm feels the one, a turntable neither."""
 COMMON: Rules = (
@@ -58,9 +58,12 @@ MODEL: Rules = (
     (r"seal\.(bristle_damping_n_s_m|elastic_share)|end_stop\.(stiffness|damping)_\w+", UNREAD),
     (r"oil\.(outer_leakage|hose|ambient|heat_capacity|cooling)\w+", UNREAD),
     (r"power_unit\.(?!full_flow_m3_s|supply_|standby_pressure_pa|tank_pressure_pa).*", UNREAD),
-    (r"sensor\.(pressure_(noise|resolution)_pa|line_b_\w+|\w+_noise_\w+)", UNREAD),
+    (
+        r"sensor\.(pressure_(noise|resolution|ripple)_\w+|line_b_\w+|\w+_(noise|bias)_\w+|thermal_span_share)",
+        UNREAD,
+    ),
     (r"sensor\.(transducer_bandwidth_hz|temperature_resolution_k)", UNREAD),
-    (r"traction\.(stroke_m|annulus_area_m2|return_speed_m_s|clamp_s|seat_m)", UNREAD),
+    (r"traction\.(stroke_m|annulus_area_m2|return_speed_m_s|clamp_s|seat_m|clamp_hold_n)", UNREAD),
     (rf"{_ARM}\.(oil\..*|valve\.(?!rated_flow).*|seal\.bristle_stiffness_n_m)", UNREAD),
     *_NO_LOAD,
 )
@@ -68,7 +71,7 @@ MODEL: Rules = (
 SHARED_ONLY = re.compile(
     r"oil\.(start_temperature_degc|ambient_degc|heat_capacity_j_k|cooling_w_k)"
     r"|seal\.viscosity_(rate_1_k|reference_degc)"
-    r"|sensor\.(?!pressure_|thermal_(zero_share|range_k)|transducer_bandwidth_hz|line_b_).*"
+    r"|sensor\.(?!pressure_|thermal_(zero_share|span_share|range_k)|transducer_bandwidth_hz|line_b_).*"
 )
 """Numbers of an axis' groups that the machine has once: one axis cannot have its own."""
 

@@ -1,7 +1,8 @@
 """Sets of numbers under which the machine can be had: the default one, and others that differ from it by name.
 
 `inferred` is roboclimber.yaml itself: the circuit under which the paper's figures hold together (its numbers say which
-figure they come from). sets.yaml lists by what the others differ.
+figure they come from). sets.yaml lists by what the others differ: `original` the circuit declared before, `overlapped`
+valves without feedback of their spools.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Literal, get_args
 
 from testbed.machine.provenance import Quantity, read_quantities
 
-SetName = Literal["inferred", "original"]
+SetName = Literal["inferred", "original", "overlapped"]
 SET_NAMES: tuple[SetName, ...] = get_args(SetName)
 DEFAULT: SetName = "inferred"
 

@@ -1,23 +1,25 @@
-"""`report.html` of a diagnosis of the whole robot: which leg, which effect, and the residuals of all four."""
+"""`report.html` of a diagnosis of the whole robot: what it lacks and where, and what its balances miss."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.fit import residuals
-from testbed.diagnosis.leg.series import BIN
 from testbed.diagnosis.robot.diagnose import LEARNT_SHARE, RobotDiagnosis
 from testbed.diagnosis.robot.findings import as_json, spoken
-from testbed.diagnosis.robot.problem import FLOW_S
+from testbed.diagnosis.robot.groups import FORCES
 from testbed.effects import by_name
+from testbed.machine.names import AXES
 from testbed.report.page import render
-from testbed.report.style import BLUE, GREY, RC, VERMILION, svg
-from testbed.report.words import DIAGNOSIS_WORDS, MACHINE_WORDS
+from testbed.report.style import BLUE, GREY, RC, svg
 
 Array = npt.NDArray[np.float64]
+COMPONENTS = ("up the slope, N", "to the left, N", "off the slope, N")
+SHOWN = 8
+"""So many rivals stand in the table."""
 
 
 def page(d: RobotDiagnosis) -> str:
@@ -28,7 +30,7 @@ def page(d: RobotDiagnosis) -> str:
 def contents(d: RobotDiagnosis) -> dict[str, Any]:
     """Everything the page's template shows."""
     found = as_json(d)
-    ranked = sorted((c for c in d.state.tried.values() if c.names), key=lambda c: -d.state.gain(c))
+    singles = [(names[0], factor) for names, factor in d.signs.sets if len(names) == 1]
     return {
         "name": d.name,
         "verdict": d.verdict.kind,
@@ -38,71 +40,100 @@ def contents(d: RobotDiagnosis) -> dict[str, Any]:
             (" + ".join(spoken(n) for n in h["names"]) or "none", h["probability"])
             for h in found["hypotheses"][:6]
         ],
-        "errors": [*d.errors.items(), ("all", d.total())],
-        "slides": d.slides,
+        "errors": _rows(d),
         "learnt": round(100 * LEARNT_SHARE),
-        "rivals": [
-            (" + ".join(spoken(n) for n in c.names), d.state.gain(c))
-            for c in ranked
-            if len(c.names) == 1
-        ][:8],
+        "rivals": [(spoken(name), factor) for name, factor in singles[:SHOWN]],
+        "resembles": spoken(d.resembles) if d.resembles else "",
         "force": force_figure(d),
-        "flow": flow_figure(d),
-        "flow_s": FLOW_S,
-        "left_out": found["left_out"],
-        "glossary": (*DIAGNOSIS_WORDS, *MACHINE_WORDS),
+        "places": place_figure(d),
     }
 
 
 def headline(d: RobotDiagnosis) -> str:
     """One sentence."""
     if d.verdict.kind == "effect":
-        words = [f"{spoken(n)} ({by_name(n).text})" for n in d.verdict.chosen.names]
+        words = [f"{spoken(f.name)} ({by_name(f.kind).text})" for f in d.found]
         return "The model lacks " + " and ".join(words) + "."
     if d.verdict.kind == "unnamed":
-        return "One leg does not fit, and none of the known effects explains it."
-    return "No leg stands out: the model lacks nothing that this run can show."
+        return "The machine does not fit its model, and none of the known effects explains it."
+    return "Nothing stands out: the model lacks nothing that this run can show."
+
+
+def _rows(d: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
+    """(balance, unit, stage -> RMS) of the balances that a reader wants to see: forces, and those that changed."""
+    units = {FORCES: ("N, N m", 1.0), "feet": ("mm", 1e3), "supply": ("bar", 1e-5)}
+    out = []
+    for group, row in d.errors.items():
+        unit, factor = units.get(group, ("cm³/s", 1e6))
+        changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
+        if group in units or changed:
+            told = {stage: f"{factor * value:.3g}" for stage, value in row.items()}
+            out.append((group.replace("_", " "), unit, told))
+    return out
 
 
 def force_figure(d: RobotDiagnosis) -> str:
-    """Force residual of each leg against time: declared model grey, shared friction refitted black, after blue."""
-    return _figure(d, "force", 1.0, "residual, N", "force")
-
-
-def flow_figure(d: RobotDiagnosis) -> str:
-    """Flow residual of chamber A of each leg against time."""
-    return _figure(d, "flow", 1e6, "flow A, cm³/s", "flow")
-
-
-def _figure(d: RobotDiagnosis, channel: str, factor: float, label: str, salt: str) -> str:
+    """What the body's balance of forces misses against time: as believed grey, with the effects blue."""
     import matplotlib.pyplot as plt
 
-    stages = (("before", GREY), ("refit", VERMILION), ("after", BLUE))
-    values = {
-        stage: residuals(d.problem, d.points[stage], (channel,))[channel] for stage, _ in stages
-    }
+    body = d.balances.body
+    missing = body.missing.copy()
+    frames = body.seen.slope_frame
+    stages = [("as believed", GREY, missing)]
+    if d.found:
+        stages.append(("with what was found", BLUE, missing - _explained(d)))
     with plt.rc_context(RC):  # type: ignore[arg-type]
-        figure, panels = plt.subplots(1, 4, figsize=(10.4, 2.2), sharey=True)
-        first, limit = (
-            0,
-            factor * 1.2 * max(float(np.percentile(np.abs(v), 99)) for v in values.values()),
-        )
-        for panel, s in zip(panels, d.problem.series, strict=True):
-            at = slice(first, first + s.bins)
-            first += s.bins * (2 if channel == "flow" else 1)
-            time = s.signals.time_s[1::BIN][: s.bins]
-            for stage, colour in stages:
-                panel.plot(
-                    time[::4], factor * values[stage][at][::4], color=colour, lw=0.7, label=stage
-                )
-            panel.axvline(d.problem.window_s[1], color="#1a1a1a", lw=0.6, ls=":")
-            panel.set_title(s.name.replace("_", " "))
+        figure, panels = plt.subplots(1, 3, figsize=(10.4, 2.3), sharey=True)
+        for axis, (panel, words) in enumerate(zip(panels, COMPONENTS, strict=True)):
+            for label, colour, values in stages:
+                along = np.einsum("nj,nj->n", frames[:, axis], values[:, :3])
+                panel.plot(body.seen.time_s, along, color=colour, lw=1.0, label=label)
+            panel.axhline(0.0, color="#1a1a1a", lw=0.6)
+            panel.set_title(words)
             panel.set_xlabel("time, s")
-            panel.set_ylim(-limit, limit)
-        panels[0].set_ylabel(label)
-        handles, labels = panels[-1].get_legend_handles_labels()
-        figure.tight_layout(rect=(0.0, 0.0, 0.92, 1.0))
-        figure.legend(handles, labels, loc="center right")
-        text = svg(figure, f"robot-{salt}")
+        panels[0].legend(loc="upper left")
+        figure.tight_layout()
+        text = svg(figure, "robot-force")
         plt.close(figure)
     return text
+
+
+def _explained(d: RobotDiagnosis) -> Array:
+    """(n, 18) what the found effects make the balances miss."""
+    body = d.balances.body
+    out, first = np.zeros_like(body.missing), 0
+    for name in d.verdict.chosen.names:
+        for change in d.balances.candidates[name].signature.values():
+            number = d.verdict.chosen.mean[first]
+            first += 1
+            for axis, force in change.force.items():
+                out += number * body.by_force[:, :, axis] * force[:, None]
+            for given, columns in ((change.wrench, slice(0, 6)), (change.balance, slice(0, 18))):
+                if given is not None:
+                    out[:, columns] += number * given
+    return out
+
+
+def place_figure(d: RobotDiagnosis) -> str:
+    """Evidence of the best single effect at each place, in units of belief (natural logarithm)."""
+    import matplotlib.pyplot as plt
+
+    others = ("body", "rope", "rope_left", "rope_right", "drill", "supply")
+    feet = tuple(f"foot_{leg}" for leg in ("fl", "fr", "rl", "rr"))
+    places = (*AXES, *others, *feet)
+    best = [max(_at(d.signs.sets, place), default=0.0) for place in places]
+    chosen = {name.partition("@")[2] for name in d.verdict.chosen.names}
+    with plt.rc_context(RC):  # type: ignore[arg-type]
+        figure, panel = plt.subplots(figsize=(10.4, 2.4))
+        colours = [BLUE if place in chosen else GREY for place in places]
+        panel.bar(range(len(places)), best, color=colours)
+        panel.set_xticks(range(len(places)), [p.replace("_", " ") for p in places], rotation=60)
+        panel.set_ylabel("ln of evidence")
+        figure.tight_layout()
+        text = svg(figure, "robot-places")
+        plt.close(figure)
+    return text
+
+
+def _at(sets: Sequence[tuple[tuple[str, ...], float]], place: str) -> list[float]:
+    return [f for names, f in sets if len(names) == 1 and names[0].partition("@")[2] == place]

@@ -121,6 +121,46 @@ class RobotModel:
         held = pin.computeGeneralizedGravity(self._model, self._data, self._full(positions))
         return np.asarray(held[self._order])
 
+    def inverse_dynamics(
+        self,
+        positions: ArrayLike,
+        velocities: ArrayLike,
+        accelerations: ArrayLike,
+        gravity_in_body: ArrayLike,
+    ) -> Array:
+        """Generalised forces (18,) that produce accelerations (18,) at velocities (18,), gravity included.
+
+        Body velocity and acceleration are those of the body's origin, resolved in the body frame (the acceleration
+        is the derivative of these components, so a turning body adds omega x v by itself).
+        """
+        self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
+        speed, change = np.empty(18), np.empty(18)
+        speed[self._order], change[self._order] = velocities, accelerations
+        force = pin.rnea(self._model, self._data, self._full(positions), speed, change)
+        return np.asarray(force[self._order])
+
+    def asked_by_masses(
+        self, positions: ArrayLike, gravity_in_body: ArrayLike
+    ) -> tuple[Array, Array]:
+        """Generalised forces that masses ask for at rest: (18, 12) by one more kilogram at the centre of what each axis
+        moves, (18, 4) by one kilogram at the body's origin and by first moments of the body of 1 kg m along x, y, z.
+        """
+        model, data = self._model, self._data
+        model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
+        still = np.zeros(model.nv)
+        by = pin.computeJointTorqueRegressor(model, data, self._full(positions), still, still)
+        by = np.asarray(by)[self._order]
+        joints = [model.getJointId(name) for name in AXES]
+        links = [
+            by[:, 10 * (j - 1)] + by[:, 10 * j - 9 : 10 * j - 6] @ model.inertias[j].lever
+            for j in joints
+        ]
+        return np.column_stack(links), by[:, :4].copy()
+
+    def asked_by_lift(self, positions: ArrayLike) -> Array:
+        """Generalised forces (18, 3) that the machine asks for by 1 m/s2 of specific force along x, y, z of the body."""
+        return np.column_stack([self.gravity_forces(positions, -way) for way in np.eye(3)])
+
     def feet(self, positions: ArrayLike) -> tuple[Array, Array]:
         """Undersides of the feet in the body frame (4, 3), m, and their Jacobians (4, 3, 12) with the body at rest."""
         pin.computeJointJacobians(self._model, self._data, self._full(positions))

@@ -180,6 +180,13 @@ class Hydraulics(Checked):
         default=False,
         description="true: all valves closed and tight; the cylinders are oil springs",
     )
+    stuck_seals: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=1.0,
+        description="largest share of break-away with which a seal is stuck at the start; each draws its own, either "
+        "way [1]",
+    )
     without: Annotated[tuple[HydraulicPart, ...], Sequence] = Field(
         default=(), description="parts of the hydraulics left out"
     )
@@ -228,7 +235,8 @@ class OwnMachine(Checked):
     set: SetName = Field(
         default=DEFAULT,
         description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
-        "or original (constant supply, edges that leak alike, no holding valves)",
+        "original (constant supply, edges that leak alike, no holding valves) or overlapped (inferred, with valves "
+        "without spool feedback and an amplifier that jumps their overlap)",
     )
     draw: Literal["workshop"] | None = Field(
         default=None,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
 from testbed.scenario.parts import Bound, Expect
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.scenario import Scenario, load_scenario
 
 
 def unmet(expect: Expect, summary: Mapping[str, Any]) -> list[str]:
@@ -50,3 +51,20 @@ def hidden_effects(scenario: Scenario) -> str:
         ", ".join(f"{u.effect} at {u.at.replace('_', ' ')}" for u in scenario.undeclared)
         or "nothing"
     )
+
+
+def hidden_numbers(scenario: Scenario) -> list[dict[str, Any]]:
+    """The same with name, place and parameters apart."""
+    return [
+        {"name": u.effect, "place": u.at, "parameters": dict(u.parameters)}
+        for u in scenario.undeclared
+    ]
+
+
+def elsewhere(scenario: Scenario, name: str, seed: int) -> Scenario:
+    """Scenario `name` with the machine of another one and the effects that it hides."""
+    machine = scenario.machine.model_dump(mode="json", exclude_none=True)
+    hidden = [u.model_dump(mode="json") for u in scenario.undeclared]
+    overrides = [f"undeclared={json.dumps(hidden)}"]
+    overrides += [f"machine.{key}={json.dumps(value)}" for key, value in machine.items()]
+    return load_scenario(name, overrides, seed)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
 from testbed.formats.ownership import owned
+
+if TYPE_CHECKING:
+    from testbed.diagnosis.robot.diagnose import RobotDiagnosis
+    from testbed.recording.robot import RobotRecording
 
 Table = tuple[list[str], list[list[str]]]
 PAGE = "report.html"
@@ -78,11 +82,11 @@ def _axis(
 def _robot(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:
-    from testbed.diagnosis.robot.diagnose import check_duration, diagnose_robot
+    from testbed.diagnosis.robot.diagnose import check_duration
     from testbed.diagnosis.robot.findings import as_json, summary_rows, write_findings
     from testbed.diagnosis.robot.rig import NEEDED
-    from testbed.effects import read_believed
     from testbed.recording.robot import read_robot
+    from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
 
     if suggest is not None:
@@ -92,12 +96,37 @@ def _robot(
             value=str(suggest),
         )
     run = read_robot(folder, NEEDED)
-    start = read_believed(model) if model is not None else None
     check_duration(run.data["t"], run.folder / run.header.data)
+    believed = RobotModelFile() if model is None else read_robot_model(model)
     with owned(out):
-        found = diagnose_robot(run.name, run.data, run.machine, folder, tell, start)
-        write_findings(found, out)
+        found = diagnose_recording(run, model, tell)
+        write_findings(found, believed, out)
         write_text(out / PAGE, page(found))
     return Diagnosed(
         f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), out / PAGE
     )
+
+
+def diagnose_recording(
+    run: RobotRecording, model: Path | None, tell: Callable[[str], None] | None = None
+) -> RobotDiagnosis:
+    """What a recording shows that the robot's model, with what a model file adds, lacks.
+
+    Raises InputError for a model or a survey that cannot be understood.
+    """
+    from testbed.diagnosis.robot.diagnose import diagnose_robot
+    from testbed.effects.base import MARK
+    from testbed.recording.robot_model import read_robot_model
+    from testbed.robot.robot import Robot
+    from testbed.workflows.estimate import survey_of
+    from testbed.world.believed import own_belief
+
+    ropes, carried_kg = survey_of(run.header.surveyed, run.file)
+    believed = own_belief(run.machine, model)
+    entries = () if model is None else read_robot_model(model).effects
+    granted = {
+        f"{entry.name}{MARK}{entry.place}": {k: p.value for k, p in entry.parameters.items()}
+        for entry in entries
+    }
+    robot = Robot.of(believed.machine, carried_kg)
+    return diagnose_robot(run.name, run.data, robot, ropes, granted, tell)

@@ -197,12 +197,24 @@ def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Pat
 
     if surveyed is None:
         return belief
+    ropes, mass_kg = survey_of(surveyed, file)
+    store = believed.machine.rod_store_body
+    payload = Payload(mass_kg, store.position_m) if mass_kg > 0.0 else None
+    with believed.bodies() as urdf:
+        return believed.with_body(belief, RobotModel(urdf, payload), ropes)
+
+
+def survey_of(surveyed: object, file: Path) -> tuple[Array, float]:
+    """Unit vectors (2, 3) towards the ropes' anchors in the world, and the carried mass, kg, as surveyed before a run.
+
+    Raises InputError where the survey cannot be understood.
+    """
     try:
         survey: Any = surveyed
         ropes = np.array(
             [survey["rope_directions_in_world"][side] for side in SIDES], dtype=float
         ).reshape(2, 3)
-        mass_kg = float(survey["payload_kg"])
+        return ropes, float(survey["payload_kg"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
             "cannot be understood",
@@ -210,7 +222,3 @@ def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Pat
             field="surveyed",
             allowed="rope_directions_in_world {left, right}, payload_kg",
         ) from error
-    store = believed.machine.rod_store_body
-    payload = Payload(mass_kg, store.position_m) if mass_kg > 0.0 else None
-    with believed.bodies() as urdf:
-        return believed.with_body(belief, RobotModel(urdf, payload), ropes)

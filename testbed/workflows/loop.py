@@ -1,26 +1,29 @@
-"""`testbed loop`: run, diagnose, believe, run again; what that does to the foot-force error, leg by leg."""
+"""`testbed loop`: a machine with effects that it does not know: seen, found, added, and judged on another scenario."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from testbed.formats.files import write_json, write_text
 from testbed.formats.ownership import owned
 from testbed.machine.names import LEGS
 from testbed.report.loop_page import page
 
-SCENARIOS = (
-    "stand_clean",
-    "stand_undeclared_gain",
-    "stand_undeclared_leak",
-    "stand_undeclared_friction",
-    "stand_undeclared_drift",
-)
+if TYPE_CHECKING:
+    from testbed.scenario.scenario import Scenario
+
+SCENARIOS = ("stand_undeclared_two",)
+NEXT = "crawl_slope_45"
+"""The other scenario: the same machine with the same effects walks instead of standing."""
 NEXT_SEED = 100
-"""The next run's seed is this much higher: other noise, other sensors' errors."""
+"""Its seed is this much higher: other noise, other sensors' errors."""
+SHOWN = 240
+"""So many points of each course are kept for the page."""
 Progress = Callable[[str], None]
 
 
@@ -37,7 +40,7 @@ def close_loop(
     for name in scenarios:
         load_scenario(name)  # all of them can be used, before the first is run
     with owned(out):
-        rows = [_row(name, out / name, say) for name in scenarios]
+        rows = [_row(name, out / Path(name).stem, say) for name in scenarios]
         result = {"scenarios": rows}
         write_json(out / "loop.json", result)
         write_text(out / "loop.html", page(rows))
@@ -46,40 +49,65 @@ def close_loop(
 
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     from testbed.scenario.scenario import load_scenario
-    from testbed.simulation.expectations import hidden_effects
+    from testbed.simulation.expectations import elsewhere, hidden_effects, hidden_numbers
     from testbed.workflows.diagnose import diagnose_folder
 
     scenario = load_scenario(name)
     say(f"{name}: first run")
-    first = _run(folder / "first", name, scenario.seed, None)
+    _run(folder / "first", scenario, None)
     findings = folder / "diagnosis" / "findings.json"
     if not findings.is_file():
         say(f"{name}: diagnosis")
         diagnose_folder(folder / "first", folder / "diagnosis", None, None, lambda _: None)
     found = json.loads(findings.read_text())
-    say(f"{name}: next run")
-    after = _run(
-        folder / "next", name, scenario.seed + NEXT_SEED, folder / "diagnosis" / "model.yaml"
-    )
+    say(f"{name}: another scenario, as believed")
+    other = elsewhere(scenario, NEXT, scenario.seed + NEXT_SEED)
+    before = _run(folder / "next_before", other, None)
+    say(f"{name}: another scenario, with what was found")
+    after = _run(folder / "next_after", other, folder / "diagnosis" / "model.yaml")
     return {
         "scenario": name,
+        "next": other.name,
         "hidden": hidden_effects(scenario),
+        "truth": hidden_numbers(scenario),
+        "effects": found["effects"],
         **_said(found),
-        **_errors(found, first, after),
+        "residual_n": found["error"]["force_n"],
+        **_errors(before, after),
+        "seen": _course(folder / "first"),
+        "courses": {
+            "before": _course(folder / "next_before"),
+            "after": _course(folder / "next_after"),
+        },
     }
 
 
-def _run(folder: Path, name: str, seed: int, model: Path | None) -> dict[str, Any]:
+def _run(folder: Path, scenario: Scenario, model: Path | None) -> dict[str, Any]:
     """The run's summary; a run that is there already is kept."""
-    from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
     from testbed.workflows.report import write_report
 
     if not (folder / "summary.json").is_file():
-        run_scenario(load_scenario(name, [], seed), folder, model)
+        run_scenario(scenario, folder, model)
         write_report(folder)
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return summary
+
+
+def _course(folder: Path) -> dict[str, list[float]]:
+    """Error of the own estimate of every foot over time, N, as means over equal stretches, and their middle `t`, s."""
+    from testbed.simulation.runs import read_run
+
+    run = read_run(folder)
+    width = max(len(run.data["t"]) // SHOWN, 1)
+    count = len(run.data["t"]) // width
+
+    def means(values: Any) -> list[float]:
+        kept = np.asarray(values, dtype=float)[: count * width].reshape(count, width)
+        return [round(float(v), 3) for v in kept.mean(axis=1)]
+
+    errors = {leg: run.data[f"estimate_own_{leg}"] - run.truth[f"foot_load_{leg}"] for leg in LEGS}
+    return {"t": means(run.data["t"]), **{leg: means(error) for leg, error in errors.items()}}
 
 
 def _said(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,21 +117,16 @@ def _said(found: Mapping[str, Any]) -> dict[str, Any]:
     return {"said": found["verdict"], "probability": found["hypotheses"][0]["probability"]}
 
 
-def _errors(
-    found: Mapping[str, Any], first: Mapping[str, Any], after: Mapping[str, Any]
-) -> dict[str, Any]:
-    by_leg = {k: s["force_rms_by_leg_n"]["own"] for k, s in (("before", first), ("after", after))}
-    places = [e["place"].split("_")[0] for e in found["effects"]]
-    leg = places[0] if places else max(LEGS, key=lambda x: by_leg["before"][x])
-    others = [x for x in LEGS if x != leg]
-    return {
-        "leg": leg,
-        "before_n": by_leg["before"][leg],
-        "after_n": by_leg["after"][leg],
-        "others_before_n": max(by_leg["before"][x] for x in others),
-        "others_after_n": max(by_leg["after"][x] for x in others),
-        "by_leg_n": by_leg,
+def _errors(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    by_leg = {
+        stage: summary["force_rms_by_leg_n"]["own"]
+        for stage, summary in (("before", before), ("after", after))
     }
+    whole = {
+        stage: float(np.sqrt(np.mean([row[leg] ** 2 for leg in LEGS])))
+        for stage, row in by_leg.items()
+    }
+    return {"by_leg_n": by_leg, "before_n": whole["before"], "after_n": whole["after"]}
 
 
 def table(result: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
@@ -112,4 +135,4 @@ def table(result: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
         [r["scenario"], r["hidden"], r["said"], f"{r['before_n']:.0f} N", f"{r['after_n']:.0f} N"]
         for r in result["scenarios"]
     ]
-    return ["scenario", "hidden", "said", "before", "next run"], rows
+    return ["scenario", "hidden", "said", f"{NEXT} before", "after"], rows

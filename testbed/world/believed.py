@@ -20,7 +20,7 @@ from testbed.effects.robot_attitude import Attitude
 from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
 from testbed.effects.rope_tension_gain import TensionGain
-from testbed.errors import InputError, naming
+from testbed.errors import naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import body_of
 from testbed.machine.model import Machine
@@ -76,6 +76,9 @@ class OwnBelief:
 def own_belief(machine: Machine, model: str | Path | None) -> OwnBelief:
     """What a model file, of the whole robot or of one leg, makes of a believed machine.
 
+    Effects of the robot on which no estimate depends (oil, ground, supply, ...) are checked and left to the diagnosis,
+    which looks for what is missing beside them.
+
     Raises InputError, naming the file, for what cannot be believed.
     """
     if model is None:
@@ -97,13 +100,8 @@ def own_belief(machine: Machine, model: str | Path | None) -> OwnBelief:
         elif entry.name in OF_THE_BODY:
             of_body.append(entry.hidden())
         else:
-            raise InputError(
-                "would have no effect: no belief holds it there",
-                file=model,
-                field=f"effects.{k}",
-                value=f"{entry.name} at {entry.place}",
-                allowed=f"{', '.join(OF_THE_BODY)}; at vertical cylinders what `testbed effects` says is live",
-            )
+            # No estimate depends on it: the diagnosis alone grants it. Its place must be one all the same.
+            hidden_of([entry.hidden()])
     with naming(model):
         return OwnBelief(
             machine.replaced(file.numbers, model, "machine"),

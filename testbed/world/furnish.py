@@ -31,6 +31,9 @@ from testbed.world.undeclared import (
     put_into_supply,
 )
 
+SEAL_STREAM = 41
+"""Stream of random numbers of the seals' start."""
+
 
 @dataclass(frozen=True)
 class Truth:
@@ -96,8 +99,15 @@ def _fill_hydraulics(board: Any, truth: Truth, start: Start) -> None:
     board["linkage"] = linkage.geometry
     supply = start_supply(unit, hydraulics.oil_temperature_degc, machine.power_unit.tank_oil_m3)
     board["supply"] = supply
+    seals = np.random.default_rng([truth.scenario.seed, SEAL_STREAM])
+    stuck = hydraulics.stuck_seals * seals.uniform(-1.0, 1.0, len(AXES))
     board["axes"] = start_axes(
-        parameters, extension, forces, supply=supply, tank_pa=float(unit["tank_pressure"])
+        parameters,
+        extension,
+        forces,
+        supply=supply,
+        tank_pa=float(unit["tank_pressure"]),
+        stuck=stuck,
     )
 
 

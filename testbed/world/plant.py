@@ -16,7 +16,7 @@ from testbed.laws.coupling import centre_window
 from testbed.laws.drill import axial_force
 from testbed.laws.hydraulics import hydraulic_step
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.laws.rope import rope_pull
+from testbed.laws.rope import rope_pull, slip_through
 from testbed.laws.traction import oil_taken, traction_step
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.robot.linkage import joint_to_cylinder
@@ -155,6 +155,8 @@ def rope_step(board: Any, k: int) -> float:
     rope.tension = rope_pull(rope, point, velocity)
     if rope.tension > rope.breaking_load:
         rope.whole = 0.0
+    else:
+        device.slipped += slip_through(rope, board.traction.hold)
     for i in range(3):
         board.given.force[i] += pull[i]
     add_cross(arm, pull, board.given.torque)

@@ -84,6 +84,7 @@ def _seal(own: Any, axis: Axis) -> None:
     own["pressure_coefficient"] = seal.pressure_coefficient_m2
     own["load_coefficient"] = seal.load_coefficient
     own["side_load_coefficient"] = seal.side_load_coefficient
+    own["side_load_growth"] = seal.side_load_growth
     own["dwell_gain"], own["dwell_time"] = seal.dwell_gain, seal.dwell_time_s
 
 
@@ -135,6 +136,7 @@ TRACTION_NAMES = {
     "area": "piston_area_m2",
     "annulus": "annulus_area_m2",
     "rating": "rating_n",
+    "hold": "clamp_hold_n",
     "stroke": "stroke_m",
     "speed": "speed_max_m_s",
     "return_speed": "return_speed_m_s",

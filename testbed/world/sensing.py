@@ -30,6 +30,10 @@ class Transducer(Record):
     zero = quantity("Pa", "reading at no pressure")
     drift = quantity("Pa/s", "of the zero by time")
     thermal = quantity("Pa/K", "of the zero by the oil's temperature")
+    thermal_gain = quantity("1/K", "of the gain by the oil's temperature")
+    ripple = quantity("Pa", "of pump and PWM, behind the amplifier's filter")
+    ripple_rate = quantity("rad/s", "of it")
+    ripple_phase = quantity("rad", "of it at the start")
     hysteresis = quantity("Pa", "the true pressure goes so far before the reading follows")
     shown = quantity("Pa", "pressure behind the reading, held back by hysteresis")
     bow = quantity("Pa", "error in the middle of the range, which a line through its ends leaves")
@@ -57,6 +61,8 @@ class OtherSensors(Record):
     rope_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
     mounted_roll = quantity("rad", "how the inertial unit is turned against the body")
     mounted_pitch = quantity("rad", "the same, about its y axis before x")
+    rate_bias = quantity("rad/s", "what its gyroscopes read too much", per=XYZ)
+    force_bias = quantity("m/s2", "what its accelerometers read too much", per=XYZ)
 
 
 class SampleNoise(Record):
@@ -98,13 +104,18 @@ def draw_noise(
 def sensor_records(
     machine: Machine, chosen: Sensors, rng: np.random.Generator
 ) -> tuple[NDArray[Any], Any]:
-    """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero."""
+    """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero and span, the unit its biases."""
     s = machine.sensor
     t = Transducer.zeros(len(CHAMBERS), len(AXES))
     t["gain"] = 1.0
     draws = rng.uniform(-1.0, 1.0, t.size).reshape(t.shape)
+    spans = rng.uniform(-1.0, 1.0, t.shape)
+    t["ripple_phase"] = rng.uniform(0.0, 2.0 * math.pi, t.shape)
     for k, axis in enumerate(machine.axes.values()):
         _fit_transducers(t[:, k], axis.sensor, chosen, draws[:, k])
+        span = axis.sensor.thermal_span_share / axis.sensor.thermal_range_k
+        with_span = chosen.thermal_drift and "pressure" not in chosen.without
+        t["thermal_gain"][:, k] = span * spans[:, k] if with_span else 0.0
     other = OtherSensors.zeros()[0]
     other["rope_gain"] = 1.0
     noise = float(chosen.noise)
@@ -115,6 +126,9 @@ def sensor_records(
     other["attitude_noise"] = inertial * s.attitude_noise_rad
     other["rate_noise"] = inertial * s.rate_noise_rad_s
     other["force_noise"] = inertial * s.specific_force_noise_m_s2
+    biased = float("inertial" not in chosen.without)
+    other["rate_bias"] = biased * s.rate_bias_rad_s * rng.uniform(-1.0, 1.0, len(XYZ))
+    other["force_bias"] = biased * s.specific_force_bias_m_s2 * rng.uniform(-1.0, 1.0, len(XYZ))
     other["rope_noise"] = noise * s.rope_tension_noise_n * ("rope_tension" not in chosen.without)
     other["supply_noise"] = noise * s.supply_noise_pa * ("supply_pressure" not in chosen.without)
     if chosen.quantisation and "oil_temperature" not in chosen.without:
@@ -129,6 +143,9 @@ def _fit_transducers(pair: NDArray[Any], sensor: Sensor, chosen: Sensors, draws:
     if "pressure" in chosen.without:
         return
     pair["noise"] = sensor.pressure_noise_pa if chosen.noise else 0.0
+    filtered = math.hypot(1.0, sensor.pressure_ripple_hz / sensor.transducer_bandwidth_hz)
+    pair["ripple"] = sensor.pressure_ripple_pa / filtered if chosen.noise else 0.0
+    pair["ripple_rate"] = 2.0 * math.pi * sensor.pressure_ripple_hz
     pair["resolution"] = sensor.pressure_resolution_pa if chosen.quantisation else 0.0
     per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
     pair["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
@@ -136,7 +153,16 @@ def _fit_transducers(pair: NDArray[Any], sensor: Sensor, chosen: Sensors, draws:
 
 def fail(transducer: Any, reading_pa: float) -> None:
     """Let a Transducer show the same reading, Pa gauge, from now on."""
-    for name in ("gain", "drift", "thermal", "bow", "noise", "resolution"):
+    for name in (
+        "gain",
+        "drift",
+        "thermal",
+        "thermal_gain",
+        "ripple",
+        "bow",
+        "noise",
+        "resolution",
+    ):
         transducer[name] = 0.0
     transducer["zero"] = reading_pa
 
@@ -151,7 +177,10 @@ def counted(value: float, count: float) -> float:
 def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> float:
     """One reading of the Transducer s, Pa gauge, from the true gauge pressure."""
     s.shown = min(max(s.shown, true_pa - s.hysteresis), true_pa + s.hysteresis)
-    value = s.gain * s.shown + s.zero + s.drift * t + s.thermal * warm_k + s.noise * noise
+    gain = s.gain + s.thermal_gain * warm_k
+    value = gain * s.shown + s.zero + s.drift * t + s.thermal * warm_k + s.noise * noise
+    if s.ripple != 0.0:
+        value += s.ripple * math.sin(s.ripple_rate * t + s.ripple_phase)
     if s.bow != 0.0:
         share = s.shown / s.range
         value += 4.0 * s.bow * share * (1.0 - share)
@@ -227,6 +256,9 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
         )
     turn_into_unit(row.angular_rate, other.mounted_roll, other.mounted_pitch)
     turn_into_unit(row.specific_force, other.mounted_roll, other.mounted_pitch)
+    for k in range(3):
+        row.angular_rate[k] += other.rate_bias[k]
+        row.specific_force[k] += other.force_bias[k]
     gravity = board.gravity_in_body
     gravity[0] = GRAVITY_M_S2 * math.sin(pitch)
     gravity[1] = -GRAVITY_M_S2 * math.cos(pitch) * math.sin(roll)

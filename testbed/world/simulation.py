@@ -474,6 +474,7 @@ class Simulation:
         return {
             "verdict": self.verdict,
             "foot_slip_m": m.judge.slip_m,
+            "rope_slip_m": float(m.board.devices["slipped"].max()),
             "turn_max_deg": math.degrees(m.judge.turn_rad),
             **m.drill.summary(),
             **m.settlement(),

@@ -170,6 +170,14 @@ def test_position_pressure_load_and_side_raise_the_coulomb_part(
     assert raised - _slide(_seal(), 0.2, **acting) == pytest.approx(change, rel=1e-6)
 
 
+def test_an_overhang_that_grows_takes_more_of_a_side_load() -> None:
+    """0.1 mid-stroke, all of that more over the stroke: 0.14 at four tenths of the stroke beyond the middle."""
+    across = {"side_load_coefficient": 0.1, "side_load_growth": 1.0}
+    for place in (0.4, -0.4):
+        raised = _slide(_seal(**across), 0.2, place=place, side_load=1e3)
+        assert raised - _slide(_seal(), 0.2, place=place) == pytest.approx(100.0 * (1.0 + place))
+
+
 def test_warm_oil_scales_the_viscous_part_alone() -> None:
     cold, warm = (_slide(_seal(), 0.2, thinning=share) for share in (1.0, 0.5))
     assert cold - warm == pytest.approx(0.5 * 5200.0 * 0.2)

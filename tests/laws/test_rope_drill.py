@@ -18,6 +18,7 @@ from testbed.laws.rope import (
     rope_pull,
     rope_tension,
     sagging_tension,
+    slip_through,
     unstrained_length,
     unstrained_sagging,
 )
@@ -193,3 +194,26 @@ def test_line_passes_a_ramp_late_by_twice_its_damping_over_its_frequency() -> No
         ramp = np.array([k * 1e-3, (k + 1) * 1e-3])
         sense_path(s, p, ramp, ramp, 1e-3, weights)
     assert s.pipe_pressure == pytest.approx(1.0 - 2 * zeta / wn, rel=1e-9)
+
+
+def test_a_rope_that_is_hauled_as_fast_as_its_end_comes_is_not_damped() -> None:
+    """The damper acts on the rope's own stretching: 5e3 N s/m at 0.05 m/s is 250 N, and nothing where the rope keeps up."""
+    rope = Rope.of(
+        anchor=(30.0, 0.0, 0.0), unstrained=29.95, stiffness_ea=9.8e6, damping=5e3, whole=1.0
+    )
+    coming = np.array([0.05, 0.0, 0.0])
+    spring = rope_pull(rope, np.zeros(3), np.zeros(3))
+    assert rope_pull(rope, np.zeros(3), coming) == pytest.approx(spring - 250.0)
+    rope.rate = -0.05
+    assert rope_pull(rope, np.zeros(3), coming) == pytest.approx(spring)
+    assert rope_pull(rope, np.zeros(3), np.zeros(3)) == pytest.approx(spring + 250.0)
+
+
+def test_a_rope_slips_through_its_clamps_until_they_hold_it() -> None:
+    rope = Rope.of(anchor=(30.0, 0.0, 0.0), unstrained=29.8, stiffness_ea=9.8e6, whole=1.0)
+    rope.tension = rope_pull(rope, np.zeros(3), np.zeros(3))
+    assert slip_through(rope, 1e6) == 0.0 and rope.tension > 6e4
+    slipped = slip_through(rope, 4e4)
+    assert (rope.tension, rope.force[0]) == (4e4, pytest.approx(4e4))
+    assert rope.unstrained == pytest.approx(29.8 + slipped)
+    assert rope_pull(rope, np.zeros(3), np.zeros(3)) == pytest.approx(4e4, rel=0.01)

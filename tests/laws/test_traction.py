@@ -52,7 +52,9 @@ def test_half_a_metre_is_hauled_in_two_strokes_with_the_clamps_taking_turns() ->
     assert not (rates[modes != tr.GRIPPED] < 0.0).any()
     numbers = traction_parameters(build_machine(), strokes=True)
     seats = rates > 0.0
-    assert rates[seats] == pytest.approx(np.full(seats.sum(), numbers.seat / DT))
+    assert rates[seats] == pytest.approx(np.full(seats.sum(), numbers.seat / numbers.clamp_time))
+    takings = (changes == tr.CLOSING).sum() + (changes == tr.OPENING).sum()
+    assert rates[seats].sum() * DT == pytest.approx(takings * numbers.seat, rel=0.02)
     first = np.flatnonzero(modes == tr.CLOSING)[0]
     assert -rates[:first].sum() * DT == pytest.approx(0.22, abs=1e-3)
     assert rates.min() == pytest.approx(-numbers.speed)

@@ -107,8 +107,12 @@ def test_a_figure_keeps_text_as_text_and_its_ids_as_words(word: str) -> None:
         axes.set_title(word)
         axes.set_yticks([0.5], [word])
         axes.legend()
-    text = svg(figure, word)
-    assert not foreign(page.render("loop.html.j2", {"rows": [], "figure": text}))
+    text, row = svg(figure, word), loop_row("word")
+    shown = {
+        "figures": dict.fromkeys(("seen", "judged", "bars"), text),
+        "plan": loop_page.plan(row),
+    }
+    assert not foreign(page.render("loop.html.j2", {"rows": [row | shown]}))
     ids = [value for name, value in Seen(text).attributes if name == "id"]
     assert ids and all(re.fullmatch(r"[\w.-]+", value) for value in ids)
 
@@ -163,13 +167,12 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
             | {
                 "name": word,
                 "hypotheses": [(word, 1.0)],
-                "errors": [(word, {"before": 1.0, "refit": 1.0, "after": 1.0})],
-                "slides": False,
+                "errors": [(word, word, {"before": word, "refit": word, "after": word})],
                 "learnt": 50,
                 "rivals": [(word, 1.0)],
+                "resembles": word,
                 "force": word,
-                "flow": word,
-                "flow_s": 1.0,
+                "places": word,
             },
         )
     )
@@ -177,12 +180,24 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
 
 @pytest.mark.parametrize("word", HOSTILE)
 def test_the_page_of_the_loop(word: str) -> None:
-    errors = {stage: dict.fromkeys(LEGS, 1.0) for stage in ("before", "after")}
-    numbers = dict.fromkeys(
-        ("probability", "before_n", "after_n", "others_before_n", "others_after_n"), 1.0
-    )
-    row = {"scenario": word, "hidden": word, "said": word, "by_leg_n": errors, **numbers}
-    assert not foreign(loop_page.page([row]))
+    assert not foreign(loop_page.page([loop_row(word)]))
+
+
+def loop_row(word: str) -> dict[str, Any]:
+    """A row of the loop's page in which every word is `word`."""
+    course = {"t": [0.0, 1.0], **{leg: [0.0, 1.0] for leg in LEGS}}
+    parameters = {word: {"value": 1.0, "unit": word, "interval90": [0.0, 2.0]}}
+    effect = {"name": word, "place": word, "probability": 1.0, "parameters": parameters}
+    return {
+        **dict.fromkeys(("scenario", "next", "hidden", "said"), word),
+        **dict.fromkeys(("probability", "before_n", "after_n"), 1.0),
+        "truth": [{"name": word, "place": word, "parameters": {word: 1.0}}],
+        "effects": [effect | {"ambiguous_with": [word]}],
+        "residual_n": {"before": 1.0},
+        "by_leg_n": {stage: dict.fromkeys(LEGS, 1.0) for stage in ("before", "after")},
+        "seen": course,
+        "courses": {"before": course, "after": course},
+    }
 
 
 @pytest.mark.parametrize("word", HOSTILE)

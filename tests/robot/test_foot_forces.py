@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from dynamics import inverse_dynamics
 from shipped import shipped_model
 
 from testbed.machine.names import LEGS
@@ -28,8 +27,8 @@ def test_foot_forces_balance_pinocchios_inverse_dynamics_in_any_motion() -> None
         w, alpha = rng.normal(0.0, 0.3, 3), rng.normal(0.0, 1.0, 3)
         velocity, change = rng.normal(0.0, 0.3, 3), rng.normal(0.0, 1.0, 3)
         gravity = attitude_gravity(*rng.uniform(-0.5, 0.5, 2))
-        needed = inverse_dynamics(
-            MODEL, q, np.r_[velocity, w, qd], np.r_[change, alpha, qdd], gravity
+        needed = MODEL.inverse_dynamics(
+            q, np.r_[velocity, w, qd], np.r_[change, alpha, qdd], gravity
         )
         force = rng.normal(0.0, 3000.0, (4, 3))
         _, jacobians = MODEL.feet(q)

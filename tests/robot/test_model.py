@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 import pybullet
 import pytest
-from dynamics import inverse_dynamics
 from shipped import shipped_model, slope_gravity
 
 from testbed import resources
@@ -170,9 +169,7 @@ def test_inverse_dynamics_is_mass_matrix_times_acceleration_plus_gravity_at_rest
     expected = MODEL.mass_matrix(POSTURES[0]) @ acceleration + MODEL.gravity_forces(
         POSTURES[0], gravity
     )
-    assert_close(
-        inverse_dynamics(MODEL, POSTURES[0], np.zeros(18), acceleration, gravity), expected
-    )
+    assert_close(MODEL.inverse_dynamics(POSTURES[0], np.zeros(18), acceleration, gravity), expected)
 
 
 def test_a_hanging_vertical_joint_holds_900_newtons_on_level_ground() -> None:

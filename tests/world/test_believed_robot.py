@@ -69,8 +69,8 @@ def _belief(believed: Path | None) -> np.ndarray:
         ("machine: {oil.nothing: 1.0}\n", "no such parameter"),
         ("effects: [{name: sensor.nothing, place: body, parameters: {}}]\n", "no effect has that"),
         (
-            "effects: [{name: sensor.zero_a, place: fl_radial, parameters: {zero: 1.0}}]\n",
-            "would have no effect",
+            "effects: [{name: ground.friction, place: body, parameters: {coefficient: 0.1}}]\n",
+            "cannot sit there",
         ),
         (
             "effects: [{name: robot.payload, place: body, parameters: {mass: 9000, x: 0, y: 0, z: 0}}]\n",

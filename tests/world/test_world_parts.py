@@ -15,6 +15,7 @@ from testbed.laws.drill import DrillLoads
 from testbed.machine.build import build_machine
 from testbed.robot.kinematics import LegKinematics, length
 from testbed.robot.urdf.merge import merged
+from testbed.scenario.parts import Sensors
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.scenario.terrain import Terrain
@@ -126,6 +127,30 @@ def test_encoder_counts_and_transducer_range() -> None:
     assert sensing.transduce(5e6, 10.0, 0.0, 0.0, numbers) == pytest.approx(5.1e6 + 1000.0)
     assert sensing.transduce(2e7, 0.0, 0.0, 0.0, numbers) == 1e7
     assert sensing.transduce(-1e5, 0.0, 0.0, 0.0, numbers) == 0.0
+
+
+def test_ripple_swings_about_the_pressure_and_warmth_changes_the_gain() -> None:
+    """1 bar at 225 Hz: a quarter of a period after the phase's start the reading is 1 bar higher."""
+    numbers = sensing.Transducer.of(gain=1.0, range=1e7, ripple=1e5, ripple_rate=2 * math.pi * 225)
+    quarter = 0.25 / 225.0
+    assert sensing.transduce(5e6, quarter, 0.0, 0.0, numbers) == pytest.approx(5.1e6)
+    assert sensing.transduce(5e6, 3 * quarter, 0.0, 0.0, numbers) == pytest.approx(4.9e6)
+    warm = sensing.Transducer.of(gain=1.0, range=1e7, thermal_gain=2.5e-4)
+    assert sensing.transduce(5e6, 0.0, 20.0, 0.0, warm) == pytest.approx(5e6 * 1.005)
+
+
+def test_the_amplifier_takes_most_of_the_ripple_before_it_is_sampled() -> None:
+    """A bandwidth of 25 Hz leaves 1 / sqrt(1 + 81) of 225 Hz."""
+    changes = {"sensor.pressure_ripple_pa": 1e5, "sensor.transducer_bandwidth_hz": 25.0}
+    machine = build_machine(changes | {"sensor.rate_bias_rad_s": 5e-3})
+    t, other = sensing.sensor_records(machine, Sensors(), np.random.default_rng(1))
+    assert t["ripple"] == pytest.approx(np.full((2, 12), 1e5 / math.sqrt(82.0)))
+    assert np.ptp(t["ripple_phase"]) > 3.0
+    assert 0.0 < np.abs(other["rate_bias"]).max() <= 5e-3
+    quiet, exact = sensing.sensor_records(
+        machine, Sensors(noise=False, without=("inertial",)), np.random.default_rng(1)
+    )
+    assert not quiet["ripple"].any() and not exact["rate_bias"].any()
 
 
 @pytest.mark.parametrize("reading", [4.2e6, 0.0])

@@ -41,7 +41,8 @@ MOST_TUNING = 1000
 SETTLE_S = 2.0
 """The first seconds, in which everything starts from nothing, are not scored."""
 LENGTH_S: dict[str, float] = {"drill": 20.0, "crawl": 26.0, "supervised": 20.0}
-CRAWL_STEP_M = 0.3
+STRIDES_M = (0.3, 0.2, 0.1)
+"""Of a crawl: the longest that the drawn machine's legs can reach."""
 CRAWL_EVERY, SUPERVISED_EVERY = 4, 5
 """One scene in four walks; one drilling scene in five is run once more with the supervisor at work."""
 WEIGHT_N = 4000.0 * 9.81
@@ -118,8 +119,8 @@ def scenes(split: Split, foot_hours: float, machine: str | None = "workshop") ->
     ]
 
 
-def draw(scene: Scene) -> Drawn:
-    """Draw a scene from its seed."""
+def draw(scene: Scene, stride_m: float = STRIDES_M[0]) -> Drawn:
+    """Draw a scene from its seed; a crawl with this stride."""
     rng = np.random.default_rng([scene.seed, 18])
     slope_deg = float(rng.uniform(20.0, 85.0))
     payload_kg = float(rng.uniform(0.0, 1333.0))
@@ -137,7 +138,7 @@ def draw(scene: Scene) -> Drawn:
         site["task"] = {"kind": "drill", "start_s": SETTLE_S, "phases": phases, "ramp_s": ramp_s}
         knots, moves, events = _moves(rng, upsets, weight_n, math.radians(slope_deg))
     else:
-        site["task.step_length_m"] = CRAWL_STEP_M
+        site["task.step_length_m"] = stride_m
     site["control.supervisor"] = scene.kind == "supervised"
     site["undeclared"] = hidden + site.pop("ground", [])
     site["events"] = sorted(events, key=lambda event: float(event["at_s"]))

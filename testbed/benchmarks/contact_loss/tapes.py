@@ -8,16 +8,24 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import asdict, dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss.scenes import Drawn, Moves, Scene, draw, drifting_sensors
+from testbed.benchmarks.contact_loss.scenes import (
+    STRIDES_M,
+    Drawn,
+    Moves,
+    Scene,
+    draw,
+    drifting_sensors,
+)
 from testbed.control.gait import Layered
-from testbed.errors import SimulationFault
+from testbed.errors import InputError, SimulationFault
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.live.chain import ESTIMATED, belief_of, replay_rows
 from testbed.estimation.losses import LossRule, nominal_load_n
@@ -63,13 +71,11 @@ def record(scene: Scene, folder: Path) -> Tree:
     """Simulate a scene into `folder`; what is known of it besides. An earlier recording there is removed."""
     from testbed.simulation.description import recording_meta
     from testbed.simulation.recorder import RunRecorder
-    from testbed.world.simulation import Simulation
 
-    drawn = draw(scene)
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    simulation = Simulation(drawn.scenario)
+    drawn, simulation = _within_reach(scene)
     try:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
         simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
         data = [name for name in simulation.data_columns if name not in ESTIMATED]
         belief = simulation.machines.belief
@@ -86,6 +92,18 @@ def record(scene: Scene, folder: Path) -> Tree:
     }
     write_json(folder / FACTS, found)
     return found
+
+
+def _within_reach(scene: Scene) -> tuple[Drawn, Any]:
+    """A scene with the longest of its strides that the machine can make, ready to run; one that cannot walk drills."""
+    from testbed.world.simulation import Simulation
+
+    for stride_m in STRIDES_M if scene.kind == "crawl" else ():
+        drawn = draw(scene, stride_m)
+        with suppress(InputError):
+            return drawn, Simulation(drawn.scenario)
+    drawn = draw(replace(scene, kind="drill") if scene.kind == "crawl" else scene)
+    return drawn, Simulation(drawn.scenario)
 
 
 def facts_of(folder: Path) -> Tree:

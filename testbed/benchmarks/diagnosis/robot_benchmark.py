@@ -1,18 +1,21 @@
-"""The blind test of the whole robot's diagnosis: how often leg and effect are named.
+"""The blind test of the whole robot's diagnosis: how often effect and place are named, and what believing them closes.
 
-Thresholds were set on other seeds (see robot_calibration).
+Its numbers were fitted on other seeds (see robot_calibration).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from testbed.benchmarks.diagnosis.robot_trials import hidden_sizes, trial
+from testbed.benchmarks.diagnosis.robot_draws import hidden_sizes
+from testbed.benchmarks.diagnosis.robot_trials import trial
 from testbed.benchmarks.diagnosis.scores import Trial, calibration, confusion, quantiles, rate
 from testbed.benchmarks.harness import Answers, Benchmark
 from testbed.report.tables import Table
+
+WORSE = 1.05
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class RobotBlindTest(Benchmark[int]):
     name = "robot_trials"
     noun = "runs"
     runs: int = 60
-    first_seed: int = 1
+    first_seed: int = 2000
 
     def cases(self) -> Mapping[str, int]:
         """The seeds."""
@@ -43,55 +46,95 @@ class RobotBlindTest(Benchmark[int]):
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """The marks, what became of each hidden effect, and how far stated probabilities can be trusted."""
-        return [_marks(result), _by_effect(result), _calibration(result)]
+        return [_marks(result), _closed(result), _by_effect(result), _calibration(result)]
 
 
 def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     """The contents of robot_trials.json."""
-    hidden = [t for t in trials if t["truth"] and t["visible"]]
+    named = [t for t in trials if t["kind"] in ("single", "double")]
+    seen = [t for t in named if t["visible"]]
+    outside = [t for t in trials if t["kind"] == "outside"]
+    shares = [share for t in seen if (share := closed_share(t)) is not None]
+    ratios = [t["closed"]["after"] / t["closed"]["before"] for t in trials if t["closed"]]
     return {
         "runs": len(trials),
         "seeds": [min(t["seed"] for t in trials), max(t["seed"] for t in trials)],
-        "leg_and_effect_named": rate([t["names"] == t["truth"] for t in hidden]),
-        "leg_named": rate(
-            [{_place(n) for n in t["names"]} == {_place(n) for n in t["truth"]} for t in hidden]
+        "hidden": len(named),
+        "visible": len(seen),
+        "place_named": rate([_places(t["names"]) == _places(t["truth"]) for t in seen]),
+        "place_among_named": rate([bool(_places(t["names"]) & _places(t["truth"])) for t in seen]),
+        "name_and_place": rate([set(t["names"]) == set(t["truth"]) for t in seen]),
+        "name_or_ambiguous": rate([_covered(t) for t in seen]),
+        "named_of_all_hidden": rate([set(t["names"]) == set(t["truth"]) for t in named]),
+        "two_both_named": rate(
+            [set(t["names"]) == set(t["truth"]) for t in seen if t["kind"] == "double"]
         ),
-        "among_first_two": rate(
-            [t["truth"] in [h["names"] for h in t["hypotheses"][:2]] for t in hidden]
-        ),
-        "clean_none": rate([t["verdict"] == "none" for t in trials if not t["truth"]]),
-        "intervals": rate([hit for t in hidden if t["names"] == t["truth"] for hit in _held(t)]),
-        "error_after_over_refit": quantiles(
-            [t["error"]["after"] / t["error"]["refit"] for t in hidden]
-        ),
+        "clean_none": rate([t["verdict"] == "none" for t in trials if t["kind"] == "clean"]),
+        "outside_unnamed": rate([t["verdict"] == "unnamed" for t in outside if t["visible"]]),
+        "outside_not_named": rate([t["verdict"] != "effect" for t in outside]),
+        "intervals": rate([hit for t in seen for hit in held(t)]),
+        "closed_share": quantiles(shares),
+        "made_worse": rate([ratio > WORSE for ratio in ratios]),
+        "seconds": quantiles([t["seconds"] for t in trials]),
         "calibration": calibration(trials),
         "confusion": confusion(trials),
         "by_effect": {
-            name: rate([t["names"] == t["truth"] for t in hidden if t["truth"][0].startswith(name)])
-            for name in hidden_sizes()
-            if name
+            name: rate([name in _kinds(t["names"]) for t in seen if name in _kinds(t["truth"])])
+            for name in hidden_sizes()["named"]
         },
     }
 
 
-def _place(name: str) -> str:
-    return name.partition("@")[2]
+def closed_share(t: Trial) -> float | None:
+    """Share of the foot-force error that the hidden effects add on another motion which is closed; None where nothing
+    was named, or the effects add less than a tenth.
+    """
+    if not t["closed"]:
+        return None
+    before, after, sound = (t["closed"][k] ** 2 for k in ("before", "after", "sound"))
+    return (before - after) / (before - sound) if before > ADDS**2 * sound else None
 
 
-def _held(t: Trial) -> list[bool]:
-    """Of each parameter of the one effect that was named: whether its 90 % interval holds the truth."""
-    given = t["effects"][0]["parameters"]
-    pairs = [(given[k]["interval90"], v) for k, v in t["numbers"].items() if k in given]
-    return [interval[0] <= v <= interval[1] for interval, v in pairs if interval]
+ADDS = 1.1
+
+
+def held(t: Trial) -> Iterator[bool]:
+    """Of each parameter of an effect that was named rightly: whether its 90 % interval holds the truth."""
+    hidden = {f"{h['effect']}@{h['at']}": h["parameters"] for h in t["hidden"]}
+    for effect in t["effects"]:
+        truth = hidden.get(f"{effect['name']}@{effect['place']}", {})
+        for key, value in truth.items():
+            low, high = effect["parameters"][key]["interval90"]
+            yield low <= value <= high
+
+
+def _covered(t: Trial) -> bool:
+    """Whether each hidden name was said, or said to be not told apart from one that was said."""
+    told = [{f"{e['name']}@{e['place']}", *e["ambiguous_with"]} for e in t["effects"]]
+    return all(any(name in names for names in told) for name in t["truth"])
+
+
+def _places(names: Sequence[str]) -> set[str]:
+    return {name.partition("@")[2] for name in names}
+
+
+def _kinds(names: Sequence[str]) -> set[str]:
+    return {name.partition("@")[0] for name in names}
 
 
 def _marks(found: Mapping[str, Any]) -> Table:
     asked = {
-        "leg and effect named, nothing else": found["leg_and_effect_named"],
-        "leg named, no other leg": found["leg_named"],
-        "right among the first two hypotheses": found["among_first_two"],
+        "visible effects: all places right, no other": found["place_named"],
+        "visible effects: a right place among those named": found["place_among_named"],
+        "visible effects: names and places right, nothing else": found["name_and_place"],
+        "visible effects: named, or said to be like what was named": found["name_or_ambiguous"],
+        "all hidden effects, visible or not: names and places right": found["named_of_all_hidden"],
+        "two effects, both visible: both named": found["two_both_named"],
         "sound machine: nothing named": found["clean_none"],
+        "no name covers it, visible: called unnamed": found["outside_unnamed"],
+        "no name covers it: given no name": found["outside_not_named"],
         "90 % intervals of parameters hold the truth": found["intervals"],
+        "another motion is estimated worse by more than 5 %": found["made_worse"],
     }
     rows = [
         [what, f"{r['share']:.1%}", str(r["of"]), f"{r['low95']:.1%} to {r['high95']:.1%}"]
@@ -103,13 +146,20 @@ def _marks(found: Mapping[str, Any]) -> Table:
     return Table(title, ["what", "share", "of", "95 %"], rows)
 
 
+def _closed(found: Mapping[str, Any]) -> Table:
+    shares = found["closed_share"]
+    row = [f"{shares[k]:.2f}" if shares else "" for k in ("p10", "p50", "p90")]
+    title = "Share of the foot-force error that is closed on another motion"
+    return Table(title, ["10th percentile", "median", "90th percentile"], [row])
+
+
 def _by_effect(found: Mapping[str, Any]) -> Table:
     rows = [
         [name, f"{r['share']:.0%}", str(r["of"])]
         for name, r in found["by_effect"].items()
         if r["of"]
     ]
-    return Table("By hidden effect", ["hidden effect", "named", "of"], rows)
+    return Table("By hidden effect, where visible", ["hidden effect", "named", "of"], rows)
 
 
 def _calibration(found: Mapping[str, Any]) -> Table:

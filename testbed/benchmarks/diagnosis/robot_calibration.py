@@ -29,44 +29,42 @@ from testbed.formats.files import check_file, write_text
 from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
-Weights = dict[str, dict[str, float]]
-START: Weights = {
-    "strange": {"one": -5.5, "worst": 3.0},
-    "presence": {"one": -4.0, "gain": 2.0, "fall": 1.0},
-    "second": {"one": -2.0, "more": 1.5, "fall": 2.0, "first": -0.7},
-    "rivals": {"slack": 5.0, "share": 0.05, "power": 3.0},
+Numbers = dict[str, float]
+START: Numbers = {
+    "share": 0.4,
+    "share_unnamed": 0.25,
+    "one": 7.0,
+    "two": 13.0,
+    "unnamed": 8.0,
 }
-"""Where the fit starts and what the ridge holds it to (E)."""
+"""Where the fit starts and what the ridge holds it to, in logarithms (E)."""
+WIDTH = 1.5
+"""Intervals are so much wider than the linear model says; chosen on development runs (E)."""
 COMMAND = "testbed lab fit-robot-diagnosis"
 
 
-def unpacked(moved: Array) -> Weights:
-    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms."""
-    places = [(question, sign) for question, row in START.items() for sign in row]
-    out: Weights = {question: {} for question in START}
-    for (question, sign), by in zip(places, moved, strict=True):
-        start = START[question][sign]
-        out[question][sign] = float(start * np.exp(by) if question == "rivals" else start + by)
-    return out
+def unpacked(moved: Array) -> Numbers:
+    """The flat vector of the fit as numbers."""
+    return {k: float(v * np.exp(by)) for (k, v), by in zip(START.items(), moved, strict=True)}
 
 
-def fit(trials: Sequence[Trial]) -> Weights:
+def fit(trials: Sequence[Trial]) -> Numbers:
     """The numbers with the least loss on these runs."""
     runs = [(RobotSigns.from_json(t["signs"]), truth_set(t)) for t in trials]
 
     def chances(moved: Array) -> Iterator[float]:
-        weights = unpacked(moved)
-        return (given(distribution(signs, weights), truth) for signs, truth in runs)
+        numbers = unpacked(moved)
+        return (given(distribution(signs, numbers), truth) for signs, truth in runs)
 
-    return unpacked(least_loss(chances, [s != "one" for row in START.values() for s in row]))
+    return unpacked(least_loss(chances, [True] * len(START)))
 
 
-def restated(trials: Sequence[Trial], weights: Mapping[str, Mapping[str, float]]) -> list[Trial]:
+def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Trial]:
     """The trials with the probabilities, the verdict and the names that these numbers would give."""
-    return [restate(t, distribution(RobotSigns.from_json(t["signs"]), weights)) for t in trials]
+    return [restate(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
 
 
-def as_yaml(weights: Weights, trials: Sequence[Trial], held_out: Mapping[str, Any]) -> str:
+def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, Any]) -> str:
     """The numbers with where they come from."""
     row = {
         "fitted_by": f"{COMMAND} DIR, DIR of testbed lab robot-diagnosis",
@@ -74,7 +72,8 @@ def as_yaml(weights: Weights, trials: Sequence[Trial], held_out: Mapping[str, An
         "seeds": ranges([int(t["seed"]) for t in trials]),
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
-        **{question: rounded(values) for question, values in weights.items()},
+        **rounded(numbers),
+        "width": WIDTH,
     }
     return yaml_text(row)
 

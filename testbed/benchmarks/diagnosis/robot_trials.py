@@ -1,132 +1,141 @@
-"""The whole robot's diagnosis on one random run: one leg of four hides an effect, or none does.
-
-Every run sways on its own slope, with its own oil, payload, sensors and friction (which the model knows to a tenth
-only).
-"""
+"""The whole robot's diagnosis on one random run, and what believing it does on another motion of the same machine."""
 
 from __future__ import annotations
 
-import json
-from functools import cache
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, Drawn, drawn
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.scenario.scenario import Scenario, load_scenario
+from testbed.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
 
 Array = npt.NDArray[np.float64]
-VISIBLE = 0.05
-HIDDEN = Path(__file__).with_name("robot_hidden.yaml")
-SIGNED = ("gain_error", "rate")
-FRICTION_SPREAD = 0.1
+VISIBLE = 6.0
+"""An effect is visible in a run where knowing its name raises ln of the evidence by so much."""
+SETTLED_S = 1.0
+"""Errors are scored after the start's transients."""
 
 
-@cache
-def hidden_sizes() -> dict[str, dict[str, tuple[float, float]]]:
-    """Effect -> parameter -> the sizes between which it is drawn."""
-    import yaml
-
-    return yaml.safe_load(HIDDEN.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
-
-
-def drawn(seed: int) -> tuple[Scenario, str, str]:
-    """The scenario of a seed, the hidden effect ("" for none) and the axis where it is."""
-    rng = np.random.default_rng([seed, 23])
-    sizes = hidden_sizes()
-    name = list(sizes)[seed % len(sizes)]
-    place = f"{LEGS[int(rng.integers(len(LEGS)))]}_vertical"
-    values = {k: float(np.exp(rng.uniform(*np.log(span)))) for k, span in sizes[name].items()}
-    values = {
-        k: v * (float(rng.choice([-1.0, 1.0])) if k in SIGNED else 1.0) for k, v in values.items()
-    }
-    hidden = [{"effect": name, "at": place, "parameters": values}] if name else []
-    overrides = [
-        f"terrain.slope_deg={rng.uniform(30.0, 65.0):.2f}",
-        f"robot.payload_kg={max(0.0, rng.uniform(-800.0, 800.0)):.1f}",
-        f"hydraulics.oil_temperature_degc={rng.uniform(15.0, 45.0):.1f}",
-        f"task.amplitude_m={json.dumps([round(v, 4) for v in rng.uniform(0.04, 0.07, 3)])}",
-        f"task.period_s={json.dumps([round(v, 2) for v in rng.uniform(6.0, 12.0, 3)])}",
-        *_friction(rng),
-        f"undeclared={json.dumps(hidden)}",
-    ]
-    return load_scenario("stand_clean", overrides, seed), name, place
-
-
-def _friction(rng: np.random.Generator) -> list[str]:
-    """True friction of all vertical cylinders, which the model believes to be the declared one."""
-    cylinder = build_machine().vertical_cylinder
-    names = [f"{kind}_{way}" for way in ("out", "in") for kind in ("coulomb", "static", "viscous")]
-    units = {"coulomb": "n", "static": "n", "viscous": "n_s_m"}
-    out = []
-    for name in names:
-        kind, _, way = name.partition("_")
-        key = f"{kind}_{way}_{units[kind]}"
-        factor = 1.0 + FRICTION_SPREAD * rng.uniform(-1.0, 1.0)
-        value = getattr(cylinder, key) * factor
-        out.append(f"hydraulics.parameters.vertical_cylinder.{key}={value:.6g}")
-    return out
-
-
-def simulate(scenario: Scenario) -> dict[str, Array]:
-    """What the sensors of a run read: column -> (n,)."""
+def simulate(scenario: Scenario) -> tuple[dict[str, Array], dict[str, Array], dict[str, Any]]:
+    """What the sensors of a run read and what is true, column -> (n,), and what was surveyed before it."""
     from testbed.world.simulation import Simulation
 
     world = Simulation(scenario)
     try:
-        blocks = []
+        data, truth = [], []
         while not world.finished:
-            blocks.append(world.run_block(1000)[0])
-        data = np.concatenate(blocks)
-        return {name: np.ascontiguousarray(data[:, k]) for k, name in enumerate(world.data_columns)}
+            measured, true = world.run_block(1000)[:2]
+            data.append(measured)
+            truth.append(true)
+        tables = (
+            (world.data_columns, np.concatenate(data)),
+            (world.truth_columns, np.concatenate(truth)),
+        )
+        columns = [
+            {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
+            for names, table in tables
+        ]
+        return columns[0], columns[1], world.surveyed()
     finally:
         world.close()
 
 
+def diagnosed(name: str, data: Mapping[str, Array], surveyed: Any) -> RobotDiagnosis:
+    """The diagnosis of a run with the shipped machine as what the robot believes."""
+    from testbed.diagnosis.robot.diagnose import diagnose_robot
+    from testbed.robot.robot import Robot
+    from testbed.workflows.estimate import survey_of
+
+    ropes, carried_kg = survey_of(surveyed, Path(name))
+    return diagnose_robot(name, data, Robot.of(build_machine(), carried_kg), ropes)
+
+
 def trial(seed: int) -> Trial:
     """One run: simulate it, diagnose it, compare with what was hidden."""
-    from testbed.diagnosis.robot.diagnose import diagnose_robot
     from testbed.diagnosis.robot.findings import as_json
-    from testbed.diagnosis.robot.probabilities import signs_of
+    from testbed.diagnosis.robot.hypotheses import Ledger
 
-    scenario, name, place = drawn(seed)
-    found = diagnose_robot(scenario.name, simulate(scenario), build_machine(), Path(f"seed-{seed}"))
-    truth = f"{name}@{place}" if name else ""
+    case = drawn(seed)
+    data, _, surveyed = simulate(case.scenario())
+    began = perf_counter()
+    found = diagnosed(f"seed-{seed}", data, surveyed)
+    seconds = perf_counter() - began
     said = as_json(found)
     return {
         "seed": seed,
-        "kind": "single" if truth else "clean",
-        "truth": [truth] if truth else [],
-        "numbers": dict(scenario.undeclared[0].parameters) if truth else {},
-        "visible": bool(truth) and _visible(found, truth),
+        "motion": case.motion,
+        "kind": case.kind,
+        "truth": list(case.truth),
+        "hidden": list(case.hidden),
+        "visible": _visible(Ledger(found.balances), case),
         "verdict": said["verdict"],
         "names": [f"{e['name']}@{e['place']}" for e in said["effects"]],
         "effects": said["effects"],
         "hypotheses": said["hypotheses"],
-        "error": said["error"]["force_n"],
-        "signs": signs_of(found.state).as_json(),
+        "signs": found.signs.as_json(),
+        "closed": _closed(found, case),
+        "seconds": seconds,
     }
 
 
-def _visible(found: RobotDiagnosis, truth: str) -> bool:
-    """Whether an oracle that knows the name lowers some leg's force or flow residual by 5 % on the part kept back."""
-    from testbed.diagnosis.leg.evidence import of_residual
-    from testbed.diagnosis.leg.fit import residuals
-    from testbed.diagnosis.leg.hypotheses import fit_with
-    from testbed.effects import by_name
+def _visible(ledger: Any, case: Drawn) -> bool:
+    """Whether all that is hidden can be seen: each name raises the evidence of the set of them. What no name covers
+    is visible where leaving a sound machine is worth as much.
+    """
+    if case.kind == "outside":
+        return bool(ledger.best()[0].log_factor >= VISIBLE)
+    if not case.truth or any(name not in ledger.names for name in case.truth):
+        return False
+    whole = ledger.hypothesis(case.truth).log_factor
+    rests = [tuple(n for n in case.truth if n != name) for name in case.truth]
+    return all(whole - ledger.hypothesis(rest).log_factor >= VISIBLE for rest in rests)
 
-    known = found.state.tried.get(frozenset([truth]))
-    fit = known.fit if known else fit_with(found.problem, found.state.refit.fit, by_name(truth))
-    refit, problem = found.state.refit.fit, found.kept_back
-    before, after = (
-        of_residual(problem, residuals(problem, f.at, problem.channels())).scale
-        for f in (refit, fit)
-    )
-    return any(after[key] < (1.0 - VISIBLE) * before[key] for key in before)
+
+def _closed(found: RobotDiagnosis, case: Drawn) -> dict[str, float]:
+    """Foot-force error, N RMS over the feet, on another motion: as believed, with what was found, and of the machine
+    without what is hidden.
+    """
+    from testbed.diagnosis.robot.findings import models
+    from testbed.recording.robot_model import RobotModelFile, write_robot_model
+
+    if found.verdict.kind != "effect":
+        return {}
+    names = list(MOTIONS)
+    other = names[(names.index(case.motion) + 1) % len(names)]
+    sound = Drawn(case.seed, case.motion, "clean", (), case.overrides[:-1])
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "model.yaml"
+        write_robot_model(path, models(found, RobotModelFile())["after"])
+        data, truth, surveyed = simulate(case.scenario(other))
+        return {
+            "before": force_error_n(data, truth, surveyed, None),
+            "after": force_error_n(data, truth, surveyed, path),
+            "sound": force_error_n(*simulate(sound.scenario(other)), None),
+        }
+
+
+def force_error_n(
+    data: Mapping[str, Array], truth: Mapping[str, Array], surveyed: Any, model: Path | None
+) -> float:
+    """Root mean square error of the own estimate over the four feet, N, with what a model file adds to the belief."""
+    from testbed.estimation.live.chain import forces
+    from testbed.workflows.estimate import with_body
+    from testbed.world.believed import own_belief
+
+    believed = own_belief(build_machine(), model)
+    belief = believed.legs(float(np.median(np.diff(data["t"]))))
+    told = forces(data, with_body(belief, believed, surveyed, Path("run")))
+    later = data["t"] > data["t"][0] + SETTLED_S
+    errors = [told[f"force_{leg}_n"] - truth[f"foot_load_{leg}"] for leg in LEGS]
+    return float(np.sqrt(np.mean(np.square(errors)[:, later])))

@@ -1,77 +1,73 @@
-"""`testbed diagnose RUN`: the leg of the whole robot that does not fit its model, and by which effect."""
+"""`testbed diagnose RUN`: what the whole robot has and its model lacks, and where.
+
+A recording's measurements are held against the believed machine in four kinds of balances (groups.py). A sound machine
+leaves in them what its tolerances and its noise make; every effect at every place would leave its own signature beside
+it. The evidence for each of them, for two together, and for something that no name covers (hypotheses.py) becomes a
+distribution (probabilities.py); what is named must also predict what was kept back.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.base_models import EDGE
-from testbed.diagnosis.leg.entries import entries_of
-from testbed.diagnosis.leg.evidence import FEWEST
-from testbed.diagnosis.leg.fit import Fit, residuals, solve
-from testbed.diagnosis.leg.hypotheses import LeftOut, available, narrowed
-from testbed.diagnosis.leg.points import Point, friction_coordinates, restarted
-from testbed.diagnosis.leg.search import Search, search
-from testbed.diagnosis.leg.series import BIN, RATE_HZ, series_of
-from testbed.diagnosis.leg.verdict import Verdict, verdict_of
-from testbed.diagnosis.robot.probabilities import calibration, distribution, signs_of
-from testbed.diagnosis.robot.problem import RobotProblem
-from testbed.diagnosis.robot.rig import (
-    believed_model,
-    granted_effects,
-    recordings_of,
+from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.groups import Balances, balances_of
+from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
+from testbed.diagnosis.robot.parameters import Found, found_in
+from testbed.diagnosis.robot.probabilities import (
+    NO_NAME,
+    Names,
+    RobotSigns,
+    calibration,
+    distribution,
 )
-from testbed.diagnosis.robot.zeros import without_zeros, zeros
-from testbed.effects import declared_by, of_declared, place_of
-from testbed.effects.base import Active, Effect
-from testbed.effects.fitting import Coordinate
+from testbed.effects.signature import Signature
 from testbed.errors import InputError
-from testbed.estimation.leg.flow import Edge
-from testbed.machine.model import Machine
-from testbed.recording.leg_model import EffectEntry, LegModel
+from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
-LEARNT_SHARE, SETTLING_S = 0.65, 0.5
-"""The first part of a run is learnt from, less the time in which the start settles; the rest is kept for judging."""
-SHORTEST_S = (SETTLING_S + 2 * FEWEST * BIN / RATE_HZ) / LEARNT_SHARE
-"""Of a shorter run neither the sliding nor the resting part of a leg need have enough bins to tell its noise."""
-SLIDING_BINS = 150
-"""Fewer than this: no piston slides, friction stays as declared and no hypothesis about it is made."""
-FREE_ON_THE_ROBOT = ("internal_leakage_m3_s_pa", "valve_deadband")
-"""Declared numbers that differ from machine to machine: fitted for all legs alike, and no findings."""
-MOST_EFFECTS = 2
-FRICTION_SCALE_N = 100.0
-RESTARTS, SETTLED = 4, 0.02
-"""Fits of what all legs share, each from the answer of the one before, until no number moves by this share of its
-scale: whatever it has not found yet would count as the gain of any effect."""
+LEARNT_SHARE = 0.65
+"""The first part of a run predicts the rest, on which it is judged."""
+SHORTEST_S = SETTLING_S + 40 * BIN_S
+AMBIGUOUS = 3.0
+"""A rival within so many units of belief of a name is reported as not told apart."""
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """`kind`: effect, none or unnamed. `chosen`: the likeliest set; `hypotheses`: (names, probability), best first."""
+
+    kind: str
+    chosen: Hypothesis
+    hypotheses: tuple[tuple[Names, float], ...]
+    ambiguous: Mapping[str, tuple[str, ...]]
+
+    def probability(self, name: str) -> float:
+        """Probability that the effect is there: of all sets that hold it."""
+        return float(sum(p for names, p in self.hypotheses if name in names))
 
 
 @dataclass(frozen=True, eq=False)
 class RobotDiagnosis:
-    """What was found on one run. `errors`: axis -> before, refit, after: RMS residual (N) on the part kept back."""
+    """What was found on one run. `errors`: group -> stage (`before`, `refit`, `after`) -> RMS of what is missing on the
+    part kept back (N, m3/s, m or Pa).
+    """
 
     name: str
-    problem: RobotProblem
-    kept_back: RobotProblem
-    state: Search
+    balances: Balances
+    signs: RobotSigns
     verdict: Verdict
-    models: dict[str, LegModel]
-    entries: tuple[EffectEntry, ...]
-    errors: dict[str, dict[str, float]]
-    slides: bool
-    points: dict[str, Point]
-
-    def total(self) -> dict[str, float]:
-        """Stage -> RMS over the four legs, N."""
-        rows = list(self.errors.values())
-        return {
-            stage: float(np.sqrt(np.mean([row[stage] ** 2 for row in rows]))) for stage in rows[0]
-        }
+    found: tuple[Found, ...]
+    errors: Mapping[str, Mapping[str, float]]
+    resembles: str = ""
+    """What an unnamed effect looks like most."""
 
 
 def check_duration(time_s: Array, file: Path) -> None:
@@ -88,122 +84,140 @@ def check_duration(time_s: Array, file: Path) -> None:
 def diagnose_robot(
     name: str,
     data: Mapping[str, Array],
-    machine: Machine,
-    folder: Path,
+    robot: Robot,
+    ropes_in_world: Array,
+    granted: Mapping[str, Mapping[str, float]] | None = None,
     progress: Progress | None = None,
-    start: LegModel | None = None,
 ) -> RobotDiagnosis:
-    """`data`: columns of the run's recording (never its truth); `machine`: the robot as it believes itself to be.
+    """`data`: columns of the run's recording (never its truth); `robot`: as it believes itself to be; `ropes_in_world`
+    (2, 3): unit vectors towards the anchors as surveyed.
 
-    `start`: a model of an earlier diagnosis; its effects are granted, and what is looked for is what it lacks.
-    Raises InputError where a column is missing.
+    `granted`: effect at its place -> parameters that the model has already; what is looked for is what it lacks.
     """
     tell = progress or (lambda _: None)
-    tell("reading four legs")
-    recordings = recordings_of(data, machine, folder)
-    series = series_of(recordings)
-    model = believed_model(recordings[0].known, machine, start)
-    first, last = float(data["t"][0]), float(data["t"][-1])
-    middle = first + LEARNT_SHARE * (last - first)
-    problem = RobotProblem(series, model, True, window_s=(first + SETTLING_S, middle))
-    kept_back = RobotProblem(series, model, True, window_s=(middle, np.inf))
-    slides = problem.slides() > SLIDING_BINS
-    tell("what all legs have in common")
-    granted = granted_effects(start) if start is not None else ()
-    taken = {a.effect.name for a in granted}
-    everywhere = tuple(a for a in declared_by(machine) if a.effect.name not in taken)
-    offsets, free = zeros(problem, machine)
-    before = Point(model.friction, Edge(), (*everywhere, *granted, *offsets))
-    fit = _common(problem, before, slides, free)
-    state = search(problem, fit, MOST_EFFECTS, tell, _hypotheses(problem, slides, taken))
-    verdict = verdict_of(state, distribution(signs_of(state), calibration()))
-    chosen = verdict.chosen.fit if verdict.kind == "effect" else fit
-    memory = float(
-        np.median(
-            [v for k, v in verdict.chosen.evidence.memory.items() if k[0].startswith("force")]
-        )
-    )
-    entries = entries_of(without_zeros(chosen), memory)
-    points = {"before": before, "refit": fit.at, "after": chosen.at}
-    named = tuple(e for e in entries if e.place)
-    models = {
-        "before": model if start is None else start,
-        "refit": model.model_copy(
-            update={"friction": fit.at.friction, "effects": _placed(fit, memory)}
-        ),
-        # What all legs share takes up errors of the expected loads too: only what one leg alone shows is believed.
-        "after": model.with_effects(named),
-    }
-    errors = {stage: _rms(kept_back, point) for stage, point in points.items()}
-    table = {
-        axis: {stage: errors[stage][axis] for stage in points} for axis in (s.name for s in series)
-    }
-    return RobotDiagnosis(
-        name, problem, kept_back, state, verdict, models, entries, table, slides, points
-    )
-
-
-def _common(problem: RobotProblem, before: Point, slides: bool, free: Sequence[Coordinate]) -> Fit:
-    """What all four legs share: friction (where pistons slide), the declared effects' sizes, the valve's edges; and
-    what is free in each leg without being a finding.
-    """
-    coordinates: list[Coordinate] = list(free)
-    if slides:
-        coordinates += friction_coordinates(before.friction, FRICTION_SCALE_N)
-        for active in before.effects:
-            if active.effect.is_friction:
-                coordinates += active.effect.coordinates(active.values)
-    coordinates += EDGE
-    for number in FREE_ON_THE_ROBOT:
-        effect = of_declared(number)
-        if effect.name in {a.effect.name for a in before.effects}:
-            continue
-        (parameter,) = effect.required
-        start = {parameter: getattr(problem.base.known, number) or 0.0}
-        before = replace(before, effects=(*before.effects, Active(effect, effect.complete(start))))
-        coordinates += narrowed(problem, effect, effect.coordinates(start))
-    fit = solve(problem, coordinates, before, iterations=20)
-    for _ in range(
-        RESTARTS
-    ):  # the noise of all groups is estimated on the way: from the answer it is another one
-        before_it, fit = (
-            fit,
-            solve(problem, [restarted(c, fit.at) for c in fit.coordinates], fit.at, iterations=20),
-        )
-        moved = np.abs(fit.theta - before_it.theta) / [c.scale for c in fit.coordinates]
-        if moved.max(initial=0.0) < SETTLED:
+    tell("holding the measurements against the machine")
+    balances = balances_of(data, robot, ropes_in_world, granted or {})
+    tell("weighing hypotheses")
+    ledger = Ledger(balances, left_out=granted or ())
+    tried = ledger.best()
+    signs = RobotSigns.of(tried)
+    weights = distribution(signs, calibration())
+    verdict = _verdict(ledger, tried, weights, {})
+    while verdict.kind == "effect":
+        failed = _failed(balances, verdict.chosen)
+        if not failed:
             break
-    return fit
+        weights = _without(weights, failed)
+        verdict = _verdict(ledger, tried, weights, failed)
+    unnamed = [h for h in tried if (NO_NAME if _is_unnamed(h) else h.names) == NO_NAME]
+    return RobotDiagnosis(
+        name=name,
+        balances=balances,
+        signs=signs,
+        verdict=verdict,
+        found=found_in(balances, verdict.chosen, calibration()["width"]),
+        errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
+        resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
+    )
 
 
-def _hypotheses(
-    problem: RobotProblem, slides: bool, granted: Collection[str]
-) -> tuple[list[Effect], list[LeftOut]]:
-    use, out = available(problem)
-    placed: list[Effect] = []
-    for effect in use:
-        if not effect.sought_on_robot:
-            out.append(LeftOut(effect.name, "is not looked for on a single leg of the robot"))
-        elif not slides and (effect.is_friction or effect.needs_sliding):
-            out.append(LeftOut(effect.name, "no piston slides in this run"))
-        else:
-            placed += [effect.at(s.name) for s in problem.series]
-    out += [LeftOut(name, "the model has it already") for name in granted if place_of(name)]
-    return [e for e in placed if e.name not in granted], out
+def _is_unnamed(hypothesis: Hypothesis) -> bool:
+    from testbed.diagnosis.robot.probabilities import has_names
+
+    return not has_names(hypothesis.names)
 
 
-def _rms(problem: RobotProblem, point: Point) -> dict[str, float]:
-    """Root mean square of each axis' force residual in the problem's window, N."""
-    layout = problem.layout["force"]
-    values = residuals(problem, point, ("force",))["force"]
-    out, first = {}, 0
-    for s in problem.series:
-        here = slice(first, first + s.bins)
-        first += s.bins
-        kept = values[here][layout.count[here] > 0]
-        out[s.name] = float(np.sqrt(np.mean(kept**2))) if kept.size else 0.0
+def _verdict(
+    ledger: Ledger,
+    tried: Sequence[Hypothesis],
+    weights: Mapping[Names, float],
+    failed: Mapping[str, str],
+) -> Verdict:
+    ranked = tuple(sorted(weights.items(), key=lambda item: -item[1]))
+    top = ranked[0][0]
+    if top in ((), NO_NAME):
+        return Verdict("unnamed" if top else "none", ledger.hypothesis(()), ranked, {})
+    chosen = ledger.hypothesis(top)
+    return Verdict("effect", chosen, ranked, _ambiguous(chosen, tried))
+
+
+def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tuple[str, ...]]:
+    """For each chosen name, those that could stand in its place within AMBIGUOUS units of belief."""
+    limit = AMBIGUOUS / float(calibration()["share"])
+    out = {}
+    for name in chosen.names:
+        rest = set(chosen.names) - {name}
+        rivals = [
+            (h.log_factor, next(iter(set(h.names) - rest)))
+            for h in tried
+            if len(h.names) == len(chosen.names) and rest < set(h.names) and name not in h.names
+        ]
+        near = sorted((f, n) for f, n in rivals if f > chosen.log_factor - limit)
+        out[name] = tuple(n for _, n in reversed(near))
     return out
 
 
-def _placed(fit: Fit, memory: float) -> tuple[EffectEntry, ...]:
-    return tuple(e for e in entries_of(without_zeros(fit), memory) if e.place)
+def _failed(balances: Balances, chosen: Hypothesis) -> dict[str, str]:
+    """Names of the chosen set that do not stand their trials, with the reason."""
+    width = float(calibration()["width"])
+    out, first = {}, 0
+    for name in chosen.names:
+        size = len(balances.candidates[name].signature)
+        own = slice(first, first + size)
+        first += size
+        mean, inside = chosen.mean[own], chosen.covariance[own, own] * width**2
+        if float(mean @ np.linalg.solve(inside, mean)) < LEAST_WALD * np.sqrt(size):
+            out[name] = "its interval contains zero"
+            continue
+        others = [n for n in chosen.names if n != name]
+        if _predicts(balances, chosen.names) <= _predicts(balances, others):
+            out[name] = "what was kept back is predicted no better with it"
+    return out
+
+
+LEAST_WALD = 2.7
+"""1.645 squared: the interval of 90 % of a single number excludes zero."""
+
+
+def _without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[Names, float]:
+    """The weights with those of sets that hold a failed name given to the sets without it."""
+    out: dict[Names, float] = {}
+    for names, weight in weights.items():
+        left = tuple(n for n in names if n not in failed)
+        left = left if left in weights else ()
+        out[left] = out.get(left, 0.0) + weight
+    return out
+
+
+def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float]:
+    """RMS of what a group misses on the part kept back: as believed, with tolerances refitted, with the effects too."""
+    group = balances.raw[key]
+    kept = group.time_s >= _until(group)
+    refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
+    before = float(np.sqrt(np.mean(group.missing[kept] ** 2)))
+    return {"before": before, "refit": refit, "after": after}
+
+
+def _predicts(balances: Balances, names: Sequence[str]) -> float:
+    """Ln of the Bayes factor of a set against a sound machine on the part kept back, predicted from the rest."""
+    scaled = _scaled(balances, names)
+    groups = [
+        group
+        for key, group in balances.raw.items()
+        if any(name in balances.groups[key].columns for name in names)
+    ]
+    return sum(group.predicts(_until(group), scaled) for group in groups)
+
+
+def _scaled(balances: Balances, names: Sequence[str]) -> list[Signature]:
+    """Signatures of a set whose numbers all have a prior size of 1."""
+    return [
+        {n: change.times(s) for (n, change), s in zip(c.signature.items(), c.spreads, strict=True)}
+        for c in (balances.candidates[name] for name in names)
+    ]
+
+
+def _until(group: RawGroup) -> float:
+    """Where the part that is kept back begins, s."""
+    first, last = float(group.time_s.min()), float(group.time_s.max())
+    return first + LEARNT_SHARE * (last - first)

@@ -2,71 +2,95 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from testbed.diagnosis.leg.findings import (
-    FORMAT,
-    effect_json,
-    hypotheses_json,
-    numbers_in_words,
-    write_models,
-)
+from testbed.diagnosis.leg.findings import FORMAT, LEAST_PROBABILITY
 from testbed.diagnosis.robot.diagnose import RobotDiagnosis
-from testbed.effects import kind_of, place_of
+from testbed.diagnosis.robot.groups import FORCES
+from testbed.diagnosis.robot.parameters import Found
+from testbed.effects import by_name, kind_of, place_of
 from testbed.formats.files import make_folder, write_json
-from testbed.recording.leg_model import EffectEntry
+from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
 
-
-def found_entries(d: RobotDiagnosis) -> tuple[EffectEntry, ...]:
-    """The findings among the model's effects: those at one place; the others are declared of all legs."""
-    new = set(d.verdict.chosen.names) if d.verdict.kind == "effect" else set()
-    return tuple(e for e in d.entries if f"{e.name}@{e.place}" in new)
+QUANTITIES = {FORCES: "force_n", "feet": "foot_place_m", "supply": "supply_pa"}
+"""Group -> how its error is called; the oil's are `flow_m3_s`."""
 
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
     """The contents of findings.json; an effect has a `place` beside its name, a hypothesis is `name@place`."""
+    told = [(names, p) for names, p in d.verdict.hypotheses if p >= LEAST_PROBABILITY]
+    total = sum(p for _, p in told)
     return {
         "format": FORMAT,
         "rig": d.name,
         "verdict": d.verdict.kind,
-        "effects": [effect_json(entry, d.verdict) for entry in found_entries(d)],
-        "hypotheses": hypotheses_json(d.verdict),
+        "effects": [_effect(d, found) for found in d.found],
+        "hypotheses": [{"names": list(names), "probability": p / total} for names, p in told],
         "error": {
-            "force_n": d.total(),
-            "by_recording": {axis: {"force_n": row} for axis, row in d.errors.items()},
+            "force_n": d.errors[FORCES],
+            "by_recording": {
+                group: {QUANTITIES.get(group, "flow_m3_s"): dict(row)}
+                for group, row in d.errors.items()
+            },
         },
-        "left_out": [{"name": x.name, "reason": x.reason} for x in d.state.left_out],
+        **({"resembles": d.resembles} if d.resembles else {}),
     }
 
 
-def write_findings(d: RobotDiagnosis, out: Path) -> None:
+def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
+    effect = by_name(found.kind)
+    return {
+        "name": found.kind,
+        "place": found.place,
+        "probability": d.verdict.probability(found.name),
+        "ambiguous_with": list(d.verdict.ambiguous.get(found.name, ())),
+        "parameters": {
+            key: {"value": p.value, "unit": p.unit, "interval90": list(p.interval90 or ())}
+            for key, p in found.parameters.items()
+        },
+        "equation": effect.equation,
+    }
+
+
+def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelFile]:
+    """`before`, `refit` and `after`: what was believed, and that with what was found. Of a robot nothing is refitted
+    that all machines share: its numbers are commissioning's.
+    """
+    new = tuple(
+        PlacedEffect(name=f.kind, place=f.place, parameters=dict(f.parameters)) for f in d.found
+    )
+    after = believed.model_copy(update={"effects": (*believed.effects, *new)})
+    return {"before": believed, "refit": believed, "after": after}
+
+
+def write_findings(d: RobotDiagnosis, believed: RobotModelFile, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
     make_folder(out)
     write_json(out / "findings.json", as_json(d))
-    write_models(d.models, out)
+    for stage, name in FILES.items():
+        write_robot_model(out / name, models(d, believed)[stage])
+
+
+FILES: Mapping[str, str] = {
+    "before": "model_before.yaml",
+    "refit": "model_refit.yaml",
+    "after": "model.yaml",
+}
 
 
 def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
-    """(header, rows) of a short table: leg and effect, and the residuals kept back."""
+    """(header, rows) of a short table: effects with their places, and what is missing on the part kept back."""
     rows = []
-    for entry in found_entries(d):
-        probability = d.verdict.probability(f"{entry.name}@{entry.place}")
-        rows.append(
-            [
-                f"{entry.place}: {entry.name}",
-                numbers_in_words(entry),
-                f"probability {probability:.3f}",
-            ]
+    for found in d.found:
+        numbers = ", ".join(
+            f"{k} {p.value:.3g} {p.unit or ''}" for k, p in found.parameters.items()
         )
-    for axis, row in d.errors.items():
-        rows.append(
-            [
-                axis,
-                ", ".join(f"{k} {v:.0f}" for k, v in row.items()),
-                "residual against expected load, N",
-            ]
-        )
+        probability = f"probability {d.verdict.probability(found.name):.3f}"
+        rows.append([spoken(found.name), numbers.strip(), probability])
+    error = ", ".join(f"{k} {v:.0f}" for k, v in d.errors[FORCES].items())
+    rows.append(["equations of motion", error, "missing on the part kept back, N and N m"])
     return ["", "value", ""], rows
 
 

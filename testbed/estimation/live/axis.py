@@ -19,6 +19,7 @@ from testbed.estimation.cylinder import (
     extra_friction,
     friction_set,
     friction_size,
+    overhang_factor,
     piston_force,
     place_factor,
     push_of,
@@ -120,14 +121,14 @@ def conditions_of(
     if decisions.knows_dependence == 0.0:
         return Conditions(1.0, 0.0, 1.0, 0.0)
     together = pressures if math.isfinite(pressures) else 0.0  # a sample is missing
-    c, rests = belief.cylinder, state.slides <= 0.0
+    c, rests, x = belief.cylinder, state.slides <= 0.0, state.encoder.extension
     aim = belief.dwell_gain if rests else 0.0
     state.dwell += (aim - state.dwell) * min(
         decisions.dt / belief.dwell_time if rests else 1.0, 1.0
     )
     return Conditions(
-        place_factor(c, state.encoder.extension),
-        extra_friction(c, together, loads.along, loads.across),
+        place_factor(c, x),
+        extra_friction(c, together, loads.along, loads.across * overhang_factor(c, x)),
         thinning_by_warmth(c, oil_degc),
         state.dwell,
     )

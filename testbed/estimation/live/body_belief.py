@@ -175,6 +175,7 @@ def _declare(out: Any, axis: Axis, linkage: RotationLinkage) -> None:
     )
     leg.write(out.cylinder)
     out.cylinder.side_coefficient = seal.side_load_coefficient
+    out.cylinder.side_growth = seal.side_load_growth
     out.dwell_gain, out.dwell_time = seal.dwell_gain, seal.dwell_time_s
     out.encoder_resolution = sensor.encoder_linear_m
     if axis.joint == "rotation":

@@ -1,0 +1,105 @@
+"""The random runs of the robot's blind test: which motion, which drawn machine, and what is hidden in it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from testbed.effects import by_name
+from testbed.scenario.scenario import Scenario, load_scenario
+
+HIDDEN = Path(__file__).with_name("robot_hidden.yaml")
+MOTIONS = {"stand": "stand_clean", "walk": "crawl_slope_45", "drill": "drill_slope_45"}
+"""A standing robot sways: only moving pistons show what they have."""
+KINDS = (
+    *("clean", "single", "clean", "single", "outside", "clean", "double", "single", "clean"),
+    *("single", "clean", "single", "double", "clean", "single", "outside", "clean", "single"),
+    *("single", "clean"),
+)
+"""Of every 20 runs of a motion 8 are sound, 8 hide one effect, 2 hide two and 2 one that no name covers."""
+SECONDS = 16.0
+PHASES = (
+    {"kind": "push", "duration_s": 4, "feed_n": 3000},
+    {"kind": "hammer", "duration_s": 7, "feed_n": 5000, "blow_hz": 30, "blow_n": 1500},
+    {"kind": "pull_out", "duration_s": 3, "pull_n": 7000},
+)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A run of the test: `hidden` as a scenario's `undeclared` has it."""
+
+    seed: int
+    motion: str
+    kind: str
+    hidden: tuple[dict[str, Any], ...]
+    overrides: tuple[str, ...]
+
+    @property
+    def truth(self) -> tuple[str, ...]:
+        """What is hidden, as `effect@place`."""
+        return tuple(sorted(f"{h['effect']}@{h['at']}" for h in self.hidden))
+
+    def scenario(self, motion: str | None = None) -> Scenario:
+        """Its scenario; `motion`: another one with the same machine and the same effects."""
+        moved = motion or self.motion
+        own = (*self.overrides, *_task(moved, self.seed))
+        return load_scenario(MOTIONS[moved], list(own), self.seed, SECONDS)
+
+
+@cache
+def hidden_sizes() -> dict[str, Any]:
+    """The contents of robot_hidden.yaml."""
+    import yaml
+
+    found: dict[str, Any] = yaml.safe_load(HIDDEN.read_text(encoding="utf-8"))
+    return found
+
+
+def drawn(seed: int) -> Drawn:
+    """The run of a seed."""
+    rng = np.random.default_rng([seed, 29])
+    sizes = hidden_sizes()
+    motion = list(MOTIONS)[seed % len(MOTIONS)]
+    kind = KINDS[(seed // len(MOTIONS)) % len(KINDS)]
+    table = sizes["unnamed" if kind == "outside" else "named"]
+    names = [name for name in table if sizes["only"].get(name, motion) == motion]
+    count = {"clean": 0, "double": 2}.get(kind, 1)
+    picked = rng.choice(len(names), count, replace=False)
+    hidden = tuple(_effect(rng, names[k], table[names[k]]) for k in picked)
+    overrides = (
+        f"terrain.slope_deg={rng.uniform(30.0, 60.0):.2f}",
+        "machine.draw=workshop",
+        f"machine.seed={seed}",
+        f"hydraulics.oil_temperature_degc={rng.uniform(15.0, 40.0):.1f}",
+        f"undeclared={json.dumps(hidden)}",
+    )
+    return Drawn(seed, motion, kind, hidden, overrides)
+
+
+def _effect(rng: np.random.Generator, name: str, sizes: dict[str, list[float]]) -> dict[str, Any]:
+    signed = hidden_sizes()["signed"]
+    place = str(rng.choice(by_name(name).places))
+    values = {}
+    for parameter, (low, high) in sizes.items():
+        sign = float(rng.choice([-1.0, 1.0])) if parameter in signed and low > 0.0 else 1.0
+        values[parameter] = sign * float(rng.uniform(low, high))
+    return {"effect": name, "at": place, "parameters": values}
+
+
+def _task(motion: str, seed: int) -> list[str]:
+    rng = np.random.default_rng([seed, 31])
+    if motion == "stand":
+        amplitude, period = rng.uniform(0.04, 0.07, 3), rng.uniform(6.0, 12.0, 3)
+        return [
+            f"task.amplitude_m={json.dumps(amplitude.round(4).tolist())}",
+            f"task.period_s={json.dumps(period.round(2).tolist())}",
+        ]
+    if motion == "drill":
+        return ["task.start_s=2", f"task.phases={json.dumps(PHASES)}"]
+    return []

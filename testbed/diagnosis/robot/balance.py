@@ -1,0 +1,321 @@
+"""The 18 equations of motion of the measured robot: what its six balances of the body and its swinging feet miss.
+
+Twelve of the equations are the joints': cylinder force less friction through the linkage, less what weight and inertia
+of the frames ask for (Pinocchio's inverse dynamics), is what the ground does to the foot. Six are the body's: feet,
+ropes and drill must carry weight and inertia. A foot in the air carries nothing: its three forces must vanish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.bins import Bins
+from testbed.diagnosis.robot.oil import Oil, Supply
+from testbed.diagnosis.robot.tolerances import middle
+from testbed.effects.signature import RobotSeen
+from testbed.machine.groups import Cylinder
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import AXES, LEGS
+from testbed.robot.attitude import rotation_from_attitude
+from testbed.robot.linkage import ROTATION, stroke_m
+from testbed.robot.loads.drill_loads import known_wrench
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+JOINTS_A_LEG = 3
+MOST, HARDLY = 0.5, 0.01
+"""Shares of a bin in which control means a foot to carry."""
+LIFTED_M = 0.02
+"""A foot that control does not mean to carry and that is drawn up by so much hangs in the air."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyBalance:
+    """What the believed balances miss in each of n bins, and what a cylinder's force does to it."""
+
+    seen: RobotSeen
+    missing: Array
+    """(n, 18) wrench on the body (6), N and N m about its origin, then forces of the four feet (12) where they hang in
+    the air, N; 0 where they stand.
+    """
+    by_force: Array
+    """(n, 18, 12) the same by each cylinder's force."""
+    counted: npt.NDArray[np.bool_]
+    """(n, 18) whether there is such an equation in this bin."""
+    foot_force: Array
+    """(n, 4, 3) ground on foot, body frame, as believed."""
+    spread_n: Array
+    """(n, 12) half width of the set in which friction lies at rest, 0 while sliding."""
+
+
+def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Array) -> BodyBalance:
+    """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed."""
+    machine, n = robot.machine, bins.count
+    coulomb, viscous, spread = _friction(bins, machine)
+    area_a, area_b = areas(machine)
+    piston = bins.pressure_a_pa * area_a - bins.pressure_b_pa * area_b
+    rotation = np.array([rotation_from_attitude(rpy) for rpy in bins.attitude_rad])
+    rope_way = np.einsum("rj,njk->nrk", ropes_in_world, rotation)
+    side = np.array([_side_coefficient(axis) for axis in machine.axes.values()])
+    side_load = np.zeros((n, len(AXES)))
+    for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
+        dry = bins.direction * (coulomb + side * side_load)
+        force = piston - dry - viscous
+        measured = Measured(bins, force, bins.direction * side, _hanging(bins), rope_way)
+        found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
+        foot_force = np.array([one.foot_force for one in found])
+        side_load = _side_loads(foot_force)
+    masses = [robot.model.asked_by_masses(q, -f) for q, f in _each(bins)]
+    frames = _slope_frames(rotation, bins)
+    seen = RobotSeen(
+        time_s=bins.time_s,
+        extension_m=bins.extension_m,
+        joint=bins.joint,
+        speed_m_s=bins.speed_m_s,
+        acceleration_m_s2=bins.acceleration_m_s2,
+        direction=bins.direction,
+        arm_m=bins.arm_m,
+        pressure_a_pa=bins.pressure_a_pa,
+        pressure_b_pa=bins.pressure_b_pa,
+        pressure_a_rate=bins.pressure_a_rate,
+        pressure_b_rate=bins.pressure_b_rate,
+        area_a_m2=area_a,
+        area_b_m2=area_b,
+        stroke_m=np.array([stroke_m(a.cylinder, robot.linkage) for a in machine.axes.values()]),
+        coulomb_n=coulomb,
+        viscous_n=viscous,
+        load_n=np.array([one.load for one in found]),
+        side_load_n=side_load,
+        oil_degc=bins.oil_degc,
+        supply_pa=bins.supply_pa,
+        command=bins.command,
+        gravity=-bins.specific_force,
+        attitude_rad=bins.attitude_rad,
+        tension_n=bins.tension_n,
+        rope_way=rope_way,
+        rope_point_m=robot.model.rope_attachments_m,
+        slope_frame=frames,
+        drill_point_m=robot.model.drill_mount_m,
+        thrust_n=bins.drill["ordered_thrust"],
+        body_mass_kg=machine.body.mass_kg,
+        foot_m=np.array([one.feet for one in found]),
+        foot_by_joint=np.array([one.jacobians for one in found]),
+        asked_by_link=np.array([links for links, _ in masses]),
+        asked_by_moment=np.array([moments for _, moments in masses]),
+        asked_by_gravity=np.array([robot.model.asked_by_lift(q) for q, _ in _each(bins)]),
+        missing_by_joint=_by_joint(robot, measured),
+        friction_use=_use(foot_force, frames),
+        oil_by_leak=np.stack([one.by_leak for one in other.oils], axis=1),
+        oil_by_deadband=np.stack([one.by_deadband for one in other.oils], axis=1),
+        oil_by_air=np.stack([one.by_air for one in other.oils], axis=1),
+        oil_by_hose=np.stack([one.by_hose for one in other.oils], axis=1),
+        oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),
+        supply_by_pressure=other.supply.by_pressure,
+        supply_by_flow=other.supply.by_flow,
+        line_hz=other.line_hz,
+        line_n=other.line_n,
+    )
+    counted = np.ones((n, 18), dtype=bool)
+    counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
+    missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
+    return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
+
+
+@dataclass(frozen=True, eq=False)
+class OtherSigns:
+    """What effects look at beside the equations of motion: oil, supply, lines of the piston forces (12,)."""
+
+    oils: Sequence[Oil]
+    supply: Supply
+    line_hz: Array
+    line_n: Array
+    """Amplitude of what is surely a line, else 0."""
+
+
+ROWS = ("missing", "by_force")
+PASSES = 3
+
+
+def _side_coefficient(axis: Axis) -> float:
+    return middle("axes.*.seal.side_load_coefficient", axis.seal.side_load_coefficient)
+
+
+def _side_loads(foot_force: Array) -> Array:
+    """(n, 12) force across each rod: a vertical frame takes the foot's force along the slope, a radial one its load."""
+    out = np.zeros((len(foot_force), len(LEGS), JOINTS_A_LEG))
+    out[:, :, 1] = np.abs(foot_force[:, :, 2])
+    out[:, :, 2] = np.linalg.norm(foot_force[:, :, :2], axis=2)
+    return out.reshape(len(foot_force), -1)
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a bin's balance is made of beside its posture."""
+
+    bins: Bins
+    force_n: Array
+    """(n, 12) of the pistons less friction."""
+    side_friction: Array
+    """(n, 12) believed friction by a newton across the rod, with its sign."""
+    hangs: npt.NDArray[np.bool_]
+    """(n, 4) feet in the air."""
+    rope_way: Array
+
+
+@dataclass(frozen=True, eq=False)
+class OfBin:
+    """The balances of one bin; fields as in BodyBalance and RobotSeen, without their first axis."""
+
+    missing: Array
+    by_force: Array
+    foot_force: Array
+    feet: Array
+    jacobians: Array
+    load: Array
+
+
+def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
+    """Bin k, were the encoders at `joint` (12)."""
+    bins = measured.bins
+    lift = bins.specific_force[k]
+    arm = bins.arm_m[k].copy()
+    arm[list(ROTATION)] = robot.linkage.moment_arm_m(joint[list(ROTATION)])
+    change = np.concatenate([np.zeros(3), bins.turning[k], bins.joint_acceleration[k]])
+    speed = np.concatenate([np.zeros(6), bins.joint_rate[k]])
+    # The unit's specific force is acceleration less gravity in one: gravity against it, the origin without acceleration.
+    asked = robot.model.inverse_dynamics(joint, speed, change, -lift)
+    feet, whole = robot.model.feet(joint)
+    free = measured.force_n[k] * arm - asked[6:]
+    missing, by_force = np.zeros(18), np.zeros((18, 12))
+    foot_force, jacobians = np.empty((4, 3)), np.empty((4, 3, 3))
+    missing[:6] = -asked[:6]
+    for leg in range(len(LEGS)):
+        own = slice(JOINTS_A_LEG * leg, JOINTS_A_LEG * (leg + 1))
+        jacobians[leg] = whole[leg][:, own]
+        back = -np.linalg.inv(jacobians[leg].T)
+        force = back @ free[own]
+        foot_force[leg] = force
+        # A force that is off asks for another friction by side load, which is off by that in turn.
+        answers = measured.side_friction[k, own, None] * _side_slopes(force)
+        by = np.linalg.solve(np.eye(3) + (back * arm[own]) @ answers, back * arm[own])
+        if measured.hangs[k, leg]:
+            rows = slice(6 + own.start, 6 + own.stop)
+            missing[rows], by_force[rows, own] = force, by
+        else:
+            missing[:3] += force
+            missing[3:6] += np.cross(feet[leg], force)
+            by_force[:3, own] = by
+            by_force[3:6, own] = np.cross(feet[leg], by.T).T
+    for side, way in enumerate(measured.rope_way[k]):
+        pull = bins.tension_n[k, side] * way
+        missing[:3] += pull
+        missing[3:6] += np.cross(robot.model.rope_attachments_m[side], pull)
+    drill = {name: values[k] for name, values in bins.drill.items()}
+    missing[:6] += known_wrench(robot.model, drill, -lift)
+    return OfBin(missing, by_force, foot_force, feet, jacobians, free / arm)
+
+
+def _side_slopes(force: Array) -> Array:
+    """(3, 3) change of the force across a leg's rods (rotation, radial, vertical) by its foot's force (3)."""
+    level = max(float(np.hypot(force[0], force[1])), 1.0)
+    return np.array(
+        [[0.0, 0.0, 0.0], [0.0, 0.0, np.sign(force[2])], [force[0] / level, force[1] / level, 0.0]]
+    )
+
+
+def _each(bins: Bins) -> Iterator[tuple[Array, Array]]:
+    return zip(bins.joint, bins.specific_force, strict=True)
+
+
+def _by_joint(robot: Robot, measured: Measured) -> Array:
+    """(n, 18, 12) by differences in some bins, straight lines between them: postures change slowly."""
+    n = measured.bins.count
+    some = np.unique(np.concatenate([np.arange(0, n, EVERY), [n - 1]]))
+    out = np.empty((len(some), 18, len(AXES)))
+    for row, k in enumerate(some):
+        joint = measured.bins.joint[k]
+        at = of_bin(robot, measured, k, joint)
+        for i in range(len(AXES)):
+            moved = joint.copy()
+            moved[i] -= STEP
+            there = of_bin(robot, measured, k, moved)
+            felt = [
+                _side_slopes(force) @ change
+                for force, change in zip(
+                    at.foot_force, at.foot_force - there.foot_force, strict=True
+                )
+            ]
+            friction = measured.side_friction[k] * np.concatenate(felt)
+            out[row, :, i] = (at.missing - there.missing - at.by_force @ friction) / STEP
+    index = np.arange(n)
+    flat = out.reshape(len(some), -1)
+    lines = [np.interp(index, some, column) for column in flat.T]
+    return np.column_stack(lines).reshape(n, 18, len(AXES))
+
+
+EVERY = 5
+STEP = 1e-4
+"""m or rad."""
+
+
+def areas(machine: Machine) -> tuple[Array, Array]:
+    """Piston areas (12,) of chambers A and B, m2."""
+    cylinders = [axis.cylinder for axis in machine.axes.values()]
+    whole = np.array([0.25 * np.pi * c.bore_m**2 for c in cylinders])
+    return whole, whole - np.array([0.25 * np.pi * c.rod_m**2 for c in cylinders])
+
+
+def _friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
+    """Dry friction of the sense of sliding, viscous friction with its sign, and half width at rest, (n, 12) each, N."""
+    dry, viscous, spread = (np.zeros((bins.count, len(AXES))) for _ in range(3))
+    for i, axis in enumerate(machine.axes.values()):
+        c, seal = axis.cylinder, axis.seal
+        speed = bins.speed_m_s[:, i]
+        out, back = _dry(c, speed, "out"), _dry(c, speed, "in")
+        extra = seal.pressure_coefficient_m2 * (bins.pressure_a_pa + bins.pressure_b_pa)[:, i]
+        dry[:, i] = np.where(speed >= 0.0, out, back) + extra
+        thin = np.exp(-seal.viscosity_rate_1_k * (bins.oil_degc - seal.viscosity_reference_degc))
+        sigma = np.where(speed >= 0.0, c.viscous_out_n_s_m, c.viscous_in_n_s_m)
+        viscous[:, i] = sigma * thin * speed
+        spread[:, i] = 0.5 * (out + back + 2.0 * extra) * (1.0 - np.abs(bins.direction[:, i]))
+    return dry, viscous, spread
+
+
+def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
+    coulomb, static = getattr(c, f"coulomb_{sense}_n"), getattr(c, f"static_{sense}_n")
+    fading = np.exp(-np.abs(speed) / getattr(c, f"stribeck_{sense}_m_s"))
+    return np.asarray(coulomb + static * fading)
+
+
+def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
+    """(n, 4) whether a foot hangs in the air: not meant to carry all along, and drawn up off where it stood."""
+    height = bins.extension_m[:, 2::3]
+    out = np.zeros((bins.count, len(LEGS)), dtype=bool)
+    for leg in range(len(LEGS)):
+        stands = bins.carrying[:, leg] > MOST
+        if stands.any() and not stands.all():
+            index = np.arange(bins.count)
+            last = np.interp(index, index[stands], height[stands, leg])
+            out[:, leg] = (bins.carrying[:, leg] < HARDLY) & (last - height[:, leg] > LIFTED_M)
+    return out
+
+
+def _slope_frames(rotation: Array, bins: Bins) -> Array:
+    """(n, 3, 3) rows: x up the slope, y to the left, z off it, in the body frame: the slope on which it stood first."""
+    pitch = float(np.median(bins.attitude_rad[:10, 1]))
+    slope = rotation_from_attitude(np.array([0.0, pitch, 0.0]))
+    return np.asarray(np.einsum("ji,njk->nik", slope, rotation))
+
+
+def _use(foot_force: Array, frames: Array) -> Array:
+    """(n, 4) force along the slope over force off it."""
+    force = np.einsum("nij,nlj->nli", frames, foot_force)
+    along = np.linalg.norm(force[:, :, :2], axis=2)
+    return np.asarray(along / np.maximum(np.abs(force[:, :, 2]), LEAST_LOAD_N))
+
+
+LEAST_LOAD_N = 300.0

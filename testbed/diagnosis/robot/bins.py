@@ -1,0 +1,173 @@
+"""A recording of the whole robot in bins of a tenth of a second: what its sensors read, and how its pistons moved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.recording.rows import XYZ
+from testbed.robot.linkage import ROTATION
+from testbed.robot.model import attitude_gravity
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+BIN_S = 0.1
+EDGE_S = 0.02
+"""An encoder's reading at the edge of a bin is the mean of this long: a tenth of a count is left of its steps."""
+SETTLING_S = 0.6
+"""The start's transients are left out."""
+REST_M_S, SLIDE_M_S = 0.0012, 0.004
+"""Slower than the first a piston stands still, faster than the second it surely slides."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """Means over n bins, AXES order, SI; `joint_*` of the encoders (m, rad), the others of the pistons (m)."""
+
+    time_s: Array
+    joint: Array
+    joint_rate: Array
+    joint_acceleration: Array
+    extension_m: Array
+    speed_m_s: Array
+    acceleration_m_s2: Array
+    arm_m: Array
+    """(n, 12) way of the piston by that of its joint: m/rad for rotation joints, else 1."""
+    direction: Array
+    pressure_a_pa: Array
+    pressure_b_pa: Array
+    pressure_a_rate: Array
+    """(n, 12) change over the bin, Pa/s."""
+    pressure_b_rate: Array
+    command: Array
+    supply_pa: Array
+    oil_degc: Array
+    tension_n: Array
+    attitude_rad: Array
+    specific_force: Array
+    turning: Array
+    """(n, 3) angular acceleration of the body, rad/s2."""
+    carrying: Array
+    """(n, 4) share of the bin in which the foot is meant to carry."""
+    drill: Mapping[str, Array]
+    """What the drill's controls know, (n,) each."""
+
+    @property
+    def count(self) -> int:
+        """How many bins there are."""
+        return len(self.time_s)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Where the bins lie among the samples."""
+
+    first: int
+    width: int
+    count: int
+    samples: int
+    period_s: float
+
+    @classmethod
+    def of(cls, time_s: Array) -> Frame:
+        """Bins of about BIN_S, from SETTLING_S after the start."""
+        period = float(np.median(np.diff(time_s)))
+        width = max(round(BIN_S / period), 2)
+        first = int(np.searchsorted(time_s, time_s[0] + SETTLING_S))
+        return cls(first, width, (len(time_s) - first) // width - 1, len(time_s), period)
+
+    def mean(self, values: Array) -> Array:
+        """Means (count,) of samples."""
+        inside = values[self.first : self.first + self.width * self.count]
+        return np.asarray(inside.reshape(self.count, self.width).mean(axis=1))
+
+    def at_edges(self, values: Array) -> Array:
+        """Values (count + 1,) at the bins' edges."""
+        half = max(round(0.5 * EDGE_S / self.period_s), 1)
+        edges = self.first + self.width * np.arange(self.count + 1)
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        low, high = np.maximum(edges - half, 0), np.minimum(edges + half, self.samples)
+        return np.asarray((sums[high] - sums[low]) / (high - low))
+
+
+FORCES = tuple(f"specific_force_{k}" for k in XYZ)
+DRILL = (
+    "ordered_thrust",
+    "ordered_torque",
+    "rods_in_hole",
+    "rods_in_mast",
+    "rods_mast_height",
+    "rods_stored",
+)
+
+
+def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
+    """The bins of a recording: `data` maps the columns' names to arrays (samples,)."""
+    frame = Frame.of(np.asarray(data["t"], dtype=float))
+    count, step = frame.count, frame.width * frame.period_s
+
+    def mean(name: str) -> Array:
+        return frame.mean(np.asarray(data[name], dtype=float))
+
+    def at_edges(name: str) -> Array:
+        return frame.at_edges(np.asarray(data[name], dtype=float))
+
+    def per_axis(stem: str) -> Array:
+        return np.column_stack([mean(f"{stem}_{axis}") for axis in AXES])
+
+    def rates(stem: str) -> Array:
+        return np.column_stack([np.diff(at_edges(f"{stem}_{axis}")) for axis in AXES]) / step
+
+    joint = per_axis("position")
+    rate = rates("position")
+    extension, arm = joint.copy(), np.ones_like(joint)
+    turns = list(ROTATION)
+    extension[:, turns] = robot.linkage.extension_m(joint[:, turns])
+    arm[:, turns] = robot.linkage.moment_arm_m(joint[:, turns])
+    speed, change = rate * arm, _slope(rate, step)
+    absent = np.zeros(count)
+    attitude = np.column_stack([mean(f"attitude_{angle}") for angle in ("roll", "pitch", "yaw")])
+    return Bins(
+        time_s=mean("t") - float(data["t"][0]),
+        joint=joint,
+        joint_rate=rate,
+        joint_acceleration=change,
+        extension_m=extension,
+        speed_m_s=speed,
+        acceleration_m_s2=change * arm,
+        arm_m=arm,
+        direction=np.sign(speed)
+        * np.clip((np.abs(speed) - REST_M_S) / (SLIDE_M_S - REST_M_S), 0.0, 1.0),
+        pressure_a_pa=per_axis("pressure_a"),
+        pressure_b_pa=per_axis("pressure_b"),
+        pressure_a_rate=rates("pressure_a"),
+        pressure_b_rate=rates("pressure_b"),
+        command=per_axis("valve"),
+        supply_pa=mean("supply_pressure"),
+        oil_degc=mean("oil_temperature"),
+        tension_n=np.column_stack([mean(f"rope_tension_{side}") for side in SIDES]),
+        attitude_rad=attitude,
+        specific_force=_lift(attitude, [mean(n) if n in data else None for n in FORCES]),
+        turning=np.column_stack([np.diff(at_edges(f"angular_rate_{k}")) for k in XYZ]) / step,
+        carrying=np.column_stack(
+            [mean(n) if n in data else absent + 1.0 for n in (f"carrying_{leg}" for leg in LEGS)]
+        ),
+        drill={name: mean(name) if name in data else absent for name in DRILL},
+    )
+
+
+def _lift(attitude: Array, measured: Sequence[Array | None]) -> Array:
+    """Specific force (n, 3) as measured; of a unit that measures none, what a body at rest has."""
+    if any(one is None for one in measured):
+        return -np.array([attitude_gravity(roll, pitch) for roll, pitch, _ in attitude])
+    return np.column_stack([one for one in measured if one is not None])
+
+
+def _slope(rate: Array, step: float) -> Array:
+    """Change of a rate (n, k) from the bin before to the bin after, per second."""
+    padded = np.vstack([rate[:1], rate, rate[-1:]])
+    return np.asarray((padded[2:] - padded[:-2]) / (2.0 * step))

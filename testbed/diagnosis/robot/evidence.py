@@ -1,0 +1,115 @@
+"""Evidence in a linear model with Gaussian noise: how much better a balance is explained with an effect than without.
+
+A group of balances (the body's, one cylinder's oil, the feet's places) is a vector y = X b + e, e ~ N(0, C). C holds the
+sensors' noise, friction that nobody knows, and everything that a sound machine may differ by within its tolerances
+(their columns times their standard deviations). With a prior b ~ N(0, W) for an effect's numbers the evidence against
+"sound" has a closed form (Bayes factor of two Gaussian models):
+
+    ln B = g' (H + W^-1)^-1 g / 2 - ln det(I + W H) / 2,     g = X' C^-1 y,  H = X' C^-1 X
+
+Sets of effects are as cheap: one factorisation of C serves them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import solve_triangular
+
+from testbed.effects.signature import Change, Signature
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Whitened:
+    """A group of balances divided by its noise: `missing` (rows,) and columns (rows, k), both with unit covariance."""
+
+    missing: Array
+    columns: Mapping[str, Array]
+    """Effect at its place -> (rows, its numbers)."""
+
+
+def whiten(missing: Array, columns: Mapping[str, Array], covariance: Array) -> Whitened:
+    """Divide by the lower Cholesky factor of `covariance` (rows, rows)."""
+    root = np.linalg.cholesky(covariance)
+    names = list(columns)
+    whole = np.column_stack([missing, *(columns[name] for name in names)])
+    white = solve_triangular(root, whole, lower=True)
+    out, first = {}, 1
+    for name in names:
+        last = first + columns[name].shape[1]
+        out[name] = white[:, first:last]
+        first = last
+    return Whitened(white[:, 0], out)
+
+
+@dataclass(frozen=True, eq=False)
+class RawGroup:
+    """A group of balances in its own unit; rows of any order."""
+
+    missing: Array
+    """(rows,)"""
+    time_s: Array
+    noise: Array
+    """(rows, rows) covariance of what nobody knows in any machine."""
+    tolerated: Array
+    """(rows, k) columns of what a sound machine may differ by, each one standard deviation."""
+    rows_of: Callable[[Change], Array]
+    """A column of the group: what a change of the believed machine does to its rows."""
+
+    def whitened(self, candidates: Mapping[str, Signature]) -> Whitened:
+        """Divided by its noise; candidates that it does not show are left out."""
+        columns = {}
+        for name, signature in candidates.items():
+            found = np.column_stack([self.rows_of(change) for change in signature.values()])
+            if np.any(found):
+                columns[name] = found
+        return whiten(self.missing, columns, self.noise + self.tolerated @ self.tolerated.T)
+
+    def predicts(self, until_s: float, signatures: Sequence[Signature]) -> float:
+        """Ln of the Bayes factor that these effects (of prior size 1) have against a sound machine in predicting what
+        comes after `until_s` from what is before, and the other way round: evidence of the whole over that of a part.
+        """
+        columns = [self.rows_of(change) for s in signatures for change in s.values()]
+        if not columns:
+            return 0.0
+        learnt = self.time_s < until_s
+        whole = self._factor(columns, np.ones_like(learnt))
+        return 2.0 * whole - self._factor(columns, learnt) - self._factor(columns, ~learnt)
+
+    def _factor(self, columns: Sequence[Array], rows: npt.NDArray[np.bool_]) -> float:
+        """Ln of the Bayes factor on some of the rows."""
+        wide = self.tolerated[rows]
+        inside = self.noise[np.ix_(rows, rows)] + wide @ wide.T
+        white = whiten(self.missing[rows], {"": np.column_stack(columns)[rows]}, inside)
+        design = white.columns[""]
+        gradient = design.T @ white.missing
+        scaled = design.T @ design + np.eye(design.shape[1])
+        gain = float(gradient @ np.linalg.solve(scaled, gradient))
+        return 0.5 * gain - 0.5 * float(np.linalg.slogdet(scaled)[1])
+
+    def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
+        """RMS of what is missing after `until_s`, predicted from what is before by a sound machine's tolerances alone,
+        and with these effects beside them (their numbers free).
+        """
+        learnt = self.time_s < until_s
+        effects = [c for s in signatures for c in s.values()]
+        free = [self.rows_of(change) for change in effects]
+        out = []
+        for more in ([], free):
+            wide = np.column_stack([self.tolerated, *more])
+            scale = np.ones(wide.shape[1])
+            scale[self.tolerated.shape[1] :] = FREE
+            wide = wide * scale
+            inside = self.noise[np.ix_(learnt, learnt)] + wide[learnt] @ wide[learnt].T
+            weights = wide[learnt].T @ np.linalg.solve(inside, self.missing[learnt])
+            rest = self.missing[~learnt] - wide[~learnt] @ weights
+            out.append(float(np.sqrt(np.mean(rest**2))))
+        return out[0], out[1]
+
+
+FREE = 1.0

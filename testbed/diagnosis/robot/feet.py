@@ -1,0 +1,136 @@
+"""The feet's places: a foot that stands does not move, so encoders and attitude must agree on where it is.
+
+In the frame of the slope, turned by the measured attitude, every standing foot is at its own place plus the body's way,
+which is the same for all four. What is left says that a foot slipped or sank, or that an encoder's zero is elsewhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.bins import Bins
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.tolerances import standard_deviation
+from testbed.effects.signature import Change
+from testbed.machine.names import AXES
+
+Array = npt.NDArray[np.float64]
+ALL_ALONG = 0.99
+EVERY = 3
+"""Every third bin: places change slowly."""
+WHITE_M, SLOW_M, SLOW_S = 1.0e-4, 2.0e-4, 5.0
+"""Rounding of the encoders; creep of foot and ground (E)."""
+PLACE_M, WAY_M = 5.0, 5.0
+"""Nobody knows where a foot was set down, nor where the body went."""
+GIVES_M_N = 1.5e-7
+"""A ground of 7 MN/m gives by this under a newton, more or less (E)."""
+SLIPS_AT, SLIP_M, ROLLS = 0.25, 4.0e-3, 0.15
+"""A foot that uses more friction than this may slip, by so much from bin to bin, and by this share of it off the slope:
+a sound machine on its ground may, too (E).
+"""
+TILT_RAD = 2.0e-4
+"""Noise of the inertial unit in a bin (E)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Rows of the group: place (m) of a standing foot along one axis of the slope's frame in one bin."""
+
+    bins: npt.NDArray[np.int64]
+    legs: npt.NDArray[np.int64]
+    axes: npt.NDArray[np.int64]
+    phase: npt.NDArray[np.int64]
+    """Which standing of this foot it is."""
+    missing: Array
+
+
+def group_of(balance: BodyBalance, bins: Bins) -> RawGroup:
+    """The group of a measured robot."""
+    standing = standing_of(balance, bins)
+    return RawGroup(
+        missing=standing.missing,
+        time_s=bins.time_s[standing.bins],
+        noise=_noise(standing, balance),
+        tolerated=_tolerated(standing, balance),
+        rows_of=lambda change: rows_of(standing, balance, change),
+    )
+
+
+def standing_of(balance: BodyBalance, bins: Bins) -> Standing:
+    """Which foot stands when, and where it seems to be."""
+    stands = _stands(bins)
+    some = stands.copy()
+    some[np.arange(bins.count) % EVERY != 0] = False
+    k, leg = np.nonzero(some)
+    phases = np.cumsum(np.diff(stands.astype(int), axis=0, prepend=0) > 0, axis=0)
+    rows, legs, axes = (np.repeat(k, 3), np.repeat(leg, 3), np.tile(np.arange(3), len(k)))
+    place = in_slope(balance, balance.seen.foot_m)
+    missing = place[rows, legs, axes]
+    return Standing(rows, legs, axes, phases[rows, legs].astype(np.int64), missing - missing.mean())
+
+
+def rows_of(standing: Standing, balance: BodyBalance, change: Change) -> Array:
+    """One column of the group: what `change` does to its rows."""
+    if change.feet is None:
+        return np.zeros(len(standing.missing))
+    moved = in_slope(balance, change.feet)
+    return np.asarray(moved[standing.bins, standing.legs, standing.axes])
+
+
+def in_slope(balance: BodyBalance, points: Array) -> Array:
+    """Points or ways (n, 4, 3) of the body frame along x up the slope, y left, z off it."""
+    return np.asarray(np.einsum("nij,nlj->nli", balance.seen.slope_frame, points))
+
+
+def _stands(bins: Bins) -> npt.NDArray[np.bool_]:
+    """(n, 4) a foot is meant to carry in this bin and in both beside it."""
+    carries = bins.carrying > ALL_ALONG
+    padded = np.vstack([carries[:1], carries, carries[-1:]])
+    return np.asarray(padded[:-2] & carries & padded[2:])
+
+
+def _noise(s: Standing, balance: BodyBalance) -> Array:
+    """Covariance of the rows beside what tolerances make."""
+    seen = balance.seen
+    time = seen.time_s[s.bins]
+    same_foot = (s.legs[:, None] == s.legs[None, :]) & (s.phase[:, None] == s.phase[None, :])
+    same_axis = s.axes[:, None] == s.axes[None, :]
+    apart = np.abs(time[:, None] - time[None, :])
+    own = np.where(same_foot & same_axis, SLOW_M**2 * np.exp(-apart / SLOW_S) + PLACE_M**2, 0.0)
+    body = np.where((apart == 0.0) & same_axis, WAY_M**2, 0.0)
+    level = (s.axes < 2)[:, None] & (s.axes < 2)[None, :]
+    steps = (SLIP_M * np.clip((seen.friction_use - SLIPS_AT) / 0.2, 0.0, 1.0)) ** 2
+    slipped = np.cumsum(steps, axis=0)[s.bins, s.legs]
+    walk = np.minimum(slipped[:, None], slipped[None, :])
+    out = own + body + WHITE_M**2 * np.eye(len(time))
+    out += np.where(same_foot & same_axis, np.where(level, 1.0, ROLLS**2) * walk, 0.0)
+    for turned in _turned(s, balance):
+        out += np.where(apart == 0.0, TILT_RAD**2, 0.0) * np.outer(turned, turned)
+    return np.asarray(out)
+
+
+def _turned(s: Standing, balance: BodyBalance) -> list[Array]:
+    """What rows do if the body seems turned by 1 rad about x, y, z of the slope."""
+    place = in_slope(balance, balance.seen.foot_m)
+    middle = place - place.mean(axis=1, keepdims=True)
+    return [np.cross(about, middle)[s.bins, s.legs, s.axes] for about in np.eye(3)]
+
+
+def _tolerated(s: Standing, balance: BodyBalance) -> Array:
+    """(rows, k): every column a tolerance times its standard deviation."""
+    seen = balance.seen
+    force = in_slope(balance, balance.foot_force)
+    columns = [GIVES_M_N * force[s.bins, s.legs, s.axes] * (s.axes == k) for k in range(3)]
+    sd = standard_deviation("sensor.encoder_offset@*.offset")
+    for i in range(len(AXES)):
+        leg, joint = divmod(i, 3)
+        feet = np.zeros_like(seen.foot_m)
+        feet[:, leg] = seen.foot_by_joint[:, leg, :, joint]
+        columns.append(sd * in_slope(balance, feet)[s.bins, s.legs, s.axes])
+    unit = standard_deviation("robot.attitude@body.roll")
+    columns += [unit * turned for turned in _turned(s, balance)]
+    return np.column_stack(columns)

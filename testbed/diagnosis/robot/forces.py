@@ -1,0 +1,186 @@
+"""The forces' group: the body's six balances and the swinging feet's, with all that a sound machine leaves in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.balance import BodyBalance
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.tolerances import middle, standard_deviation
+from testbed.effects import ALL
+from testbed.effects.friction_position import PositionFriction
+from testbed.effects.friction_pressure import PressureFriction
+from testbed.effects.signature import Change, RobotSeen
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES
+
+Array = npt.NDArray[np.float64]
+BODY = "body"
+WHITE_N, WHITE_N_M, WHITE_FOOT_N = 60.0, 60.0, 60.0
+"""What a bin's balances miss by noise of its own: sensors' noise, accelerations, the bins' edges; and as much that lasts
+as long as MEMORY_S (E)."""
+SLIDING_SHARE, REST_SHARE, QUICK_SHARE = 0.08, 0.5, 0.02
+"""Friction while sliding is known to this share beyond its tolerances, at rest to this share of its set; and anew in
+each bin."""
+MEMORY_S, REST_MEMORY_S = 1.0, 20.0
+"""For how long friction deviates while sliding, and at rest under the same load."""
+NEWS_SHARE, NEWS_N = 0.3, 20.0
+"""At rest another load, by this share of dry friction, is a new deviation; below NEWS_N it is noise."""
+TURNING_SHARE, TURNING_BINS = 0.5, 2
+"""A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+SIDE = 0.2
+"""Friction by side load that a sound machine may have, share of it."""
+VERTICAL = tuple(range(2, len(AXES), 3))
+HELD_THRUST = 0.8
+"""Share of the thrust that stuck vertical cylinders may take up by friction, until they break away (E)."""
+HELD_ALIKE, HELD_EACH = 2.0, 0.5
+"""Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three (B)."""
+HAMMER_SHARE = 0.04
+
+
+def rows_of(balance: BodyBalance, change: Change) -> Array:
+    """One column of the group: what `change` does to its counted rows."""
+    out = np.zeros_like(balance.missing)
+    for axis, force in change.force.items():
+        out += balance.by_force[:, :, axis] * force[:, None]
+    if change.wrench is not None:
+        out[:, :6] += change.wrench
+    if change.balance is not None:
+        out += change.balance
+    return np.asarray(out[balance.counted])
+
+
+def tolerance_columns(balance: BodyBalance, machine: Machine) -> Array:
+    """(rows, k): every column a tolerance times its standard deviation."""
+    changes = [c.times(sd) for c, sd in _tolerated(balance.seen, machine) if sd > 0.0]
+    return np.column_stack([rows_of(balance, change) for change in changes])
+
+
+def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, float]]:
+    for effect in ALL:
+        for place in effect.places:
+            star = place if place == BODY else "*"
+            for number, change in effect.signature(seen, place).items():
+                parts = number.split(" ")  # a first moment is a mass times a place
+                names = [f"{effect.kind}@{star}.{part}" for part in parts]
+                yield change, float(np.prod([standard_deviation(name) for name in names]))
+    for i, axis in enumerate(machine.axes.values()):
+        yield from _friction(seen, i, axis)
+    yield from _held_back(seen)
+    warm = float(np.mean(seen.oil_degc)) - machine.sensor.calibration_temperature_degc
+    s = machine.sensor
+    thermal = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k / np.sqrt(3.0)
+    for i in range(len(AXES)):
+        for area in (seen.area_a_m2[i], seen.area_b_m2[i]):
+            yield Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area))
+
+
+def _held_back(seen: RobotSeen) -> Iterator[tuple[Change, float]]:
+    """What stuck seals take up of changing loads before they break away: as springs beside the oil's, of all alike and
+    of each.
+    """
+    piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+    stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
+    yield Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE
+    for i in range(len(AXES)):
+        yield Change(force={i: stuck[:, i]}), HELD_EACH
+    at_rest = 1.0 - np.abs(seen.direction)
+    pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
+    yield Change(force=pushed), HELD_THRUST
+
+
+def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, float]]:
+    """What seals scatter by."""
+    c, seal = axis.cylinder, axis.seal  # type: ignore[attr-defined]
+    for sense, way in (("out", 1.0), ("in", -1.0)):
+        now = np.maximum(way * seen.direction[:, i], 0.0) * way
+        for kind in ("coulomb", "static"):
+            size = getattr(c, f"{kind}_{sense}_n")
+            fading = (
+                1.0
+                if kind == "coulomb"
+                else np.exp(-np.abs(seen.speed_m_s[:, i]) / getattr(c, f"stribeck_{sense}_m_s"))
+            )
+            sd = standard_deviation(f"axes.*.cylinder.{kind}_{sense}_n", size)
+            yield Change(force={i: now * fading}), sd
+        viscous = getattr(c, f"viscous_{sense}_n_s_m")
+        share = standard_deviation(f"axes.*.cylinder.viscous_{sense}_n_s_m", viscous) / viscous
+        yield (
+            Change(force={i: np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)}),
+            share,
+        )
+    number, drawn = "axes.*.seal.side_load_coefficient", seal.side_load_coefficient
+    side = float(np.hypot(standard_deviation(number, drawn), 0.3 * (middle(number, drawn) - drawn)))
+    yield Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]}), side
+    place = AXES[i]
+    for effect, number, declared in (
+        (PositionFriction(), "position_slope", seal.position_slope),
+        (PressureFriction(), "pressure_coefficient_m2", seal.pressure_coefficient_m2),
+    ):
+        (change,) = effect.signature(seen, place).values()
+        yield change, standard_deviation(f"axes.*.seal.{number}", declared)
+
+
+def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
+    """The group of a measured robot."""
+    bins, _ = np.nonzero(balance.counted)
+    return RawGroup(
+        missing=balance.missing[balance.counted],
+        time_s=balance.seen.time_s[bins],
+        noise=noise_of(balance),
+        tolerated=tolerance_columns(balance, machine),
+        rows_of=lambda change: rows_of(balance, change),
+    )
+
+
+def noise_of(balance: BodyBalance) -> Array:
+    """Covariance of the group's rows (rows, rows) beside what tolerances make."""
+    seen, counted = balance.seen, balance.counted
+    bins, rows = np.nonzero(counted)
+    apart = np.abs(seen.time_s[bins][:, None] - seen.time_s[bins][None, :])
+    white = np.where(rows < 3, WHITE_N, np.where(rows < 6, WHITE_N_M, WHITE_FOOT_N))
+    same_row = rows[:, None] == rows[None, :]
+    out = np.diag(white**2)
+    out += np.where(same_row, np.exp(-apart / MEMORY_S), 0.0) * np.outer(white, white)
+    blows = HAMMER_SHARE * np.abs(seen.thrust_n)[bins] * (rows == 2)
+    out += np.diag(blows**2)
+    share = np.abs(seen.direction)
+    dry = seen.coulomb_n + SIDE * seen.side_load_n
+    spread = (SLIDING_SHARE * share + REST_SHARE * (1.0 - share)) * dry
+    spread = np.hypot(spread, seen.line_n)
+    turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
+    age = friction_age(seen, share, dry)
+    for axis in range(len(AXES)):
+        by = balance.by_force[bins, rows, axis]
+        known, turned = by * spread[bins, axis], by * turning[bins, axis]
+        since = age[bins, axis]
+        out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(known, known)
+        out += (apart == 0.0) * np.outer(turned, turned)
+    return np.asarray(out)
+
+
+def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
+    """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by changing loads, of
+    which a stuck seal takes up its part.
+    """
+    piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+    step = float(seen.time_s[1] - seen.time_s[0])
+    changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
+    outside = np.column_stack([seen.thrust_n, seen.tension_n])
+    changed = changed + 0.25 * np.abs(np.diff(outside, axis=0, prepend=outside[:1])).sum(
+        axis=1, keepdims=True
+    )
+    news = np.maximum(changed - NEWS_N, 0.0) / (NEWS_SHARE * dry)
+    rate = share * step / MEMORY_S + (1.0 - share) * (step / REST_MEMORY_S + news)
+    return np.asarray(np.cumsum(rate, axis=0))
+
+
+def turns(direction: Array) -> Array:
+    """(n, 12) how far a piston turns round about a bin: half the span of its sense over the bins beside it, 0 to 1."""
+    n = len(direction)
+    beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-TURNING_BINS, TURNING_BINS + 1)]
+    near = np.array([direction[index] for index in beside])
+    return np.asarray(0.5 * (near.max(axis=0) - near.min(axis=0)))

@@ -1,0 +1,123 @@
+"""All balances of a recording, divided by their noise: what every hypothesis is held against.
+
+Groups: `forces` (the body's six balances and the swinging feet's), `oil <axis>` (two chambers), `feet` (places of
+standing feet) and `supply`. Groups are taken as independent of each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot import feet, forces, oil
+from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of
+from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
+from testbed.diagnosis.robot.evidence import RawGroup, Whitened
+from testbed.diagnosis.robot.lines import lines_of
+from testbed.diagnosis.robot.unexplained import ALL_UNEXPLAINED
+from testbed.effects import ALL
+from testbed.effects.base import Effect
+from testbed.effects.signature import Signature
+from testbed.machine.names import AXES
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+FORCES = "forces"
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect at a place, with what the measured balances would miss by it."""
+
+    effect: Effect
+    place: str
+    signature: Signature
+
+    @property
+    def name(self) -> str:
+        """`sensor.gain_a@fl_vertical`."""
+        return f"{self.effect.kind}@{self.place}"
+
+    @property
+    def spreads(self) -> Array:
+        """Prior standard deviations of its numbers."""
+        return np.array([self.effect.spread(number) for number in self.signature])
+
+
+@dataclass(frozen=True, eq=False)
+class Balances:
+    """A recording's balances: `raw` and `groups` (divided by their noise) by group, `candidates` by name."""
+
+    bins: Bins
+    body: BodyBalance
+    raw: Mapping[str, RawGroup]
+    groups: Mapping[str, Whitened]
+    candidates: Mapping[str, Candidate]
+
+
+def balances_of(
+    data: Mapping[str, Array],
+    robot: Robot,
+    ropes_in_world: Array,
+    granted: Mapping[str, Mapping[str, float]],
+) -> Balances:
+    """Measure a recording's columns against the believed robot; `ropes_in_world` (2, 3) as surveyed. `granted`: effect
+    at its place -> parameters that are believed already, beside the robot's numbers.
+    """
+    machine = robot.machine
+    frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
+    oils = oil.oil_of(data, bins, frame, robot)
+    supply = oil.supply_of(oils, bins, machine)
+    lines = lines_of(data, machine)
+    other = OtherSigns(
+        oils,
+        supply,
+        np.array([line.frequency_hz for line in lines]),
+        np.array([line.amplitude_n for line in lines]),
+    )
+    body = balance_of(bins, other, robot, ropes_in_world)
+    raw = {
+        FORCES: forces.group_of(body, machine),
+        "feet": feet.group_of(body, bins),
+        "supply": supply.group(bins.time_s),
+    }
+    for i, axis in enumerate(machine.axes.values()):
+        raw[f"oil {AXES[i]}"] = oil.group_of(oils[i], i, axis, bins.time_s)
+        raw[f"line {AXES[i]}"] = lines[i].group(i)
+    found = {c.name: c for c in _candidates(body)}
+    raw = {key: _without(group, granted, found) for key, group in raw.items()}
+    signatures = {name: candidate.signature for name, candidate in found.items()}
+    groups = {key: group.whitened(signatures) for key, group in raw.items()}
+    return Balances(bins, body, raw, groups, found)
+
+
+def _candidates(body: BodyBalance) -> list[Candidate]:
+    """Every effect at every place that these balances could show."""
+    placed = (
+        (effect, place)
+        for effect in (*ALL, *ALL_UNEXPLAINED)
+        if effect.sought_on_robot
+        for place in effect.places
+    )
+    found = (Candidate(e, place, e.signature(body.seen, place)) for e, place in placed)
+    return [candidate for candidate in found if candidate.signature]
+
+
+def _without(
+    group: RawGroup,
+    granted: Mapping[str, Mapping[str, float]],
+    candidates: Mapping[str, Candidate],
+) -> RawGroup:
+    """The group less what effects make that are believed already."""
+    missing = group.missing
+    for name, values in granted.items():
+        candidate = candidates.get(name)
+        if candidate is None:
+            continue
+        linear = candidate.effect.to_linear(values)
+        for number, change in candidate.signature.items():
+            missing = missing - linear.get(number, 0.0) * group.rows_of(change)
+    return replace(group, missing=missing)

@@ -1,0 +1,125 @@
+"""Every hypothesis about a recording, by its evidence: nothing, one effect at one place, two of them, or no name.
+
+Gram matrices over all candidates are added up once; a hypothesis then costs a factorisation of a few numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.diagnosis.robot.groups import Balances
+from testbed.diagnosis.robot.unexplained import is_unexplained
+from testbed.effects import kind_of
+
+Array = npt.NDArray[np.float64]
+SEEDS = 8
+"""So many of the best single effects are tried with every other one."""
+MOST_NUMBERS = 4
+"""An effect with more numbers has a course in time."""
+KEPT = 60
+"""Of all hypotheses so many of the best are told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A set of effects at their places, with the evidence for it and what it makes of their numbers."""
+
+    names: tuple[str, ...]
+    log_factor: float
+    """Ln of the Bayes factor against a sound machine."""
+    mean: Array
+    covariance: Array
+
+
+class Ledger:
+    """Evidence of any set of a recording's candidates."""
+
+    def __init__(self, balances: Balances, left_out: Iterable[str] = ()) -> None:
+        self.balances = balances
+        self.names = tuple(n for n in balances.candidates if n not in set(left_out))
+        sizes = [len(balances.candidates[n].signature) for n in self.names]
+        ends = np.cumsum([0, *sizes])
+        self._where = {
+            n: np.arange(first, last)
+            for n, first, last in zip(self.names, ends[:-1], ends[1:], strict=True)
+        }
+        effects = {n: balances.candidates[n].effect for n in self.names}
+        self._positive = np.array(
+            [e.positive(k) for n, e in effects.items() for k in balances.candidates[n].signature]
+        )
+        self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
+        self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
+        whole = int(ends[-1])
+        self._gradient, self._information = np.zeros(whole), np.zeros((whole, whole))
+        for group in balances.groups.values():
+            shown = [n for n in self.names if n in group.columns]
+            if not shown:
+                continue
+            index = np.concatenate([self._where[n] for n in shown])
+            columns = np.hstack([group.columns[n] for n in shown]) * self._width[index]
+            self._gradient[index] += columns.T @ group.missing
+            self._information[np.ix_(index, index)] += columns.T @ columns
+
+    def hypothesis(self, names: tuple[str, ...]) -> Hypothesis:
+        """The evidence of a set, and its numbers one effect's after the other's."""
+        if not names:
+            return Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
+        index = np.concatenate([self._where[n] for n in names])
+        scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
+        gradient, width = self._gradient[index], self._width[index]
+        inverse = np.linalg.inv(scaled)
+        size = np.linalg.slogdet(scaled)[1]
+        factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
+        mean = inverse @ gradient
+        sure = mean / np.sqrt(np.diag(inverse))
+        factor += sum(log_twice_above(sure[k]) for k in np.flatnonzero(self._positive[index]))
+        factor -= sum(self._price[n] for n in names)
+        return Hypothesis(names, factor, width * mean, inverse * np.outer(width, width))
+
+    def best(self) -> list[Hypothesis]:
+        """The best hypotheses of one and of two effects, by their evidence, the best first."""
+        singles = [self.hypothesis((n,)) for n in self.names]
+        singles.sort(key=lambda h: -h.log_factor)
+        named = [h for h in singles if not is_unexplained(h.names[0])]
+        pairs, tried = [], set()
+        for first in named[:SEEDS]:
+            for other in self.names:
+                names = tuple(sorted((first.names[0], other)))
+                if other == first.names[0] or names in tried or self._too_free(names):
+                    continue
+                tried.add(names)
+                pairs.append(self.hypothesis(names))
+        pairs.sort(key=lambda h: -h.log_factor)
+        return singles[:KEPT] + pairs[:KEPT]
+
+    def _too_free(self, names: tuple[str, ...]) -> bool:
+        """Whether a pair could explain anything: it holds no name, or two courses in time of one kind."""
+        sizes = [len(self.balances.candidates[n].signature) for n in names]
+        courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
+        return courses or any(is_unexplained(n) for n in names)
+
+    def left(self, hypothesis: Hypothesis) -> Mapping[str, float]:
+        """Group -> chi squared by row that the hypothesis leaves."""
+        out = {}
+        for key, group in self.balances.groups.items():
+            rest, first = group.missing.copy(), 0
+            for name in hypothesis.names:
+                size = len(self.balances.candidates[name].signature)
+                if name in group.columns:
+                    rest = rest - group.columns[name] @ hypothesis.mean[first : first + size]
+                first += size
+            out[key] = float(np.mean(rest**2))
+        return out
+
+
+def log_twice_above(sure: float) -> float:
+    """Ln of twice the probability that a number is above 0 that lies `sure` standard deviations above it: what the
+    evidence of a number gains or loses that must not be negative.
+    """
+    above = 0.5 * math.erfc(-sure / math.sqrt(2.0))
+    return math.log(2.0 * above) if above > 0.0 else -0.5 * sure**2

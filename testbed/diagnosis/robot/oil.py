@@ -1,0 +1,308 @@
+"""The oil of twelve cylinders: what the flow balance of each chamber misses, as means over bins.
+
+    Q + (leaks) -+ A v - V (1/beta) dp/dt = 0,   Q of the declared valve, its edges and its load-holding valve
+
+Volumes and compressed oil are differences over a bin, so no derivative is taken; the valve's flow is a mean of samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from testbed.compiled import njit
+from testbed.diagnosis.robot.bins import Bins, Frame
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.rig import through_amplifier
+from testbed.diagnosis.robot.tolerances import standard_deviation
+from testbed.effects.hydraulics_air import compliance_1_pa
+from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
+from testbed.estimation.leg.flow import spool
+from testbed.laws.holding import NO_HOLDING
+from testbed.laws.orifice import LAMINAR_DROP_PA
+from testbed.laws.supply import LOAD_SENSING
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import AXES
+from testbed.robot.linkage import stroke_m
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+WHITE_M3_S = 2.0e-6
+"""Noise of a bin: the encoder's rounding over a tenth of a second (E)."""
+VALVE_SHARE, MEMORY_S = 0.03, 0.5
+"""A valve's flow is known to this share, and its deviation lasts so long (E)."""
+VOID_PA, FULL_PA, VOID_M3_S = 0.7e5, 1.5e5, 8.0e-5
+"""Below the first a chamber may hold a void, that much higher it surely does not (E)."""
+ZERO_PA = 4.0e4
+"""Zeros of a sensor and its line, at any warmth (E)."""
+COMPRESSED_SHARE = 0.15
+"""Oil in which air goes in and out of solution is known to this share beside its tolerances (E)."""
+SPOOL_OFF = 0.002
+"""The spool's place is known to this share of its travel: play, amplifier (E)."""
+PRESSURE_OFF_PA = 1.5e5
+"""A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
+STEP, READING_STEP_PA = 1e-3, 2.0e4
+
+
+@dataclass(frozen=True, eq=False)
+class Oil:
+    """One cylinder's oil in n bins; arrays (n, 2) are of chambers A and B, m3/s into the chamber."""
+
+    pressure_pa: Array
+    missing: Array
+    """Believed inflow less what the chamber took up: + where more is believed to enter than it got."""
+    from_supply: Array
+    """Believed flow from the supply; `to_tank` likewise (negative)."""
+    to_tank: Array
+    by_spool: Array
+    """What the balance misses by a spool that is one whole travel less far out than believed; `by_...` likewise by one
+    unit of what the model lacks.
+    """
+    by_pressure: Array
+    """What it may miss by pressures that are off by PRESSURE_OFF_PA: much through a wide opening with little drop."""
+    by_reading: Array
+    """By a sensor that reads 1 Pa too much."""
+    void: Array
+    """How surely a chamber is not full of oil, 0 to 1: nobody knows what flows then."""
+    compressed: Array
+    """Size of what goes into compressed oil."""
+    by_deadband: Array
+    by_leak: Array
+    """Flow by 1 m3/(s Pa) of leakage across the piston."""
+    by_air: Array
+    """By a share 1 of free air."""
+    by_softness: Array
+    """By 1 / bulk modulus, 1/Pa."""
+    by_hose: Array
+    """(n, hoses, 2) by 1 m3/Pa of each hose of hydraulics.hose at A."""
+    by_edge_leak: Array
+    """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
+
+
+def oil_of(data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) -> tuple[Oil, ...]:
+    """Every cylinder's oil, AXES order."""
+    return tuple(_of_axis(i, data, bins, frame, robot) for i in range(len(AXES)))
+
+
+def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot: Robot) -> Oil:
+    machine, axis = robot.machine, robot.machine.axes[AXES[i]]
+    time = np.asarray(data["t"], dtype=float)
+    command = through_amplifier(np.asarray(data[f"valve_{AXES[i]}"], dtype=float), time, axis.valve)
+    rate_hz = 1.0 / frame.period_s
+    place = spool(command, rate_hz, axis.valve.natural_frequency_hz, axis.valve.damping)
+    samples = [np.asarray(data[f"pressure_{c}_{AXES[i]}"], dtype=float) for c in "ab"]
+    supply = np.asarray(data["supply_pressure"], dtype=float)
+    tank = machine.power_unit.tank_pressure_pa
+
+    def through(shift: float, wider: float, more_pa: float = 0.0) -> tuple[Array, Array]:
+        overlap = axis.valve.deadband + wider
+        read = (samples[0] + more_pa, samples[1] + more_pa, supply)
+        found = [_valve(axis, k, place + shift, overlap, read, tank) for k in range(2)]
+        return tuple(np.column_stack([frame.mean(one[side]) for one in found]) for side in range(2))  # type: ignore[return-value]
+
+    supplied, drained = through(0.0, 0.0)
+    shifted, wider = through(STEP, 0.0), through(0.0, STEP)
+    over = through(0.0, 0.0, READING_STEP_PA)
+    low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
+    c, oil = axis.cylinder, axis.oil
+    stroke = stroke_m(c, robot.linkage)
+    whole = 0.25 * np.pi * c.bore_m**2
+    areas = (whole, whole - 0.25 * np.pi * c.rod_m**2)
+    x, p = (
+        bins.extension_m[:, i],
+        np.column_stack([bins.pressure_a_pa[:, i], bins.pressure_b_pa[:, i]]),
+    )
+    volume = np.column_stack(
+        [c.dead_volume_a_m3 + areas[0] * x, c.dead_volume_b_m3 + areas[1] * (stroke - x)]
+    )
+    rise = np.column_stack([bins.pressure_a_rate[:, i], bins.pressure_b_rate[:, i]])
+    squeezed = volume * rise
+    air = np.column_stack([compliance_1_pa(np.maximum(p[:, k], 0.0), 1.0) for k in range(2)])
+    swept = bins.speed_m_s[:, i, None] * np.array([areas[0], -areas[1]])
+    across = (p[:, 0] - p[:, 1])[:, None] * np.array([-1.0, 1.0])
+    valve = axis.valve
+    leaks = np.array(
+        [
+            [valve.edge_pa_leakage_m3_s_pa, valve.edge_at_leakage_m3_s_pa],
+            [valve.edge_pb_leakage_m3_s_pa, valve.edge_bt_leakage_m3_s_pa],
+        ]
+    )
+    edge = np.stack([bins.supply_pa[:, None] - p, tank - p], axis=2)
+    hoses = [
+        frame.mean(hose_flow_m3_s(samples[0], 1.0, time, frame.period_s)) for time in HOSE_TIMES_S
+    ]
+    softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * air
+    for k, held in enumerate((valve.holding_a, valve.holding_b)):
+        if held != NO_HOLDING:  # shut, it lets nothing out of its chamber
+            edge[:, k] *= ((edge[:, k] @ leaks[k] > 0.0) | (drained[:, k] < 0.0))[:, None]
+    seeps = np.einsum("nce,ce->nc", edge, leaks)
+    missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
+    missing = missing - swept - softness * squeezed
+    return Oil(
+        pressure_pa=p,
+        missing=missing,
+        from_supply=supplied,
+        to_tank=drained,
+        by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
+        by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
+        by_reading=(over[0] + over[1] - supplied - drained) / READING_STEP_PA,
+        compressed=np.abs(softness * squeezed),
+        void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
+        by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
+        by_leak=-across,
+        by_air=air * squeezed,
+        by_softness=squeezed,
+        by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
+        by_edge_leak=-edge,
+    )
+
+
+def _valve(
+    axis: Axis,
+    chamber: int,
+    place: Array,
+    deadband: float,
+    pressures: tuple[Array, ...],
+    tank: float,
+) -> tuple[Array, Array]:
+    """Flow into a chamber (0: A, 1: B) from the supply and to the tank (negative), m3/s, sample by sample."""
+    valve, joint = axis.valve, axis.joint
+    own, supply = pressures[chamber], pressures[2]
+    way = 1.0 if chamber == 0 else -1.0
+    open_ = way * np.sign(place) * np.maximum(np.abs(place) - deadband, 0.0) / (1.0 - deadband)
+    unit = valve.rated_flow_m3_s(joint) / np.sqrt(valve.rated_drop_per_edge_pa)
+    names = ("edge_pa", "edge_at") if chamber == 0 else ("edge_pb", "edge_bt")
+    fed = unit * getattr(valve, names[0]) * np.maximum(open_, 0.0) * root(supply - own)
+    drained = unit * getattr(valve, names[1]) * np.minimum(open_, 0.0) * root(own - tank)
+    held = valve.holding_a if chamber == 0 else valve.holding_b
+    if held != NO_HOLDING:
+        fed = np.maximum(fed, 0.0)
+    return fed, drained
+
+
+@njit
+def root(drop: Array) -> Array:
+    """Sqrt of a pressure drop with its sign, smooth through zero as the orifice is (laws/orifice.py)."""
+    return drop / np.sqrt(np.sqrt(drop * drop + LAMINAR_DROP_PA * LAMINAR_DROP_PA))
+
+
+def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
+    """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may differ by."""
+    valve, declared = axis.valve, axis.oil
+    for k in range(2):
+        alone = np.zeros(2)
+        alone[k] = 1.0
+        yield oil.from_supply * alone, 0.1
+        yield oil.to_tank * alone, 0.1
+        for edge, name in enumerate((("pa", "at"), ("pb", "bt"))[k]):
+            column = np.zeros_like(oil.missing)
+            column[:, k] = oil.by_edge_leak[:, k, edge]
+            yield column, getattr(valve, f"edge_{name}_leakage_m3_s_pa")
+        reading = np.zeros_like(oil.missing)
+        reading[:, k] = oil.by_reading[:, k]
+        yield reading, ZERO_PA
+        yield reading * oil.pressure_pa, standard_deviation(f"sensor.gain_{'ab'[k]}@*.gain_error")
+    yield oil.by_spool, SPOOL_OFF
+    yield oil.by_deadband, max(standard_deviation("axes.*.valve.deadband", valve.deadband), 0.006)
+    for number, column in (
+        ("internal_leakage_m3_s_pa", oil.by_leak),
+        ("bulk_modulus_pa", -oil.by_softness / declared.bulk_modulus_pa**2),
+        ("entrained_air", oil.by_air),
+    ):
+        value = getattr(declared, number)
+        sd = standard_deviation(f"axes.*.oil.{number}", value) or standard_deviation(
+            f"oil.{number}", value
+        )
+        yield column, sd
+    for k in range(len(HOSE_TIMES_S)):
+        yield oil.by_hose[:, k], declared.hose_capacity_m3_pa
+
+
+def group_of(oil: Oil, i: int, axis: Axis, time_s: Array) -> RawGroup:
+    """The group of cylinder i: chamber A's bins, then B's."""
+    nothing = np.zeros_like(oil.missing)
+    columns = [sd * c.T.ravel() for c, sd in tolerated(oil, axis) if sd > 0.0]
+    return RawGroup(
+        missing=oil.missing.T.ravel(),
+        time_s=np.tile(time_s, 2),
+        noise=noise_of(oil, time_s),
+        tolerated=np.column_stack(columns),
+        rows_of=lambda change: change.oil.get(i, nothing).T.ravel(),
+    )
+
+
+def noise_of(oil: Oil, time_s: Array) -> Array:
+    """Covariance (2 n, 2 n) of the group's rows beside what tolerances make."""
+    n = len(time_s)
+    apart = np.abs(time_s[:, None] - time_s[None, :])
+    lasts = np.exp(-apart / MEMORY_S)
+    out = np.eye(2 * n) * WHITE_M3_S**2
+    size = VALVE_SHARE * np.abs(oil.from_supply + oil.to_tank)
+    size = np.hypot(size, VOID_M3_S * oil.void)
+    size = np.sqrt(size**2 + oil.by_pressure**2 + (COMPRESSED_SHARE * oil.compressed) ** 2)
+    off = SPOOL_OFF * oil.by_spool
+    for k in range(2):
+        own = slice(k * n, (k + 1) * n)
+        out[own, own] += lasts * np.outer(size[:, k], size[:, k])
+    both = off.T.ravel()
+    out += np.tile(lasts, (2, 2)) * np.outer(both, both)
+    return np.asarray(out)
+
+
+SUPPLY_WHITE_PA, SUPPLY_SLOW_PA, SUPPLY_S = 5.0e4, 1.0e5, 1.0
+"""What the supply pressure of a sound unit misses: noise, and slowly, by its pump and accumulator (E)."""
+DRAWN_SHARE = 0.05
+"""... and by this share of itself while all its flow is drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Supply:
+    """The supply's pressure in n bins: believed less measured, and by the pump's factors, Pa."""
+
+    missing: Array
+    by_pressure: Array
+    by_flow: Array
+    noise: Array
+
+    def group(self, time_s: Array) -> RawGroup:
+        """The group."""
+        nothing = np.zeros(len(time_s))
+        return RawGroup(
+            missing=self.missing,
+            time_s=time_s,
+            noise=self.noise,
+            tolerated=np.column_stack([DRAWN_SHARE * self.by_flow, SET_SHARE * self.by_pressure]),
+            rows_of=lambda change: nothing if change.supply is None else change.supply,
+        )
+
+
+def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
+    """The group of the power unit. A load-sensing one stands its margin above the highest load of the open ports."""
+    unit = machine.power_unit
+    top = unit.supply_pressure_pa
+    believed, by_pressure = np.full(bins.count, top), np.full(bins.count, top)
+    if unit.supply_kind == LOAD_SENSING:
+        ports = (bins.pressure_a_pa, bins.pressure_b_pa)
+        fed = np.stack([one.from_supply for one in oils], axis=1) > OPEN_M3_S
+        loads = np.stack(ports, axis=2) * fed
+        asked = loads.max(axis=(1, 2)) + unit.load_sensing_margin_pa
+        believed = np.where(fed.any(axis=(1, 2)), np.minimum(asked, top), unit.standby_pressure_pa)
+        by_pressure = np.where(asked > top, top, 0.0)
+    drawn = np.sum([one.from_supply.sum(axis=1) for one in oils], axis=0)
+    share = np.clip(drawn / unit.full_flow_m3_s, 0.0, 1.5)
+    by_flow = believed * share**2
+    apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
+    noise = SUPPLY_WHITE_PA**2 * np.eye(bins.count)
+    noise += SUPPLY_SLOW_PA**2 * np.exp(-apart / SUPPLY_S)
+    if unit.supply_kind == LOAD_SENSING:
+        noise += (SENSING_SHARE * unit.load_sensing_margin_pa) ** 2 * (
+            np.exp(-apart / SUPPLY_S) + np.eye(bins.count)
+        )
+    return Supply(believed - bins.supply_pa, by_pressure, by_flow, noise)
+
+
+SET_SHARE, SENSING_SHARE, OPEN_M3_S = 0.01, 0.3, 1.0e-7
+"""A set pressure is set to this share; a load-sensing margin holds to that share from bin to bin (E)."""

@@ -1,0 +1,37 @@
+"""By how much a sound machine may differ from its drawing: standard deviations of the workshop's tolerances."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+from testbed.scenario.drawn import Tolerance, tolerances
+
+FILE = "workshop"
+
+
+def standard_deviation(number: str, drawing: float = 0.0) -> float:
+    """How far the number of that name (`*` for each) lies from `middle`, root mean square over drawn machines; 0 where
+    no tolerance names it.
+    """
+    found = _table().get(number)
+    if found is None:
+        return 0.0
+    low, high = (found.applied(drawing, end) for end in found.range)
+    variance = (high - low) ** 2 / (24.0 if found.spread == "triangular" else 12.0)
+    if found.chance < 1.0:
+        variance = (variance + (0.5 * (low + high)) ** 2) * found.chance
+    return math.sqrt(variance)
+
+
+def middle(number: str, drawing: float) -> float:
+    """What the number may be expected to be: the middle of its tolerance, which need not be the drawing's."""
+    found = _table().get(number)
+    if found is None or found.chance < 1.0:
+        return drawing
+    return 0.5 * sum(found.applied(drawing, end) for end in found.range)
+
+
+@cache
+def _table() -> dict[str, Tolerance]:
+    return {tolerance.number: tolerance for tolerance in tolerances(FILE)}

@@ -1,0 +1,47 @@
+"""A ledger over groups of a test's own making."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.effects import by_name, kind_of, place_of
+from testbed.effects.signature import Change
+from testbed.machine.names import AXES
+
+
+def ledger_of(
+    raw: Mapping[str, RawGroup], names: Sequence[str], spread: float | None = None
+) -> Ledger:
+    """The ledger of gains at cylinders: each a force of 1 at its place; `spread`: their prior size, else their own."""
+    found = {}
+    for name in names:
+        effect = by_name(kind_of(name))
+        place = place_of(name) or ""
+        if spread is not None:
+            effect = cast(Any, _Wide(effect, spread))
+        change = Change(force={AXES.index(place): np.ones(1)})
+        found[name] = Candidate(effect, place, {"gain_error": change})
+    signatures = {name: candidate.signature for name, candidate in found.items()}
+    groups = {key: group.whitened(signatures) for key, group in raw.items()}
+    return Ledger(cast(Balances, SimpleNamespace(raw=raw, groups=groups, candidates=found)))
+
+
+class _Wide:
+    """An effect with another prior."""
+
+    def __init__(self, effect: Any, spread: float) -> None:
+        self._effect, self._spread = effect, spread
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._effect, name)
+
+    def spread(self, number: str) -> float:
+        """The prior."""
+        return self._spread

@@ -1,0 +1,95 @@
+"""Evidence of effects against a sound machine: the closed form is the Gaussian's, and a free number costs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.hypotheses import Ledger, log_twice_above
+from testbed.diagnosis.robot.probabilities import NO_NAME, RobotSigns, calibration, distribution
+from testbed.effects import by_name
+from testbed.effects.signature import Change
+from tests.diagnosis.ledgers import ledger_of
+
+LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
+
+
+def group(missing: np.ndarray, seed: int = 0) -> RawGroup:
+    """Thirty rows that two gains show, with a tolerance."""
+    rng = np.random.default_rng(seed)
+    columns = {2: rng.normal(size=30), 5: rng.normal(size=30)}
+    root = rng.normal(size=(30, 30)) * 0.1
+    return RawGroup(
+        missing=missing,
+        time_s=np.arange(30.0),
+        noise=np.eye(30) + root @ root.T,
+        tolerated=rng.normal(size=(30, 2)),
+        rows_of=lambda change: sum(
+            (columns[i] * force[0] for i, force in change.force.items()), np.zeros(30)
+        ),
+    )
+
+
+def test_evidence_is_the_ratio_of_two_gaussian_densities() -> None:
+    rng = np.random.default_rng(1)
+    missing = rng.normal(size=30)
+    raw = group(missing)
+    found = ledger_of({"forces": raw}, (LEFT,)).hypothesis((LEFT,))
+    sound = raw.noise + raw.tolerated @ raw.tolerated.T
+    column = by_name("sensor.gain_a").spread("gain_error") * raw.rows_of(
+        Change(force={2: np.ones(1)})
+    )
+    zero = np.zeros(30)
+    exact = multivariate_normal.logpdf(
+        missing, zero, sound + np.outer(column, column)
+    ) - multivariate_normal.logpdf(missing, zero, sound)
+    assert found.log_factor == pytest.approx(float(exact), rel=1e-8)
+
+
+def test_the_effect_that_is_there_wins_and_its_size_comes_back() -> None:
+    raw = group(np.zeros(30))
+    there = 40.0 * raw.rows_of(Change(force={2: np.ones(1)}))
+    ledger = ledger_of({"forces": group(there)}, (LEFT, RIGHT), spread=50.0)
+    best = ledger.best()[0]
+    assert best.names == (LEFT,) and best.mean[0] == pytest.approx(40.0, rel=0.02)
+    assert ledger.hypothesis((RIGHT,)).log_factor < 0.5 * best.log_factor
+
+
+def test_noise_alone_costs_an_effect_its_freedom() -> None:
+    ledger = ledger_of({"forces": group(np.zeros(30))}, (LEFT,), spread=50.0)
+    assert ledger.hypothesis((LEFT,)).log_factor < -2.0
+    assert isinstance(ledger, Ledger)
+
+
+@pytest.mark.parametrize("sure", [-3.0, 0.0, 2.0])
+def test_a_number_that_cannot_be_negative_counts_by_its_positive_share(sure: float) -> None:
+    assert log_twice_above(sure) == pytest.approx(math.log(2.0 * float(norm.cdf(sure))))
+
+
+def signs(one: float, rival: float, nothing: float) -> RobotSigns:
+    """A good name, a rival, and what no name covers."""
+    return RobotSigns((((LEFT,), one), ((RIGHT,), rival), (("unnamed.wrench@body",), nothing)))
+
+
+def test_probabilities_add_up_to_one_and_follow_the_evidence() -> None:
+    numbers = calibration()
+    for one, rival, nothing in ((0.0, 0.0, 0.0), (300.0, 20.0, 10.0), (20.0, 19.0, 400.0)):
+        found = distribution(signs(one, rival, nothing), numbers)
+        assert sum(found.values()) == pytest.approx(1.0, abs=1e-12)
+    strong, weak, strange = (
+        distribution(signs(*s), numbers)
+        for s in ((300.0, 20.0, 10.0), (1.0, 0.0, 0.0), (20.0, 19.0, 400.0))
+    )
+    assert max(strong, key=strong.__getitem__) == (LEFT,)
+    assert max(weak, key=weak.__getitem__) == ()
+    assert max(strange, key=strange.__getitem__) == NO_NAME
+
+
+def test_a_tolerance_far_beyond_its_size_is_no_name() -> None:
+    far = RobotSigns(((("sensor.zero_a@fl_vertical",), 200.0), ((LEFT,), 5.0)))
+    found = distribution(far, calibration())
+    assert found[NO_NAME] > 0.9
