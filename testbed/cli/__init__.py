@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,10 @@ from testbed.cli.options import Json
 from testbed.cli.states import states
 from testbed.errors import naming
 from testbed.formats.sockets import user_code
+
+if TYPE_CHECKING:
+    from testbed.scenario.scenario import Scenario
+    from testbed.workflows.live import Live
 
 app = typer.Typer(
     name="testbed",
@@ -48,23 +52,46 @@ def run(
         Path | None, typer.Option(help="Model file that the estimators believe.")
     ] = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show the engine's window.")] = False,
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live", help="Show it in a browser while it happens: pause, push, cut ropes."
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Simulate a scenario, record it and write its report."""
+    from contextlib import ExitStack
+
     from testbed.report.console import print_run, run_progress, run_status, waiting
     from testbed.resources import scenario as scenario_path
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
 
     loaded = load_scenario(scenario, set_ or [], seed, duration)
-    with naming(scenario_path(scenario)), run_progress(loaded.duration_s, loaded.name) as progress:
-        result = run_scenario(loaded, out, model, gui, progress)
+    with naming(scenario_path(scenario)), ExitStack() as shown:
+        watch = shown.enter_context(_in_the_browser(loaded)) if live else None
+        progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
+        result = run_scenario(loaded, out, model, gui, progress, watch=watch)
     from testbed.workflows.report import write_report
 
     with waiting("writing the report"):
         report = write_report(result.folder)
     print_run(result.summary, result.folder, report, json)
     raise typer.Exit(run_status(result.summary))
+
+
+def _in_the_browser(scenario: Scenario) -> Live:
+    """A live page of a run of this scenario, opened where somebody sits before the terminal."""
+    from testbed.workflows.live import Live
+
+    page = Live(scenario)
+    print(f"live: {page.address}", file=sys.stderr)
+    if sys.stdout.isatty():
+        import webbrowser
+
+        webbrowser.open(page.address)
+    return page
 
 
 @app.command()

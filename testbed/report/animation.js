@@ -131,5 +131,12 @@
   };
   canvas.onpointerup = canvas.onpointercancel = () => { drag = null; };
   window.addEventListener("resize", size);
+  // A page of a run on its way hands on the frames that have come since; at the end of the slider they are followed.
+  root.addEventListener("frames", e => {
+    const last = k >= F.length - 1;
+    F.push(...e.detail); slider.max = F.length - 1;
+    if (last && !playing) k = F.length - 1;
+    show();
+  });
   stills(); size();
 })();

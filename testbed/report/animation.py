@@ -32,22 +32,28 @@ def animation(
     """
     from jinja2.utils import htmlsafe_json_dumps
 
-    model, start = robot.model, motion.origin_m[0]
+    contents = scene(motion, slope_deg, robot, ground) | {"frames": frames(motion)}
+    return htmlsafe_json_dumps(contents, separators=(",", ":"))
+
+
+def scene(motion: Motion, slope_deg: float, robot: Robot, ground: Heights | None) -> dict[str, Any]:
+    """What stands still in the picture, and the machine's own measures."""
+    model = robot.model
     body, drill = robot.machine.body, robot.machine.drill_body
-    contents = {
+    return {
         "slope": slope_deg,
         "ground": _ground(motion, ground),
         "box": _whole([*np.array(body.inertia_box_m) / 2.0], MM),
         "hips": _whole(robot.legs.hips_m, MM),
         "sheaves": _whole(model.rope_attachments_m, MM),
         "mast": _whole([*model.drill_mount_m, drill.mast_length_m], MM),
-        "frames": _frames(motion, start),
     }
-    return htmlsafe_json_dumps(contents, separators=(",", ":"))
 
 
-def _frames(motion: Motion, start: Array) -> list[list[int]]:
+def frames(motion: Motion, start_m: Array | None = None) -> list[list[int]]:
+    """A list of whole numbers for each moment. `start_m` (3): where the body began, if that is not the first moment."""
     count = len(motion.time_s)
+    start = motion.origin_m[0] if start_m is None else start_m
     columns = [
         MM * motion.time_s[:, None],
         MM * (motion.origin_m - start),
@@ -60,8 +66,8 @@ def _frames(motion: Motion, start: Array) -> list[list[int]]:
         MM * motion.hole_m[:, None],
     ]
     table = np.nan_to_num(np.concatenate(columns, axis=1))
-    frames: list[list[int]] = np.rint(table).astype(int).tolist()
-    return frames
+    rounded: list[list[int]] = np.rint(table).astype(int).tolist()
+    return rounded
 
 
 def _ground(motion: Motion, ground: Heights | None) -> Any:

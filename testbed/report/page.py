@@ -11,7 +11,10 @@ import hashlib
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 SCRIPT = "animation.js"
 Filters = Mapping[str, Callable[..., str]]
@@ -27,26 +30,39 @@ def render(
     `filters`: what the template calls beside Jinja's own.
     """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
 
     places = [PackageLoader("testbed.report", "."), PackageLoader("testbed", ".")]
     environment = Environment(
         loader=ChoiceLoader(places), autoescape=True, trim_blocks=True, undefined=StrictUndefined
     )
     environment.filters.update(filters or {})
-    environment.globals.update(policy=policy(), script=Markup(_script()))
+    environment.globals.update(policy=policy(), script=script(SCRIPT))
     return environment.get_template(template).render(**contents)
 
 
-def policy() -> str:
-    """The content-security policy of every page: our script by its hash, styles, and pictures that the page holds."""
-    digest = base64.b64encode(hashlib.sha256(_script().encode()).digest()).decode()
+def policy(*more: str, asks: str = "'none'") -> str:
+    """The content-security policy of a page: our scripts by their hashes, styles, and pictures that the page holds.
+
+    `more`: scripts of this folder beside the moving picture's. `asks`: whom they may ask for data.
+    """
+    hashes = " ".join(f"'sha256-{_digest(name)}'" for name in (SCRIPT, *more))
     return (
-        f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; "
+        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; connect-src {asks}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
 
 
+def script(name: str) -> Markup:
+    """A script of this folder, for a template."""
+    from markupsafe import Markup
+
+    return Markup(_script(name))
+
+
+def _digest(name: str) -> str:
+    return base64.b64encode(hashlib.sha256(_script(name).encode()).digest()).decode()
+
+
 @cache
-def _script() -> str:
-    return files("testbed.report").joinpath(SCRIPT).read_text(encoding="utf-8")
+def _script(name: str = SCRIPT) -> str:
+    return files("testbed.report").joinpath(name).read_text(encoding="utf-8")

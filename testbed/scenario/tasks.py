@@ -352,6 +352,14 @@ class Shove(Checked):
     )
 
 
+class SetFriction(Checked):
+    """Rain or dust: the ground has another friction from then on, but for patches and feet with a friction of their own."""
+
+    kind: Literal["set_friction"]
+    at_s: float = Field(ge=0, description="time of the event [s]")
+    friction: float = Field(ge=0, le=2, description="the ground's friction coefficient [1]")
+
+
 class LiftFoot(Checked):
     """The control lifts one foot off the ground for a while: a true loss of contact."""
 
@@ -412,6 +420,15 @@ class Turn(Checked):
 
 
 Event = Annotated[
-    CutRope | SetRope | Payload | Shove | LiftFoot | SetSupply | FailSensor | Stop | Turn,
+    CutRope
+    | SetRope
+    | Payload
+    | Shove
+    | SetFriction
+    | LiftFoot
+    | SetSupply
+    | FailSensor
+    | Stop
+    | Turn,
     Field(discriminator="kind"),
 ]

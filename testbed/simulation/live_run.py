@@ -30,12 +30,14 @@ from testbed.estimation.detectors.base import Detector
 from testbed.estimation.estimator import Estimator
 from testbed.formats.checked import Checked, checked
 from testbed.recording.rows import DataRow, TruthRow
+from testbed.robot.robot import Robot
 from testbed.scenario.scenario import Scenario, load_scenario
 from testbed.scenario.tasks import Event
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows
 from testbed.simulation.run_folder import RunFolder
+from testbed.simulation.runs import Columns
 from testbed.simulation.summing_up import Ending, summed_up
 from testbed.world.saved import State, read_state
 from testbed.world.simulation import Simulation
@@ -99,6 +101,7 @@ class Run:
         """What sensors, estimators and control said, and what only the simulator knows: all rows so far."""
         self.interrupted = False
         """Closed before it was finished."""
+        self._last: tuple[Array, Array] | None = None
         self._folder: RunFolder | None = None
         self._holding = ExitStack()
         self._fault: BaseException | None = None
@@ -156,6 +159,8 @@ class Run:
         if self._keeps:
             self.rows.add(data)
             self.truth.add(truth)
+        if len(data):
+            self._last = data[-1:], truth[-1:]
         rows = DataRow.from_table(data)
         if self._riders is not None and len(rows):
             self._riders.take(rows)
@@ -218,6 +223,21 @@ class Run:
     def folder(self) -> Path | None:
         """Where it is recorded."""
         return None if self._folder is None else self._folder.folder
+
+    @property
+    def robot(self) -> Robot:
+        """The world's machine, with its bodies."""
+        return Robot.of(self._simulation.machines.truth)
+
+    def now(self) -> tuple[Columns, Columns] | None:
+        """The last recorded row: columns of `data` and of `truth` with one value each; None before the first."""
+        if self._last is None:
+            return None
+        names = self._simulation.data_columns, self._simulation.truth_columns
+        data, truth = (
+            dict(zip(n, t.T, strict=True)) for n, t in zip(names, self._last, strict=True)
+        )
+        return data, truth
 
     @property
     def events(self) -> list[dict[str, Any]]:

@@ -7,15 +7,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from testbed.scenario.scenario import Scenario
 from testbed.simulation.outputs import check_out
 
 if TYPE_CHECKING:
+    from testbed.simulation.live_run import Run
     from testbed.world.saved import State
 
 Progress = Callable[[float, str], None]
+
+
+class Watch(Protocol):
+    """Somebody who looks at a run on its way and may hold it up."""
+
+    every_s: float
+    """Simulated time between two looks."""
+
+    def look(self, run: Run) -> bool:
+        """Look, and do to the run whatever is wanted; returns whether it may go on."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -42,13 +54,14 @@ def run_scenario(
     gui: bool = False,
     progress: Progress | None = None,
     beginning: Beginning | None = None,
+    watch: Watch | None = None,
 ) -> RunResult:
     """Simulate `scenario`, from its start or a saved state, and record it under `out` (`runs/<name>-<seed>[-n]`).
 
-    `progress(simulated_s, word)` is called after every block of one simulated second. The first Ctrl-C ends the run
-    after its block, a second one at once: what was recorded is kept and summed up. Raises InputError before anything
-    is written where the scenario, the model or the output folder cannot be used, SimulationFault where the simulation
-    breaks down.
+    `progress(simulated_s, word)` is called after every block of one simulated second, or of the seconds that `watch`,
+    who looks before each block, wishes. The first Ctrl-C ends the run after its block, a second one at once: what was
+    recorded is kept and summed up. Raises InputError before anything is written where the scenario, the model or the
+    output folder cannot be used, SimulationFault where the simulation breaks down.
     """
     from testbed.simulation.live_run import Run
     from testbed.world.simulation import Simulation
@@ -61,8 +74,10 @@ def run_scenario(
                 run.happen(**event)
         folder = run.record_in(out)
         with _stop_flag() as stopped:
+            block = round(scenario.rates.physics_hz * (watch.every_s if watch is not None else 1.0))
             while not run.finished:
-                run.step(scenario.rates.physics_hz)
+                if watch is None or watch.look(run):
+                    run.step(block)
                 if progress is not None:
                     progress(run.t_s, _word(run.events))
                 if stopped():

@@ -97,6 +97,15 @@ class Assembled:
             + self.kinematics.foot_positions_m(b["engine"]["joint"][0]) @ b["rotation"][0].T
         )
 
+    def set_friction(self, friction: float) -> None:
+        """Another friction of the ground, but for patches and feet with one of their own."""
+        if self.footing is not None:
+            self.footing.set_friction(friction)
+            return
+        for leg in range(len(LEGS)):
+            ground = self.ground
+            self.engine.set_footing(leg, friction, ground.stiffness_n_m, ground.damping_n_s_m)
+
     def settlement(self) -> dict[str, dict[str, float]]:
         """How far loose ground has given way under each foot, m; nothing on firm ground."""
         if self.footing is None or not self.footing.loose:

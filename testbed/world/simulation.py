@@ -36,6 +36,7 @@ from testbed.scenario.tasks import (
     FailSensor,
     LiftFoot,
     Payload,
+    SetFriction,
     SetRope,
     SetSupply,
     Shove,
@@ -374,6 +375,8 @@ class Simulation:
             )
         elif isinstance(event, Shove):
             self._shoves.append(event)
+        elif isinstance(event, SetFriction):
+            m.set_friction(event.friction)
         elif isinstance(event, Payload):
             m.engine.add_store_mass(event.mass_kg)
 

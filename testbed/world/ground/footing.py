@@ -86,6 +86,15 @@ class Footing:
         self._ticks = 0
         self._print = start[:, :2].copy()
 
+    def set_friction(self, friction: float) -> None:
+        """Another friction wherever it is neither a patch's nor hidden under a foot."""
+        before = self._places[0].friction
+        self._places[0] = replace(self._places[0], friction=friction)
+        for leg, place in enumerate(self._under):
+            if place.friction == before:
+                self._under[leg] = replace(place, friction=friction)
+                self._engine.set_footing(leg, friction, place.stiffness_n_m, place.damping_n_s_m)
+
     @property
     def loose(self) -> bool:
         """Whether any of the ground settles."""
