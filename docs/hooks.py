@@ -1,6 +1,8 @@
-"""Pages of the site that are made from the code: formats, commands, effects, words; equations as MathML.
+"""Pages of the site that are made from the code: formats, commands, effects, words; equations as
+MathML.
 
-MkDocs calls `on_files`, `on_page_markdown` and `on_page_content`. Nothing here needs a network, nor does the site.
+MkDocs calls `on_files`, `on_page_markdown` and `on_page_content`. Nothing here needs a network, nor
+does the site.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[Any]], code: Sequence[in
     return "\n".join(lines) + "\n"
 
 
-# ---- formats -------------------------------------------------------------------------------------------------
+# ---- formats -------------------------------------------------------------------------------------
 
 
 def scenario_page() -> str:
@@ -327,11 +329,13 @@ PAGES: dict[str, Maker] = {
 """Path in the site -> what writes it."""
 
 
-# ---- pictures ------------------------------------------------------------------------------------------------
+# ---- pictures ------------------------------------------------------------------------------------
 
 
 def friction_picture() -> str:
-    """Friction (5) of the shipped vertical cylinder over speed, and the set that is open at rest; SVG."""
+    """Friction (5) of the shipped vertical cylinder over speed, and the set that is open at rest;
+    SVG.
+    """
     import numpy as np
 
     speed = np.linspace(1e-4, 0.08, 300)
@@ -394,7 +398,7 @@ PICTURES: dict[str, Maker] = {
 }
 
 
-# ---- what MkDocs calls -----------------------------------------------------------------------------------------
+# ---- what MkDocs calls ---------------------------------------------------------------------------
 
 
 def on_files(files: Any, config: Any) -> Any:

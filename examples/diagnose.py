@@ -1,10 +1,14 @@
-"""Which effect does the model lack? Diagnose a run, believe the answer, run again, compare the foot-force error."""
+"""Which effect does the model lack? Diagnose a run, believe the answer, run again, compare the
+foot-force error.
+"""
 
 import testbed
 
 
 def foot_force_error_n(out, seed, model=None):
-    """Run with a pressure sensor that reads 8 % low, undeclared; root mean square error by leg, N."""
+    """Run with a pressure sensor that reads 8 % low, undeclared; root mean square error by leg,
+    N.
+    """
     scenario = testbed.load_scenario("stand_undeclared_gain", seed=seed, duration=16.0)
     with testbed.simulate(scenario, out=out, model=model) as run:
         while not run.finished:

@@ -1,4 +1,6 @@
-"""A loop over an environment of Gymnasium: hold still while the drill works, and add up the reward."""
+"""A loop over an environment of Gymnasium: hold still while the drill works, and add up the
+reward.
+"""
 
 import numpy as np
 

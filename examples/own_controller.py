@@ -1,4 +1,6 @@
-"""A controller of your own shares the load out between feet and ropes: least squares, ropes cheap."""
+"""A controller of your own shares the load out between feet and ropes: least squares, ropes
+cheap.
+"""
 
 import numpy as np
 

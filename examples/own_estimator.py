@@ -1,4 +1,6 @@
-"""An estimator of your own over a recording: difference of the chambers' forces, through a low pass of 20 Hz."""
+"""An estimator of your own over a recording: difference of the chambers' forces, through a low pass
+of 20 Hz.
+"""
 
 import numpy as np
 

@@ -1,4 +1,6 @@
-"""Record a run, read it back by the names of its columns, and find out when the contact state was wrong."""
+"""Record a run, read it back by the names of its columns, and find out when the contact state was
+wrong.
+"""
 
 import numpy as np
 

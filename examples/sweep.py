@@ -1,4 +1,6 @@
-"""How does a standing machine share its weight out on steeper ground? One run for each slope, in a table."""
+"""How does a standing machine share its weight out on steeper ground? One run for each slope, in a
+table.
+"""
 
 import testbed
 

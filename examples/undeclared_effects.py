@@ -1,4 +1,6 @@
-"""Hide effects from the model, one at a time, and see which estimate of the foot load suffers how much."""
+"""Hide effects from the model, one at a time, and see which estimate of the foot load suffers how
+much.
+"""
 
 import testbed
 

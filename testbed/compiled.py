@@ -1,9 +1,10 @@
-"""Functions compiled by numba, cached on disk in a folder for each state of the sources that they are made of.
+"""Functions compiled by numba, cached on disk in a folder for each state of the sources that they
+are made of.
 
-numba looks only at the file of the function that it loads: one that calls a function of another file would go on
-running the old callee after that file changed. So the folder's name is a digest of the function's file and of all
-files of the package that it imports, directly or through others. A change of a law compiles what uses the law; a
-change of a page or of a command compiles nothing.
+numba looks only at the file of the function that it loads: one that calls a function of another
+file would go on running the old callee after that file changed. So the folder's name is a digest of
+the function's file and of all files of the package that it imports, directly or through others. A
+change of a law compiles what uses the law; a change of a page or of a command compiles nothing.
 """
 
 from __future__ import annotations
@@ -71,7 +72,9 @@ def sources_of(path: Path) -> frozenset[Path]:
 
 @cache
 def digest_of_sources(*paths: Path) -> str:
-    """Digest (hexadecimal) of Python's and numba's versions and of all that these files are made of."""
+    """Digest (hexadecimal) of Python's and numba's versions and of all that these files are made
+    of.
+    """
     digest = hashlib.sha256(f"{sys.version_info[:2]} {numba.__version__}".encode())
     for path in sorted(frozenset[Path]().union(*(sources_of(path) for path in paths))):
         digest.update(f"{path}\0".encode() + path.read_bytes())
@@ -108,7 +111,9 @@ def _path_of(function: Any) -> Path:
 
 
 def is_cached(function: Any) -> bool:
-    """Whether a compiled function is in the cache, for any types; so too where nothing is compiled."""
+    """Whether a compiled function is in the cache, for any types; so too where nothing is
+    compiled.
+    """
     if numba.config.DISABLE_JIT:
         return True
     folder = cache_folder(_path_of(function.py_func))
@@ -118,7 +123,9 @@ def is_cached(function: Any) -> bool:
 
 @contextmanager
 def _own_cache(folder: Path) -> Iterator[None]:
-    """Numba chooses a function's cache while it is decorated; those of other packages stay where they were."""
+    """Numba chooses a function's cache while it is decorated; those of other packages stay where
+    they were.
+    """
     usual = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)
     try:
@@ -128,9 +135,11 @@ def _own_cache(folder: Path) -> Iterator[None]:
 
 
 def njit(function: Any = None, *, made_of: tuple[Path, ...] = (), **options: Any) -> Any:
-    """`numba.njit` with this cache, as `@njit` or `@njit(...)`; `made_of`: files it depends on besides its own.
+    """`numba.njit` with this cache, as `@njit` or `@njit(...)`; `made_of`: files it depends on
+    besides its own.
 
-    A division by zero gives inf or nan, as NumPy's does: a run looks for these, and no division is looked at twice.
+    A division by zero gives inf or nan, as NumPy's does: a run looks for these, and no division is
+    looked at twice.
     """
     if function is None:
         return lambda f: njit(f, made_of=made_of, **options)
@@ -145,7 +154,8 @@ def njit(function: Any = None, *, made_of: tuple[Path, ...] = (), **options: Any
 def njit_over(loop: Any, step: Any) -> Any:
     """`loop` compiled, in which the global name `step` stands for the compiled function `step`.
 
-    A closure would do, but numba takes each process's closures for new ones and compiles them at every start.
+    A closure would do, but numba takes each process's closures for new ones and compiles them at
+    every start.
     """
     names = loop.__globals__ | {"step": step}
     bound = FunctionType(loop.__code__, names, loop.__name__)
@@ -157,7 +167,8 @@ def njit_over(loop: Any, step: Any) -> Any:
 def fill(out: Any, values: Any) -> None:
     """out[:] = values, one dimension.
 
-    An array assignment costs its caller a second of compilation: its error message is made by functions of its own.
+    An array assignment costs its caller a second of compilation: its error message is made by
+    functions of its own.
     """
     for k in range(out.shape[0]):
         out[k] = values[k]

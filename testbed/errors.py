@@ -1,4 +1,6 @@
-"""The few named errors of the testbed; the command line turns them into one clear line and an exit status."""
+"""The few named errors of the testbed; the command line turns them into one clear line and an exit
+status.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +54,8 @@ def naming(file: str | Path) -> Iterator[None]:
 
 
 class UserCodeError(InputError):
-    """A file of the user's own raised an error, while it was imported or when it ran (exit status 2).
+    """A file of the user's own raised an error, while it was imported or when it ran (exit status
+    2).
 
     The message is one line that names the file, the line and what was raised.
     """
@@ -70,7 +73,9 @@ class UserCodeError(InputError):
 
 
 class SimulationFault(Exception):
-    """The simulation produced a state that cannot be (a non-finite number, an engine failure): exit status 1."""
+    """The simulation produced a state that cannot be (a non-finite number, an engine failure): exit
+    status 1.
+    """
 
 
 def _said_again(

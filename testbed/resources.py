@@ -1,4 +1,6 @@
-"""Where the files that travel with the testbed are: from a checkout and from an installed wheel alike."""
+"""Where the files that travel with the testbed are: from a checkout and from an installed wheel
+alike.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,9 @@ def scenario(name: str | Path) -> Path:
 
 
 def sweep(name: str | Path) -> Path:
-    """Path of a sweep: a file as given, or a shipped one by its bare name. Raises InputError if there is neither."""
+    """Path of a sweep: a file as given, or a shipped one by its bare name. Raises InputError if
+    there is neither.
+    """
     given = Path(name)
     if given.is_file():
         return given

@@ -18,7 +18,9 @@ settings.load_profile("testbed")
 
 @pytest.fixture(scope="session", autouse=True)
 def _small_pictures() -> Iterator[None]:
-    """Rendering takes most of a short run's time: pictures of runs made in this process have few pixels."""
+    """Rendering takes most of a short run's time: pictures of runs made in this process have few
+    pixels.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pictures, "LARGE", (60, 40))
         patch.setattr(pictures, "SMALL", (36, 24))

@@ -1,4 +1,6 @@
-"""A benchmark that counts: its cases write a file each, wait, and answer; run as a program, it is there to be killed."""
+"""A benchmark that counts: its cases write a file each, wait, and answer; run as a program, it is
+there to be killed.
+"""
 
 from __future__ import annotations
 

@@ -12,9 +12,11 @@ RARE = 64
 
 
 class EveryBit:
-    """Finds a foot lost by a checksum of all loads so far, which follow from valve, oil and pressures.
+    """Finds a foot lost by a checksum of all loads so far, which follow from valve, oil and
+    pressures.
 
-    A single bit that differs changes every later checksum, so that the contact states differ soon after.
+    A single bit that differs changes every later checksum, so that the contact states differ soon
+    after.
     """
 
     name = "every_bit"

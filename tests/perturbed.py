@@ -1,4 +1,6 @@
-"""Runs that differ in one number or field, compared bit by bit with the run that they differ from."""
+"""Runs that differ in one number or field, compared bit by bit with the run that they differ
+from.
+"""
 
 from __future__ import annotations
 

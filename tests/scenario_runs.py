@@ -18,7 +18,9 @@ Job = tuple[str, bool]
 
 
 class Runs:
-    """What each run finds unmet of its scenario's expectation; a run that is not begun when asked for is made then."""
+    """What each run finds unmet of its scenario's expectation; a run that is not begun when asked
+    for is made then.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -41,7 +43,9 @@ class Runs:
 
 @contextmanager
 def made_beside(jobs: set[Job], folder: Path) -> Iterator[Runs]:
-    """The runs of `jobs`, by another process while the tests go on; without it where it would not pay."""
+    """The runs of `jobs`, by another process while the tests go on; without it where it would not
+    pay.
+    """
     runs = Runs(folder)
     if len(jobs) < 3 or len(os.sched_getaffinity(0)) < 2 or "PYTEST_XDIST_WORKER" in os.environ:
         yield runs

@@ -29,7 +29,9 @@ def shipped_robot() -> Robot:
 
 
 def slope_gravity(slope_rad: float) -> np.ndarray:
-    """Gravity in the frame of a body that stands parallel to a slope rising towards its x axis, m/s2, (3,)."""
+    """Gravity in the frame of a body that stands parallel to a slope rising towards its x axis,
+    m/s2, (3,).
+    """
     return GRAVITY_M_S2 * np.array([-np.sin(slope_rad), 0.0, -np.cos(slope_rad)])
 
 

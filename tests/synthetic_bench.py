@@ -1,4 +1,6 @@
-"""A bench of other laws than the machine's: one chamber pressed on a load cell at three levels of pressure."""
+"""A bench of other laws than the machine's: one chamber pressed on a load cell at three levels of
+pressure.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,9 @@ from testbed.recording.known import Known
 def bench(
     speeds: Sequence[float], seed: int = 0, zero_n: float = 25.0, area: float = 1.03
 ) -> tuple[list[Recording], Known]:
-    """(recordings, known): `area` times the declared area, a constant force of the sensors' zeros, Coulomb 80 N."""
+    """(recordings, known): `area` times the declared area, a constant force of the sensors' zeros,
+    Coulomb 80 N.
+    """
     known = KNOWN.model_copy(
         update={"rod_m": None, "moving_mass_kg": None, "inclination_deg": 90.0}
     )

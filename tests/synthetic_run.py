@@ -26,7 +26,9 @@ RMS_N = {
 def synthetic_columns(
     duration_s: float, gain_error_fl: float = 0.0
 ) -> tuple[dict[str, npt.NDArray[np.float64]], ...]:
-    """Data and truth of a drill run at 1 kHz: feed from 20 to 80 % of the time, fr off the ground 1 s at half time."""
+    """Data and truth of a drill run at 1 kHz: feed from 20 to 80 % of the time, fr off the ground 1
+    s at half time.
+    """
     rng = np.random.default_rng(5)
     t = np.arange(round(duration_s * 1000)) / 1000.0
     drilling = (t > 0.2 * duration_s) & (t < 0.8 * duration_s)

@@ -1,4 +1,6 @@
-"""A foot that walks: its true load, and what a force estimate of any scale, rate and quality reads of it."""
+"""A foot that walks: its true load, and what a force estimate of any scale, rate and quality reads
+of it.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Walk:
-    """Shares are of the nominal load; `offset` lies on the reading in the air and on the ground alike."""
+    """Shares are of the nominal load; `offset` lies on the reading in the air and on the ground
+    alike.
+    """
 
     nominal_n: float = 9500.0
     rate_hz: float = 1000.0

@@ -1,4 +1,6 @@
-"""The cache of compiled functions: when it is another, that it is found again, and how much is kept."""
+"""The cache of compiled functions: when it is another, that it is found again, and how much is
+kept.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The documentation site: its pages that are made from the code hold everything, and the whole builds strictly."""
+"""The documentation site: its pages that are made from the code hold everything, and the whole
+builds strictly.
+"""
 
 from __future__ import annotations
 

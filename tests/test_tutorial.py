@@ -1,4 +1,6 @@
-"""Every tutorial does what it says: its files are written, its commands and its Python run, in their order."""
+"""Every tutorial does what it says: its files are written, its commands and its Python run, in
+their order.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The house's walls, kept by reading the imports (and, for the belief wall, the names) of every source file."""
+"""The house's walls, kept by reading the imports (and, for the belief wall, the names) of every
+source file.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +32,8 @@ ROOMS = (
     "benchmarks",
     "cli",
 )
-"""Imports go up this list only. What the machine's electronics do (estimation, control) stands below the world that
-runs them, so that it cannot see it."""
+"""Imports go up this list only. What the machine's electronics do (estimation, control) stands
+below the world that runs them, so that it cannot see it."""
 BELOW_THE_WORLD = ROOMS[: ROOMS.index("world")]
 GROUND = ("errors", "resources", "compiled", "__init__", "__main__")
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if "data" not in p.relative_to(PACKAGE).parts)
@@ -137,7 +139,9 @@ def test_engine_wall_gymnasium_stays_in_envs() -> None:
 
 
 def test_belief_wall_undeclared_effects_reach_the_world_only() -> None:
-    """Below the world nobody may even ask a scenario for its undeclared effects; the recording must not hold them."""
+    """Below the world nobody may even ask a scenario for its undeclared effects; the recording must
+    not hold them.
+    """
     readers = set()
     for path in FILES:
         names = {node.attr for node in ast.walk(_tree(path)) if isinstance(node, ast.Attribute)}
@@ -162,10 +166,12 @@ def _callers(*functions: str) -> set[str]:
 
 
 def test_machine_wall_nobody_asks_for_the_machine() -> None:
-    """A scenario's two machines are built in scenario/machines.py; who works with one gets it handed in.
+    """A scenario's two machines are built in scenario/machines.py; who works with one gets it
+    handed in.
 
-    What stands above a run builds its own through the same function: the reader of recordings from what they declare,
-    the command line, what looks at the folder of a machine, benchmarks, and the writer of the shipped URDF.
+    What stands above a run builds its own through the same function: the reader of recordings from
+    what they declare, the command line, what looks at the folder of a machine, benchmarks, and the
+    writer of the shipped URDF.
     """
     builders = {name for name in _callers("build_machine") if not name.startswith("benchmarks/")}
     assert builders == {
@@ -196,7 +202,9 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
 
 
 def test_report_only_renders() -> None:
-    """It reads no folder and writes no page: use cases do. The viewer's own file is what scene3d is for."""
+    """It reads no folder and writes no page: use cases do. The viewer's own file is what scene3d is
+    for.
+    """
     doing = {
         "read_run",
         "read_rig",

@@ -40,7 +40,9 @@ def test_the_wheel_carries_machine_scenarios_and_report(wheel: Path) -> None:
 
 @pytest.mark.slow
 def test_an_installed_wheel_runs_a_scenario_by_name(wheel: Path, tmp_path: Path) -> None:
-    """The environment holds the wheel alone; what it depends on is borrowed from this one, nothing is downloaded."""
+    """The environment holds the wheel alone; what it depends on is borrowed from this one, nothing
+    is downloaded.
+    """
     home = tmp_path / "venv"
     venv.create(home, with_pip=False)
     python = home / "bin/python"

@@ -1,8 +1,9 @@
 """One harness for all benchmarks: what a benchmark says of itself, and what is done with it.
 
-A benchmark names its cases, says what one case does, how the answers are summed up, and how the sum is shown. The
-harness works through the cases in processes, keeps every answer as a line of `cases.jsonl`, resumes where a killed
-process stopped, and writes NAME.json, NAME.md and, where the benchmark has a page, NAME.html.
+A benchmark names its cases, says what one case does, how the answers are summed up, and how the sum
+is shown. The harness works through the cases in processes, keeps every answer as a line of
+`cases.jsonl`, resumes where a killed process stopped, and writes NAME.json, NAME.md and, where the
+benchmark has a page, NAME.html.
 """
 
 from __future__ import annotations
@@ -30,9 +31,11 @@ LINES = "cases.jsonl"
 
 
 class Benchmark(ABC, Generic[CaseT]):
-    """One benchmark with its options; a frozen dataclass of few and small fields, for every process gets a copy.
+    """One benchmark with its options; a frozen dataclass of few and small fields, for every process
+    gets a copy.
 
-    An answer is made of what JSON knows, of NumPy's numbers and of dataclasses; it reaches `summarise` as JSON has it.
+    An answer is made of what JSON knows, of NumPy's numbers and of dataclasses; it reaches
+    `summarise` as JSON has it.
     """
 
     name: ClassVar[str]
@@ -48,7 +51,9 @@ class Benchmark(ABC, Generic[CaseT]):
 
     @abstractmethod
     def cases(self) -> Mapping[str, CaseT]:
-        """Every case by a name of its own, in order; what a case is, is small and can be pickled."""
+        """Every case by a name of its own, in order; what a case is, is small and can be
+        pickled.
+        """
 
     @abstractmethod
     def work(self, case: CaseT) -> Any:
@@ -83,16 +88,20 @@ class Benchmark(ABC, Generic[CaseT]):
         return ()
 
     def mark(self, case: CaseT) -> str:
-        """Digest of everything that decides what a case gives; another mark, and it is worked out again."""
+        """Digest of everything that decides what a case gives; another mark, and it is worked out
+        again.
+        """
         own = Path(inspect.getfile(type(self)))
         common = sources((own.parent.name, *self.beside), self.without())
         return digest(common, code(own), self.made_from(case))
 
 
 def run(benchmark: Benchmark[Any], out: Path, jobs: int = 1) -> Any:
-    """Work through all cases that `out` does not have yet, write the result's files; returns the result.
+    """Work through all cases that `out` does not have yet, write the result's files; returns the
+    result.
 
-    Raises InputError where `out` cannot be written or another process is at work in it, before any work is done.
+    Raises InputError where `out` cannot be written or another process is at work in it, before any
+    work is done.
     """
     with owned(out):
         benchmark = benchmark.prepared(out, jobs)
@@ -131,7 +140,9 @@ def answers(benchmark: Benchmark[CaseT], jobs: int = 1, out: Path | None = None)
 
 
 def stored(out: Path) -> list[Any]:
-    """All answers that a folder holds, whatever they were made with. Raises InputError where there is none."""
+    """All answers that a folder holds, whatever they were made with. Raises InputError where there
+    is none.
+    """
     found = list(_read(out / LINES, None).values())
     if not found:
         raise InputError("holds no finished cases", file=out, allowed=f"a benchmark's {LINES}")
@@ -152,7 +163,9 @@ def _text(tree: Any) -> str:
 
 
 def _read(lines: Path, marks: Mapping[str, str] | None) -> Answers:
-    """Answers of the cases with these marks (None: of all); a line that was cut off counts for nothing."""
+    """Answers of the cases with these marks (None: of all); a line that was cut off counts for
+    nothing.
+    """
     found: Answers = {}
     if not lines.is_file():
         return found

@@ -1,4 +1,6 @@
-"""What a benchmark's case was made with, as a digest: an answer made by other sources or options is not taken over."""
+"""What a benchmark's case was made with, as a digest: an answer made by other sources or options is
+not taken over.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ ENDINGS = (".py", ".yaml", ".urdf", ".npz")
 
 @cache
 def sources(folders: tuple[str, ...], without: tuple[str, ...] = ()) -> str:
-    """Digest of what decides what the cases of these folders of benchmarks/ give, `without` some (path patterns)."""
+    """Digest of what decides what the cases of these folders of benchmarks/ give, `without` some
+    (path patterns).
+    """
     files = [
         path
         for path in PACKAGE.rglob("*")
@@ -42,7 +46,9 @@ def digest(*parts: str) -> str:
 
 @cache
 def code(path: Path) -> str:
-    """A file's content; of Python what is executed alone, without comments, docstrings and layout."""
+    """A file's content; of Python what is executed alone, without comments, docstrings and
+    layout.
+    """
     if path.suffix != ".py":
         return hashlib.sha256(path.read_bytes()).hexdigest()
     tree = ast.parse(path.read_text(encoding="utf-8"))

@@ -1,7 +1,10 @@
-"""Numbers that pages quote from committed results: where each stands, and which result it comes from.
+"""Numbers that pages quote from committed results: where each stands, and which result it comes
+from.
 
-`docs/quotes.yaml` lists them. A quote is a piece of a page's text, a pair of braces for every number in it, and as many
-sources: `100 * recall_interval95/0` is a hundred times the first entry of that list in the result's JSON file.
+`docs/quotes.yaml` lists them. A quote is a piece of a page's text, a pair of braces for every
+number in it, and as many
+sources: `100 * recall_interval95/0` is a hundred times the first entry of that list in the result's
+JSON file.
 """
 
 from __future__ import annotations
@@ -33,7 +36,9 @@ class Line(Checked):
 
 
 class Group(Checked):
-    """The lines of one page that quote one result. `at`: what the paths of all sources begin with."""
+    """The lines of one page that quote one result. `at`: what the paths of all sources begin
+    with.
+    """
 
     page: str
     result: str
@@ -42,7 +47,9 @@ class Group(Checked):
 
 
 class Quotes(Checked):
-    """All quotes, and beginnings of the README's lines whose numbers no committed result holds yet, each with why."""
+    """All quotes, and beginnings of the README's lines whose numbers no committed result holds yet,
+    each with why.
+    """
 
     quoted: Annotated[tuple[Group, ...], Sequence]
     without_result: dict[str, str] = Field(default_factory=dict)
@@ -68,7 +75,9 @@ class Quote:
         return re.compile(NUMBER.join(map(re.escape, literal)))
 
     def refreshed(self, page: str) -> str:
-        """A page's text with this quote's numbers. Raises InputError where the text is not there exactly once."""
+        """A page's text with this quote's numbers. Raises InputError where the text is not there
+        exactly once.
+        """
         found = self.pattern.findall(page)
         if len(found) != 1:
             raise InputError(
@@ -82,7 +91,9 @@ class Quote:
 
 
 def read_quotes(root: Path = Path()) -> tuple[list[Quote], dict[str, str]]:
-    """Every quote of a tree's pages, and its lines without a result. Raises InputError for what cannot be found."""
+    """Every quote of a tree's pages, and its lines without a result. Raises InputError for what
+    cannot be found.
+    """
     file = root / QUOTES
     listed = checked(Quotes, read_mapping(file), file)
     found = []
@@ -124,7 +135,9 @@ def _under(place: str, number: str) -> str:
 
 
 def _value(result: Any, number: str, file: Path) -> Any:
-    """What a source says: a path of keys, of places in lists, or of `key=value` of an entry of a list."""
+    """What a source says: a path of keys, of places in lists, or of `key=value` of an entry of a
+    list.
+    """
     factor, _, path = number.rpartition("*")
     found = result
     for key in path.strip().split("/"):

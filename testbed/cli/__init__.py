@@ -1,4 +1,6 @@
-"""The command line: one thin command each; every import that costs time happens inside its command."""
+"""The command line: one thin command each; every import that costs time happens inside its
+command.
+"""
 
 from __future__ import annotations
 
@@ -114,7 +116,8 @@ def estimate(
 ) -> None:
     """Write the external force of a recording.
 
-    One leg: a value and the set that friction leaves open. A run of the robot: the same for each foot.
+    One leg: a value and the set that friction leaves open. A run of the robot: the same for each
+    foot.
     """
     from testbed.report.console import print_json
     from testbed.workflows.estimate import estimate_file
@@ -143,9 +146,11 @@ def commission(
     seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")] = None,
     json: Json = False,
 ) -> None:
-    """Let the robot calibrate and weigh itself: each foot in the air, the body up, down and to the sides, the ropes.
+    """Let the robot calibrate and weigh itself: each foot in the air, the body up, down and to the
+    sides, the ropes.
 
-    From that alone: zeros, friction, weight, centre of mass, how the inertial unit is mounted, ropes and load pins.
+    From that alone: zeros, friction, weight, centre of mass, how the inertial unit is mounted,
+    ropes and load pins.
     """
     from testbed.report.console import print_json, print_table, waiting
     from testbed.workflows import commission as work
@@ -191,7 +196,8 @@ def detect(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Say of every foot of a recording when it was in contact, and how well that follows a reference.
+    """Say of every foot of a recording when it was in contact, and how well that follows a
+    reference.
 
     Any scale: bounds are shares of the nominal load and multiples of the noise.
     """
@@ -227,7 +233,8 @@ def check(
 ) -> None:
     """Say what is wrong with a recording, or that nothing is.
 
-    Clock, sensors, and signs and scales against the machine's laws. Exit status 2 where it cannot be used.
+    Clock, sensors, and signs and scales against the machine's laws. Exit status 2 where it cannot
+    be used.
     """
     from testbed.recording.checker.check import check_recording
     from testbed.report.console import print_checked
@@ -261,7 +268,9 @@ def import_(
 
 @app.command("recording-schema")
 def recording_schema(json: Json = False) -> None:
-    """List every field of a recording.yaml and every quantity of its channels, for every kind of rig."""
+    """List every field of a recording.yaml and every quantity of its channels, for every kind of
+    rig.
+    """
     from testbed.recording.schema import TABLE_HEADS, table, tree
     from testbed.report.console import print_json, print_table
 
@@ -273,7 +282,9 @@ def recording_schema(json: Json = False) -> None:
 
 @app.command("effects")
 def list_effects(json: Json = False) -> None:
-    """List every effect that a model may lack: parameters, units, bounds, places, equation and what shows it."""
+    """List every effect that a model may lack: parameters, units, bounds, places, equation and what
+    shows it.
+    """
     from testbed.report.console import print_json, print_table
     from testbed.report.effects_list import TABLE_HEADS, table, tree
 
@@ -318,7 +329,8 @@ def view(
         typer.Option(help="Film the run instead: .mp4 (needs the extra video), .gif or .webp."),
     ] = None,
 ) -> None:
-    """Open a run's report, the run in three dimensions, a film of it, or a page that compares two runs.
+    """Open a run's report, the run in three dimensions, a film of it, or a page that compares two
+    runs.
 
     A killed run gets its report now. Prints where the file is.
     """
@@ -386,7 +398,9 @@ def identify(
     out: Annotated[Path, typer.Option(help="Model file to write.")],
     json: Json = False,
 ) -> None:
-    """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot show."""
+    """Identify friction (5): eight parameters with 90 % intervals, and what the motion cannot
+    show.
+    """
     from testbed.formats.files import check_file
     from testbed.recording.leg_model import write_model
     from testbed.report.console import print_identification, print_json
@@ -418,7 +432,8 @@ def diagnose(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Say which effect a measured machine has and its model lacks, add it, and report the error before and after.
+    """Say which effect a measured machine has and its model lacks, add it, and report the error
+    before and after.
 
     RIG is one axis' recordings or a run of the whole robot; of a run it says which leg too.
     """
@@ -446,7 +461,9 @@ def loop(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Close the loop on the whole robot: run, diagnose, believe what was found, compare on another scenario."""
+    """Close the loop on the whole robot: run, diagnose, believe what was found, compare on another
+    scenario.
+    """
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import working
     from testbed.workflows.loop import SCENARIOS, close_loop, table
@@ -492,7 +509,9 @@ def sweep(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Run a scenario many times: grids, lists and Latin hypercubes of changes, each with every seed; resumable."""
+    """Run a scenario many times: grids, lists and Latin hypercubes of changes, each with every
+    seed; resumable.
+    """
     from testbed.formats.files import write_text
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import counting_progress
@@ -532,7 +551,9 @@ def train(
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
 ) -> None:
-    """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command goes on."""
+    """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command
+    goes on.
+    """
     from testbed.envs.training import train as trained
     from testbed.report.progress import counting_progress
 
@@ -578,7 +599,9 @@ def _command() -> Any:
 
 
 def main() -> None:
-    """Entry point: exit status 0 done, 3 done but an `expect` was not met, 2 bad input, 1 a fault of ours, 130 interrupted."""
+    """Entry point: exit status 0 done, 3 done but an `expect` was not met, 2 bad input, 1 a fault
+    of ours, 130 interrupted.
+    """
     debug = "--debug" in sys.argv
     arguments = [a for a in sys.argv[1:] if a != "--debug"] or ["--help"]
     try:

@@ -1,4 +1,6 @@
-"""The commands that measure the testbed itself: each makes a benchmark with its options; the harness does the rest."""
+"""The commands that measure the testbed itself: each makes a benchmark with its options; the
+harness does the rest.
+"""
 
 from __future__ import annotations
 
@@ -89,7 +91,9 @@ def identify_measured(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Identify every rig below a folder and judge it on its other recordings: relative force errors, one table."""
+    """Identify every rig below a folder and judge it on its other recordings: relative force
+    errors, one table.
+    """
     from dataclasses import asdict
 
     from testbed.benchmarks.diagnosis.measured_rigs import mark_all, table
@@ -112,7 +116,9 @@ def filters(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one table."""
+    """Compare the force filters: six scenes, six rivals, lock-out and delay of true steps, in one
+    table.
+    """
     from testbed.benchmarks.filters.benchmark import Filters
 
     show(Filters(steps=steps), out, jobs, json)
@@ -132,7 +138,9 @@ def estimators(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
+    """Compare all force estimators: the paper's ladder, ours idea by idea, and the floor that the
+    sensors set.
+    """
     from testbed.benchmarks.estimators.benchmark import Estimators
 
     show(Estimators(few, tolerances_named(draw), tuple(estimator or ())), out, jobs, json)
@@ -152,7 +160,9 @@ def machines(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Judge the whole-body estimate on drawn machines: perfect, commissioned and drawing-board belief, idea by idea."""
+    """Judge the whole-body estimate on drawn machines: perfect, commissioned and drawing-board
+    belief, idea by idea.
+    """
     from testbed.benchmarks.machines.benchmark import DrawnMachines
 
     benchmark = DrawnMachines(machines, first_seed, WORKSHOP, commission, recordings)
@@ -174,7 +184,9 @@ def distribution(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Compare the force-distributing controllers on held-out cases against an oracle that knows the truth."""
+    """Compare the force-distributing controllers on held-out cases against an oracle that knows the
+    truth.
+    """
     from testbed.benchmarks.distribution.benchmark import ForceDistribution
     from testbed.control.distribution.controllers import CONTROLLERS
 
@@ -208,7 +220,9 @@ def hydraulics(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Check the compiled hydraulics: against an independent solver, and its books of oil and energy."""
+    """Check the compiled hydraulics: against an independent solver, and its books of oil and
+    energy.
+    """
     from testbed.benchmarks.hydraulics.benchmark import Hydraulics
 
     show(Hydraulics(manoeuvres, seconds), out, jobs, json)
@@ -243,7 +257,9 @@ def contact_loss(
     ] = "workshop",
     json: Json = False,
 ) -> None:
-    """Score the detectors of contact loss on drawn machines that drill and walk: every loss, touchdown and wrong second."""
+    """Score the detectors of contact loss on drawn machines that drill and walk: every loss,
+    touchdown and wrong second.
+    """
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
     chosen = None if draw == "none" else draw
@@ -260,7 +276,9 @@ def soak(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Try the testbed with bad intent: spoilt files, random actions, kills; what fell over, hung or was lost."""
+    """Try the testbed with bad intent: spoilt files, random actions, kills; what fell over, hung or
+    was lost.
+    """
     from testbed.benchmarks.soak.benchmark import Soak
 
     show(Soak(trials, seed), out, jobs, json)
@@ -302,7 +320,9 @@ def climbs(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed on its own drawn machine."""
+    """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed
+    on its own drawn machine.
+    """
     from testbed.benchmarks.climbs.climbs import CASES, Climbs
 
     cases, own = tuple(case or CASES), tuple(gait or ())
@@ -329,7 +349,9 @@ def control_tasks(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Say how much there is to win in the tasks of control, and who wins it: rules, models, policies, an oracle."""
+    """Say how much there is to win in the tasks of control, and who wins it: rules, models,
+    policies, an oracle.
+    """
     from testbed.benchmarks.control_tasks.benchmark import ControlTasks
     from testbed.benchmarks.control_tasks.tasks import TASKS
 
@@ -366,7 +388,9 @@ def quiet_stand(
 
 @lab.command("paper-sensitivity")
 def paper_sensitivity(out: Out, jobs: Jobs = 1, json: Json = False) -> None:
-    """Say which number of the inferred circuit each of the paper's figures fixes, and which it leaves open."""
+    """Say which number of the inferred circuit each of the paper's figures fixes, and which it
+    leaves open.
+    """
     from testbed.benchmarks.paper.sensitivity import Sensitivity
 
     show(Sensitivity(), out, jobs, json)
@@ -380,7 +404,9 @@ def robot_diagnosis(
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Test the whole robot's diagnosis blind: drawn machines that hide one effect, two, one without a name, or none."""
+    """Test the whole robot's diagnosis blind: drawn machines that hide one effect, two, one without
+    a name, or none.
+    """
     from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
 
     show(RobotBlindTest(runs, first_seed), out, jobs, json)
@@ -402,7 +428,9 @@ def warning_numbers(
     folder: Annotated[Path, typer.Argument(help="Folder that `testbed contact-loss` has written.")],
     split: Annotated[str, typer.Option(help="tuning or scoring.")] = "tuning",
 ) -> None:
-    """Say what each number of the early warning is worth: it and its neighbours on scenes that are kept."""
+    """Say what each number of the early warning is worth: it and its neighbours on scenes that are
+    kept.
+    """
     from testbed.benchmarks.contact_loss.warning_numbers import report
 
     for line in report(folder, split):
@@ -430,7 +458,9 @@ File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one
 
 @lab.command("fit-diagnosis")
 def fit_diagnosis(folders: Folders, out: File = None) -> None:
-    """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs from then on."""
+    """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs
+    from then on.
+    """
     from testbed.benchmarks.diagnosis.calibration import fit_file
 
     print(fit_file(folders, out))
@@ -446,7 +476,9 @@ def bench_diagnosis(
     ] = 500,
     json: Json = False,
 ) -> None:
-    """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers among them."""
+    """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers
+    among them.
+    """
     from testbed.benchmarks.diagnosis.bench_trials import BenchTest
 
     show(BenchTest(rigs, first_seed), out, jobs, json)
@@ -454,7 +486,9 @@ def bench_diagnosis(
 
 @lab.command("fit-bench-diagnosis")
 def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
-    """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab bench-diagnosis`."""
+    """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab
+    bench-diagnosis`.
+    """
     from testbed.benchmarks.diagnosis.bench_trials import fit_file
 
     print(fit_file(folders, out))

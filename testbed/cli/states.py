@@ -25,7 +25,9 @@ def save(
     set_: Set = None,
     model: Model = None,
 ) -> None:
-    """Simulate a scenario up to an instant and save everything that goes on from there, to the last bit."""
+    """Simulate a scenario up to an instant and save everything that goes on from there, to the last
+    bit.
+    """
     from testbed.formats.files import check_file
     from testbed.report.console import waiting
     from testbed.scenario.scenario import load_scenario

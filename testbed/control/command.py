@@ -14,22 +14,26 @@ from testbed.machine.names import AXES, LEGS, SIDES
 
 Array = NDArray[np.float64]
 REST_1_S = 1.0e-7
-"""A set point that moves slower than this, rad/s or m/s, rests: the valve loop may close its valve."""
+"""A set point that moves slower than this, rad/s or m/s, rests: the valve loop may close its
+valve.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Command:
-    """Set points, ropes, stance and drill for the tick from t to t + dt. Arrays are copied and cannot be written to.
+    """Set points, ropes, stance and drill for the tick from t to t + dt. Arrays are copied and
+    cannot be written to.
 
     Returning the same object again says that nothing has changed.
     """
 
     joints: Array
-    """(12) where the set points of the joints' position loops are to be at the end of the tick: AXES order, rad
-    (rotation) and m."""
+    """(12) where the set points of the joints' position loops are to be at the end of the tick:
+    AXES order, rad (rotation) and m."""
     joint_rates: Array | None = None
-    """(12) how fast they move during the tick, rad/s and m/s; they then come from `joints - joint_rates * dt`. None:
-    steadily from where the last command left them, which is what a motion wants. Feedback on forces sets it."""
+    """(12) how fast they move during the tick, rad/s and m/s; they then come from `joints -
+    joint_rates * dt`. None: steadily from where the last command left them, which is what a motion
+    wants. Feedback on forces sets it."""
     rope_rates_m_s: Array = field(default_factory=lambda: np.zeros(len(SIDES)))
     """(2) rate of the ropes' unstrained lengths, left and right: negative hauls in."""
     stance: NDArray[np.bool_] = field(default_factory=lambda: np.ones(len(LEGS), dtype=bool))
@@ -50,7 +54,9 @@ class Command:
         object.__setattr__(self, "stance", _frozen(self.stance, np.bool_))
 
     def moved(self, offset: Array, offset_rate: Array) -> Command:
-        """The same with set points `offset` (12) further at the end of the tick, an offset that grew at its rate."""
+        """The same with set points `offset` (12) further at the end of the tick, an offset that
+        grew at its rate.
+        """
         rates = self.joint_rates
         return replace(
             self,
@@ -60,14 +66,18 @@ class Command:
 
 
 class SetPoints:
-    """Where the set points of the position loops stand, moved by commands: the one place that adds up their rates."""
+    """Where the set points of the position loops stand, moved by commands: the one place that adds
+    up their rates.
+    """
 
     def __init__(self, joints: Array) -> None:
         self.joints: Array = np.array(joints, dtype=np.float64)
         """(12) at the end of the last tick."""
 
     def follow(self, command: Command, dt: float) -> tuple[Array, Array]:
-        """Move on by a tick of dt s: where the set points begin it (12), and their rates during it (12)."""
+        """Move on by a tick of dt s: where the set points begin it (12), and their rates during it
+        (12).
+        """
         rates = command.joint_rates
         if rates is not None:
             self.joints = command.joints

@@ -24,7 +24,9 @@ Array = NDArray[np.float64]
 
 
 class Gait(Protocol):
-    """A motion of the machine as commands over time. One of a user's own is made from a BelievedStart."""
+    """A motion of the machine as commands over time. One of a user's own is made from a
+    BelievedStart.
+    """
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """What is wanted in the tick from t to t + dt, s."""
@@ -56,7 +58,9 @@ class Layered:
 
 @dataclass(frozen=True)
 class BelievedStart:
-    """The machine on its slope when a run begins, as control knows it. Body frame: x up the slope, y left, z away."""
+    """The machine on its slope when a run begins, as control knows it. Body frame: x up the slope,
+    y left, z away.
+    """
 
     robot: Robot
     """Its numbers, masses and leg kinematics as believed."""

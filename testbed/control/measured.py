@@ -1,6 +1,8 @@
-"""What control may look at: one tick's row of readings, estimates and control's own last orders, by name.
+"""What control may look at: one tick's row of readings, estimates and control's own last orders, by
+name.
 
-The names are those of the recording (recording/rows.py), so that whatever runs live runs over a recording as well.
+The names are those of the recording (recording/rows.py), so that whatever runs live runs over a
+recording as well.
 """
 
 from __future__ import annotations

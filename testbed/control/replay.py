@@ -1,4 +1,5 @@
-"""A gait over a recording: it is fed the rows that a run recorded, and its commands are kept instead of followed.
+"""A gait over a recording: it is fed the rows that a run recorded, and its commands are kept
+instead of followed.
 
 rows = rows_of(columns)  # name -> (n,), as a recording has them
 commands = replay(Mine(start), rows)

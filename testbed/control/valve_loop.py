@@ -1,8 +1,9 @@
 """Twelve position loops: encoder -> valve command, compiled.
 
-u = dead-band compensation of [ k_p e + k_f x_ref' / v_max + k_i integral(e) ], |u| <= 1, with e in metres of cylinder.
-Within `tolerance` of the set point and with a set point at rest the valve is closed: it would only hunt over one
-encoder count. Gains assumed; the machine had digital PIDs whose numbers are not published.
+u = dead-band compensation of [ k_p e + k_f x_ref' / v_max + k_i integral(e) ], |u| <= 1, with e in
+metres of cylinder. Within `tolerance` of the set point and with a set point at rest the valve is
+closed: it would only hunt over one encoder count. Gains assumed; the machine had digital PIDs whose
+numbers are not published.
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ class PositionLoop(LoopGains):
 
 
 def position_loops(machine: Machine, arm_m: float) -> NDArray[Any]:
-    """PositionLoop (12,) at rest; joint 1's rad are turned into cylinder metres by its arm (m/rad)."""
+    """PositionLoop (12,) at rest; joint 1's rad are turned into cylinder metres by its arm
+    (m/rad).
+    """
     control = machine.control
     loops = PositionLoop.zeros(len(AXES))
     for i, (loop, axis) in enumerate(zip(loops, machine.axes.values(), strict=True)):

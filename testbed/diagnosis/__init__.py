@@ -1,1 +1,3 @@
-"""Recording -> residuals -> hypotheses -> a model with the missing effect -> error before and after."""
+"""Recording -> residuals -> hypotheses -> a model with the missing effect -> error before and
+after.
+"""

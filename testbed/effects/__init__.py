@@ -26,7 +26,9 @@ ALL: tuple[Effect, ...] = tuple(_found())
 """Every effect that has a name, by alphabet."""
 
 OF_A_CYLINDER: tuple[Effect, ...] = tuple(effect for effect in ALL if effect.rigs)
-"""Those that recordings of a single axis can show: the names that the diagnosis of a rig may give."""
+"""Those that recordings of a single axis can show: the names that the diagnosis of a rig may
+give.
+"""
 
 _TABLE: dict[str, Effect] = {effect.kind: effect for effect in (*ALL, UNNAMED)}
 
@@ -42,7 +44,9 @@ def place_of(name: str) -> str | None:
 
 
 def by_name(name: str, file: str | Path | None = None, field: str = "name") -> Effect:
-    """The effect of that name, `name@place` for one axis alone. Raises InputError with the names there are."""
+    """The effect of that name, `name@place` for one axis alone. Raises InputError with the names
+    there are.
+    """
     kind, place = kind_of(name), place_of(name)
     if kind not in _TABLE:
         raise InputError(
@@ -52,18 +56,24 @@ def by_name(name: str, file: str | Path | None = None, field: str = "name") -> E
 
 
 def of_declared(number: str) -> Effect:
-    """The effect by which a declared number of a rig (a field of `Known`) may be other than declared."""
+    """The effect by which a declared number of a rig (a field of `Known`) may be other than
+    declared.
+    """
     return next(effect for effect in ALL if effect.declared_as == number)
 
 
 def declared_by(machine: Machine) -> tuple[Active, ...]:
-    """Effects that the machine's own numbers declare for all cylinders alike: they are no findings."""
+    """Effects that the machine's own numbers declare for all cylinders alike: they are no
+    findings.
+    """
     given = [(effect, effect.declared_by(machine)) for effect in ALL]
     return tuple(Active(e, e.complete(values)) for e, values in given if values is not None)
 
 
 def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tuple[Active, ...]:
-    """A model file's effects, checked. Raises InputError for an unknown name, parameter or a value out of bounds."""
+    """A model file's effects, checked. Raises InputError for an unknown name, parameter or a value
+    out of bounds.
+    """
     return tuple(_active(entry, f"effects.{k}", file) for k, entry in enumerate(entries))
 
 
@@ -81,7 +91,9 @@ def _active(entry: EffectEntry, field: str, file: str | Path | None) -> Active:
 
 
 def read_believed(path: str | Path) -> LegModel:
-    """Read a model file whose effects are checked too. Raises InputError naming file, entry and value."""
+    """Read a model file whose effects are checked too. Raises InputError naming file, entry and
+    value.
+    """
     model = read_model(path)
     build(model.effects, path)
     return model

@@ -1,8 +1,9 @@
 """What an effect is: everything that anyone asks of one is answered by its object.
 
-An effect is one file of this folder with one class (or two like ones) and a tuple `EFFECTS` of its objects. Only what
-differs from the answers given here is written there. Who asks: a world that has the effect, the estimators that believe
-in it, the diagnosis that looks for it, the pages that explain it.
+An effect is one file of this folder with one class (or two like ones) and a tuple `EFFECTS` of its
+objects. Only what differs from the answers given here is written there. Who asks: a world that has
+the effect, the estimators that believe in it, the diagnosis that looks for it, the pages that
+explain it.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ BEYOND_PRIOR = 1e3
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """A parameter: hard bounds of what is physical, and the range in which 90 % of cases are expected."""
+    """A parameter: hard bounds of what is physical, and the range in which 90 % of cases are
+    expected.
+    """
 
     name: str
     unit: str
@@ -45,7 +48,9 @@ class ParameterSpec:
     prior: tuple[float, float]
     text: str
     default: float | None = None
-    """Where given, the parameter is a further shape beyond the contract's formula and may be left out."""
+    """Where given, the parameter is a further shape beyond the contract's formula and may be left
+    out.
+    """
     log: bool = False
     """A size without a sign that may be off by a factor: fitted as its logarithm."""
 
@@ -82,7 +87,7 @@ class Effect:
     places: ClassVar[tuple[str, ...]] = AXES
     """Where on the robot it may sit."""
 
-    # -- what recordings can show of it ------------------------------------------------------------------------------
+    # -- what recordings can show of it ------------------------------------------------------------
     rigs: ClassVar[tuple[str, ...]] = ("vertical-leg", "cylinder", "drive")
     """Kinds of rig on which it can exist."""
     needs: ClassVar[tuple[str, ...]] = ("position",)
@@ -102,21 +107,31 @@ class Effect:
     sought_on_robot: ClassVar[bool] = True
     """Whether it is looked for at a single leg of the robot, which shows less than a bench."""
     looked_for: ClassVar[float] = 1.0
-    """Among so many alternatives its signature was picked as the best: its evidence is worth that much less."""
+    """Among so many alternatives its signature was picked as the best: its evidence is worth that
+    much less.
+    """
     is_tolerance: ClassVar[bool] = False
-    """Every machine has it within a workshop's tolerance; the robot's diagnosis does not name it beyond."""
+    """Every machine has it within a workshop's tolerance; the robot's diagnosis does not name it
+    beyond.
+    """
     band_amplitude: ClassVar[str | None] = None
-    """The parameter that is the amplitude of a narrow band: measured from the band, never fitted."""
+    """The parameter that is the amplitude of a narrow band: measured from the band, never
+    fitted.
+    """
     declared_as: ClassVar[str | None] = None
-    """The declared number of a rig that it changes: where nobody declares it, it is fitted and no finding."""
+    """The declared number of a rig that it changes: where nobody declares it, it is fitted and no
+    finding.
+    """
     telling_motion: ClassVar[str] = ""
     """The experiment that shows it alone."""
     alike: ClassVar[Mapping[str, str]] = {}
     """Effects that it is easily taken for -> what would tell them apart."""
 
-    # -- what the live estimators know of it -------------------------------------------------------------------------
+    # -- what the live estimators know of it -------------------------------------------------------
     live: ClassVar[Mapping[str, str]] = {}
-    """Parameter -> number of the believed leg (`estimation/live/believed.py`) that it is added to."""
+    """Parameter -> number of the believed leg (`estimation/live/believed.py`) that it is added
+    to.
+    """
 
     place: str | None = None
 
@@ -135,10 +150,10 @@ class Effect:
         """Whether it acts on the axis that these signals are of."""
         return self.place is None or self.place == signals.place
 
-    # -- what the whole robot shows of it ----------------------------------------------------------------------------
+    # -- what the whole robot shows of it ----------------------------------------------------------
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """By how much the robot's balances miss for one unit of each of its (linear) numbers; nothing: they cannot
-        show it.
+        """By how much the robot's balances miss for one unit of each of its (linear) numbers;
+        nothing: they cannot show it.
         """
         return {}
 
@@ -151,7 +166,9 @@ class Effect:
         return any(spec.name == number and spec.low >= 0.0 for spec in self.parameters)
 
     def to_linear(self, values: Values) -> dict[str, float]:
-        """The numbers of its signature from its parameters: the other way round, as far as there is one."""
+        """The numbers of its signature from its parameters: the other way round, as far as there is
+        one.
+        """
         return dict(values)
 
     def spread(self, number: str) -> float:
@@ -159,7 +176,7 @@ class Effect:
         low, high = self.spec(number).prior
         return max(abs(low), abs(high)) / EXPECTED_WITHIN
 
-    # -- its laws ----------------------------------------------------------------------------------------------------
+    # -- its laws ----------------------------------------------------------------------------------
     def correct(self, signals: Signals, values: Values) -> Signals:
         """What the sensors should have read: measured signals without the effect."""
         return signals
@@ -171,12 +188,16 @@ class Effect:
         """Change the believed flow balance."""
 
     def overrides(self, method: str) -> bool:
-        """Whether the effect has an answer of its own: `overrides("correct")` for one of the sensors."""
+        """Whether the effect has an answer of its own: `overrides("correct")` for one of the
+        sensors.
+        """
         return getattr(type(self), method) is not getattr(Effect, method)
 
-    # -- its fit -----------------------------------------------------------------------------------------------------
+    # -- its fit -----------------------------------------------------------------------------------
     def unseen(self, observed: Observed) -> str | None:
-        """Why these recordings cannot show it, though its channels are there; None where they can."""
+        """Why these recordings cannot show it, though its channels are there; None where they
+        can.
+        """
         return None
 
     def starts(self, observed: Observed) -> list[dict[str, float]]:
@@ -203,7 +224,9 @@ class Effect:
         return None
 
     def price(self, values: Values, observed: Observed) -> float:
-        """What its flexibility, or values that would make it another effect, cost in log-likelihood."""
+        """What its flexibility, or values that would make it another effect, cost in
+        log-likelihood.
+        """
         return 0.0
 
     def floor_n(self, values: Values, friction: Friction, encoder_m: float) -> float:
@@ -211,19 +234,23 @@ class Effect:
         return 0.0
 
     def declared_by(self, machine: Machine) -> Values | None:
-        """Its values where the machine's own numbers declare it for all cylinders alike; None: they do not."""
+        """Its values where the machine's own numbers declare it for all cylinders alike; None: they
+        do not.
+        """
         return None
 
-    # -- a world that has it -----------------------------------------------------------------------------------------
+    # -- a world that has it -----------------------------------------------------------------------
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Write down what a world has that has the effect at this place, one of `places`."""
         raise InputError("no simulated machine has this effect", field=self.name)
 
     def hidden_shapes(self) -> tuple[str, ...]:
-        """Parameters that a simulated machine cannot have other than by default: shapes of real machines."""
+        """Parameters that a simulated machine cannot have other than by default: shapes of real
+        machines.
+        """
         return tuple(p.name for p in self.parameters if p.default is not None)
 
-    # -- its parameters ----------------------------------------------------------------------------------------------
+    # -- its parameters ----------------------------------------------------------------------------
     def spec(self, parameter: str) -> ParameterSpec:
         """The specification of a parameter. Raises InputError for an unknown one."""
         for spec in self.parameters:

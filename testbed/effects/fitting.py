@@ -1,4 +1,6 @@
-"""What a fit and an effect tell each other: the numbers to be fitted, and what the recordings hold."""
+"""What a fit and an effect tell each other: the numbers to be fitted, and what the recordings
+hold.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,8 @@ from testbed.recording.leg_model import Friction
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One fitted number: its owner (`friction`, `nuisance`, `zero` or an effect's name), scale, bounds, and the
-    channels of the residual that it moves.
+    """One fitted number: its owner (`friction`, `nuisance`, `zero` or an effect's name), scale,
+    bounds, and the channels of the residual that it moves.
 
     `log`: fitted as its logarithm.
     """

@@ -13,7 +13,9 @@ from testbed.effects.hidden import Hidden
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEFT_COST, LEFT_SHARE = 40.0, 0.04
-"""Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside it that is free."""
+"""Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside
+it that is free.
+"""
 
 REFERENCE_M = 0.05
 """At this depth the exponent changes nothing."""
@@ -75,7 +77,9 @@ class Cushion(Effect):
         )
 
     def price(self, values: Values, observed: Observed) -> float:
-        """A cushion that the piston hardly ever leaves is a spring: what one costs that begins beyond the travel."""
+        """A cushion that the piston hardly ever leaves is a spring: what one costs that begins
+        beyond the travel.
+        """
         outside = float(np.mean(observed.position_m > values["start"]))
         return LEFT_COST * max(1.0 - outside / LEFT_SHARE, 0.0)
 

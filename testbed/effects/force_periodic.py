@@ -71,7 +71,9 @@ class Periodic(Effect):
         return float(np.sum(np.minimum(0.25 * amplitude**2 / noise**2, 1.0)))
 
     def price(self, values: Values, observed: Observed) -> float:
-        """What a narrow band fits of mere noise: two numbers for each time in which its phase may change."""
+        """What a narrow band fits of mere noise: two numbers for each time in which its phase may
+        change.
+        """
         return observed.seconds / PHASE_HOLDS_S
 
     def hide(self, world: Hidden, place: str, values: Values) -> None:
@@ -102,7 +104,9 @@ class Periodic(Effect):
 
 
 def strongest_line(observed: Observed) -> tuple[float, float]:
-    """(frequency Hz, amplitude N) of the strongest line in what is left of the force, all recordings summed."""
+    """(frequency Hz, amplitude N) of the strongest line in what is left of the force, all
+    recordings summed.
+    """
     grid = np.arange(LOWEST_HZ, HIGHEST_HZ, GRID_HZ)
     power, weight = np.zeros_like(grid), 0.0
     for residual in observed.residual:

@@ -20,7 +20,9 @@ REFERENCE_LOAD_N = 1e4
 
 
 def coulomb_increase_n(external_force_n: Any, coefficient: float, exponent: float = 1.0) -> Any:
-    """Added Coulomb force in N for an external force in N, positive when the ground pushes the foot up."""
+    """Added Coulomb force in N for an external force in N, positive when the ground pushes the foot
+    up.
+    """
     load = 0.5 * (external_force_n + abs(external_force_n))
     return coefficient * REFERENCE_LOAD_N * (load / REFERENCE_LOAD_N) ** exponent
 

@@ -16,8 +16,8 @@ from testbed.recording.leg_model import Friction
 MOST_DAMPED_N_S_M = 1e4
 """Several times what lip seals show."""
 SOUND_COST, SOUND_BEND_M = 1000.0, 1.2e-4
-"""Log-likelihood that a bristle costs which does not bend at all; friction builds up over tens of micrometres after a
-reversal in every sound seal, less than an encoder of 0.1 mm shows."""
+"""Log-likelihood that a bristle costs which does not bend at all; friction builds up over tens of
+micrometres after a reversal in every sound seal, less than an encoder of 0.1 mm shows."""
 SLIDES_M_S = 1e-3
 """Faster than this a piston slides."""
 BEND_A_STEP, MOST_STEPS = 0.1, 200.0
@@ -37,8 +37,8 @@ def bristle_force_n(
 ) -> Array:
     """Force of the bristle over a recording, (n,), N: stiffness z + damping dz/dt.
 
-    dz = dx - |dx| (stiffness z / level)^shape, exact for a constant level and shape 1. `bend` is stiffness z / level:
-    1 where the seal slips forwards, -1 backwards.
+    dz = dx - |dx| (stiffness z / level)^shape, exact for a constant level and shape 1. `bend` is
+    stiffness z / level: 1 where the seal slips forwards, -1 backwards.
     """
     out = np.empty_like(velocity_m_s)
     bend = 0.0
@@ -111,7 +111,8 @@ class Presliding(Effect):
         return coordinate
 
     def price(self, values: Values, observed: Observed) -> float:
-        """Every seal bends by some hundredths of a millimetre before it slips, and on a leg whose friction at rest
+        """Every seal bends by some hundredths of a millimetre before it slips, and on a leg whose
+        friction at rest
         counts as a set that is no finding: what one costs that bends by less than SOUND_BEND_M.
         """
         if observed.kind != "vertical-leg":

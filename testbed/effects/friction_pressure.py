@@ -23,7 +23,9 @@ def coulomb_increase_n(
     imbalance: float = 0.0,
     exponent: float = 1.0,
 ) -> Any:
-    """Added Coulomb force in N; exponent = 1 and imbalance = 0 are the contract's formula. Pressures >= 0."""
+    """Added Coulomb force in N; exponent = 1 and imbalance = 0 are the contract's formula.
+    Pressures >= 0.
+    """
     total = pressure_a_pa + pressure_b_pa
     bent = (
         total
@@ -102,8 +104,8 @@ class PressureFriction(Effect):
 
 
 def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:
-    """One leg of four may stick more than the others, not less than nothing: with the load between the diagonals open,
-    one leg that sticks and three with the opposite of it look alike.
+    """One leg of four may stick more than the others, not less than nothing: with the load between
+    the diagonals open, one leg that sticks and three with the opposite of it look alike.
     """
     if effect.place is not None and coordinate.name == "coefficient":
         return replace(coordinate, low=0.0)

@@ -1,7 +1,8 @@
-"""What a world has and its model lacks: plain numbers that effects write and the world puts where they belong.
+"""What a world has and its model lacks: plain numbers that effects write and the world puts where
+they belong.
 
-One object a run. Whatever nobody writes to stays as the machine has it. SI; cylinders by their axis (`fl_radial`), feet
-by their leg, ropes by their side.
+One object a run. Whatever nobody writes to stays as the machine has it. SI; cylinders by their axis
+(`fl_radial`), feet by their leg, ropes by their side.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from testbed.machine.names import AXES, LEGS, SIDES
 
 @dataclass
 class HiddenCylinder:
-    """One cylinder with its valve and its sensors. None: as the machine has it; 0 where a number is added to its own."""
+    """One cylinder with its valve and its sensors. None: as the machine has it; 0 where a number is
+    added to its own.
+    """
 
     position_slope: float | None = None
     """F_c changes by this share over the whole stroke."""

@@ -16,7 +16,9 @@ REFERENCE_PA = 1e6
 
 
 def flow_m3_s(drop_pa: Any, coefficient: float, exponent: float = 1.0) -> Any:
-    """Flow from A to B for drop pA - pB; exponent 0.5 is an orifice, 1 a gap (the contract's formula)."""
+    """Flow from A to B for drop pA - pB; exponent 0.5 is an orifice, 1 a gap (the contract's
+    formula).
+    """
     if exponent == 1.0:
         return coefficient * drop_pa
     return coefficient * REFERENCE_PA * np.sign(drop_pa) * (abs(drop_pa) / REFERENCE_PA) ** exponent

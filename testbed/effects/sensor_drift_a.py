@@ -13,7 +13,9 @@ from testbed.effects.terms import Signals, Values
 
 
 def zero_pa(time_s: Any, rate: float, decay: float = 0.0) -> Any:
-    """Zero error in Pa after `time_s` of recording; decay (1/s) lets it settle, 0 in the contract's formula."""
+    """Zero error in Pa after `time_s` of recording; decay (1/s) lets it settle, 0 in the contract's
+    formula.
+    """
     if decay <= 0.0:
         return rate * time_s
     return rate * (1.0 - np.exp(-decay * time_s)) / decay

@@ -30,7 +30,9 @@ class EncoderOffset(Effect):
         world.cylinders[place].encoder_offset += values["offset"]
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
-        """The foot seems to stand elsewhere: its force acts at another arm, and stance feet seem to move."""
+        """The foot seems to stand elsewhere: its force acts at another arm, and stance feet seem to
+        move.
+        """
         i = seen.axis(place)
         leg, joint = divmod(i, 3)
         feet = np.zeros_like(seen.foot_m)

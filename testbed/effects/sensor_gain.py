@@ -13,7 +13,9 @@ REFERENCE_PA = 1e7
 
 
 def true_pa(measured: Any, gain_error: float, bend: float = 0.0) -> Any:
-    """The pressure behind a reading; bend is a gain that changes with pressure, 0 in the contract's formula."""
+    """The pressure behind a reading; bend is a gain that changes with pressure, 0 in the contract's
+    formula.
+    """
     return measured / (1.0 + gain_error + bend * measured / REFERENCE_PA)
 
 

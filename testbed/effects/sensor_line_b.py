@@ -12,7 +12,9 @@ from testbed.effects.hidden import Hidden
 from testbed.effects.terms import Array, Signals, Values
 
 SMOOTHING_S = 0.010
-"""Width of the smoothing before the inverse's derivatives: beyond it they would only raise noise."""
+"""Width of the smoothing before the inverse's derivatives: beyond it they would only raise
+noise.
+"""
 
 
 def flat(values: Array, width: float) -> Array:

@@ -11,7 +11,9 @@ from testbed.effects.terms import Values
 
 
 class Zero(Effect):
-    """What both zeros have in common. On a leg's force a zero is a constant, which diagnosis fits in any case."""
+    """What both zeros have in common. On a leg's force a zero is a constant, which diagnosis fits
+    in any case.
+    """
 
     parameters = (
         ParameterSpec("zero", "Pa", -2e6, 2e6, (-5e4, 5e4), "reading at no pressure, calibrated"),

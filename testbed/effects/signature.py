@@ -1,9 +1,10 @@
 """What an effect does to the measurements of the whole robot, linearised: its signature.
 
-The diagnosis of the robot holds the measured machine against its model in a handful of balances. An effect answers
-one question: by how much does each of these balances miss for one unit of each of its parameters? What it may look at
-are the measured bins (`RobotSeen`); what it gives back are plain arrays (`Signature`), which the diagnosis turns into
-columns of one linear regression.
+The diagnosis of the robot holds the measured machine against its model in a handful of balances. An
+effect answers
+one question: by how much does each of these balances miss for one unit of each of its parameters?
+What it may look at are the measured bins (`RobotSeen`); what it gives back are plain arrays
+(`Signature`), which the diagnosis turns into columns of one linear regression.
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class RobotSeen:
-    """The robot's measurements in bins of equal length, as the model believes them; n bins, AXES order, SI.
+    """The robot's measurements in bins of equal length, as the model believes them; n bins, AXES
+    order, SI.
 
-    Signs: extension, speed and cylinder force positive outwards, friction positive against extension.
+    Signs: extension, speed and cylinder force positive outwards, friction positive against
+    extension.
     """
 
     time_s: Array
@@ -66,7 +69,9 @@ class RobotSeen:
     attitude_rad: Array
     """(n, 3) roll, pitch, yaw."""
     tension_n: Array
-    """(n, 2) of the ropes, left and right; `rope_way` (n, 2, 3) unit vectors towards the anchors, body frame."""
+    """(n, 2) of the ropes, left and right; `rope_way` (n, 2, 3) unit vectors towards the anchors,
+    body frame.
+    """
     rope_way: Array
     rope_point_m: Array
     """(2, 3) where they pull, body frame."""
@@ -89,18 +94,26 @@ class RobotSeen:
         return len(self.time_s)
 
     asked_by_link: Array
-    """(n, 18, 12) generalised forces (body 6, joints 12) that one more kilogram of what each cylinder moves asks for."""
+    """(n, 18, 12) generalised forces (body 6, joints 12) that one more kilogram of what each
+    cylinder moves asks for.
+    """
     asked_by_moment: Array
-    """(n, 18, 4) the same of one kilogram at the body's origin and of first moments of 1 kg m along x, y, z."""
+    """(n, 18, 4) the same of one kilogram at the body's origin and of first moments of 1 kg m along
+    x, y, z.
+    """
     asked_by_gravity: Array
-    """(n, 18, 3) the same of the whole machine by 1 m/s2 of specific force along x, y, z of the body."""
+    """(n, 18, 3) the same of the whole machine by 1 m/s2 of specific force along x, y, z of the
+    body.
+    """
     missing_by_joint: Array
     """(n, 18, 12) what the balances miss by an encoder that reads 1 m or rad too much."""
 
     friction_use: Array
     """(n, 4) force along the slope over force off it, of each foot as believed."""
     oil_by_leak: Array
-    """(n, 12, 2) what the oil of chambers A and B misses by 1 m3/(s Pa) of leakage across the piston."""
+    """(n, 12, 2) what the oil of chambers A and B misses by 1 m3/(s Pa) of leakage across the
+    piston.
+    """
     oil_by_deadband: Array
     """(n, 12, 2) by a whole travel more of overlap; `oil_by_air` by a share 1 of free air."""
     oil_by_air: Array
@@ -109,10 +122,14 @@ class RobotSeen:
     oil_by_reading: Array
     """(n, 12, 2) by a pressure sensor, of A or of B, that reads 1 Pa too much."""
     supply_by_pressure: Array
-    """(n,) change of the believed supply pressure by the pump's set pressure, as a factor; `supply_by_flow` by its flow."""
+    """(n,) change of the believed supply pressure by the pump's set pressure, as a factor;
+    `supply_by_flow` by its flow.
+    """
     supply_by_flow: Array
     line_hz: Array
-    """(12,) frequency of the strongest line of each piston's force; `line_n` its amplitude, 0 where it may be noise."""
+    """(12,) frequency of the strongest line of each piston's force; `line_n` its amplitude, 0 where
+    it may be noise.
+    """
     line_n: Array
 
     def axis(self, place: str) -> int:
@@ -124,25 +141,33 @@ class RobotSeen:
         return SIDES.index(place.removeprefix("rope_"))
 
     def weighs(self, asked: Array) -> Change:
-        """The change by a mass that asks for generalised forces (n, 18) which nobody believes in."""
+        """The change by a mass that asks for generalised forces (n, 18) which nobody believes
+        in.
+        """
         joints = {i: asked[:, 6 + i] / self.arm_m[:, i] for i in range(len(AXES))}
         return Change(force=joints, wrench=asked[:, :6])
 
     def reads(self, axis: int, chamber: int, more_pa: Array) -> Change:
-        """The change by sensor A (0) or B (1) of a cylinder that reads (n,) Pa too much: a force, and other flows."""
+        """The change by sensor A (0) or B (1) of a cylinder that reads (n,) Pa too much: a force,
+        and other flows.
+        """
         area = (self.area_a_m2, -self.area_b_m2)[chamber][axis]
         flow = np.zeros((self.bins, 2))
         flow[:, chamber] = self.oil_by_reading[:, axis, chamber] * more_pa
         return Change(force={axis: area * more_pa}, oil={axis: flow})
 
     def moves(self, leg: int, way_m: Array, axis: int) -> Change:
-        """The change by a foot that seems to be elsewhere by (n,) m along x up the slope, y left or z off it (axis)."""
+        """The change by a foot that seems to be elsewhere by (n,) m along x up the slope, y left or
+        z off it (axis).
+        """
         feet = np.zeros_like(self.foot_m)
         feet[:, leg] = way_m[:, None] * self.slope_frame[:, axis]
         return Change(feet=feet)
 
     def tilted(self, k: int) -> Change:
-        """The change by an inertial unit turned by 1 rad about body axis k: weight and ropes in other directions."""
+        """The change by an inertial unit turned by 1 rad about body axis k: weight and ropes in
+        other directions.
+        """
         about = np.eye(3)[k]
         down = np.cross(about, -self.gravity)
         asked = np.einsum("nij,nj->ni", self.asked_by_gravity, down)
@@ -155,7 +180,8 @@ class RobotSeen:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What one unit of a parameter makes the balances miss (measured less believed); all with n bins first.
+    """What one unit of a parameter makes the balances miss (measured less believed); all with n
+    bins first.
 
     Nothing given: that balance does not change.
     """
@@ -165,7 +191,9 @@ class Change:
     wrench: Array | None = None
     """(n, 6) by which the believed wrench on the body is larger than the true one, body frame."""
     oil: Mapping[int, Array] = field(default_factory=dict)
-    """Cylinder -> (n, 2) by which more oil is believed to enter chambers A and B than they took up, m3/s."""
+    """Cylinder -> (n, 2) by which more oil is believed to enter chambers A and B than they took up,
+    m3/s.
+    """
     balance: Array | None = None
     """(n, 18) what the balances miss, where it is neither a cylinder's force nor a wrench."""
     line: Mapping[int, Array] = field(default_factory=dict)
@@ -203,6 +231,8 @@ KNOT_S = 2.0
 
 
 def knots(time_s: Array) -> Array:
-    """(n, k) straight lines between times KNOT_S apart: 0 at the start, then a tent for each later one."""
+    """(n, k) straight lines between times KNOT_S apart: 0 at the start, then a tent for each later
+    one.
+    """
     at = np.arange(0.0, time_s[-1] + KNOT_S, KNOT_S)
     return np.column_stack([np.interp(time_s, at, row) for row in np.eye(len(at))[1:]])

@@ -22,7 +22,8 @@ def drooping_pa(
 ) -> Array:
     """Supply pressure over a recording, (n,), Pa: it follows nominal - droop q.
 
-    q = flow_per_root sqrt(ps - against): what an edge that opens to a chamber at `against_pa` draws.
+    q = flow_per_root sqrt(ps - against): what an edge that opens to a chamber at `against_pa`
+    draws.
     """
     out = np.empty_like(against_pa)
     supply = nominal_pa

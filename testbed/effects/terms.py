@@ -1,4 +1,6 @@
-"""What effects act on: the channels of one axis, and the believed balances of its forces and its oil."""
+"""What effects act on: the channels of one axis, and the believed balances of its forces and its
+oil.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +22,8 @@ Values = Mapping[str, float]
 class Signals:
     """Channels of one axis on a uniform time grid, SI, each of shape (n,); pressures gauge.
 
-    `velocity_m_s`, `acceleration_m_s2` come from the encoder and are smoothed like every other channel.
-    In a drive `actuator_force_n` stands for the pressures.
+    `velocity_m_s`, `acceleration_m_s2` come from the encoder and are smoothed like every other
+    channel. In a drive `actuator_force_n` stands for the pressures.
     """
 
     time_s: Array
@@ -37,8 +39,8 @@ class Signals:
     valve_command: Array | None = None
     actuator_force_n: Array | None = None
     slow_acceleration_m_s2: Array | None = None
-    """Acceleration smoothed far more, given while fitting: the encoder's noise in it is no longer a part of the
-    residual, so an added mass is not drawn towards cancelling that noise."""
+    """Acceleration smoothed far more, given while fitting: the encoder's noise in it is no longer a
+    part of the residual, so an added mass is not drawn towards cancelling that noise."""
     place: str = ""
     """Of several like axes, the one that these are the signals of: `rl_vertical`."""
 
@@ -49,7 +51,8 @@ class Signals:
 
 @dataclass
 class ForceTerms:
-    """The believed force balance, to be changed by effects; every entry a number or an array of shape (n,).
+    """The believed force balance, to be changed by effects; every entry a number or an array of
+    shape (n,).
 
     F_ext = F_p + weight_mass g cos(inclination) - (mass + added_mass) a + force - F_f,
     F_f = viscous_scale sigma v + sign(v) [coulomb_scale F_c0 + coulomb_add + F_s0 exp(-|v|/c_s)]
@@ -66,7 +69,9 @@ class ForceTerms:
     load_exponent: float = 1.0
     force_n: Any = 0.0
     presliding: tuple[float, float, float] | None = None
-    """(stiffness N/m, damping N s/m, shape) of the bristle that replaces equation (5) by its dynamic form."""
+    """(stiffness N/m, damping N s/m, shape) of the bristle that replaces equation (5) by its
+    dynamic form.
+    """
     narrow_bands: list[tuple[float, float, int]] = field(default_factory=list)
     """(frequency Hz, amplitude N, harmonics) of forces whose phase only the recording knows."""
 

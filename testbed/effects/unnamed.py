@@ -1,4 +1,6 @@
-"""unnamed: a generic correction for what no hypothesis explains; smooth, small, and without a claim to a cause."""
+"""unnamed: a generic correction for what no hypothesis explains; smooth, small, and without a claim
+to a cause.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,9 @@ from testbed.effects.base import Active, Effect, ParameterSpec
 from testbed.effects.terms import Array, ForceTerms, Signals, Values
 
 REST_S, SLOW_M_S = 1.0, 2e-3
-"""Time in which a piston counts as rested, and the speed at which that is forgotten as fast as it is learnt."""
+"""Time in which a piston counts as rested, and the speed at which that is forgotten as fast as it
+is learnt.
+"""
 SLIDING_M_S = {"2_mm_s": 2e-3, "5_mm_s": 5e-3, "10_mm_s": 1e-2, "20_mm_s": 2e-2}
 """Speeds by which friction has turned over, as hyperbolic tangents."""
 STOPS_M = {"100_um": 1e-4, "300_um": 3e-4, "1_mm": 1e-3, "3_mm": 3e-3, "10_mm": 1e-2}
@@ -47,7 +51,9 @@ def basis(signals: Signals) -> dict[str, Array]:
 
 @njit
 def rested(speed_m_s: Array, period_s: float) -> Array:
-    """How long ago the piston rested: 1 after a long rest, near 0 after some sliding; shape (n,)."""
+    """How long ago the piston rested: 1 after a long rest, near 0 after some sliding; shape
+    (n,).
+    """
     out = np.empty(speed_m_s.size)
     age = 0.0
     for k in range(speed_m_s.size):
@@ -59,9 +65,11 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
 
 
 def friction_shapes(signals: Signals) -> dict[str, Array]:
-    """Scaled terms of a friction that turns over gradually, with speed or with travel; each of shape (n,), order one.
+    """Scaled terms of a friction that turns over gradually, with speed or with travel; each of
+    shape (n,), order one.
 
-    With a pressure each stands twice: as it is, and times the pressure of A, which presses a seal on.
+    With a pressure each stands twice: as it is, and times the pressure of A, which presses a seal
+    on.
     """
     velocity = signals.velocity_m_s
     shapes = {f"sliding_{name}": np.tanh(velocity / speed) for name, speed in SLIDING_M_S.items()}
@@ -75,7 +83,9 @@ def friction_shapes(signals: Signals) -> dict[str, Array]:
 
 @njit
 def stop(position_m: Array, travel_m: float) -> Array:
-    """Stretch of a spring that slides when it is stretched by `travel_m`, as a share of that; shape (n,)."""
+    """Stretch of a spring that slides when it is stretched by `travel_m`, as a share of that; shape
+    (n,).
+    """
     out = np.empty(position_m.size)
     stretch, last = 0.0, position_m[0]
     for k in range(position_m.size):

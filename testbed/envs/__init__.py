@@ -1,7 +1,8 @@
 """Gymnasium environments; importing this package registers them.
 
 import gymnasium, testbed.envs
-env = gymnasium.make("Roboclimber/Drill-v0")          # or without the import: "testbed.envs:Roboclimber/Drill-v0"
+env = gymnasium.make("Roboclimber/Drill-v0")          # or without the import:
+"testbed.envs:Roboclimber/Drill-v0"
 """
 
 from __future__ import annotations
@@ -70,7 +71,9 @@ NAMES: dict[str, str] = {
 
 
 def named(name: str, field: str = "name") -> str:
-    """The id of an environment by its name, or by its id. Raises InputError, naming `field`, for none of these."""
+    """The id of an environment by its name, or by its id. Raises InputError, naming `field`, for
+    none of these.
+    """
     if name in ENVIRONMENTS:
         return name
     if name not in NAMES:
@@ -80,7 +83,8 @@ def named(name: str, field: str = "name") -> str:
 
 
 def make_env(name: str, **options: Any) -> Any:
-    """An environment by its id ("Roboclimber/Drill-v0") or its name alone ("drill"); `options` as of its class.
+    """An environment by its id ("Roboclimber/Drill-v0") or its name alone ("drill"); `options` as
+    of its class.
 
     Raises InputError for a name that is none.
     """

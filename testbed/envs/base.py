@@ -1,7 +1,9 @@
-"""The environment around a run: a step is a whole number of control ticks of the same loop as `testbed run`.
+"""The environment around a run: a step is a whole number of control ticks of the same loop as
+`testbed run`.
 
-A task declares its observation and its action row by row, and its reward term by term. Observations are means over
-the step of measurements, estimates and control's own orders. Truth appears in the reward and in `info` alone.
+A task declares its observation and its action row by row, and its reward term by term. Observations
+are means over the step of measurements, estimates and control's own orders. Truth appears in the
+reward and in `info` alone.
 """
 
 from __future__ import annotations
@@ -65,11 +67,11 @@ def action_rows(
 class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     """One scenario as an environment. All keyword arguments are plain JSON values.
 
-    scenario: file or shipped name; overrides: `a.b=c` changes of it; duration_s: simulated time of an episode, None
-    for the scenario's; randomisation: name of a set in randomisation.yaml or a mapping of the same form, None for
-    none; step_ms: simulated time of a step; weights: reward term -> size of its weight; observations: `flat`, one
-    vector of all rows in [-1, 1], or `dict`, every row by its name and in its unit. Raises InputError for what a
-    scenario refuses.
+    scenario: file or shipped name; overrides: `a.b=c` changes of it; duration_s: simulated time of
+    an episode, None for the scenario's; randomisation: name of a set in randomisation.yaml or a
+    mapping of the same form, None for none; step_ms: simulated time of a step; weights: reward term
+    -> size of its weight; observations: `flat`, one vector of all rows in [-1, 1], or `dict`, every
+    row by its name and in its unit. Raises InputError for what a scenario refuses.
     """
 
     table: tuple[Observed, ...] = TABLE
@@ -138,14 +140,16 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         }
         return gymnasium.spaces.Dict(rows)
 
-    # ---- gymnasium's five -----------------------------------------------------------------------------------
+    # ---- gymnasium's five ------------------------------------------------------------------------
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this episode.
+        """A fresh run. `options` may hold `overrides`, a list of further `a.b=c` changes for this
+        episode.
 
-        A draw that falls, slides or tears a rope before the agent's first step, or that cannot be built, is drawn again.
+        A draw that falls, slides or tears a rope before the agent's first step, or that cannot be
+        built, is drawn again.
         """
         super().reset(seed=seed)
         further = [str(change) for change in (options or {}).get("overrides", ())]
@@ -203,7 +207,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """One step. Raises InputError for an action that is no vector of finite numbers, one a row of `actions`."""
+        """One step. Raises InputError for an action that is no vector of finite numbers, one a row
+        of `actions`.
+        """
         wanted = np.asarray(action, dtype=float)
         if wanted.shape != self.action_space.shape or not np.isfinite(wanted).all():
             allowed = f"{len(self.actions)} finite numbers"
@@ -240,7 +246,7 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             self._sim.close()
             self._sim = None
 
-    # ---- what a task may change ------------------------------------------------------------------------------
+    # ---- what a task may change ------------------------------------------------------------------
 
     def _begin(self, spec: Scenario) -> None:
         """Lay the agent's orders over the task's gait."""
@@ -250,7 +256,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         machine.gait = Layered(machine.gait, (self._trim,))
 
     def _settle(self) -> tuple[Array, Array]:
-        """The run's first rows, after which orders hold; the wanted pulls begin at the ropes' tensions."""
+        """The run's first rows, after which orders hold; the wanted pulls begin at the ropes'
+        tensions.
+        """
         data, truth = self._sim.run_block(self._rows)
         if len(data):
             self._trim.pull_n = DataRow.from_table(data)["rope_tension"].mean(axis=0)
@@ -286,10 +294,12 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         return holding_amounts(truth, action, ended)
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """(len(actions),) which rows of an action have an effect in the next step; in `info["action_mask"]` too."""
+        """(len(actions),) which rows of an action have an effect in the next step; in
+        `info["action_mask"]` too.
+        """
         return np.ones(len(self.actions), dtype=bool)
 
-    # ---- reading ------------------------------------------------------------------------------------------------
+    # ---- reading ---------------------------------------------------------------------------------
 
     def _observe(self, data: Array) -> Observation:
         return self._told(self._observer.look(data.mean(axis=0), self._ordered()))
@@ -323,7 +333,9 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
 
 
 def _has_display() -> bool:
-    """Whether a window can open; without one the engine's would end the process, so the run goes on unseen."""
+    """Whether a window can open; without one the engine's would end the process, so the run goes on
+    unseen.
+    """
     if not sys.platform.startswith("linux") or os.environ.get("DISPLAY"):
         return True
     gymnasium.logger.warn("no display: render_mode 'human' runs without a window")

@@ -1,4 +1,6 @@
-"""Climbing: the crawl's set points with the agent's offsets and rope pulls over them; paid for the way up the slope."""
+"""Climbing: the crawl's set points with the agent's offsets and rope pulls over them; paid for the
+way up the slope.
+"""
 
 from __future__ import annotations
 

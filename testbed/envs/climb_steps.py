@@ -1,7 +1,8 @@
-"""Climbing by decisions of the gait: before every group of swings the agent says how far, how high, how fast, how tight.
+"""Climbing by decisions of the gait: before every group of swings the agent says how far, how high,
+how fast, how tight.
 
-A step lasts as long as the group of swings does, some ten seconds. Metres are paid; time, energy, lost and slipped feet
-cost. No action is the shipped crawl.
+A step lasts as long as the group of swings does, some ten seconds. Metres are paid; time, energy,
+lost and slipped feet cost. No action is the shipped crawl.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ SLIP = Term("slip", "further slip of the foot that slipped most", "m", -100.0)
 
 
 class ClimbStepsEnv(RoboclimberEnv):
-    """`Roboclimber/Climb-v1`: climb far, fast and with little energy by decisions of the gait, one a group of swings."""
+    """`Roboclimber/Climb-v1`: climb far, fast and with little energy by decisions of the gait, one
+    a group of swings.
+    """
 
     table = CLIMB_TABLE
     actions = (
@@ -91,7 +94,9 @@ class ClimbStepsEnv(RoboclimberEnv):
         self._gait.choose(self._stride, self._haste)
 
     def _run(self) -> tuple[Array, Array]:
-        """Until a group of swings is done, or the run ends: where no stride is within reach any more, too."""
+        """Until a group of swings is done, or the run ends: where no stride is within reach any
+        more, too.
+        """
         groups = self._gait.groups
         data, truth = np.empty((0, 0)), np.empty((0, 0))
         blocks: list[tuple[Array, Array]] = []

@@ -1,6 +1,8 @@
-"""The environments as a page: ids, actions, observation tables, what varies. `python -m testbed.envs.describe`.
+"""The environments as a page: ids, actions, observation tables, what varies. `python -m
+testbed.envs.describe`.
 
-Everything is read from where the code has it; docs/environments.md is this page, and a test keeps it so.
+Everything is read from where the code has it; docs/environments.md is this page, and a test keeps
+it so.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Drilling in rock that nobody knows: once a second the agent sets feed and hammer, rope pulls and the diagonal's load.
+"""Drilling in rock that nobody knows: once a second the agent sets feed and hammer, rope pulls and
+the diagonal's load.
 
-The quadratic program shares the load out below, a hundred times a second; pulls and loads are what is wanted beyond its
-plan. Metres are paid, lost and slipped feet cost. The machine as it is shipped does HANDBOOK all the time.
+The quadratic program shares the load out below, a hundred times a second; pulls and loads are what
+is wanted beyond its plan. Metres are paid, lost and slipped feet cost. The machine as it is shipped
+does HANDBOOK all the time.
 """
 
 from __future__ import annotations
@@ -39,7 +41,9 @@ AT_WORK = ("collar", "drill")
 
 
 class DrillHoleEnv(RoboclimberEnv):
-    """`Roboclimber/DrillHole-v0`: drill as deep as time allows into rock that nobody knows, all feet on the slope."""
+    """`Roboclimber/DrillHole-v0`: drill as deep as time allows into rock that nobody knows, all
+    feet on the slope.
+    """
 
     table = HOLE_TABLE
     actions = (

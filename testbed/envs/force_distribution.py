@@ -1,7 +1,9 @@
-"""Sharing the load out: the agent corrects the plan of the quadratic program on cases like the benchmark's.
+"""Sharing the load out: the agent corrects the plan of the quadratic program on cases like the
+benchmark's.
 
-Actions in [-1, 1] (6): what is wanted beyond the plan, +-2000 N of normal load on fl fr rl rr (of these only what
-leaves the body still can be had) and +-2000 N of pull on the left and right rope. No action is the program itself.
+Actions in [-1, 1] (6): what is wanted beyond the plan, +-2000 N of normal load on fl fr rl rr (of
+these only what leaves the body still can be had) and +-2000 N of pull on the left and right rope.
+No action is the program itself.
 Observation: control/corrected.py's VIEW.
 """
 
@@ -27,7 +29,9 @@ SETTLE_S = 1.0
 
 
 class ForceDistributionEnv(RoboclimberEnv):
-    """`Roboclimber/ForceDistribution-v0`: the agent corrects the plan of the quadratic program on random cases."""
+    """`Roboclimber/ForceDistribution-v0`: the agent corrects the plan of the quadratic program on
+    random cases.
+    """
 
     table = SHARE_TABLE
     actions = (

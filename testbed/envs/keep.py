@@ -1,8 +1,10 @@
-"""Keeping the stance: a rope parts or slips at an unknown time, a foot stands on something slippery, or both.
+"""Keeping the stance: a rope parts or slips at an unknown time, a foot stands on something
+slippery, or both.
 
-Ten times a second the agent orders the speed of both ropes and moves the four vertical set points. From the first
-fault on, each second is paid in which the feet stay where they were; the pay fades with the furthest way that any of
-them has slipped since the start. Nothing is lost by an action, and nothing is gained by an early end.
+Ten times a second the agent orders the speed of both ropes and moves the four vertical set points.
+From the first fault on, each second is paid in which the feet stay where they were; the pay fades
+with the furthest way that any of them has slipped since the start. Nothing is lost by an action,
+and nothing is gained by an early end.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ HELD = Term(
 
 
 class KeepEnv(RoboclimberEnv):
-    """`Roboclimber/Keep-v0`: hold the stance when a rope parts or slips, or a foot stands on something slippery."""
+    """`Roboclimber/Keep-v0`: hold the stance when a rope parts or slips, or a foot stands on
+    something slippery.
+    """
 
     table = KEEP_TABLE
     actions = (

@@ -1,8 +1,9 @@
 """What an agent sees: one table, each row with its meaning, unit, frame and range.
 
-An observation is the vector of all rows, each mapped from [low, high] to [-1, 1] and clipped there. Everything in it
-is a measurement, an estimate or an order of control itself, never a truth of the world. Rows that a run records take
-name, unit and meaning from where the recording declares them (recording/rows.py).
+An observation is the vector of all rows, each mapped from [low, high] to [-1, 1] and clipped there.
+Everything in it is a measurement, an estimate or an order of control itself, never a truth of the
+world. Rows that a run records take name, unit and meaning from where the recording declares them
+(recording/rows.py).
 """
 
 from __future__ import annotations
@@ -174,7 +175,9 @@ class Observer:
         self._raw = np.zeros(len(table))
 
     def look(self, data_row: Array, orders: Mapping[str, float]) -> NDArray[np.float32]:
-        """A new observation (len(table),) in [-1, 1] of a data row and the orders by their names in the table."""
+        """A new observation (len(table),) in [-1, 1] of a data row and the orders by their names in
+        the table.
+        """
         self._raw[self._data_to] = data_row[self._data_from]
         for name, place in self._orders.items():
             self._raw[place] = orders[name]

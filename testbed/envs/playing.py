@@ -18,7 +18,8 @@ def play(
 ) -> dict[str, Any]:
     """One episode of a policy on a scenario as it is written; `video`: a .mp4, .gif or .webp of it.
 
-    Raises InputError for a file that is no policy or another task's, and for a video that cannot be written.
+    Raises InputError for a file that is no policy or another task's, and for a video that cannot be
+    written.
     """
     import gymnasium
 

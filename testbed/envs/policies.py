@@ -1,7 +1,7 @@
 """Trained policies as they are opened: arrays only, so that nothing in a file can run code.
 
-A `policy.zip` of the library holds weights beside pickled objects; the weights alone are taken from it, with PyTorch's
-own reader that builds nothing but tensors.
+A `policy.zip` of the library holds weights beside pickled objects; the weights alone are taken from
+it, with PyTorch's own reader that builds nothing but tensors.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""What varies from episode to episode, as data: named sets in randomisation.yaml, or a mapping of the same form."""
+"""What varies from episode to episode, as data: named sets in randomisation.yaml, or a mapping of
+the same form.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,9 @@ def named_set(chosen: str | Mapping[str, Any] | None) -> dict[str, Any]:
 
 
 def draw_overrides(chosen: Mapping[str, Any], rng: np.random.Generator) -> list[str]:
-    """One draw of a set as changes `a.b=c` of a scenario, in the set's order (so the numbers are the seed's)."""
+    """One draw of a set as changes `a.b=c` of a scenario, in the set's order (so the numbers are
+    the seed's).
+    """
     drawn = []
     for path, how in chosen.items():
         if path == "faults":
@@ -90,7 +94,9 @@ def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[s
 def _faults(
     how: Mapping[str, Any], rng: np.random.Generator
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Events and patches of one or two faults; the same count of random numbers is taken for any of them."""
+    """Events and patches of one or two faults; the same count of random numbers is taken for any of
+    them.
+    """
     _checked("faults", how)
     two = rng.random() < how["two"]
     events: list[dict[str, Any]] = []

@@ -26,7 +26,9 @@ class Truth:
     lowest_normal_n: float
     """Lowest normal load of any foot in stance within the step."""
     friction_use: float
-    """Highest tangential / (friction * normal) of any foot in stance, mean over the step; 1 slides."""
+    """Highest tangential / (friction * normal) of any foot in stance, mean over the step; 1
+    slides.
+    """
     feet_lost: int
     """Feet in stance that were lost at some moment of the step."""
     moved_m: float
@@ -69,7 +71,8 @@ def body_position(row: Any) -> Array:
 def feet_of_rows(
     force: Any, normal: Any, friction: float, meant: Any, lowest: Any, use: Any
 ) -> None:
-    """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use (n,) of friction.
+    """Lowest normal load (4) of each foot that is meant to carry and, of each row, the highest use
+    (n,) of friction.
 
     force (n, 12) and normal (n, 4) of the feet, N; meant (4,).
     """
@@ -90,7 +93,9 @@ def feet_of_rows(
 
 @dataclass(frozen=True)
 class Term:
-    """One term of a reward: so much of `unit` is counted in a step, and each unit of it is paid for."""
+    """One term of a reward: so much of `unit` is counted in a step, and each unit of it is paid
+    for.
+    """
 
     name: str
     meaning: str
@@ -122,7 +127,8 @@ def holding_amounts(truth: Truth, action: Array, ended: bool) -> dict[str, float
 
 
 def term_weights(terms: Sequence[Term], given: Mapping[str, float]) -> dict[str, float]:
-    """Reward for a unit of each of `terms`, those `given` (sizes; a price stays one) in place of their own.
+    """Reward for a unit of each of `terms`, those `given` (sizes; a price stays one) in place of
+    their own.
 
     Raises InputError for a name that is no term, or a size that is no finite number.
     """

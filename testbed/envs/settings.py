@@ -1,4 +1,5 @@
-"""What the training of each task is set to: arguments of stable-baselines3's proximal policy optimisation.
+"""What the training of each task is set to: arguments of stable-baselines3's proximal policy
+optimisation.
 
 Assumed numbers, all of them; what they leave out is the library's default.
 """
@@ -16,7 +17,9 @@ MANY_STEPS: dict[str, Any] = {
     "ent_coef": 0.0,
     "policy_kwargs": {"net_arch": [32, 32], "log_std_init": -2.0},
 }
-"""For a step of 20 ms. Few passes over many steps: cases differ more than actions do, and no action is a good one."""
+"""For a step of 20 ms. Few passes over many steps: cases differ more than actions do, and no action
+is a good one.
+"""
 FEW_STEPS: dict[str, Any] = {
     "n_steps": 500,
     "batch_size": 125,

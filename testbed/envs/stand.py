@@ -1,4 +1,6 @@
-"""Standing on a slope: keep every foot loaded, friction use low and the body still, without disturbance."""
+"""Standing on a slope: keep every foot loaded, friction use low and the body still, without
+disturbance.
+"""
 
 from __future__ import annotations
 

@@ -1,11 +1,13 @@
-"""Train policies with stable-baselines3 (extra `rl`), session by session: what was killed goes on where it was.
+"""Train policies with stable-baselines3 (extra `rl`), session by session: what was killed goes on
+where it was.
 
-A session is one call of `train`. Its episodes are new ones: they are drawn from the training's seed and the session's
-number. A folder of a training holds
+A session is one call of `train`. Its episodes are new ones: they are drawn from the training's seed
+and the session's number. A folder of a training holds
 
     training.json            task, seed, settings, options and every session with its workers
     checkpoints/             the library's models; policy_<steps>_steps.zip
-    episodes/                one file a session and worker, as stable_baselines3's results_plotter reads them
+    episodes/                one file a session and worker, as stable_baselines3's results_plotter
+    reads them
     policy.zip, policy.npz   the last policy: the library's, and as plain arrays
 """
 
@@ -81,12 +83,13 @@ def train(
     progress: Progress | None = None,
     **options: Any,
 ) -> Path:
-    """Train until `steps` steps are done in all, going on from the last checkpoint in `out`; returns the policy's file.
+    """Train until `steps` steps are done in all, going on from the last checkpoint in `out`;
+    returns the policy's file.
 
-    seed: of a new training, 0 if None; one that goes on keeps its own. options: of the environment, plain JSON values,
-    kept with the training in the same way. An interruption (Ctrl-C) saves what was learnt
-    and is raised again. Raises InputError for numbers that cannot be, an unknown task, a folder of another training or
-    a missing library.
+    seed: of a new training, 0 if None; one that goes on keeps its own. options: of the environment,
+    plain JSON values, kept with the training in the same way. An interruption (Ctrl-C) saves what
+    was learnt and is raised again. Raises InputError for numbers that cannot be, an unknown task, a
+    folder of another training or a missing library.
     """
     for option, value in (("--steps", steps), ("--workers", workers)):
         if value < 1:
@@ -104,7 +107,9 @@ def train(
 
 
 def _begin(out: Path, asked: dict[str, Any], workers: int) -> Session:
-    """Enter a new session into training.json. Raises InputError for a folder of another training."""
+    """Enter a new session into training.json. Raises InputError for a folder of another
+    training.
+    """
     file = out / "training.json"
     kept = read_json(file) if file.is_file() else {}
     if asked["seed"] is None:
@@ -124,7 +129,9 @@ def _begin(out: Path, asked: dict[str, Any], workers: int) -> Session:
 
 
 def _learn(kit: Any, session: Session, steps: int, progress: Progress | None) -> None:
-    """Train the library's model until `steps` steps are done in all; what it has learnt is saved in any case."""
+    """Train the library's model until `steps` steps are done in all; what it has learnt is saved in
+    any case.
+    """
     import torch
     from stable_baselines3.common.callbacks import CheckpointCallback
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
@@ -160,7 +167,9 @@ def _learn(kit: Any, session: Session, steps: int, progress: Progress | None) ->
 
 
 def _worker(session: Session, number: int) -> Any:
-    """One environment with its file of episodes. In a process of its own it leaves Ctrl-C to the parent."""
+    """One environment with its file of episodes. In a process of its own it leaves Ctrl-C to the
+    parent.
+    """
     from multiprocessing import parent_process
 
     import gymnasium
@@ -184,7 +193,9 @@ def _write_policy(session: Session) -> None:
 
 
 def _take_over(model: Any, checkpoint: Path) -> None:
-    """Give a new model the weights, the optimiser's state and the number of steps of a checkpoint: tensors alone."""
+    """Give a new model the weights, the optimiser's state and the number of steps of a checkpoint:
+    tensors alone.
+    """
     try:
         model.policy.load_state_dict(read_tensors(checkpoint, WEIGHTS))
         model.policy.optimizer.load_state_dict(read_tensors(checkpoint, OPTIMISER))
@@ -198,7 +209,9 @@ def _tensorboard(out: Path) -> str | None:
 
 
 def latest(out: Path) -> Path | None:
-    """The whole checkpoint with the most steps, None if there is none; a kill may leave the last one in pieces."""
+    """The whole checkpoint with the most steps, None if there is none; a kill may leave the last
+    one in pieces.
+    """
     found = [p for p in (out / "checkpoints").glob("*_steps.zip") if _steps(p) > 0]
     found = sorted(found, key=_steps, reverse=True)
     return next((checkpoint for checkpoint in found if zipfile.is_zipfile(checkpoint)), None)

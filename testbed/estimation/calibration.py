@@ -1,13 +1,14 @@
-"""Calibration (2), p = k (a V + b): a and b of both pressure sensors from recordings with a known external force.
+"""Calibration (2), p = k (a V + b): a and b of both pressure sensors from recordings with a known
+external force.
 
 Where the piston slides, the balance of forces is linear in everything unknown:
     F_ref - m g cos(inclination) + m a
         = A_A k (a_A V_A + b_A) - A_B k (a_B V_B + b_B) - sigma v
           - sign(v) [F_c + F_s exp(-|v| / c_s) + c_load F_ref + c_p (pA + pB)] - delta
-Both zeros and the asymmetry 2 delta of Coulomb friction are constants that no motion tells apart: what is expected of
-them enters as a prior, and the covariance keeps what the data leave open.
-Where the piston hardly slides (a leg pressed on the load cell, the paper's figure 4) friction cannot be fitted: then
-it counts as an error, and the covariance grows accordingly.
+Both zeros and the asymmetry 2 delta of Coulomb friction are constants that no motion tells apart:
+what is expected of them enters as a prior, and the covariance keeps what the data leave open.
+Where the piston hardly slides (a leg pressed on the load cell, the paper's figure 4) friction
+cannot be fitted: then it counts as an error, and the covariance grows accordingly.
 """
 
 from __future__ import annotations
@@ -36,11 +37,15 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 A_SD, B_SD_V = 0.05, 0.0625
-"""Amplifiers are trimmed to a = 1 within 5 %; b within 1.25 % of 5 V, the transducers' thermal zero."""
+"""Amplifiers are trimmed to a = 1 within 5 %; b within 1.25 % of 5 V, the transducers' thermal
+zero.
+"""
 ASYMMETRY = 0.25
 """Standard deviation of delta as a share of F_c."""
 LOAD_SD, PRESSURE_SD_M2 = 0.05, 5e-5
-"""Friction that grows with the load or the pressures looks like a gain where the piston slides one way only."""
+"""Friction that grows with the load or the pressures looks like a gain where the piston slides one
+way only.
+"""
 COULOMB = 4
 """Place of F_c among friction's columns."""
 OUTLIER_SIGMAS, HUBER = 6.0, 2.5
@@ -77,7 +82,9 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """All sensors by channel name, residual N, rows and outliers among them, and whether friction was fitted."""
+    """All sensors by channel name, residual N, rows and outliers among them, and whether friction
+    was fitted.
+    """
 
     sensors: Mapping[str, Sensor]
     residual_n: float
@@ -102,7 +109,9 @@ class _Rows:
 
 
 def calibrate(recordings: Sequence[Recording]) -> Calibrated:
-    """Calibrate from one or more recordings of one rig. Raises InputError naming what cannot serve, and why."""
+    """Calibrate from one or more recordings of one rig. Raises InputError naming what cannot serve,
+    and why.
+    """
     first = recordings[0]
     _check_same(recordings)
     names: list[str] = [n for n in ("pressure_a", "pressure_b") if n in first.header.channels]
@@ -134,7 +143,9 @@ def calibrate(recordings: Sequence[Recording]) -> Calibrated:
 
 
 def volts(recording: Recording, channel: str) -> Array:
-    """The voltage that a pressure channel was recorded from, V, shape (n,). InputError where it was not in volts."""
+    """The voltage that a pressure channel was recorded from, V, shape (n,). InputError where it was
+    not in volts.
+    """
     values = recording.pressure_a_pa if channel == "pressure_a" else recording.pressure_b_pa
     c = (
         recording.header.channels[channel].calibration
@@ -215,7 +226,9 @@ def _rows(recording: Recording, names: Sequence[str], sliding: bool) -> _Rows:
 def _fit(
     rows: _Rows, gains: Array, factors: Array, friction: bool
 ) -> tuple[Array, Array, float, int]:
-    """(parameters, covariance, residual N, outliers): a, b per sensor first, then friction's where it is fitted."""
+    """(parameters, covariance, residual N, outliers): a, b per sensor first, then friction's where
+    it is fitted.
+    """
     if not friction:
         return _robust(*_design(rows, gains, 1.0, 0.0))[1:]
     level = _friction_level(rows, gains)
@@ -231,7 +244,9 @@ def _fit(
 
 
 def _design(rows: _Rows, gains: Array, c: float, level: float) -> tuple[Array, Array, Array, Array]:
-    """Columns (m, p), target (m,), prior means (p,), prior standard deviations (p,); level 0 leaves friction out."""
+    """Columns (m, p), target (m,), prior means (p,), prior standard deviations (p,); level 0 leaves
+    friction out.
+    """
     columns: list[Array] = []
     for i, gain in enumerate(gains):
         columns += [gain * rows.volts[:, i], np.full(len(rows.target_n), gain)]
@@ -263,7 +278,9 @@ def _design(rows: _Rows, gains: Array, c: float, level: float) -> tuple[Array, A
 
 
 def _friction_level(rows: _Rows, gains: Array) -> float:
-    """A first size of friction, N: half the mean gap between extension and retraction at nominal calibration."""
+    """A first size of friction, N: half the mean gap between extension and retraction at nominal
+    calibration.
+    """
     gap = rows.volts @ gains - rows.target_n
     plus = rows.velocity_m_s > 0.0
     if plus.all() or not plus.any():

@@ -1,11 +1,14 @@
-"""The robot weighs and calibrates itself from one recording of its commissioning programme, measurements alone.
+"""The robot weighs and calibrates itself from one recording of its commissioning programme,
+measurements alone.
 
-One linear problem with Gaussian priors, which are the workshop's tolerances. A foot in the air carries nothing:
+One linear problem with Gaussian priors, which are the workshop's tolerances. A foot in the air
+carries nothing:
 
-    pA A_A - pB A_B + m (g - a) = zero + F_f(v),    F_f = +-(C + side |F_across| + S exp(-|v| / c_s)) + sigma v
+    pA A_A - pB A_B + m (g - a) = zero + F_f(v),    F_f = +-(C + side |F_across| + S exp(-|v| /
+    c_s)) + sigma v
 
-and four feet that slide up, down and askew carry the weight: their forces add up to it, their moments to its moment.
-On level ground the feet's own plane shows how the inertial unit is mounted.
+and four feet that slide up, down and askew carry the weight: their forces add up to it, their
+moments to its moment. On level ground the feet's own plane shows how the inertial unit is mounted.
 """
 
 from __future__ import annotations
@@ -42,7 +45,9 @@ ZERO_SD_N = 95.0
 LEVEL_SD_RAD = 5.0e-4
 """The ground's own level, and the feet's by their encoders' zeros (E)."""
 SHOWN = 0.8
-"""A number counts as shown where its interval is narrower than this share of what was known before."""
+"""A number counts as shown where its interval is narrower than this share of what was known
+before.
+"""
 OF_LEG = (
     "zero",
     "coulomb_out",
@@ -57,7 +62,9 @@ OF_LEG = (
 OF_SEAL = {"side": "side_load_coefficient", "pressure": "pressure_coefficient_m2"}
 OF_BODY = ("mass", "moment_x", "moment_y", "moment_z")
 BODY_SD = (52.0, 50.0, 50.0, 50.0)
-"""Of what the whole machine weighs more than drawn up, kg, and of its first moments, kg m, by their tolerances (B)."""
+"""Of what the whole machine weighs more than drawn up, kg, and of its first moments, kg m, by their
+tolerances (B).
+"""
 FLOOR = {
     "zero": 45.0,
     "coulomb": 25.0,
@@ -74,10 +81,12 @@ OF_ROPE = {
     "pin_zero": ("rope.tension_gain.zero", "N", 20.0),
     "rope_height": ("rope.attachment.height", "m", 1.0e-3),
 }
-"""Constant of the whole-body estimate -> effect and parameter, unit, least standard deviation that is stated (E)."""
+"""Constant of the whole-body estimate -> effect and parameter, unit, least standard deviation that
+is stated (E).
+"""
 ROPES_DOUBT = 3.0
-"""Ropes are stated so much less surely than the estimate has them: friction of the cylinders that push sideways stands in
-for them (E)."""
+"""Ropes are stated so much less surely than the estimate has them: friction of the cylinders that
+push sideways stands in for them (E)."""
 MASS_FLOOR_KG, CENTRE_FLOOR_M = 8.0, 0.005
 
 
@@ -122,7 +131,9 @@ class Weighed:
 
 
 def weigh_itself(data: Mapping[str, Array], machine: Machine, model: RobotModel) -> Weighed:
-    """Fit a robot's recording (columns of the contract). Raises InputError where no foot is ever in the air."""
+    """Fit a robot's recording (columns of the contract). Raises InputError where no foot is ever in
+    the air.
+    """
     seen = _Seen.of(data, machine)
     prior_mean, prior_sd = _priors(machine)
     rows, values, sds = _rows(seen, machine, model, prior_mean)
@@ -140,7 +151,9 @@ def weigh_itself(data: Mapping[str, Array], machine: Machine, model: RobotModel)
 
 @dataclass(frozen=True)
 class _Seen:
-    """Rows (n) of the recording that are looked at, of the vertical cylinders (4, n) and the body."""
+    """Rows (n) of the recording that are looked at, of the vertical cylinders (4, n) and the
+    body.
+    """
 
     push_n: Array
     """pA A_A - pB A_B, as measured."""
@@ -222,7 +235,9 @@ def _in_air(data: Mapping[str, Array], leg: str, carrying: Any, t: Array) -> NDA
 
 
 def _priors(machine: Machine) -> tuple[Array, Array]:
-    """Mean and standard deviation of all unknowns: four legs' OF_LEG, then OF_BODY (more than drawn up)."""
+    """Mean and standard deviation of all unknowns: four legs' OF_LEG, then OF_BODY (more than drawn
+    up).
+    """
     known = {t.number: t for t in tolerances("workshop")}
     means, sds = [], []
     for leg in LEGS:
@@ -248,7 +263,9 @@ def _path(axis: str, name: str) -> str:
 
 
 def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Array]:
-    """(n, 9): what each of OF_LEG adds to the measured push of leg k; (n): what is declared beyond them."""
+    """(n, 9): what each of OF_LEG adds to the measured push of leg k; (n): what is declared beyond
+    them.
+    """
     cylinder, v = axis.cylinder, seen.speed[k]
     assert isinstance(cylinder, StraightCylinder)
     out, back = (v > 0.0).astype(float), (v < 0.0).astype(float)
@@ -275,7 +292,9 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
 def _rows(
     seen: _Seen, machine: Machine, model: RobotModel, prior: Array
 ) -> tuple[Array, Array, Array]:
-    """Rows of the linear problem about the priors: coefficients (m, 40), values (m), standard deviations (m)."""
+    """Rows of the linear problem about the priors: coefficients (m, 40), values (m), standard
+    deviations (m).
+    """
     thinning = math.exp(
         -machine.seal.viscosity_rate_1_k
         * (machine.oil.start_temperature_degc - machine.seal.viscosity_reference_degc)
@@ -308,7 +327,9 @@ def _rows(
 def _balances(
     seen: _Seen, model: RobotModel, load: Array, laws: Array, at: NDArray[np.intp]
 ) -> Any:
-    """The feet's forces along z, and their moments about x and y, against the weight's: three rows a sample."""
+    """The feet's forces along z, and their moments about x and y, against the weight's: three rows
+    a sample.
+    """
     total = model.total_mass_kg
     feet = np.array([model.foot_positions_m(seen.joints[:, i]) for i in at])
     centre = np.array([model.centre_of_mass_m(seen.joints[:, i]) for i in at])
@@ -378,8 +399,8 @@ def _body_numbers(
 def of_ropes(
     mean: Mapping[str, float], sd: Mapping[str, float], known: Mapping[str, float]
 ) -> dict[str, Number]:
-    """What the whole-body estimate learnt of ropes and load pins, from its constants by name: their means, their
-    standard deviations, and those of before.
+    """What the whole-body estimate learnt of ropes and load pins, from its constants by name: their
+    means, their standard deviations, and those of before.
     """
     out = {}
     for quantity, (number, unit, least) in OF_ROPE.items():

@@ -1,11 +1,13 @@
-"""One cylinder as an estimator may know it: its sensors corrected, its force, its friction as a value and as a set.
+"""One cylinder as an estimator may know it: its sensors corrected, its force, its friction as a
+value and as a set.
 
-    true pressure = (reading - zero - drift t) / (1 + gain)   (laws of sensor.drift_a and sensor.gain_a)
-    piston force = pA A_A - pB A_B
-    F_f(v) = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)]   (5), one set of numbers for each sense
+    true pressure = (reading - zero - drift t) / (1 + gain)   (laws of sensor.drift_a and
+    sensor.gain_a) piston force = pA A_A - pB A_B
+    F_f(v) = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)]   (5), one set of numbers for each
+    sense
 
-What a model adds to (5) comes as `Conditions`. Used live (a number at a time) and over recordings; forces in N along
-extension, friction positive against extension.
+What a model adds to (5) comes as `Conditions`. Used live (a number at a time) and over recordings;
+forces in N along extension, friction positive against extension.
 """
 
 from __future__ import annotations
@@ -46,7 +48,9 @@ class Stribeck(Record):
 
 
 class Conditions(NamedTuple):
-    """What changes (5) at this moment: F_c = factor F_c0 + extra, sigma times thinning, F_s0 + dwell F_c."""
+    """What changes (5) at this moment: F_c = factor F_c0 + extra, sigma times thinning, F_s0 +
+    dwell F_c.
+    """
 
     factor: float
     extra: float
@@ -104,7 +108,9 @@ def stribeck_of(friction: Friction) -> NDArray[Any]:
 
 
 RATIO_MOST = 2.0
-"""Behind softer oil than that the noise of the pressures outweighs what they tell of the seals (E)."""
+"""Behind softer oil than that the noise of the pressures outweighs what they tell of the seals
+(E).
+"""
 POLYTROPIC_POWER = 1.0 / 1.4
 """Of air."""
 _behind_gain, _drifted, _of_air = njit(true_pa), njit(zero_pa), njit(compliance_1_pa)
@@ -159,8 +165,8 @@ def friction_set(
 ) -> tuple[float, float]:
     """(lowest, highest) friction that the encoder leaves open.
 
-    `slides` = 1: the single value (5) at |v| in `sense`; 0: all between the two break-away values; in between, the
-    edge on the far side moves back linearly.
+    `slides` = 1: the single value (5) at |v| in `sense`; 0: all between the two break-away values;
+    in between, the edge on the far side moves back linearly.
     """
     low, high = break_away(friction, now)
     if slides <= 0.0:
@@ -188,13 +194,17 @@ def place_factor(cylinder: Any, extension: float) -> float:
 
 @njit
 def overhang_factor(cylinder: Any, extension: float) -> float:
-    """Friction by a load across the rod at an extension (m) over that in the middle of the stroke."""
+    """Friction by a load across the rod at an extension (m) over that in the middle of the
+    stroke.
+    """
     return float(1.0 + cylinder.side_growth * (extension / cylinder.stroke - 0.5))
 
 
 @njit
 def extra_friction(cylinder: Any, pressures: float, load: float, across: float) -> float:
-    """Coulomb friction beyond F_c0, N, by pA + pB (Pa) and the load along and across the rod (N)."""
+    """Coulomb friction beyond F_c0, N, by pA + pB (Pa) and the load along and across the rod
+    (N).
+    """
     extra = cylinder.pressure_coefficient * pressures + cylinder.side_coefficient * across
     return float(extra + cylinder.load_coefficient * max(load, 0.0))
 
@@ -208,7 +218,8 @@ def softness(gauge_pa: float, cylinder: Any) -> float:
 
 @njit
 def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[float, float]:
-    """Stiffness of both chambers, N/m, ports shut: beta_A A_A^2 / V_A, beta_B A_B^2 / V_B at gauge pressures, Pa.
+    """Stiffness of both chambers, N/m, ports shut: beta_A A_A^2 / V_A, beta_B A_B^2 / V_B at gauge
+    pressures, Pa.
 
     V_A = dead_a + A_A x, V_B = dead_b + A_B (stroke - x).
     """
@@ -223,7 +234,9 @@ def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[
 
 @njit
 def seal_ratio(pa: float, pb: float, extension: float, cylinder: Any) -> float:
-    """Stiffness of a piston's seals over that of its oil at gauge pressures (Pa) and an extension (m), 1."""
+    """Stiffness of a piston's seals over that of its oil at gauge pressures (Pa) and an extension
+    (m), 1.
+    """
     a, b = oil_springs(pa, pb, extension, cylinder)
     return float(min(cylinder.seal_stiffness / (a + b), RATIO_MOST))
 
@@ -239,7 +252,8 @@ def push_of(command: float, deadband: float) -> float:
 def friction_parts(
     velocity: Array, friction: Friction, factor: Array, extra: Array, thinning: Array
 ) -> tuple[Array, Array]:
-    """(dry level, viscous part) of (5) over a recording, N: F_f = viscous + sign(v) level; all of shape (n,).
+    """(dry level, viscous part) of (5) over a recording, N: F_f = viscous + sign(v) level; all of
+    shape (n,).
 
     The conditions as in `Conditions`. At v = 0 the level is that of extension.
     """
@@ -250,7 +264,9 @@ def friction_parts(
 
 
 def break_away_over(friction: Friction, factor: Array, extra: Array) -> tuple[Array, Array]:
-    """`break_away` over a recording: (lowest, highest) friction of a piston at rest, N, shape (n,)."""
+    """`break_away` over a recording: (lowest, highest) friction of a piston at rest, N, shape
+    (n,).
+    """
     still, numbers = np.zeros_like(factor), stribeck_of(friction)
     low, high = np.empty_like(factor), np.empty_like(factor)
     _levels(still, np.zeros(still.shape, dtype=bool), numbers, factor, extra, low)

@@ -1,9 +1,9 @@
 """The socket of force estimators: a foot load from every row, live and over a recording.
 
-An estimator is any class with `update(row) -> loads (4,)`, N along the vertical joints' axes, positive when the ground
-pushes a foot up; or `-> (loads, low, high)` with the ends of its 90 % interval. `row` is a DataRow (recording/rows.py):
-what was measured, and the shipped estimates beside it. It may have `start(dt_s)`, called before the first row with the
-seconds between two.
+An estimator is any class with `update(row) -> loads (4,)`, N along the vertical joints' axes,
+positive when the ground pushes a foot up; or `-> (loads, low, high)` with the ends of its 90 %
+interval. `row` is a DataRow (recording/rows.py): what was measured, and the shipped estimates
+beside it. It may have `start(dt_s)`, called before the first row with the seconds between two.
 
 The shipped methods go by the names of `row.estimate`.
 """
@@ -50,7 +50,8 @@ class Method:
 def estimator_of(name: str, field: str = "estimator") -> Any:
     """A shipped method by its name, or an object of the class that `FILE.py:Class` names.
 
-    Raises InputError for an unknown name, a file or class that is not there or does not fit (Estimator).
+    Raises InputError for an unknown name, a file or class that is not there or does not fit
+    (Estimator).
     """
     if is_user_class(name):
         return load_object(name, Estimator, field=field)
@@ -62,7 +63,8 @@ def estimator_of(name: str, field: str = "estimator") -> Any:
 
 
 def interval_of(answer: Any) -> tuple[Array, Array, Array]:
-    """Loads, low and high (4,) of what an estimator answered; without an interval low and high are the loads.
+    """Loads, low and high (4,) of what an estimator answered; without an interval low and high are
+    the loads.
 
     Raises ValueError for another shape.
     """
@@ -74,7 +76,9 @@ def interval_of(answer: Any) -> tuple[Array, Array, Array]:
 
 
 def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
-    """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3, 4)."""
+    """An estimator's loads, low and high, N, over DataRow records (n,), one after the other: (n, 3,
+    4).
+    """
     by_name = rows.view(np.recarray)
     told = [interval_of(estimator.update(row)) for row in by_name]
     return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))

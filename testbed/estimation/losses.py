@@ -1,19 +1,24 @@
-"""What a loss of contact is, stated once: for the benchmark, a run's summary, `testbed detect` and the detectors.
+"""What a loss of contact is, stated once: for the benchmark, a run's summary, `testbed detect` and
+the detectors.
 
-A foot has lost its contact from the moment it bears less than a share of its nominal load, if it goes on to do so for a
-minimum time; it has touched down from the moment it bears that much again, if it goes on to do so for the same time.
-What is shorter, either way, is the bounce of a blow and changes nothing. Unless stated otherwise the share is LOSS_SHARE
-and the time LOSS_S. A reference is either the true load, which this cuts, or a contact channel.
+A foot has lost its contact from the moment it bears less than a share of its nominal load, if it
+goes on to do so for a minimum time; it has touched down from the moment it bears that much again,
+if it goes on to do so for the same time. What is shorter, either way, is the bounce of a blow and
+changes nothing. Unless stated otherwise the share is LOSS_SHARE and the time LOSS_S. A reference is
+either the true load, which this cuts, or a contact channel.
 
 How a contact word (lost or loaded, sample by sample) is scored:
 
     loss found         the word says lost within FOUND_S of the loss, and before it ends
-    delay              from the loss to the first sample that says so; 0 where the word was right already
-    false alarm        the word turns to lost while the foot carries and goes on to for EARLY_S or more; a word that
-                       stays wrong counts once more every STANDING_S, one that was wrong from the start too
+    delay              from the loss to the first sample that says so; 0 where the word was right
+    already false alarm        the word turns to lost while the foot carries and goes on to for
+    EARLY_S or more; a word that
+                       stays wrong counts once more every STANDING_S, one that was wrong from the
+                       start too
     missed seconds     the foot is lost and the word says loaded
     false flight       the foot carries and the word says lost
-    touchdown found    a word that said lost says loaded within FOUND_S of the touchdown, and before the next loss
+    touchdown found    a word that said lost says loaded within FOUND_S of the touchdown, and before
+    the next loss
 """
 
 from __future__ import annotations
@@ -41,12 +46,16 @@ EARLY_S = 0.1
 STANDING_S = 5.0
 """A false alarm that stands counts once more after every such time, s (E)."""
 LONGEST_STEP = 10.0
-"""A sample stands for the time until the next one, at most for so many usual steps: no one knows more of a gap."""
+"""A sample stands for the time until the next one, at most for so many usual steps: no one knows
+more of a gap.
+"""
 
 
 @dataclass(frozen=True)
 class LossRule:
-    """What counts as a loss: below `share` of the nominal load (N) for `shortest_s` (s); a touchdown likewise."""
+    """What counts as a loss: below `share` of the nominal load (N) for `shortest_s` (s); a
+    touchdown likewise.
+    """
 
     nominal_load_n: float
     share: float = LOSS_SHARE
@@ -58,11 +67,15 @@ class LossRule:
         return self.share * self.nominal_load_n
 
     def carrying(self, load_n: Array, time_s: Array) -> Flags:
-        """Whether a foot is in contact, (n,), by its true load (n,), N: everywhere but in its losses."""
+        """Whether a foot is in contact, (n,), by its true load (n,), N: everywhere but in its
+        losses.
+        """
         return self.settled(load_n >= self.force_n, time_s)
 
     def settled(self, carries: Flags, time_s: Array) -> Flags:
-        """A contact (n,) without the stretches, of either kind, that are shorter than `shortest_s`."""
+        """A contact (n,) without the stretches, of either kind, that are shorter than
+        `shortest_s`.
+        """
         stretches = [(a, b, True) for a, b in intervals(carries, time_s, self.shortest_s)]
         stretches += [(a, b, False) for a, b in intervals(~carries, time_s, self.shortest_s)]
         out = np.ones(len(carries), dtype=bool)
@@ -77,7 +90,9 @@ def nominal_load_n(machine: Machine) -> float:
 
 
 def loss_force_n(nominal_load_n: float) -> float:
-    """Load below which a foot of this nominal load has lost its contact, where nothing else is stated, N."""
+    """Load below which a foot of this nominal load has lost its contact, where nothing else is
+    stated, N.
+    """
     return LossRule(nominal_load_n).force_n
 
 
@@ -93,7 +108,9 @@ def intervals(flags: Flags, time_s: Array, shortest_s: float = 0.0) -> list[tupl
 
 @dataclass(frozen=True)
 class Change:
-    """A true loss or touchdown: the samples [start, end) that it lasts; `delay_s` until the word followed, None: missed."""
+    """A true loss or touchdown: the samples [start, end) that it lasts; `delay_s` until the word
+    followed, None: missed.
+    """
 
     start: int
     end: int
@@ -116,7 +133,8 @@ class Followed:
 
 
 def follow(lost: Flags, carrying: Flags, time_s: Array) -> Followed:
-    """A word (n,), true where it says lost, against a reference (n,) that says whether the foot carries.
+    """A word (n,), true where it says lost, against a reference (n,) that says whether the foot
+    carries.
 
     A loss that was on already at the first sample has no beginning, and is none; its seconds count.
     """
@@ -164,7 +182,9 @@ def _false_alarms(
 
 @dataclass(frozen=True)
 class ContactScore:
-    """How well a contact word follows a reference; a time is None where there was nothing to time."""
+    """How well a contact word follows a reference; a time is None where there was nothing to
+    time.
+    """
 
     losses: int
     missed: int
@@ -184,7 +204,9 @@ class ContactScore:
 
 
 def score_contact(contact: Array, carrying: Flags, time_s: Array) -> ContactScore:
-    """A contact state (n,), 1 loaded and 0 lost, against a reference (n,) that says whether the foot carries."""
+    """A contact state (n,), 1 loaded and 0 lost, against a reference (n,) that says whether the
+    foot carries.
+    """
     found = follow(contact < SET, carrying, time_s)
     delays = [loss.delay_s for loss in found.losses if loss.delay_s is not None]
     touchdowns = [t.delay_s for t in found.touchdowns if t.delay_s is not None]

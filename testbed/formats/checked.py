@@ -1,4 +1,6 @@
-"""The manners of every checked object: unknown keys refused, numbers finite, frozen, errors in one line."""
+"""The manners of every checked object: unknown keys refused, numbers finite, frozen, errors in one
+line.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Files that are there whole or not at all, and the one line that says why one cannot be written."""
+"""Files that are there whole or not at all, and the one line that says why one cannot be
+written.
+"""
 
 from __future__ import annotations
 
@@ -36,10 +38,11 @@ def make_folder(folder: str | Path, field: str | None = "--out") -> Path:
 def check_file(
     path: str | Path, endings: Sequence[str] = (), field: str = "--out", within: Path | None = None
 ) -> Path:
-    """See that a file (with one of these endings, if any are given) can be made: before the work begins, not after it.
+    """See that a file (with one of these endings, if any are given) can be made: before the work
+    begins, not after it.
 
-    `within`: a folder that the work makes. Raises InputError, in `field`, where the file cannot be made; an older one
-    stays as it is.
+    `within`: a folder that the work makes. Raises InputError, in `field`, where the file cannot be
+    made; an older one stays as it is.
     """
     path = Path(path)
     _check_name(path, field)
@@ -53,7 +56,9 @@ def check_file(
 
 
 def _check_name(path: Path, field: str | None = None) -> None:
-    """Refuse a name that is none, and what a file must not take the place of: a folder, a device, a pipe."""
+    """Refuse a name that is none, and what a file must not take the place of: a folder, a device, a
+    pipe.
+    """
     try:
         other = path.exists() and not path.is_file()
     except OSError as error:
@@ -67,7 +72,9 @@ def _check_name(path: Path, field: str | None = None) -> None:
 
 
 def check_space(folder: Path, needed_bytes: float, field: str = "--out") -> None:
-    """See that so many bytes are free where `folder` is: before the work begins, not after it. Raises InputError."""
+    """See that so many bytes are free where `folder` is: before the work begins, not after it.
+    Raises InputError.
+    """
     free_bytes = shutil.disk_usage(folder).free
     if free_bytes < needed_bytes:
         raise InputError(
@@ -81,7 +88,8 @@ def check_space(folder: Path, needed_bytes: float, field: str = "--out") -> None
 def read_text(path: str | Path, most_bytes: int) -> str:
     """The text of a regular file of at most so many bytes, UTF-8.
 
-    Raises InputError where it is missing, no regular file (a device never ends), larger, unreadable or no text.
+    Raises InputError where it is missing, no regular file (a device never ends), larger, unreadable
+    or no text.
     """
     path = Path(path)
     try:
@@ -100,7 +108,9 @@ def read_text(path: str | Path, most_bytes: int) -> str:
 
 
 def read_json(path: str | Path) -> dict[str, Any]:
-    """The object in a JSON file. Raises InputError where it cannot be read, is not JSON or no object."""
+    """The object in a JSON file. Raises InputError where it cannot be read, is not JSON or no
+    object.
+    """
     try:
         found = json.loads(read_text(path, MOST_JSON_BYTES))
     except (ValueError, RecursionError) as error:
@@ -112,9 +122,11 @@ def read_json(path: str | Path) -> dict[str, Any]:
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """A hidden file beside `path` to write to; it takes the place of `path` at the end, or is gone with an exception.
+    """A hidden file beside `path` to write to; it takes the place of `path` at the end, or is gone
+    with an exception.
 
-    Raises InputError in place of an OSError, and for a `path` that is no file's: empty, a folder, a device, a pipe.
+    Raises InputError in place of an OSError, and for a `path` that is no file's: empty, a folder, a
+    device, a pipe.
     """
     _check_name(path)
     hidden = path.with_name(f".{path.name}")
@@ -136,12 +148,16 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_json(path: str | Path, tree: Any) -> None:
-    """Write `plain(tree)` as JSON, whole or not at all. Raises InputError where it cannot be written."""
+    """Write `plain(tree)` as JSON, whole or not at all. Raises InputError where it cannot be
+    written.
+    """
     write_text(path, json.dumps(plain(tree), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 class Lines:
-    """A text file that grows by whole lines; what a killed process left of one stays a line of its own."""
+    """A text file that grows by whole lines; what a killed process left of one stays a line of its
+    own.
+    """
 
     def __init__(self, path: Path) -> None:
         """Open or make it. Raises InputError where that cannot be."""
@@ -156,7 +172,9 @@ class Lines:
             raise _unwritable(path, error) from error
 
     def add(self, line: str) -> None:
-        """Hand one more line to the system, in one piece. Raises InputError where it does not take all of it."""
+        """Hand one more line to the system, in one piece. Raises InputError where it does not take
+        all of it.
+        """
         data = line.encode() + b"\n"
         try:
             if self._file.write(data) != len(data):
@@ -170,7 +188,9 @@ class Lines:
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON knows it: numpy's numbers and arrays unwrapped, what is not a finite number null."""
+    """`value` as JSON knows it: numpy's numbers and arrays unwrapped, what is not a finite number
+    null.
+    """
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

@@ -1,9 +1,10 @@
-"""Small networks as plain arrays: tanh between the layers, nothing after the last, answers clipped to [-1, 1].
+"""Small networks as plain arrays: tanh between the layers, nothing after the last, answers clipped
+to [-1, 1].
 
     answer = clip(W_n tanh(... tanh(W_0 view + b_0) ...) + b_n, -1, 1)
 
-The file (.npz) holds weight_0, bias_0, weight_1, ... and words on where they come from. Arrays of objects, which could
-run code when they are read, are refused.
+The file (.npz) holds weight_0, bias_0, weight_1, ... and words on where they come from. Arrays of
+objects, which could run code when they are read, are refused.
 """
 
 from __future__ import annotations
@@ -55,7 +56,8 @@ class Network:
 def network(arrays: Mapping[str, Any], file: str | Path) -> Network:
     """The network of weight_0, bias_0, ... in single or double precision.
 
-    Raises InputError, naming `file` and the array, where one is missing, fits no other or is not finite.
+    Raises InputError, naming `file` and the array, where one is missing, fits no other or is not
+    finite.
     """
     layers: list[tuple[Array, Array]] = []
     for k in count():
@@ -81,7 +83,9 @@ def _numbers(arrays: Mapping[str, Any], name: str, file: str | Path) -> Array:
 
 
 def read_network(file: Path) -> tuple[Network, dict[str, str]]:
-    """The network of an .npz, and its words by name. Raises InputError for a file that holds no such network."""
+    """The network of an .npz, and its words by name. Raises InputError for a file that holds no
+    such network.
+    """
     try:
         with zipfile.ZipFile(file) as archive:
             if sum(entry.file_size for entry in archive.infolist()) > MOST_BYTES:

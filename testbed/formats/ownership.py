@@ -1,7 +1,7 @@
 """One owner a folder: two processes that write into one folder would mix their files.
 
-The lock is the operating system's, on the folder itself: it leaves no file behind, and it ends with its process,
-however that ends. Reading needs no lock.
+The lock is the operating system's, on the folder itself: it leaves no file behind, and it ends with
+its process, however that ends. Reading needs no lock.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class OccupiedError(InputError):
 def owned(folder: str | Path, field: str | None = "--out") -> Iterator[Path]:
     """Make `folder` and own it while the block runs; yields its path.
 
-    Raises OccupiedError, in `field`, where another process (or another block of this one) owns it, InputError where
-    nothing can be written in it. A folder inside an owned one has its own owner.
+    Raises OccupiedError, in `field`, where another process (or another block of this one) owns it,
+    InputError where nothing can be written in it. A folder inside an owned one has its own owner.
     """
     folder = make_folder(folder, field)
     handle = os.open(folder, os.O_RDONLY)

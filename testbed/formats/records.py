@@ -12,10 +12,12 @@
     cylinders["chambers"]["pressure"][:, 0]     # all at once, in Python
     cylinders[3].chambers[0].pressure           # one of them, in Python or in a compiled function
 
-A record's NumPy dtype, its column names in a recording and its table for people all follow from the declaration, so
-that a new field may stand anywhere in it. Compiled functions take arrays of records (an array costs a Python caller
-0.2 us, a single record 0.9 us) and hand single records on, which costs nothing. But a single record does not keep its
-array alive there: what a compiled function allocates for itself it hands on as an array, and the callee takes `[0]`.
+A record's NumPy dtype, its column names in a recording and its table for people all follow from the
+declaration, so that a new field may stand anywhere in it. Compiled functions take arrays of records
+(an array costs a Python caller 0.2 us, a single record 0.9 us) and hand single records on, which
+costs nothing. But a single record does not keep its
+array alive there: what a compiled function allocates for itself it hands on as an array, and the
+callee takes `[0]`.
 """
 
 from __future__ import annotations
@@ -35,7 +37,9 @@ SET = 0.5
 
 @dataclass(frozen=True)
 class Field:
-    """One quantity of a record: unit, meaning, and the names along each of its axes (none: a single number)."""
+    """One quantity of a record: unit, meaning, and the names along each of its axes (none: a single
+    number).
+    """
 
     unit: str
     meaning: str
@@ -72,8 +76,8 @@ def quantity(
 ) -> Any:
     """Declare a number, or an array of them with names along its axes.
 
-    per: names along one axis (`per=LEGS`, `per=("x", "y")`), a tuple of such tuples for several axes
-    (`per=(LEGS, ("x", "y", "z"))`), or a plain length in the place of names.
+    per: names along one axis (`per=LEGS`, `per=("x", "y")`), a tuple of such tuples for several
+    axes (`per=(LEGS, ("x", "y", "z"))`), or a plain length in the place of names.
     kind: NumPy's kind of number, "f8" or "i8".
     units: how a label ends -> its unit, where that is not `unit` (`units={"_rotation": "rad"}`).
     """
@@ -103,7 +107,9 @@ def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
 
 
 class SingleRecord(np.record):  # type: ignore[misc]
-    """One record in Python: its fields are attributes, whatever else NumPy calls so (`mean`, `sum`)."""
+    """One record in Python: its fields are attributes, whatever else NumPy calls so (`mean`,
+    `sum`).
+    """
 
     def __getattribute__(self, name: str) -> Any:
         """A field before an attribute of NumPy's."""
@@ -112,7 +118,9 @@ class SingleRecord(np.record):  # type: ignore[misc]
 
 
 class Record:
-    """Base of all records; see the module. Subclasses hold declarations only; those of their bases come first."""
+    """Base of all records; see the module. Subclasses hold declarations only; those of their bases
+    come first.
+    """
 
     fields: ClassVar[dict[str, Field]] = {}
     dtype: ClassVar[np.dtype[Any]]
@@ -159,7 +167,9 @@ class Record:
 
     @classmethod
     def columns(cls) -> list[Column]:
-        """Every number in order of memory, named `quantity_label_label`; parts lead with their own name."""
+        """Every number in order of memory, named `quantity_label_label`; parts lead with their own
+        name.
+        """
         return list(_columns(cls, ""))
 
     @classmethod
@@ -188,7 +198,9 @@ class Record:
 
     @classmethod
     def from_table(cls, table: NDArray[np.float64]) -> NDArray[Any]:
-        """The rows of a table (n, columns) as records (n,) of floats; they share its memory where they can."""
+        """The rows of a table (n, columns) as records (n,) of floats; they share its memory where
+        they can.
+        """
         if any(kind.base.kind != "f" for kind in _leaf_types(cls)):
             raise TypeError(f"{cls.__name__} holds more than floats")
         return np.ascontiguousarray(table).view(cls.dtype).reshape(len(table))
@@ -197,7 +209,9 @@ class Record:
 def from_columns(
     record: type[Record], columns: Mapping[str, NDArray[np.float64]], rows: int, **defaults: Any
 ) -> NDArray[Any]:
-    """Records (rows,) from a table's columns by name; a field whose columns are missing is its default, or 0."""
+    """Records (rows,) from a table's columns by name; a field whose columns are missing is its
+    default, or 0.
+    """
     out = record.zeros(rows)
     for name, value in defaults.items():
         out[name] = value
@@ -236,7 +250,9 @@ def size(record: type[Record]) -> int:
 
 
 def get(records: Any, path: str) -> Any:
-    """The field of records (an array or one of them) by its dotted path, such as "chambers.pressure"."""
+    """The field of records (an array or one of them) by its dotted path, such as
+    "chambers.pressure".
+    """
     for name in path.split("."):
         records = records[name]
     return records

@@ -1,4 +1,6 @@
-"""Every field of a checked object as a table: path, kind of value, default, what is allowed and what it means."""
+"""Every field of a checked object as a table: path, kind of value, default, what is allowed and
+what it means.
+"""
 
 from __future__ import annotations
 

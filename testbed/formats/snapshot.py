@@ -1,10 +1,13 @@
-"""The state of a tree of Python objects as plain values and arrays, and back into a tree that is built alike.
+"""The state of a tree of Python objects as plain values and arrays, and back into a tree that is
+built alike.
 
-    taken = take(root, constant)            # constant(thing): built anew by whoever rebuilds the tree, not part of it
-    put(taken, another_root, constant)      # the other tree goes on exactly where the first one stood
+    taken = take(root, constant)            # constant(thing): built anew by whoever rebuilds the
+    tree, not part of it put(taken, another_root, constant)      # the other tree goes on exactly
+    where the first one stood
 
-`put` fills the objects that are there and makes those that have come since. Nothing is unpickled: a state names
-classes of modules that are loaded already, and gives their attributes. What two objects share they share again.
+`put` fills the objects that are there and makes those that have come since. Nothing is unpickled: a
+state names classes of modules that are loaded already, and gives their attributes. What two objects
+share they share again.
 """
 
 from __future__ import annotations
@@ -43,7 +46,9 @@ class Taken:
 
 
 def take(root: Any, constant: Constant) -> Taken:
-    """The state of everything that is reached from `root`. Raises InputError for what no state can hold."""
+    """The state of everything that is reached from `root`. Raises InputError for what no state can
+    hold.
+    """
     taking = _Taking(constant)
     taking.value(root, "")
     return taking.taken
@@ -85,7 +90,9 @@ def _spelt(kind: type) -> str:
 
 
 def _named(spelt: str, allowed: set[str]) -> type:
-    """The class that `_spelt` named, of the testbed or of the modules `allowed`. Raises ValueError for any other."""
+    """The class that `_spelt` named, of the testbed or of the modules `allowed`. Raises ValueError
+    for any other.
+    """
     module, _, name = spelt.partition(":")
     for loaded in list(sys.modules.values()):
         kind: Any = loaded
@@ -104,7 +111,9 @@ _KNOWN: dict[type, bool] = {}
 
 
 def _in_python(kind: type) -> bool:
-    """Whether a class and all that it inherits from are written in Python: its objects are their attributes."""
+    """Whether a class and all that it inherits from are written in Python: its objects are their
+    attributes.
+    """
     if kind not in _KNOWN:
         _KNOWN[kind] = _looked_up(kind)
     return _KNOWN[kind]
@@ -201,7 +210,9 @@ class _Taking:
 
 
 def plain_generator(generator: np.random.Generator) -> dict[str, Any]:
-    """The state of a random generator as JSON can hold it. Raises InputError for one that has arrays in it."""
+    """The state of a random generator as JSON can hold it. Raises InputError for one that has
+    arrays in it.
+    """
     state = dict(generator.bit_generator.state)
     if state["bit_generator"] not in ("PCG64", "PCG64DXSM"):
         raise InputError(
@@ -283,7 +294,9 @@ class _Putting:
         return made
 
     def _begun(self, told: Mapping[str, Any], found: Any) -> Any:
-        """The object that is to be filled: the one found in its place, where it can be, or an empty one."""
+        """The object that is to be filled: the one found in its place, where it can be, or an empty
+        one.
+        """
         if "array" in told:
             return self._array(told, found)
         if "model" in told:
@@ -336,7 +349,9 @@ class _Putting:
 
 
 def constants(*kinds: type, rooms: tuple[str, ...] = ()) -> Constant:
-    """A `constant` for take and put: things of these classes, of classes in these modules, and all code."""
+    """A `constant` for take and put: things of these classes, of classes in these modules, and all
+    code.
+    """
     rooms = (*rooms, "numba.", "pinocchio")
 
     def constant(thing: Any) -> bool:

@@ -1,8 +1,8 @@
 """The one way in for user code: `mine.py:Mine` becomes a class that is known to fit its socket.
 
-A socket is a Protocol: its methods, and how many arguments each is called with, are what a class must have. Whatever
-goes wrong inside the user's file is reported as the user's (UserCodeError: file, line and what was raised), not as a
-fault of the testbed.
+A socket is a Protocol: its methods, and how many arguments each is called with, are what a class
+must have. Whatever goes wrong inside the user's file is reported as the user's (UserCodeError:
+file, line and what was raised), not as a fault of the testbed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ _LOADED: set[str] = set()
 
 
 def is_user_class(name: str) -> bool:
-    """Whether a name means a class in a user's file (`mine.py:Mine`) rather than one that is shipped."""
+    """Whether a name means a class in a user's file (`mine.py:Mine`) rather than one that is
+    shipped.
+    """
     file, colon, _ = name.rpartition(":")
     return bool(colon) and file.endswith(".py")
 
@@ -33,7 +35,8 @@ def is_user_class(name: str) -> bool:
 def split_user_class(
     name: str, *, field: str, folders: tuple[Path, ...] = (Path(),)
 ) -> tuple[Path, str]:
-    """File (absolute) and class of `FILE.py:Class`; a relative file is looked for in `folders`, in their order.
+    """File (absolute) and class of `FILE.py:Class`; a relative file is looked for in `folders`, in
+    their order.
 
     Raises InputError where the name has another form or there is no such file.
     """
@@ -49,10 +52,11 @@ def split_user_class(
 def load_class(
     name: str, socket: type, *, field: str, folders: tuple[Path, ...] = (Path(),)
 ) -> type[Any]:
-    """The class that `FILE.py:Class` names. `socket` is the Protocol that it must fit, `field` where the name stood.
+    """The class that `FILE.py:Class` names. `socket` is the Protocol that it must fit, `field`
+    where the name stood.
 
-    Raises InputError where there is no such file or class, or where it lacks something of the socket; UserCodeError
-    where the file itself cannot be imported.
+    Raises InputError where there is no such file or class, or where it lacks something of the
+    socket; UserCodeError where the file itself cannot be imported.
     """
     file, class_name = split_user_class(name, field=field, folders=folders)
     module = _import(file)
@@ -77,7 +81,9 @@ def load_object(
     field: str,
     folders: tuple[Path, ...] = (Path(),),
 ) -> Any:
-    """A fresh object of the class that `FILE.py:Class` names, made from `arguments`. Raises as load_class."""
+    """A fresh object of the class that `FILE.py:Class` names, made from `arguments`. Raises as
+    load_class.
+    """
     made = load_class(name, socket, field=field, folders=folders)
     try:
         inspect.signature(made).bind(*arguments)
@@ -96,7 +102,9 @@ def load_object(
 
 @contextmanager
 def user_code() -> Iterator[None]:
-    """Report what a user's file raises inside as UserCodeError: the file, its line, and what was raised."""
+    """Report what a user's file raises inside as UserCodeError: the file, its line, and what was
+    raised.
+    """
     try:
         yield
     except (InputError, SimulationFault):
@@ -109,7 +117,9 @@ def user_code() -> Iterator[None]:
 
 
 def _import(file: Path) -> ModuleType:
-    """The file as a module, read anew (no cache is written); files beside it can be imported by it."""
+    """The file as a module, read anew (no cache is written); files beside it can be imported by
+    it.
+    """
     name = f"testbed_user_{file.stem}_{hashlib.sha256(str(file).encode()).hexdigest()[:12]}"
     module = ModuleType(name)
     module.__file__ = str(file)
@@ -160,7 +170,9 @@ def _plain(method: Any) -> str:
 
 
 def _place_in_user_file(error: BaseException) -> tuple[str, int] | None:
-    """File and line of the innermost frame in a user's file; None where no such file has a part in it."""
+    """File and line of the innermost frame in a user's file; None where no such file has a part in
+    it.
+    """
     if isinstance(error, SyntaxError) and error.filename in _LOADED:
         return error.filename, error.lineno or 0
     frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename in _LOADED]

@@ -14,13 +14,16 @@ from testbed.formats.files import whole
 
 Array = npt.NDArray[np.float64]
 MOST_VALUES, MOST_CSV_BYTES = 1_000_000_000, 4_000_000_000
-"""Of a table that is read: numbers of the columns asked for (8 GB in memory), and bytes of a CSV file."""
+"""Of a table that is read: numbers of the columns asked for (8 GB in memory), and bytes of a CSV
+file.
+"""
 
 
 def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> dict[str, Array]:
     """The columns named in `wanted` (column -> field that names it), as float64 of equal length.
 
-    Of a Parquet file no other column is read; it may be the folder of parts that a killed run leaves.
+    Of a Parquet file no other column is read; it may be the folder of parts that a killed run
+    leaves.
     Raises InputError: missing file, broken table, missing column, a column that is not numbers.
     """
     names, table = _open(path, wanted)
@@ -46,7 +49,9 @@ def read_columns(path: Path, wanted: Mapping[str, str], declared_in: Path) -> di
 
 
 def read_parquet(path: Path, columns: Sequence[str] | None = None) -> Any:
-    """The columns named (None: all) of a Parquet file as an Arrow table; quicker to start than Arrow's data sets."""
+    """The columns named (None: all) of a Parquet file as an Arrow table; quicker to start than
+    Arrow's data sets.
+    """
     import pyarrow.parquet
 
     with pyarrow.parquet.ParquetFile(path) as file:
@@ -73,7 +78,9 @@ def write_columns(path: Path, columns: Mapping[str, Array]) -> None:
 
 
 def _open(path: Path, wanted: Collection[str]) -> tuple[list[str], Any]:
-    """The names of all columns, and a table that holds at least the `wanted` ones that are there."""
+    """The names of all columns, and a table that holds at least the `wanted` ones that are
+    there.
+    """
     import pyarrow.csv
 
     if path.suffix == ".parquet":
@@ -92,7 +99,9 @@ def _open(path: Path, wanted: Collection[str]) -> tuple[list[str], Any]:
 
 
 def _check_size(files: Sequence[Path], columns: int) -> None:
-    """Refuse a Parquet table that would not fit: well packed, a few bytes can stand for many numbers."""
+    """Refuse a Parquet table that would not fit: well packed, a few bytes can stand for many
+    numbers.
+    """
     import pyarrow.parquet as pq
 
     values = columns * sum(pq.read_metadata(file).num_rows for file in files)
@@ -103,10 +112,11 @@ def _check_size(files: Sequence[Path], columns: int) -> None:
 
 
 def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list[str], Any]:
-    """The names of a Parquet table's columns, and the table of those `wanted` (None: all) that are there.
+    """The names of a Parquet table's columns, and the table of those `wanted` (None: all) that are
+    there.
 
-    `path` is a file, or the folder of parts that a run writes until it ends. Raises InputError where it is missing
-    or broken.
+    `path` is a file, or the folder of parts that a run writes until it ends. Raises InputError
+    where it is missing or broken.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

@@ -1,4 +1,6 @@
-"""Units that a recording may be written in, and how each becomes SI: value in SI = factor * (value + zero)."""
+"""Units that a recording may be written in, and how each becomes SI: value in SI = factor * (value
++ zero).
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ Number = TypeVar("Number", float, Array)
 
 
 class Unit(NamedTuple):
-    """One unit: the SI unit it becomes, the factor, and what is added before (a temperature's zero)."""
+    """One unit: the SI unit it becomes, the factor, and what is added before (a temperature's
+    zero).
+    """
 
     si: str
     factor: float = 1.0

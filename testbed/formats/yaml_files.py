@@ -14,7 +14,9 @@ from testbed.errors import InputError
 from testbed.formats.files import read_text, write_text
 
 MOST_BYTES, MOST_DEPTH, MOST_VALUES, MOST_BY_ALIAS = 4_000_000, 64, 300_000, 10_000
-"""Of a file: its size, how deep its values lie in each other, how many it has, and how many of those by aliases."""
+"""Of a file: its size, how deep its values lie in each other, how many it has, and how many of
+those by aliases.
+"""
 
 _Base: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
@@ -68,7 +70,9 @@ _Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
 
 @dataclass
 class _Size:
-    """How many values a node stands for, and how deep they lie in each other; `anchor`: what aliases call it."""
+    """How many values a node stands for, and how deep they lie in each other; `anchor`: what
+    aliases call it.
+    """
 
     anchor: str | None = None
     values: int = 1
@@ -80,9 +84,11 @@ class _Size:
 
 
 def _check_size(text: str) -> None:
-    """Refuse what would take long to build: a few aliases of aliases can stand for millions of values.
+    """Refuse what would take long to build: a few aliases of aliases can stand for millions of
+    values.
 
-    Reads the parser's events one after the other, without building anything. Raises yaml.MarkedYAMLError.
+    Reads the parser's events one after the other, without building anything. Raises
+    yaml.MarkedYAMLError.
     """
     unfinished, anchored = [_Size()], dict[str, _Size]()
     by_alias = 0
@@ -142,7 +148,9 @@ def read_yaml(path: str | Path) -> Any:
 
 
 def read_mapping(path: str | Path) -> dict[str, Any]:
-    """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a mapping."""
+    """The mapping in a YAML file. Raises InputError: missing, unreadable, not YAML, not a
+    mapping.
+    """
     tree = read_yaml(path)
     if not isinstance(tree, Mapping):
         raise InputError("must be a mapping of fields", file=path, value=type(tree).__name__)
@@ -150,12 +158,16 @@ def read_mapping(path: str | Path) -> dict[str, Any]:
 
 
 def write_yaml(path: str | Path, tree: Mapping[str, Any]) -> None:
-    """Write a mapping as YAML, whole or not at all. Raises InputError where it cannot be written."""
+    """Write a mapping as YAML, whole or not at all. Raises InputError where it cannot be
+    written.
+    """
     write_text(path, yaml_text(tree, innermost_in_one_line=True))
 
 
 def yaml_text(tree: Any, innermost_in_one_line: bool = False) -> str:
-    """Plain values as YAML, keys in their order; on request a list or mapping of plain values in one line."""
+    """Plain values as YAML, keys in their order; on request a list or mapping of plain values in
+    one line.
+    """
     return str(
         yaml.dump(
             dict(tree) if isinstance(tree, Mapping) else tree,

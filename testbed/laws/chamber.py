@@ -1,21 +1,24 @@
-"""Both chambers of every cylinder over one substep: a linearly implicit step of second order, oil counted exactly.
+"""Both chambers of every cylinder over one substep: a linearly implicit step of second order, oil
+counted exactly.
 
 With W the oil in a chamber (standard volume, oil.py), x the extension, q the flow through an edge:
 
     W_A' = q_PA + q_TA - C_i (pA - pB) - C_o (pA - pt) - hose,   W_A nu(pA) = dead volume + A_A x
-    W_B' = q_PB + q_TB + C_i (pA - pB) - C_o (pB - pt) - hose,   W_B nu(pB) = dead volume + A_B (stroke - x)
+    W_B' = q_PB + q_TB + C_i (pA - pB) - C_o (pB - pt) - hose,   W_B nu(pB) = dead volume + A_B
+    (stroke - x)
     hose: capacity ph' = capacity (p - ph) / time
 
-The step is the Rosenbrock method ROS2 (Verwer, Spee, Blom, Hundsdorfer 1999), two stages, L-stable with
-g = 1 - 1 / sqrt(2):
+The step is the Rosenbrock method ROS2 (Verwer, Spee, Blom, Hundsdorfer 1999), two stages, L-stable
+with g = 1 - 1 / sqrt(2):
 
     (1 - g h J) k1 = f(t, W) + g h f_t,   (1 - g h J) k2 = f(t + h, W + h k1) - 2 k1 - g h f_t,
     W += h (3 k1 + k2) / 2
 
-It stays of second order for any J, so slopes are taken where they are at hand. Every flow is followed through both
-stages by itself, so that what leaves one place enters another to the last bit. Pressures follow from oil and volume
-after each stage. The axes meet in the supply: each first solves for its rates as y + u q, linear in the rate q of the
-supply's pressure; the supply then finds q; the axes fill it in.
+It stays of second order for any J, so slopes are taken where they are at hand. Every flow is
+followed through both stages by itself, so that what leaves one place enters another to the last
+bit. Pressures follow from oil and volume after each stage. The axes meet in the supply: each first
+solves for its rates as y + u q, linear in the rate q of the supply's pressure; the supply then
+finds q; the axes fill it in.
 """
 
 from __future__ import annotations
@@ -114,7 +117,9 @@ class AxisWork(Record):
 
 
 class PortFlow(NamedTuple):
-    """Flow into a port (m3/s), its slopes by the pressure drops (m3/(s Pa)), and its growth with the opening (m3/s)."""
+    """Flow into a port (m3/s), its slopes by the pressure drops (m3/(s Pa)), and its growth with
+    the opening (m3/s).
+    """
 
     supply: float
     tank: float
@@ -126,10 +131,11 @@ class PortFlow(NamedTuple):
 
 @njit_law(forceinline=True)
 def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next: float) -> PortFlow:
-    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to `o_next`.
+    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
+    `o_next`.
 
-    chamber: ChamberParameters; w: ChamberWork. o > 0 opens the port to the supply, o < 0 to the tank; the open edge is
-    turbulent, both edges leak laminarly.
+    chamber: ChamberParameters; w: ChamberWork. o > 0 opens the port to the supply, o < 0 to the
+    tank; the open edge is turbulent, both edges leak laminarly.
     """
     leak_p, leak = w.leak_from_supply, w.leak_to_tank
     if o + o_next > 0.0:
@@ -163,10 +169,11 @@ def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next:
 def held_port(
     flow: PortFlow, p: float, pilot: float, pt: float, chamber: Any, to_tank: bool
 ) -> PortFlow:
-    """What a load-holding valve (holding.py) lets through of a port's flow; no oil between it and the spool.
+    """What a load-holding valve (holding.py) lets through of a port's flow; no oil between it and
+    the spool.
 
-    Shut, it is tight: what the spool leaks past it, from supply to tank, is left out. pilot: pressure of the other
-    chamber, Pa.
+    Shut, it is tight: what the spool leaks past it, from supply to tank, is left out. pilot:
+    pressure of the other chamber, Pa.
     """
     own = chamber.holding
     if own.kind == NO_HOLDING:
@@ -211,7 +218,9 @@ def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
 
 @njit_law(forceinline=True)
 def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any) -> None:
-    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork."""
+    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w:
+    ChamberWork.
+    """
     w.hose_conductance = own.hose_capacity / p.hose_time if own.hose_capacity > 0.0 else 0.0
     w.hose_start = chamber.hose_pressure
     shut = p.valve.locked != 0.0
@@ -235,7 +244,8 @@ def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> t
 
 @njit_law(forceinline=True)
 def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
-    """Pressure of one chamber from its oil and volume, and what follows from it, into Chamber and ChamberWork.
+    """Pressure of one chamber from its oil and volume, and what follows from it, into Chamber and
+    ChamberWork.
 
     guess: where to look, Pa; oil: OilParameters; w.near belongs to the pressure before.
     """
@@ -259,8 +269,10 @@ def first_stage(
 ) -> None:
     """Flows and slopes of one axis at the substep's start; rates as y + u q.
 
-    Leaves in w.drawn what it draws from the supply, m3/s, and in w.rise its slope by q, the rate of the supply's
-    pressure. o, o_next: the valve's openings at both ends of the substep; ps, pt: pressures of supply and tank, Pa.
+    Leaves in w.drawn what it draws from the supply, m3/s, and in w.rise its slope by q, the rate of
+    the supply's
+    pressure. o, o_next: the valve's openings at both ends of the substep; ps, pt: pressures of
+    supply and tank, Pa.
     """
     gh = GAMMA * h
     a, b = w.a, w.b
@@ -316,7 +328,8 @@ def first_stage(
 def second_stage(
     axis: Any, p: Any, w: Any, o: float, q: float, ps: float, pt: float, h: float
 ) -> None:
-    """Fill in q, then the flows of one axis at the substep's end on the first stage's prediction; see `first_stage`.
+    """Fill in q, then the flows of one axis at the substep's end on the first stage's prediction;
+    see `first_stage`.
 
     o: the valve's opening there; ps: pressure of the supply there, Pa.
     """
@@ -374,7 +387,9 @@ def second_stage(
 def second_hose_flow(
     chamber: Any, own: Any, w: Any, work: Any, p: float, first: float, h: float
 ) -> float:
-    """Flow into a chamber's hose in the second stage, m3/s, without what its rate adds; p: predicted, Pa."""
+    """Flow into a chamber's hose in the second stage, m3/s, without what its rate adds; p:
+    predicted, Pa.
+    """
     hose = chamber.hose_pressure
     if w.hose_conductance > 0.0:
         hose += h * first / own.hose_capacity
@@ -385,7 +400,9 @@ def second_hose_flow(
 
 @njit_law(forceinline=True)
 def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) -> float:
-    """Pressure of a chamber at the substep's end if the rate of its oil holds, Pa; its volume advances."""
+    """Pressure of a chamber at the substep's end if the rate of its oil holds, Pa; its volume
+    advances.
+    """
     air = oil.air
     w.volume += h * w.growth
     near = chamber.pressure
@@ -403,7 +420,9 @@ def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) 
 def close_chamber(
     chamber: Any, own: Any, w: Any, work: Any, q: float, h: float, oil: Any
 ) -> tuple[float, float, float]:
-    """Fill in the second q and move a chamber's oil: oil that entered, its heat content (J), oil into the hose."""
+    """Fill in the second q and move a chamber's oil: oil that entered, its heat content (J), oil
+    into the hose.
+    """
     rate = w.rate + w.answer * q
     hose_rate = w.hose_in + work.hose_share * w.hose_conductance * (GAMMA * h) * w.stiffness * rate
     into = 0.5 * h * (3.0 * w.first_rate + rate)
@@ -421,9 +440,11 @@ def close_chamber(
 def close_step(
     axis: Any, p: Any, w: Any, q: float, supply_enthalpy: float, tank_enthalpy: float, h: float
 ) -> tuple[float, float]:
-    """Fill in the second q and move the oil of one axis; its pressures are then those at the substep's end.
+    """Fill in the second q and move the oil of one axis; its pressures are then those at the
+    substep's end.
 
-    supply_enthalpy: mean of the drawn oil, J/m3. Returns the oil returned to the tank (m3) and heat (J; what
+    supply_enthalpy: mean of the drawn oil, J/m3. Returns the oil returned to the tank (m3) and heat
+    (J; what
     hoses keep is still in it: `kept_by_hoses`).
     """
     drawn = 0.5 * h * (3.0 * w.first_drawn + w.drawn + w.rise * q)

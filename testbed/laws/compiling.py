@@ -8,7 +8,9 @@ from typing import Any
 from testbed.compiled import njit
 
 FAST = frozenset({"contract", "arcp", "nsz"})
-"""Fused multiply-add, reciprocals, no care for the sign of zero: nothing that lets NaN or infinity get lost."""
+"""Fused multiply-add, reciprocals, no care for the sign of zero: nothing that lets NaN or infinity
+get lost.
+"""
 
 
 def njit_law(function: Callable[..., Any] | None = None, **options: Any) -> Any:

@@ -1,19 +1,21 @@
-"""How the hydraulics and a mass that moves freely on the rod take turns, without damping or driving each other.
+"""How the hydraulics and a mass that moves freely on the rod take turns, without damping or driving
+each other.
 
-The engine, and every loop that does `v += dt F / m` and then `x += dt v`, is a leapfrog: with its extension x of the
-instant t it holds the rate v of the half step before, and the force that it is given next acts from t - dt/2 to
-t + dt/2 on that rate. So this is the window over which the hydraulics have to take their mean: it starts at
-x - dt v / 2 and runs through x, by v. Started at x itself the window would look dt / 2 ahead, and a spring k that is
-asked where the rod will be is a damper of k dt / 2: 9 kN s/m for the oil of a vertical cylinder at 1 kHz, more than
-its viscous friction; a seal's contact that starts where the engine's last step started lags and drives as much.
+The engine, and every loop that does `v += dt F / m` and then `x += dt v`, is a leapfrog: with its
+extension x of the instant t it holds the rate v of the half step before, and the force that it is
+given next acts from t - dt/2 to t + dt/2 on that rate. So this is the window over which the
+hydraulics have to take their mean: it starts at x - dt v / 2 and runs through x, by v. Started at x
+itself the window would look dt / 2 ahead, and a spring k that is asked where the rod will be is a
+damper of k dt / 2: 9 kN s/m for the oil of a vertical cylinder at 1 kHz, more than its viscous
+friction; a seal's contact that starts where the engine's last step started lags and drives as much.
 
-What depends on the place (oil, seal contact, cushions, stops, springs) sees the window. What depends on the rate
-(viscous friction, cushion and stop dampers) sees v, which lags by half a step: on the masses of this machine that
-changes such a damper by a few percent at 1 kHz.
+What depends on the place (oil, seal contact, cushions, stops, springs) sees the window. What
+depends on the rate (viscous friction, cushion and stop dampers) sees v, which lags by half a step:
+on the masses of this machine that changes such a damper by a few percent at 1 kHz.
 
-Two windows do not quite meet: as v changes, the second starts dt (v' - v) / 2 beyond the end of the first. The
-hydraulics take this way at the start of their step, at constant oil (hydraulics.py, `AxisState.reached`). A run
-starts at rest, where the window of rate 0 is a point.
+Two windows do not quite meet: as v changes, the second starts dt (v' - v) / 2 beyond the end of the
+first. The hydraulics take this way at the start of their step, at constant oil (hydraulics.py,
+`AxisState.reached`). A run starts at rest, where the window of rate 0 is a point.
 """
 
 from __future__ import annotations
@@ -25,5 +27,7 @@ from testbed.laws.compiling import njit_law
 
 @njit_law(forceinline=True)
 def centre_window(rod: Any, extension: float, rate: float, dt: float) -> None:
-    """Let an AxisInput run through `extension` (m) at `rate` (m/s), from dt / 2 before to dt / 2 after."""
+    """Let an AxisInput run through `extension` (m) at `rate` (m/s), from dt / 2 before to dt / 2
+    after.
+    """
     rod.extension, rod.rate = extension - 0.5 * dt * rate, rate

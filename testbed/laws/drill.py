@@ -1,9 +1,10 @@
 """Drilling loads on the machine: feed, blows, torque, pull-out, the weight of the string.
 
-All act at the drill axis, along the body's z (the hole is normal to the platform). Reaction on the body:
-feed and blows push the machine away from the slope (+z), pulling the string out presses it on (-z), the string in the
-hole hangs on the feed (its weight's part along the hole; the rest lies on the hole's wall), what of it stands in the
-mast acts with all its weight at its middle, the bit's torque turns the body about -z.
+All act at the drill axis, along the body's z (the hole is normal to the platform). Reaction on the
+body: feed and blows push the machine away from the slope (+z), pulling the string out presses it on
+(-z), the string in the hole hangs on the feed (its weight's part along the hole; the rest lies on
+the hole's wall), what of it stands in the mast acts with all its weight at its middle, the bit's
+torque turns the body about -z.
 """
 
 from __future__ import annotations
@@ -42,10 +43,11 @@ def scale_order(loads: Any, share: float) -> None:
 
 @njit
 def blow_mean(phase0: float, phase1: float, width: float) -> float:
-    """Mean of a train of half-sine blows of unit peak over phases [phase0, phase1] (one blow a unit of phase).
+    """Mean of a train of half-sine blows of unit peak over phases [phase0, phase1] (one blow a unit
+    of phase).
 
-    A blow takes the share `width` of its period. The mean over a step, not a sample: engines stepped at other rates
-    see the same momentum.
+    A blow takes the share `width` of its period. The mean over a step, not a sample: engines
+    stepped at other rates see the same momentum.
     """
 
     def integral(phase: float) -> float:
@@ -68,7 +70,9 @@ BLOW_WIDTH = 0.25
 
 @njit
 def axial_force(d: Any, phase0: float, phase1: float, gravity_along_axis: float) -> float:
-    """Force on the body along its +z, N. d: DrillLoads; gravity_along_axis: g . z of the body, m/s2 (negative)."""
+    """Force on the body along its +z, N. d: DrillLoads; gravity_along_axis: g . z of the body, m/s2
+    (negative).
+    """
     blows = d.blow * blow_mean(phase0, phase1, BLOW_WIDTH) if d.blow != 0.0 else 0.0
     weight: float = d.string_mass * gravity_along_axis
     return float(d.feed + blows - d.pull + weight)

@@ -1,6 +1,8 @@
-"""Forces along the stroke beside oil and friction: end cushions, stops, and what a scenario hangs on the piston.
+"""Forces along the stroke beside oil and friction: end cushions, stops, and what a scenario hangs
+on the piston.
 
-All are means over a step at constant rate, in closed form: a stiff stop met within a step is not missed.
+All are means over a step at constant rate, in closed form: a stiff stop met within a step is not
+missed.
 """
 
 from __future__ import annotations
@@ -56,10 +58,13 @@ def share_above(start: float, end: float) -> float:
 
 @njit_law
 def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
-    """Mean push away from one end, N, >= 0: a damper growing over the cushion's length, then a stop.
+    """Mean push away from one end, N, >= 0: a damper growing over the cushion's length, then a
+    stop.
 
-    p: EndParameters; gap, gap_end: distance to the end at start and end of the step, m (negative: into the stop);
-    approach: rate towards it, m/s. The cushion works against approach only; the stop's damper never pulls.
+    p: EndParameters; gap, gap_end: distance to the end at start and end of the step, m (negative:
+    into the stop);
+    approach: rate towards it, m/s. The cushion works against approach only; the stop's damper never
+    pulls.
     """
     force = 0.0
     length, stiffness = p.cushion_length, p.stop_stiffness
@@ -75,7 +80,9 @@ def one_end(p: Any, gap: float, gap_end: float, approach: float) -> float:
 
 @njit_law(forceinline=True)
 def end_force(p: Any, stroke: float, x: float, v: float, dt: float) -> float:
-    """Mean force of cushions and stops over dt, N, along +x; x at the step's start, p: EndParameters."""
+    """Mean force of cushions and stops over dt, N, along +x; x at the step's start, p:
+    EndParameters.
+    """
     end = x + v * dt
     low, high = (x, end) if x < end else (end, x)
     force = 0.0
@@ -88,7 +95,9 @@ def end_force(p: Any, stroke: float, x: float, v: float, dt: float) -> float:
 
 @njit_law
 def extra_force(p: Any, x: float, v: float, t: float, dt: float) -> float:
-    """Mean over [t, t + dt] of `ExtraForces` p on the piston along +x, N: spring, narrow band, early cushion."""
+    """Mean over [t, t + dt] of `ExtraForces` p on the piston along +x, N: spring, narrow band,
+    early cushion.
+    """
     force = 0.0
     if p.spring_stiffness != 0.0:
         force -= p.spring_stiffness * (x + 0.5 * v * dt - p.spring_rest)

@@ -2,13 +2,15 @@
 
     dz/dt = v - k |v| z / g(v),   F = k z + d dz/dt + sigma v,   g(v) = F_c0 + F_s0 exp(-|v| / c_s)
 
-With an elastic share s > 0 the contact is elasto-plastic (Dupont and others, 2002: nothing slips below break-away):
+With an elastic share s > 0 the contact is elasto-plastic (Dupont and others, 2002: nothing slips
+below break-away):
 
-    dz/dt = v (1 - alpha |z| k / g),   alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z grows, else 0
+    dz/dt = v (1 - alpha |z| k / g),   alpha |z| k / g = (|z| k / g - s) / (1 - s) above s where z
+    grows, else 0
 
-Its steady state is the same. Vibration below s of the break-away force then leaves a stuck seal its force, which the
-plain bristle (s = 0) gives up by and by. Over a slide z depends on the way alone but for g, so it relaxes
-exponentially and the mean force has a closed form.
+Its steady state is the same. Vibration below s of the break-away force then leaves a stuck seal its
+force, which the plain bristle (s = 0) gives up by and by. Over a slide z depends on the way alone
+but for g, so it relaxes exponentially and the mean force has a closed form.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
 
 SHORT_EXPONENT, SHORTEST_EXPONENT = 0.01, 1e-6
-"""Below these an approach's closed form would divide zero by zero: its series, right to 1e-10, and its first term."""
+"""Below these an approach's closed form would divide zero by zero: its series, right to 1e-10, and
+its first term.
+"""
 
 STILL = 1.0e-12
 """Share of a bristle's length below which a slide only shifts it: nothing is divided by less."""
@@ -64,13 +68,17 @@ class SealState(Record):
 
 @njit_law(forceinline=True)
 def stribeck_level(speed: float, coulomb_n: float, static_n: float, stribeck_m_s: float) -> float:
-    """g(v) = F_c0 + F_s0 exp(-|v| / c_s), N: the paper's (4) and (5), exponent one; `speed` = |v| in m/s."""
+    """g(v) = F_c0 + F_s0 exp(-|v| / c_s), N: the paper's (4) and (5), exponent one; `speed` = |v|
+    in m/s.
+    """
     return coulomb_n + static_n * math.exp(-speed / stribeck_m_s)
 
 
 @njit_law
 def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
-    """Value after, and mean during, an exponential approach to `aim` over `exponent` time constants."""
+    """Value after, and mean during, an exponential approach to `aim` over `exponent` time
+    constants.
+    """
     if exponent < SHORT_EXPONENT:
         mean = 1.0 - exponent * (0.5 - exponent * (1.0 / 6.0 - exponent / 24.0))
         return start + (aim - start) * exponent * mean, aim + (start - aim) * mean
@@ -80,7 +88,9 @@ def relax(start: float, aim: float, exponent: float) -> tuple[float, float]:
 
 @njit_law
 def bend_elastic(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
-    """`bend` of the elasto-plastic contact: as a spring to the elastic share of `longest`, then relaxing towards it."""
+    """`bend` of the elasto-plastic contact: as a spring to the elastic share of `longest`, then
+    relaxing towards it.
+    """
     length = abs(way)
     if length < STILL * longest:
         return z + way, z
@@ -98,7 +108,8 @@ def bend_elastic(z: float, way: float, longest: float, elastic_share: float) -> 
 
 @njit_law(forceinline=True)
 def bend(z: float, way: float, longest: float, elastic_share: float) -> tuple[float, float]:
-    """The bristle z (m) after, and its mean over, an even slide by `way` (m); longest: level / stiffness, m. Exact.
+    """The bristle z (m) after, and its mean over, an even slide by `way` (m); longest: level /
+    stiffness, m. Exact.
 
     Steady sliding ends at +-longest, and |z| never passes max(longest, its start).
     """
@@ -117,7 +128,8 @@ def bend(z: float, way: float, longest: float, elastic_share: float) -> tuple[fl
 def dwell_step(
     dwell: float, gain: float, rest_1_s: float, slide_1_s: float, dt: float
 ) -> tuple[float, float]:
-    """Ageing of the contact over dt, after and mean: towards `gain` at rest, worn off by sliding. Exact.
+    """Ageing of the contact over dt, after and mean: towards `gain` at rest, worn off by sliding.
+    Exact.
 
     d' = rest (gain - d) - slide d; break-away is raised by d times the Coulomb friction.
     """
@@ -139,10 +151,10 @@ def friction_step(
 ) -> float:
     """Mean friction of one axis over dt, N, against + rate; bristle and dwell advance.
 
-    s: SealState; p: SealParameters; rod: what moves and loads it (`rate`, `load`, `side_load`); skipped: way that the
-    contact takes before the step, m (hydraulic_step); place: extension in the middle of the step from the stroke's
-    middle, share of the stroke; pressures: sum of both chambers' mean gauge pressures, Pa; thinning: what scales the
-    viscous part.
+    s: SealState; p: SealParameters; rod: what moves and loads it (`rate`, `load`, `side_load`);
+    skipped: way that the contact takes before the step, m (hydraulic_step); place: extension in the
+    middle of the step from the stroke's middle, share of the stroke; pressures: sum of both
+    chambers' mean gauge pressures, Pa; thinning: what scales the viscous part.
     """
     v = rod.rate
     speed = abs(v)
@@ -175,7 +187,9 @@ def friction_step(
 def steady_friction(
     v: float, coulomb_n: float, static_n: float, stribeck_m_s: float, viscous_n_s_m: float
 ) -> float:
-    """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v = 0."""
+    """Equation (4) at constant speed v != 0, N, with the parameters of v's direction; 0 at v =
+    0.
+    """
     if v == 0.0:
         return 0.0
     return viscous_n_s_m * v + math.copysign(

@@ -1,7 +1,9 @@
-"""Load-holding valves between a port of the valve and its chamber: oil enters freely, and leaves under a condition.
+"""Load-holding valves between a port of the valve and its chamber: oil enters freely, and leaves
+under a condition.
 
-A pilot-operated check valve (1) lets oil out where the spool opens the port to the tank; a counterbalance valve (2)
-then opens with (p - pt) + pilot_ratio (pilot - pt) above its setting, over COUNTERBALANCE_BAND_PA. Shut, both are
+A pilot-operated check valve (1) lets oil out where the spool opens the port to the tank; a
+counterbalance valve (2) then opens with (p - pt) + pilot_ratio (pilot - pt) above its setting, over
+COUNTERBALANCE_BAND_PA. Shut, both are
 tight. pilot: pressure of the other chamber.
 """
 

@@ -1,10 +1,13 @@
-"""Twelve differential cylinders with their valves on one supply: the compiled step that runs beside the engine.
+"""Twelve differential cylinders with their valves on one supply: the compiled step that runs beside
+the engine.
 
-    F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops        (pushes the rod out)
+    F = pA A_A - pB A_B - (A_A - A_B) p_atm - friction + cushions and stops        (pushes the rod
+    out)
 
-The engine holds joint rates over its step, so whatever depends on command and rate alone (amplifier, hysteresis, spool,
-bristle, dwell, cushions, stops, transducers) is advanced in closed form; the oil of all chambers and of the supply is
-advanced together in substeps (chamber.py, supply.py).
+The engine holds joint rates over its step, so whatever depends on command and rate alone
+(amplifier, hysteresis, spool, bristle, dwell, cushions, stops, transducers) is advanced in closed
+form; the oil of all chambers and of the supply is advanced together in substeps (chamber.py,
+supply.py).
 """
 
 from __future__ import annotations
@@ -115,7 +118,9 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
 
 @njit_law
 def highest_load(axes: Any, openings: Any) -> float:
-    """Highest pressure of a chamber that its valve opens to the supply, Pa absolute; 0 where there is none."""
+    """Highest pressure of a chamber that its valve opens to the supply, Pa absolute; 0 where there
+    is none.
+    """
     load = 0.0
     for i in range(axes.shape[0]):
         o = openings[i, -1]
@@ -159,8 +164,8 @@ def rod_force(
 ) -> None:
     """Mean force and friction of one axis over dt into axis.force, .friction and .end_force.
 
-    mean_a, mean_b: mean pressures of its chambers, Pa absolute; skipped: way since the last step's end, m;
-    axis.thinning is that of the step; t: its start, s.
+    mean_a, mean_b: mean pressures of its chambers, Pa absolute; skipped: way since the last step's
+    end, m; axis.thinning is that of the step; t: its start, s.
     """
     x, v = rod.extension, rod.rate
     place = (x + 0.5 * dt * v) / p.stroke - 0.5
@@ -175,7 +180,9 @@ def rod_force(
 
 @njit_law
 def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float) -> None:
-    """How much of the viscous friction is left at `warmth` K above the reference, into every axis's `thinning`."""
+    """How much of the viscous friction is left at `warmth` K above the reference, into every axis's
+    `thinning`.
+    """
     extra_rate = 0.0
     thinning = math.exp(-viscosity * warmth)
     for i in range(axes.shape[0]):
@@ -191,9 +198,10 @@ def hydraulic_step(
 ) -> None:
     """Advance all axes and the power unit by dt in `substeps`, in place.
 
-    axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one SupplyState and one
-    PowerUnit. Leaves in axes[i].force the cylinder's mean force on its rod over dt, with friction and ends beside it.
-    An axis that does not start where its last step ended (`reached`) first goes there at constant oil: coupling.py.
+    axes, params, given: arrays (n) of AxisState, AxisParameters and AxisInput; supply, unit: one
+    SupplyState and one PowerUnit. Leaves in axes[i].force the cylinder's mean force on its rod over
+    dt, with friction and ends beside it. An axis that does not start where its last step ended
+    (`reached`) first goes there at constant oil: coupling.py.
     """
     n = axes.shape[0]
     h = dt / substeps

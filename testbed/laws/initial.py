@@ -15,7 +15,9 @@ Array = NDArray[np.float64]
 
 
 def start_supply(unit: Any, temperature_degc: float, tank_oil_m3: float) -> Any:
-    """A SupplyState for the PowerUnit `unit`: pump at its compensated (or standby) pressure, accumulator charged, tank filled."""
+    """A SupplyState for the PowerUnit `unit`: pump at its compensated (or standby) pressure,
+    accumulator charged, tank filled.
+    """
     supply = SupplyState.zeros()[0]
     ready = unit["standby"] if unit["kind"] == LOAD_SENSING else unit["set_pressure"]
     supply["demand"] = ready
@@ -39,11 +41,14 @@ def start_axes(
     tank_pa: float = ATMOSPHERE_PA,
     stuck: Array | float = 0.0,
 ) -> NDArray[Any]:
-    """AxisState (n,) at rest: chamber pressures and friction give the rod `force_n` (n,) at extension `x` (n,).
+    """AxisState (n,) at rest: chamber pressures and friction give the rod `force_n` (n,) at
+    extension `x` (n,).
 
-    stuck (n,): friction as a share of break-away, -1 to 1, + as if the rod had stopped while going out. The unloaded
-    chamber stands at `unloaded_pa` (gauge), the loaded one balances. With a SupplyState the machine has
-    stood for a while: the unloaded chamber has settled to where its shut valve leaks it, if that is lower.
+    stuck (n,): friction as a share of break-away, -1 to 1, + as if the rod had stopped while going
+    out. The unloaded chamber stands at `unloaded_pa` (gauge), the loaded one balances. With a
+    SupplyState the machine has
+    stood for a while: the unloaded chamber has settled to where its shut valve leaks it, if that is
+    lower.
     """
     axes = AxisState.zeros(len(x))
     shares = np.broadcast_to(stuck, np.shape(x))
@@ -63,7 +68,9 @@ def start_axes(
 
 
 def stick(seal: Any, p: Any, share: float) -> float:
-    """Bend a SealState to this share of its break-away force, of the way it points to; returns the friction, N."""
+    """Bend a SealState to this share of its break-away force, of the way it points to; returns the
+    friction, N.
+    """
     way = p["outward"] if share >= 0.0 else p["inward"]
     friction = share * (way["coulomb"] + way["static"])
     seal["bristle"] = friction / p["bristle_stiffness"]
@@ -71,7 +78,9 @@ def stick(seal: Any, p: Any, share: float) -> float:
 
 
 def settled_pa(chamber: Any, supply_pa: float, tank_pa: float, tight_pa: float) -> float:
-    """Pressure to which the shut edges of a ChamberParameters' valve leak it, Pa absolute; `tight_pa` if they do not."""
+    """Pressure to which the shut edges of a ChamberParameters' valve leak it, Pa absolute;
+    `tight_pa` if they do not.
+    """
     from_supply, to_tank = chamber["leak_from_supply"], chamber["leak_to_tank"]
     if from_supply + to_tank <= 0.0:
         return tight_pa
@@ -79,7 +88,9 @@ def settled_pa(chamber: Any, supply_pa: float, tank_pa: float, tight_pa: float) 
 
 
 def fill_chambers(axis: Any, p: Any, x: float) -> None:
-    """Make oil, hoses, pipe and transducers of one AxisState agree with its pressures at extension x, m."""
+    """Make oil, hoses, pipe and transducers of one AxisState agree with its pressures at extension
+    x, m.
+    """
     axis["reached"] = x
     volumes = {
         "a": p["a"]["dead_volume"] + p["a"]["area"] * x,

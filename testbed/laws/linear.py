@@ -1,4 +1,6 @@
-"""Exact steps of the linear parts: a second-order system and a first-order lag with inputs known over the step."""
+"""Exact steps of the linear parts: a second-order system and a first-order lag with inputs known
+over the step.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,8 @@ from testbed.laws.compiling import njit_law
 
 @njit_law
 def second_order(wn: float, zeta: float, t: float) -> tuple[float, float, float, float]:
-    """exp(M t) of y'' = -wn^2 y - 2 zeta wn y' for (y, y'): (yy, yr, ry, rr), dimensions 1, s, 1/s, 1.
+    """exp(M t) of y'' = -wn^2 y - 2 zeta wn y' for (y, y'): (yy, yr, ry, rr), dimensions 1, s, 1/s,
+    1.
 
     Any damping ratio >= 0; near the critical one cos and sin become cosh and sinh through zero.
     """
@@ -35,7 +38,8 @@ def second_order(wn: float, zeta: float, t: float) -> tuple[float, float, float,
 
 @njit_law
 def lag_weights(tau: float, t: float) -> tuple[float, float]:
-    """Weights (of the old state, of the input's rise) of a first-order lag after t whose input ramps linearly.
+    """Weights (of the old state, of the input's rise) of a first-order lag after t whose input
+    ramps linearly.
 
     new = old e + start (1 - e) + rise w with e = exp(-t / tau), w = 1 - (1 - e) tau / t.
     """

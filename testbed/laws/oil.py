@@ -1,11 +1,13 @@
 """Oil with entrained air: the equation of state that chambers, lines and the supply share.
 
-Oil is counted in **standard volume** (its volume at 1 bar absolute), so that what leaves one place enters another
-to the last bit. With x = (p - p0) / bulk modulus and air fraction a (at p0), one standard volume takes up
+Oil is counted in **standard volume** (its volume at 1 bar absolute), so that what leaves one place
+enters another to the last bit. With x = (p - p0) / bulk modulus and air fraction a (at p0), one
+standard volume takes up
 
     nu(p) = (1 - a) (1 - x + x^2 / 2) + a (p0 / p)^(1 / 1.4)
 
-whose compliance -nu' is 1/beta + a / (1.4 p) (p0 / p)^(1 / 1.4) to first order in x. Pressures here are absolute.
+whose compliance -nu' is 1/beta + a / (1.4 p) (p0 / p)^(1 / 1.4) to first order in x. Pressures here
+are absolute.
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ NEAR_GUESS, NEAR_STEP = 0.03, 1e-4
 
 ATMOSPHERE_PA = 1.0e5
 VAPOUR_PA = 1.0e3
-"""Vapour pressure of mineral oil with dissolved water, absolute (assumed): a chamber never falls below it."""
+"""Vapour pressure of mineral oil with dissolved water, absolute (assumed): a chamber never falls
+below it.
+"""
 POLYTROPIC = 1.4
 _POWER = 1.0 / POLYTROPIC
 _SERIES_2 = _POWER * (_POWER + 1.0) / 2.0
@@ -40,7 +44,9 @@ class OilParameters(Record):
 
 
 class OilNear(Record):
-    """What is known of a chamber's oil at its last pressure, so that a small change needs no division."""
+    """What is known of a chamber's oil at its last pressure, so that a small change needs no
+    division.
+    """
 
     inverse_pressure = quantity("1/Pa", "1 / pressure")
     gas = quantity("1", "gas volume of one standard volume")
@@ -49,7 +55,9 @@ class OilNear(Record):
 
 @njit_law
 def gas_volume(p_pa: float, air: float) -> float:
-    """A (p0 / p)^(1 / 1.4): what the air of one standard volume takes up at the absolute pressure p."""
+    """A (p0 / p)^(1 / 1.4): what the air of one standard volume takes up at the absolute pressure
+    p.
+    """
     if air <= 0.0:
         return 0.0
     return air * math.exp(-math.log(p_pa / ATMOSPHERE_PA) * _POWER)
@@ -57,7 +65,9 @@ def gas_volume(p_pa: float, air: float) -> float:
 
 @njit_law
 def gas_volume_near(p_pa: float, near_pa: float, gas_near: float) -> float:
-    """`gas_volume` at p from its value at `near_pa`: five terms of the binomial series (2e-7) where that is close."""
+    """`gas_volume` at p from its value at `near_pa`: five terms of the binomial series (2e-7) where
+    that is close.
+    """
     y = p_pa / near_pa - 1.0
     if -_SMALL < y < _SMALL:
         series = _SERIES_2 - y * (_SERIES_3 - y * (_SERIES_4 - y * _SERIES_5))
@@ -91,10 +101,12 @@ def pressure_of(
     air: float,
     nu_vapour: float,
 ) -> tuple[float, float, float]:
-    """The absolute pressure at which one standard volume takes up `nu`: Newton's iteration from `guess_pa`.
+    """The absolute pressure at which one standard volume takes up `nu`: Newton's iteration from
+    `guess_pa`.
 
-    `gas_near` is the gas volume at `near_pa` (the last pressure of this oil). Returns p (Pa), the gas volume there
-    and d nu / dp (1/Pa; -inf in a void, which stays at vapour pressure). Relative error of p below 1e-6.
+    `gas_near` is the gas volume at `near_pa` (the last pressure of this oil). Returns p (Pa), the
+    gas volume there and d nu / dp (1/Pa; -inf in a void, which stays at vapour pressure). Relative
+    error of p below 1e-6.
     """
     if nu >= nu_vapour:
         return VAPOUR_PA, air * GAS_AT_VAPOUR, -math.inf
@@ -109,7 +121,8 @@ def pressure_of(
         if -1e-3 * p < step < 1e-3 * p:
             y = step / p
             return p + step, gas * (1.0 - y * (_POWER - y * _SERIES_2)), slope
-        # nu is convex and falls: a step down may overshoot into negative pressure, a step up never passes the root.
+        # nu is convex and falls: a step down may overshoot into negative pressure, a step up never
+        # passes the root.
         new = p + step if p + step > p / 3.0 else p / 3.0
         new = new if new > VAPOUR_PA else VAPOUR_PA
         gas = gas_volume_near(new, p, gas)
@@ -127,9 +140,11 @@ def pressure_near(
     per_bulk: float,
     air: float,
 ) -> tuple[float, float, float, bool]:
-    """`pressure_of` without a division, for a small change: p (Pa), gas volume, nu, and whether it holds.
+    """`pressure_of` without a division, for a small change: p (Pa), gas volume, nu, and whether it
+    holds.
 
-    near: OilNear at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to 1e-7.
+    near: OilNear at the pressure near_pa; per_bulk: 1 / bulk modulus. Where it holds, p is right to
+    1e-7.
     """
     per_near, inverse = near.inverse_pressure, near.inverse_slope
     y = (guess_pa - near_pa) * per_near
@@ -162,5 +177,7 @@ def enthalpy_with_gas(p_pa: float, gas: float, per_bulk: float, air: float) -> f
 
 @njit_law
 def enthalpy(p_pa: float, bulk_pa: float, air: float) -> float:
-    """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle heats by its drop."""
+    """h(p) = integral of nu from p0 to p, J per standard m3: what flowing oil carries; a throttle
+    heats by its drop.
+    """
     return float(enthalpy_with_gas(p_pa, gas_volume(p_pa, air), 1.0 / bulk_pa, air))

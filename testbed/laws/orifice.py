@@ -14,8 +14,9 @@ LAMINAR_DROP_PA = 2.0e4
 def orifice(drop_pa: float) -> tuple[float, float]:
     """Smoothed `sign(dp) sqrt(|dp|)` and its derivative by dp, in sqrt(Pa) and 1/sqrt(Pa).
 
-    f(dp) = dp / (dp^2 + d^2)^(1/4) with d = LAMINAR_DROP_PA: exact to 1 % for |dp| > 5 d, linear through zero.
-    The flow is `coefficient * opening * f(dp)`, the coefficient being rated flow / sqrt(rated drop).
+    f(dp) = dp / (dp^2 + d^2)^(1/4) with d = LAMINAR_DROP_PA: exact to 1 % for |dp| > 5 d, linear
+    through zero. The flow is `coefficient * opening * f(dp)`, the coefficient being rated flow /
+    sqrt(rated drop).
     """
     square = drop_pa * drop_pa
     inverse = 1.0 / (square + LAMINAR_DROP_PA * LAMINAR_DROP_PA)

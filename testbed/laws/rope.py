@@ -1,20 +1,24 @@
 """A steel rope: elastic, damped, tension-only; with or without the sag of its own weight.
 
-Without sag: T = max(0, EA / L0 (L - L0) + c d(L - L0)/dt) where L > L0, else exactly 0: L the distance of its ends, L0
-the unstrained length paid out. The damper acts on the rope's own stretching, only in a taut rope, and the sum never
-pushes, so a rope gives back at most what was put into its spring.
+Without sag: T = max(0, EA / L0 (L - L0) + c d(L - L0)/dt) where L > L0, else exactly 0: L the
+distance of its ends, L0 the unstrained length paid out. The damper acts on the rope's own
+stretching, only in a taut rope, and the sum never pushes, so a rope gives back at most what was put
+into its spring.
 
-With sag (weight w N/m across the chord, a parabola; Irvine): the arc is longer than the chord by w^2 L0^3 / (24 T^2),
+With sag (weight w N/m across the chord, a parabola; Irvine): the arc is longer than the chord by
+w^2 L0^3 / (24 T^2),
 
     L / L0 - 1 = T / EA - w^2 L0^2 / (24 T^2)        (one tension for each distance, a cubic)
 
-so the stiffness is EA / L0 / (1 + w^2 L0^2 EA / (12 T^3)): Ernst's modulus. Where the belly would hang lower than the
-rock, h below the chord, the rope rests on it and only its ends hang free: T = w (2 h)^3 / (9 X^2) with X the length
-that arc and chord differ by, until at X = 2 h both ends hang straight down and the rope is slack: exactly 0. Tension is
-a function of the distance alone, so that sagging gives no energy either.
+so the stiffness is EA / L0 / (1 + w^2 L0^2 EA / (12 T^3)): Ernst's modulus. Where the belly would
+hang lower than the rock, h below the chord, the rope rests on it and only its ends hang free: T = w
+(2 h)^3 / (9 X^2) with X the length that arc and chord differ by, until at X = 2 h both ends hang
+straight down and the rope is slack: exactly 0. Tension is a function of the distance alone, so that
+sagging gives no energy either.
 
-What sag changes, for 30 m of 16 mm rope on 45 degrees (6.8 N/m across, EA 9.8 MN): it is softer by 3 % at 10 kN, by
-21 % at 5 kN and by 81 % at 2 kN; below 1.3 kN its belly rests on the rock. The start's tensions are as told.
+What sag changes, for 30 m of 16 mm rope on 45 degrees (6.8 N/m across, EA 9.8 MN): it is softer by
+3 % at 10 kN, by 21 % at 5 kN and by 81 % at 2 kN; below 1.3 kN its belly rests on the rock. The
+start's tensions are as told.
 """
 
 from __future__ import annotations
@@ -69,7 +73,9 @@ def sagging_tension(
     weight_n_m: float,
     clearance_m: float,
 ) -> float:
-    """Tension at rest of a rope that sags, N; never negative, and exactly zero where it is slack."""
+    """Tension at rest of a rope that sags, N; never negative, and exactly zero where it is
+    slack.
+    """
     q = (weight_n_m * unstrained_m) ** 2 / 24.0
     touching = weight_n_m * unstrained_m**2 / (8.0 * clearance_m)
     strain = length_m / unstrained_m - 1.0
@@ -95,7 +101,9 @@ def sagging_tension(
 
 @njit
 def unstrained_length(length_m: float, tension_n: float, stiffness_ea_n: float) -> float:
-    """Paid-out length that gives `tension_n` at the distance `length_m` at rest without sag: L / (1 + T / EA)."""
+    """Paid-out length that gives `tension_n` at the distance `length_m` at rest without sag: L / (1
+    + T / EA).
+    """
     return length_m / (1.0 + tension_n / stiffness_ea_n)
 
 
@@ -117,7 +125,9 @@ def unstrained_sagging(
 
 @njit
 def slip_through(rope: Any, hold_n: float) -> float:
-    """Let a rope's tension fall to what its clamps hold, N, by paying out; returns the length that slipped, m."""
+    """Let a rope's tension fall to what its clamps hold, N, by paying out; returns the length that
+    slipped, m.
+    """
     if rope.tension <= hold_n:
         return 0.0
     slipped = (rope.tension - hold_n) * rope.unstrained / rope.stiffness_ea
@@ -133,8 +143,9 @@ def slip_through(rope: Any, hold_n: float) -> float:
 def rope_pull(rope: Any, attachment: Any, velocity: Any) -> float:
     """Force of a rope on the body in the world frame into rope.force, N; returns the tension, N.
 
-    rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper acts on what the
-    ends' distance grows by beyond the length paid out; of a sagging rope by the share of it that stretches the rope.
+    rope: Rope; attachment (3): world position, m; velocity (3): of the attachment, m/s. The damper
+    acts on what the ends' distance grows by beyond the length paid out; of a sagging rope by the
+    share of it that stretches the rope.
     """
     anchor = rope.anchor
     dx, dy, dz = anchor[0] - attachment[0], anchor[1] - attachment[1], anchor[2] - attachment[2]

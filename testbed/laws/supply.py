@@ -1,15 +1,17 @@
-"""Power unit: pressure-compensated pump with flow and power limit, relief valve, accumulator, tank, warming oil.
+"""Power unit: pressure-compensated pump with flow and power limit, relief valve, accumulator, tank,
+warming oil.
 
 Oil in line and accumulator, standard volume: W = (line volume + accumulator(p)) / nu(p), and
 
-    W' = pump - drawn by the axes - traction - relief - leakage (+ make-up from the tank below its pressure)
-    stroke' = (wanted(p) - stroke) / lag, wanted = 1 at the demand less the band, 0 at the demand
-    pump = min(stroke * full flow, power / enthalpy rise)
+    W' = pump - drawn by the axes - traction - relief - leakage (+ make-up from the tank below its
+    pressure) stroke' = (wanted(p) - stroke) / lag, wanted = 1 at the demand less the band, 0 at the
+    demand pump = min(stroke * full flow, power / enthalpy rise)
     droop' = (-droop - by flow * drawn) / time, what the valves see is p + droop
 
-What pressure the pump works towards, its demand, is the kind of supply (`demand_step`): constant; load-sensing, the
-highest load pressure behind an open port and a margin; unloading, which charges up to the set pressure at full stroke
-and then circulates at none until the pressure has fallen by a band.
+What pressure the pump works towards, its demand, is the kind of supply (`demand_step`): constant;
+load-sensing, the highest load pressure behind an open port and a margin; unloading, which charges
+up to the set pressure at full stroke and then circulates at none until the pressure has fallen by a
+band.
 """
 
 from __future__ import annotations
@@ -25,11 +27,15 @@ from testbed.laws.oil import VAPOUR_PA, OilParameters, enthalpy, specific_volume
 CONSTANT, LOAD_SENSING, UNLOADING = 0.0, 1.0, 2.0
 """Kinds of supply."""
 TRACTION_BAND_PA = 1.0e5
-"""Over this much above the tank the traction devices fade in: nothing is drawn from an empty line."""
+"""Over this much above the tank the traction devices fade in: nothing is drawn from an empty
+line.
+"""
 
 
 class PowerUnit(Record):
-    """Pump with compensator and power limit, relief valve, accumulator, tank. Pressures are absolute."""
+    """Pump with compensator and power limit, relief valve, accumulator, tank. Pressures are
+    absolute.
+    """
 
     pump_on = quantity("1", "1: the pump runs, 0: it stands")
     pump_flow = quantity("m3/s", "flow at full stroke")
@@ -105,7 +111,9 @@ class SupplyWork(Record):
 
 @njit_law
 def accumulator(p_pa: float, volume_m3: float, precharge_pa: float) -> tuple[float, float]:
-    """Oil in a bladder accumulator (m3, isothermal gas: V0 (1 - p0 / p)) and its derivative by p; 0 below precharge."""
+    """Oil in a bladder accumulator (m3, isothermal gas: V0 (1 - p0 / p)) and its derivative by p; 0
+    below precharge.
+    """
     if p_pa <= precharge_pa:
         return 0.0, 0.0
     ratio = precharge_pa / p_pa
@@ -114,7 +122,9 @@ def accumulator(p_pa: float, volume_m3: float, precharge_pa: float) -> tuple[flo
 
 @njit_law
 def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
-    """Standard volume of oil in line and accumulator at the absolute pressure p, m3, and its slope by p."""
+    """Standard volume of oil in line and accumulator at the absolute pressure p, m3, and its slope
+    by p.
+    """
     nu, dnu = specific_volume(p_pa, unit.oil.bulk_modulus, unit.oil.air)
     acc, dacc = accumulator(p_pa, unit.accumulator_volume, unit.accumulator_precharge)
     oil = (unit.line_volume + acc) / nu
@@ -123,14 +133,18 @@ def supply_oil_slope(p_pa: float, unit: Any) -> tuple[float, float]:
 
 @njit_law
 def supply_oil(p_pa: float, unit: Any) -> float:
-    """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit: PowerUnit."""
+    """Standard volume of oil in line and accumulator at the absolute pressure p, m3; unit:
+    PowerUnit.
+    """
     oil, _ = supply_oil_slope(p_pa, unit)
     return float(oil)
 
 
 @njit_law
 def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, float]:
-    """Absolute pressure (Pa) of the line that holds `oil`, and its slope by oil (Pa/m3); vapour pressure if empty."""
+    """Absolute pressure (Pa) of the line that holds `oil`, and its slope by oil (Pa/m3); vapour
+    pressure if empty.
+    """
     p = guess_pa if guess_pa > VAPOUR_PA else VAPOUR_PA
     low, high, slope = VAPOUR_PA, math.inf, 1.0
     for _ in range(100):
@@ -144,7 +158,8 @@ def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, floa
         new = p + (oil - there) / slope
         if -1e-7 * p < new - p < 1e-7 * p:
             return new, 1.0 / slope
-        # The precharge is a kink: Newton's step may jump to and fro across it, so halve what encloses the root.
+        # The precharge is a kink: Newton's step may jump to and fro across it, so halve what
+        # encloses the root.
         limit = 0.5 * (low + high) if high < math.inf else 2.0 * p + 1.0e6
         p = new if low < new < (high if high < math.inf else limit) else limit
     return p, 1.0 / slope
@@ -152,7 +167,9 @@ def supply_pressure(oil: float, guess_pa: float, unit: Any) -> tuple[float, floa
 
 @njit_law
 def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
-    """Flow of the pump, standard m3/s: its stroke's, or what the power allows at this rise of enthalpy."""
+    """Flow of the pump, standard m3/s: its stroke's, or what the power allows at this rise of
+    enthalpy.
+    """
     flow = stroke * unit.pump_flow * unit.pump_on
     if flow * rise_j_m3 > unit.pump_power:
         return float(unit.pump_power / rise_j_m3)
@@ -161,7 +178,9 @@ def pump(stroke: float, rise_j_m3: float, unit: Any) -> float:
 
 @njit_law
 def demand_step(s: Any, unit: Any, load_pa: float, dt: float) -> None:
-    """Advance the demand by dt; load_pa: highest pressure behind an open port, absolute, 0 where none is open."""
+    """Advance the demand by dt; load_pa: highest pressure behind an open port, absolute, 0 where
+    none is open.
+    """
     if unit.kind == CONSTANT:
         s.demand = unit.set_pressure
     elif unit.kind == LOAD_SENSING:
@@ -183,7 +202,9 @@ def wanted_stroke(p_pa: float, demand_pa: float, unit: Any) -> float:
 
 @njit_law
 def relief(p_pa: float, unit: Any) -> tuple[float, float]:
-    """Flow to the tank through relief valve and case leakage (negative: made up from the tank), m3/s, and its slope."""
+    """Flow to the tank through relief valve and case leakage (negative: made up from the tank),
+    m3/s, and its slope.
+    """
     flow, slope = unit.case_leakage * (p_pa - unit.tank_pressure), unit.case_leakage
     over = p_pa - unit.relief_pressure
     under = p_pa - unit.tank_pressure
@@ -215,9 +236,11 @@ def begin_supply(s: Any, unit: Any, works: Any) -> None:
 def supply_first(
     s: Any, unit: Any, works: Any, drawn: float, rise: float, h: float
 ) -> tuple[float, float]:
-    """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure at the end (Pa).
+    """First stage of the unit: the rate q of the valves' supply pressure (Pa/s) and that pressure
+    at the end (Pa).
 
-    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: array of one SupplyWork.
+    `drawn` and `rise`: the axes draw drawn + rise q (chamber.first_stage); works: array of one
+    SupplyWork.
     """
     w = works[0]
     gh = GAMMA * h
@@ -227,7 +250,8 @@ def supply_first(
     w.traction_rate = traction(p, s, unit)
     rate = w.pumped_rate - w.relief_rate - w.traction_rate
     stiff = w.stiffness
-    # An accumulator that empties within this substep leaves a line a hundred times stiffer: take that slope.
+    # An accumulator that empties within this substep leaves a line a hundred times stiffer: take
+    # that slope.
     _, ahead = supply_pressure(s.oil + h * (rate - drawn), p + h * stiff * (rate - drawn), unit)
     w.stiffness = stiff = ahead if ahead > stiff else stiff
     w.reach = stiff / (1.0 + gh * w.relief_gain * stiff)

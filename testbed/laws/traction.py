@@ -1,14 +1,18 @@
-"""A traction device: a cylinder whose clamp pulls the rope in strokes, and a second clamp that holds it meanwhile.
+"""A traction device: a cylinder whose clamp pulls the rope in strokes, and a second clamp that
+holds it meanwhile.
 
-    GRIPPED    the moving clamp holds the rope and goes with the piston: haul (place grows) or pay out (place falls)
-    CLOSING    end of the stroke: the fixed clamp closes, takes the load over and gives by its seat while it does
-    RETURNING  the fixed clamp holds, the piston goes back to where the next stroke begins
-    OPENING    the moving clamp closes again and takes the load over, with its seat; the fixed one opens
+    GRIPPED    the moving clamp holds the rope and goes with the piston: haul (place grows) or pay
+    out (place falls)
+    CLOSING    end of the stroke: the fixed clamp closes, takes the load over and gives by its seat
+    while it does RETURNING  the fixed clamp holds, the piston goes back to where the next stroke
+    begins OPENING    the moving clamp closes again and takes the load over, with its seat; the
+    fixed one opens
 
-What is wanted meanwhile is owed and made up for at full speed, up to OWED_MOST_M. A device that is not needed for a
-while goes back by itself, so that a whole stroke is ready. The pull ends where pressure on the piston or the rating
-ends: the rate falls to zero over the last tenth of that strength. Oil: the piston's area while hauling, the annulus
-going back.
+What is wanted meanwhile is owed and made up for at full speed, up to OWED_MOST_M. A device that is
+not needed for a while goes back by itself, so that a whole stroke is ready. The pull ends where
+pressure on the piston or the rating
+ends: the rate falls to zero over the last tenth of that strength. Oil: the piston's area while
+hauling, the annulus going back.
 """
 
 from __future__ import annotations
@@ -23,10 +27,14 @@ GRIPPED, CLOSING, RETURNING, OPENING = 0.0, 1.0, 2.0, 3.0
 STILL_M_S = 2.0e-3
 IDLE_S = 0.4
 READY_SHARE = 0.9
-"""A device idle for IDLE_S goes back if less than this share of a stroke from its beginning is left in its way."""
+"""A device idle for IDLE_S goes back if less than this share of a stroke from its beginning is left
+in its way.
+"""
 OWED_MOST_M = 0.05
 RESERVE_M = 0.03
-"""Where a stroke begins, from the piston's end: room for corrections of the tension the other way."""
+"""Where a stroke begins, from the piston's end: room for corrections of the tension the other
+way.
+"""
 
 
 class TractionParameters(Record):
@@ -101,7 +109,9 @@ def traction_step(
 
 @njit
 def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> float:
-    """The moving clamp holds the rope: go, and begin to regrip at the stroke's end or when there is time for it."""
+    """The moving clamp holds the rope: go, and begin to regrip at the stroke's end or when there is
+    time for it.
+    """
     rate: float = _owed_rate(s, n, dt)
     if rate < 0.0:
         rate *= share
@@ -128,7 +138,9 @@ def _gripped(s: Any, n: Any, wanted_m_s: float, share: float, dt: float) -> floa
 
 @njit
 def oil_taken(s: Any, n: Any, rate_m_s: float, place_before_m: float, dt: float) -> float:
-    """Flow from the supply, m3/s: the piston's side while it hauls, the annulus while it goes back."""
+    """Flow from the supply, m3/s: the piston's side while it hauls, the annulus while it goes
+    back.
+    """
     if s.mode == GRIPPED or n.stroke <= 0.0:
         return float(-rate_m_s * n.area) if rate_m_s < 0.0 else 0.0
     return float(abs(s.place - place_before_m) / dt * n.annulus)

@@ -1,4 +1,6 @@
-"""Pressure transducers of one axis: a first-order lag each; B sits behind a pipe with its own resonance."""
+"""Pressure transducers of one axis: a first-order lag each; B sits behind a pipe with its own
+resonance.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,8 @@ def transducer_weights(
 
 @njit_law(forceinline=True)
 def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
-    """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n substeps of h.
+    """Advance the transducers of one axis along the pressures a, b (n + 1, Pa) at the ends of n
+    substeps of h.
 
     s: TransducerState; p: TransducerParameters; weights: of `transducer_weights`.
     """

@@ -1,7 +1,8 @@
 """Proportional valve: amplifier lag, hysteresis, second-order spool, dead band.
 
-The command is held over a step, so the amplifier approaches it exponentially, the play operator follows that
-monotone signal, and the spool answers a constant or an exponential: all three in closed form, no step error.
+The command is held over a step, so the amplifier approaches it exponentially, the play operator
+follows that monotone signal, and the spool answers a constant or an exponential: all three in
+closed form, no step error.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ class ValveState(Record):
 
 @njit_law(forceinline=True)
 def play(state: float, command: float, half_width: float) -> float:
-    """Hysteresis as a play operator: the output follows the command, `half_width` behind it in either direction."""
+    """Hysteresis as a play operator: the output follows the command, `half_width` behind it in
+    either direction.
+    """
     if command > state + half_width:
         return command - half_width
     if command < state - half_width:
@@ -58,7 +61,9 @@ def opening(s: float, deadband: float) -> float:
 def engaging_time(
     amplifier: float, command: float, state: float, half_width: float, tau: float
 ) -> float:
-    """Time after which the amplifier, on its way to `command`, drags the play along; inf if it never does, s."""
+    """Time after which the amplifier, on its way to `command`, drags the play along; inf if it
+    never does, s.
+    """
     if command > state + half_width:
         edge = state + half_width
     elif command < state - half_width:
@@ -73,7 +78,9 @@ def engaging_time(
 def spool_after(
     s: float, rate: float, base: float, swing: float, wn: float, zeta: float, tau: float, t: float
 ) -> tuple[float, float]:
-    """Spool (1) and rate (1/s) after t of s'' = wn^2 (target - s) - 2 zeta wn s'; target base + swing e^(-t/tau)."""
+    """Spool (1) and rate (1/s) after t of s'' = wn^2 (target - s) - 2 zeta wn s'; target base +
+    swing e^(-t/tau).
+    """
     yy, yr, ry, rr = second_order(wn, zeta, t)
     forced, forced_rate, end = forced_share(wn, zeta, tau, t)
     y, y_rate = s - base - swing * forced, rate - swing * forced_rate
@@ -85,7 +92,9 @@ def spool_after(
 
 @njit_law
 def forced_share(wn: float, zeta: float, tau: float, t: float) -> tuple[float, float, float]:
-    """Answer of the spool to an input e^(-t/tau): its share, its rate (1/s), and e^(-t/tau) after t."""
+    """Answer of the spool to an input e^(-t/tau): its share, its rate (1/s), and e^(-t/tau) after
+    t.
+    """
     inverse = 1.0 / tau
     resonance = inverse * inverse - 2.0 * zeta * wn * inverse + wn * wn
     if (
@@ -110,7 +119,9 @@ def bounded(s: float, rate: float) -> tuple[float, float]:
 def spool_weights(
     wn: float, zeta: float, tau: float, h: float
 ) -> tuple[float, float, float, float, float, float, float]:
-    """What `valve_path` needs of a valve for substeps of h: the spool's exact step and its answer to the lag."""
+    """What `valve_path` needs of a valve for substeps of h: the spool's exact step and its answer
+    to the lag.
+    """
     yy, yr, ry, rr = second_order(wn, zeta, h)
     forced, forced_rate, decay = forced_share(wn, zeta, tau, h)
     return yy, yr, ry, rr, forced, forced_rate, decay
@@ -118,7 +129,8 @@ def spool_weights(
 
 @njit_law(forceinline=True)
 def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any) -> None:
-    """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); the valve's state advances.
+    """Openings at the ends of len(out) - 1 equal substeps of h into `out` (out[0]: now); the
+    valve's state advances.
 
     s: ValveState; p: ValveParameters; `command` is held; `weights` of `spool_weights`.
     """

@@ -1,7 +1,9 @@
-"""The one place where a machine is built: the numbers of a set, then what its URDF says, then changes.
+"""The one place where a machine is built: the numbers of a set, then what its URDF says, then
+changes.
 
-Everything else gets its machine handed in. `testbed.scenario.machines` builds the two of a scenario, the world's and
-the model's; recordings, benchmarks and the command line build theirs here.
+Everything else gets its machine handed in. `testbed.scenario.machines` builds the two of a
+scenario, the world's and the model's; recordings, benchmarks and the command line build theirs
+here.
 """
 
 from __future__ import annotations
@@ -33,10 +35,11 @@ def build_machine(
     section: str = "",
     of_set: SetName = DEFAULT,
 ) -> Machine:
-    """The drawing-board machine of a set, that of a folder or that of another URDF, with some numbers changed by path.
+    """The drawing-board machine of a set, that of a folder or that of another URDF, with some
+    numbers changed by path.
 
-    Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a URDF that cannot be
-    followed.
+    Raises InputError, naming `section` of `file`, for a path or value that cannot be, and for a
+    URDF that cannot be followed.
     """
     machine = _shipped(of_set) if folder is None else _of_folder(Path(folder))
     if urdf is not None:
@@ -45,7 +48,9 @@ def build_machine(
 
 
 def following(machine: Machine, urdf: Path) -> Machine:
-    """The machine with another URDF and the numbers that it gives. Raises InputError for legs of another plan."""
+    """The machine with another URDF and the numbers that it gives. Raises InputError for legs of
+    another plan.
+    """
     found = urdf_numbers(urdf)
     declared = {path: machine.quantity(path).value for path in found}
     changes = _shared(differing(found, declared))
@@ -53,7 +58,9 @@ def following(machine: Machine, urdf: Path) -> Machine:
 
 
 def _shared(changes: Changes) -> dict[str, Any]:
-    """Changes that are the same for all legs, or all cylinders of a joint, as one of the path that they share."""
+    """Changes that are the same for all legs, or all cylinders of a joint, as one of the path that
+    they share.
+    """
     out: dict[str, Any] = {}
     alike: dict[str, list[str]] = {}
     for path in changes:

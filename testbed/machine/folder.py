@@ -3,10 +3,13 @@
     format: roboclimber-machine/1
     name: my climber
     description: what it is
-    length_scale: 0.5          # numbers that are not given are ROBOCLIMBER's, scaled by Froude's law; 1: as they are
-    set: original              # of which of its sets: a constant supply, no holding valves (inferred: the paper's circuit)
+    length_scale: 0.5          # numbers that are not given are ROBOCLIMBER's, scaled by Froude's
+    law; 1: as they are
+    set: original              # of which of its sets: a constant supply, no holding valves
+    (inferred: the paper's circuit)
     without: [drill]           # what the drawn URDF leaves out: drill, ropes
-    numbers:                   # groups and names of roboclimber.yaml, each with unit, mark and source
+    numbers:                   # groups and names of roboclimber.yaml, each with unit, mark and
+    source
       oil: {entrained_air: {value: 0.01, unit: "1", mark: E, source: "new oil"}}
 
 Geometry, masses, strokes and ranges are the URDF's, whatever the numbers say: one truth.
@@ -55,7 +58,8 @@ class Head(Checked):
 
 
 def machine_folder(given: str | Path, folder: Path = Path()) -> Path:
-    """The folder of a machine: one of the user's (relative to `folder`), or a shipped one by its name.
+    """The folder of a machine: one of the user's (relative to `folder`), or a shipped one by its
+    name.
 
     Raises InputError where there is neither.
     """
@@ -79,7 +83,8 @@ def read_head(folder: Path) -> Head:
 
 
 def drawing_board(folder: Path) -> Machine:
-    """The machine of a folder by its numbers alone, its URDF not read; where there is none, the shipped one's.
+    """The machine of a folder by its numbers alone, its URDF not read; where there is none, the
+    shipped one's.
 
     Raises InputError naming the number that cannot be.
     """

@@ -1,4 +1,5 @@
-"""The groups of numbers that make up a machine: names end in their unit, types say what a number may be.
+"""The groups of numbers that make up a machine: names end in their unit, types say what a number
+may be.
 
 Units, sources and marks of the values stand beside them in `roboclimber.yaml`.
 """
@@ -40,7 +41,9 @@ GroupT = TypeVar("GroupT", bound=Group)
 
 
 class RigidPart(Group):
-    """Mass and inertia of a link: a homogeneous box with edges along the link's axes about a centre."""
+    """Mass and inertia of a link: a homogeneous box with edges along the link's axes about a
+    centre.
+    """
 
     mass_kg: Positive
     inertia_box_m: Box
@@ -79,7 +82,9 @@ class RodStoreBody(RigidPart):
 
 
 class TractionBody(RigidPart):
-    """One traction device and where its rope pulls, body frame; y of the left one, mirrored for the right."""
+    """One traction device and where its rope pulls, body frame; y of the left one, mirrored for the
+    right.
+    """
 
     attachment_x_m: float
     attachment_y_m: float
@@ -87,7 +92,9 @@ class TractionBody(RigidPart):
 
 
 class Leg(Group):
-    """One leg. Hips, directions and masses are those of the front left leg, mirrored for the others."""
+    """One leg. Hips, directions and masses are those of the front left leg, mirrored for the
+    others.
+    """
 
     hip_x_m: float
     hip_y_m: float
@@ -126,7 +133,9 @@ class RotationJoint(Group):
 
 
 class SlidingJoint(Group):
-    """Range and limits of the radial or vertical joints; their position is their cylinder's extension."""
+    """Range and limits of the radial or vertical joints; their position is their cylinder's
+    extension.
+    """
 
     lower_m: float
     upper_m: float

@@ -1,8 +1,10 @@
-"""The machine as one typed, frozen object: `machine.oil.bulk_modulus_pa`, SI, each number with unit, source and mark.
+"""The machine as one typed, frozen object: `machine.oil.bulk_modulus_pa`, SI, each number with
+unit, source and mark.
 
-The groups are those of `roboclimber.yaml`. What is declared once for all four legs is a shared group (`cylinder`,
-`seal`, `valve`, ..., `legs`); `machine.axes["fl_vertical"]` and `machine.each_leg["fl"]` give the same groups for one
-axis or one leg, which differ from the shared ones where the machine says so by a path of its own:
+The groups are those of `roboclimber.yaml`. What is declared once for all four legs is a shared
+group (`cylinder`, `seal`, `valve`, ..., `legs`); `machine.axes["fl_vertical"]` and
+`machine.each_leg["fl"]` give the same groups for one axis or one leg, which differ from the shared
+ones where the machine says so by a path of its own:
 
     seal.side_load_coefficient                     all twelve seals
     vertical_cylinder.coulomb_out_n                the four vertical cylinders
@@ -99,7 +101,9 @@ class Machine(g.Group):
         file: str | Path = SHIPPED,
         section: str = "",
     ) -> Machine:
-        """The machine of quantities by their dotted paths. Raises InputError for a number that cannot be."""
+        """The machine of quantities by their dotted paths. Raises InputError for a number that
+        cannot be.
+        """
         shared = {path: q.value for path, q in quantities.items() if not _is_individual(path)}
         machine: Machine = _group(cls, _nested(shared), file, section)
         machine._quantities, machine._urdf = dict(quantities), urdf
@@ -137,7 +141,8 @@ class Machine(g.Group):
         return found
 
     def quantity(self, path: str, file: str | Path = SHIPPED, field: str = "") -> Quantity:
-        """Value, unit, mark and source at a dotted path; one axis' or leg's path counts back to what is shared.
+        """Value, unit, mark and source at a dotted path; one axis' or leg's path counts back to
+        what is shared.
 
         Raises InputError, naming `file` and `field`, if there is none.
         """
@@ -151,7 +156,9 @@ class Machine(g.Group):
         return found
 
     def leaves(self) -> Iterator[tuple[str, Quantity]]:
-        """All (dotted path, quantity) pairs: what is shared in the file's order, then what is one axis' or leg's own."""
+        """All (dotted path, quantity) pairs: what is shared in the file's order, then what is one
+        axis' or leg's own.
+        """
         yield from self._quantities.items()
 
     def replaced(
@@ -161,9 +168,11 @@ class Machine(g.Group):
         section: str = "",
         source: str = "",
     ) -> Machine:
-        """This machine with some numbers changed by path; a changed number is marked E with what it was.
+        """This machine with some numbers changed by path; a changed number is marked E with what it
+        was.
 
-        Raises InputError, naming `section` of `file`, for an unknown path or a value that cannot be.
+        Raises InputError, naming `section` of `file`, for an unknown path or a value that cannot
+        be.
         """
         if not changes:
             return self
@@ -206,7 +215,9 @@ class Machine(g.Group):
 
 
 def shared_path(path: str) -> str | None:
-    """The shared path that a path of one axis or leg counts back to; None if it is not such a path."""
+    """The shared path that a path of one axis or leg counts back to; None if it is not such a
+    path.
+    """
     words = path.split(".")
     if words[0] == "each_leg" and len(words) == 3 and words[1] in LEGS:
         return f"legs.{words[2]}"
@@ -239,7 +250,9 @@ def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
 def _changed(
     group: g.GroupT, own: Mapping[str, Any], prefix: str, file: str | Path, section: str
 ) -> g.GroupT:
-    """A group with the numbers whose paths begin with `prefix`; the shared object itself where there are none."""
+    """A group with the numbers whose paths begin with `prefix`; the shared object itself where
+    there are none.
+    """
     changes = {p.removeprefix(prefix): v for p, v in own.items() if p.startswith(prefix)}
     if not changes:
         return group

@@ -1,7 +1,7 @@
 """Numbers with unit, source and mark, read from YAML.
 
-A leaf of the file is `{value: 0.07, unit: m, mark: B, source: "..."}`. Marks: A said by the robot's authors,
-B arithmetic on A, C press, D another machine or a handbook, E assumed.
+A leaf of the file is `{value: 0.07, unit: m, mark: B, source: "..."}`. Marks: A said by the robot's
+authors, B arithmetic on A, C press, D another machine or a handbook, E assumed.
 """
 
 from __future__ import annotations
@@ -60,7 +60,9 @@ def read_quantities(path: Path) -> dict[str, Quantity]:
 
 
 def quantities_of(tree: Mapping[str, Any], path: Path) -> dict[str, Quantity]:
-    """The numbers in a tree of groups that was read from `path`. Raises InputError as read_quantities."""
+    """The numbers in a tree of groups that was read from `path`. Raises InputError as
+    read_quantities.
+    """
     return dict(_leaves(tree, path.name, ""))
 
 

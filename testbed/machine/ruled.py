@@ -1,4 +1,6 @@
-"""Numbers of the machine that something else rules, so that changing them by their path would change nothing."""
+"""Numbers of the machine that something else rules, so that changing them by their path would
+change nothing.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ _NO_LOAD: Rules = (
     (rf"{_ARM}\.seal\.load_coefficient", UNREAD),
     (r"axes\.\w+_rotation\.seal\.side_load_\w+", UNREAD),
 )
-"""The load along a cylinder is a foot's, the load across it too: an arm feels the one, a turntable neither."""
+"""The load along a cylinder is a foot's, the load across it too: an arm feels the one, a turntable
+neither.
+"""
 COMMON: Rules = (
     (_BODIES, URDF),
     (r"drill\.feed_n", "task.feed_n"),
@@ -39,7 +43,9 @@ COMMON: Rules = (
     (r"drill\.hammer_mass_kg", UNREAD),
     (r"sensor\.(volts_factor_pa_per_v|line_b_length_m)", UNREAD),
 )
-"""Pattern of the path -> the field of a scenario that rules the number, for world and model alike."""
+"""Pattern of the path -> the field of a scenario that rules the number, for world and model
+alike.
+"""
 WORLD: Rules = (
     (r"legs\..*", URDF),
     (r"rod_store_body\.position_m", URDF),
@@ -100,7 +106,9 @@ OF_A_KIND: tuple[tuple[str, tuple[str, ...], int], ...] = (
     (r"power_unit\.unloading_band_pa", ("power_unit.supply_kind",), 2),
     (r"(.*valve)\.counterbalance_\w+", (r"\1.holding_a", r"\1.holding_b"), 2),
 )
-"""Pattern of a number, the paths that say what kind of part it belongs to, and the kind that reads it."""
+"""Pattern of a number, the paths that say what kind of part it belongs to, and the kind that reads
+it.
+"""
 
 
 def check_kind(path: str, value: object, machine: Machine, file: object, section: str) -> None:

@@ -1,7 +1,9 @@
-"""How large a machine is beside ROBOCLIMBER: what tolerances of control and judgement are multiplied with.
+"""How large a machine is beside ROBOCLIMBER: what tolerances of control and judgement are
+multiplied with.
 
-Bounds that were chosen on ROBOCLIMBER (a load that tells a touch, a margin in metres) are worth the same share of another
-machine's weight and size. Both factors are rounded, so that machines of its class have exactly 1.
+Bounds that were chosen on ROBOCLIMBER (a load that tells a touch, a margin in metres) are worth the
+same share of another machine's weight and size. Both factors are rounded, so that machines of its
+class have exactly 1.
 """
 
 from __future__ import annotations
@@ -55,7 +57,9 @@ EXPONENTS = {
     "V": 0.0,
     "1": 0.0,
 }
-"""Unit -> power of the length with which a number grows where gravity and the density of the bodies stay (Froude)."""
+"""Unit -> power of the length with which a number grows where gravity and the density of the bodies
+stay (Froude).
+"""
 
 
 def exponent(unit: str) -> float:

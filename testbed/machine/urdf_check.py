@@ -1,4 +1,6 @@
-"""Reads a URDF and refuses one that cannot be this machine, with one line that says what is wrong where."""
+"""Reads a URDF and refuses one that cannot be this machine, with one line that says what is wrong
+where.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +84,9 @@ def lacking(path: Path) -> set[str]:
 
 
 def _check_markup(text: str, path: str | Path) -> None:
-    """Refuse a document type, whose entities can stand for gigabytes or for other files, and endless elements."""
+    """Refuse a document type, whose entities can stand for gigabytes or for other files, and
+    endless elements.
+    """
     found = 0
 
     def doctype(*_: object) -> None:

@@ -1,8 +1,10 @@
-"""What a URDF says of the machine's geometry: the numbers that kinematics, planning and hydraulics take from it.
+"""What a URDF says of the machine's geometry: the numbers that kinematics, planning and hydraulics
+take from it.
 
-A leg of this plan turns about an upright axis at its hip, slides outward along a level line through that axis, and
-slides down. Its numbers are the hip, the outward direction at angle 0, how far and how high the foot is at extension 0,
-and the ranges of its joints; the two sliding joints are the extensions of their cylinders.
+A leg of this plan turns about an upright axis at its hip, slides outward along a level line through
+that axis, and slides down. Its numbers are the hip, the outward direction at angle 0, how far and
+how high the foot is at extension 0, and the ranges of its joints; the two sliding joints are the
+extensions of their cylinders.
 """
 
 from __future__ import annotations
@@ -25,13 +27,17 @@ ROUNDING = 1e-9
 
 Array = NDArray[np.float64]
 STRAIGHT_M = 1.0e-6
-"""So far may an axis be off the plan of a leg: kinematics then agree with the engine to a micrometre."""
+"""So far may an axis be off the plan of a leg: kinematics then agree with the engine to a
+micrometre.
+"""
 
 
 def urdf_numbers(path: str | Path) -> dict[str, Any]:
-    """The machine's numbers that a URDF gives: path of each -> value, SI; those of legs and cylinders one by one.
+    """The machine's numbers that a URDF gives: path of each -> value, SI; those of legs and
+    cylinders one by one.
 
-    Raises InputError for a URDF that is none, or whose legs are not of this plan, naming link or joint.
+    Raises InputError for a URDF that is none, or whose legs are not of this plan, naming link or
+    joint.
     """
     return _Geometry(Path(path)).numbers()
 

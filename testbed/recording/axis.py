@@ -31,11 +31,12 @@ SAME = ("bore_m", "rod_m", "stroke_m", "inclination_deg")
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """One recording, SI, one row a sample, length n everywhere; a channel that was not recorded is None.
+    """One recording, SI, one row a sample, length n everywhere; a channel that was not recorded is
+    None.
 
     Pressures are gauge, through their calibration. `saturated_*` marks samples at the end of a
-    sensor's range. `reference_force_n` is the true external force (0 with the foot in the air), None where
-    nobody knows it.
+    sensor's range. `reference_force_n` is the true external force (0 with the foot in the air),
+    None where nobody knows it.
     """
 
     name: str
@@ -78,7 +79,9 @@ class Recording:
 
     @property
     def position_resolution_m(self) -> float:
-        """The encoder's step; where it is not declared, the smallest step seen (0 if continuous)."""
+        """The encoder's step; where it is not declared, the smallest step seen (0 if
+        continuous).
+        """
         declared = self.header.channels["position"].resolution
         if declared is not None:
             return declared
@@ -110,7 +113,9 @@ class Rig:
 
 
 def read_recording(folder: str | Path) -> Recording:
-    """Read and check one recording folder (or its recording.yaml). Every fault is an InputError, one line."""
+    """Read and check one recording folder (or its recording.yaml). Every fault is an InputError,
+    one line.
+    """
     folder = recording_folder(folder)
     file = folder / "recording.yaml"
     header = read_header(file)
@@ -136,7 +141,9 @@ def read_recording(folder: str | Path) -> Recording:
 
 
 def recording_folder(place: str | Path) -> Path:
-    """The folder of a recording, given it or its recording.yaml. Raises InputError where there is no such folder."""
+    """The folder of a recording, given it or its recording.yaml. Raises InputError where there is
+    no such folder.
+    """
     folder = Path(place)
     folder = folder.parent if folder.name == "recording.yaml" else folder
     if not folder.is_dir():
@@ -147,7 +154,8 @@ def recording_folder(place: str | Path) -> Path:
 def read_rig(folder: str | Path) -> Rig:
     """Read a rig folder with `identify/` and `verify/`.
 
-    Raises InputError where one of them is missing or empty, and for recordings of different machines.
+    Raises InputError where one of them is missing or empty, and for recordings of different
+    machines.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -179,7 +187,9 @@ def read_rig(folder: str | Path) -> Rig:
 
 
 def check_same_machine(first: Recording, other: Recording, names: Sequence[str] = SAME) -> None:
-    """Refuse a recording of another machine than the first one's: one of the declared `names` differs."""
+    """Refuse a recording of another machine than the first one's: one of the declared `names`
+    differs.
+    """
     for name in names:
         mine, theirs = getattr(first.known, name), getattr(other.known, name)
         if mine != theirs:
@@ -193,7 +203,9 @@ def check_same_machine(first: Recording, other: Recording, names: Sequence[str] 
 
 
 def _in_si(header: Header, columns: dict[str, Array], file: Path) -> dict[str, Array]:
-    """The columns in SI. Raises InputError where two channels read one column in different units."""
+    """The columns in SI. Raises InputError where two channels read one column in different
+    units.
+    """
     units: dict[str, str] = {}
     uses = [(c.column, c.unit) for c in header.channels.values()]
     reference = header.reference_force

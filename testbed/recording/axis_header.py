@@ -1,4 +1,6 @@
-"""The header of a recording of one axis: what `recording.yaml` may say, and what of it contradicts itself."""
+"""The header of a recording of one axis: what `recording.yaml` may say, and what of it contradicts
+itself.
+"""
 
 from __future__ import annotations
 
@@ -155,7 +157,9 @@ def read_header(path: Path) -> Header:
 def check_quantities(
     channels: Mapping[str, Channel], known: Mapping[str, Quantity], path: Path, rig: str
 ) -> None:
-    """Refuse a known quantity in a wrong unit, a misspelt or missing one; any other may ride along in a known unit."""
+    """Refuse a known quantity in a wrong unit, a misspelt or missing one; any other may ride along
+    in a known unit.
+    """
     for name, channel in channels.items():
         if name in known:
             volt = ("V", "mV") if known[name].unit == "Pa" and name != "supply_pressure" else ()
@@ -188,7 +192,9 @@ def check_format(tree: Mapping[str, Any], path: Path) -> None:
 
 
 def check_unit(quantity: str, channel: Channel, allowed: Sequence[str], path: Path) -> None:
-    """Refuse a channel in another unit than the `allowed` ones, or whose calibration does not go with its unit."""
+    """Refuse a channel in another unit than the `allowed` ones, or whose calibration does not go
+    with its unit.
+    """
     if channel.unit not in allowed:
         raise InputError(
             "wrong unit",

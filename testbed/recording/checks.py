@@ -1,4 +1,6 @@
-"""What the rows of every recording must satisfy, of one axis or of the whole robot, and pressures in Pa."""
+"""What the rows of every recording must satisfy, of one axis or of the whole robot, and pressures
+in Pa.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +19,13 @@ MINIMUM_SAMPLES = 50
 RATE_FACTOR = 100.0
 """A table whose rate differs from the declared one by more is not in seconds."""
 BEYOND_RANGE = 0.2
-"""A transducer may read beyond its declared range by this share of it: its calibration is not the nominal one."""
+"""A transducer may read beyond its declared range by this share of it: its calibration is not the
+nominal one.
+"""
 MOST_PA = 1.0e9
-"""No hydraulic machine holds more (ten times the strongest presses'); for channels that declare no range."""
+"""No hydraulic machine holds more (ten times the strongest presses'); for channels that declare no
+range.
+"""
 STROKES = 2.0
 """Positions that span more strokes than this are not in metres."""
 
@@ -55,7 +61,9 @@ def check_time(
 def check_span(
     field: str, unit: str, position_m: Array, stroke_m: float | None, declared_in: Path
 ) -> None:
-    """Refuse positions (n,), m, that span far more than the declared stroke: they are in another unit."""
+    """Refuse positions (n,), m, that span far more than the declared stroke: they are in another
+    unit.
+    """
     span = float(np.ptp(position_m))
     if stroke_m is not None and span > STROKES * stroke_m:
         raise InputError(
@@ -80,7 +88,9 @@ def check_finite(name: str, values: Array, time: Array, file: Path) -> None:
 
 
 def check_pressure(channel: Channel, values: Array, time: Array, file: Path) -> None:
-    """Refuse pressures (n,), Pa, that the declared transducer cannot say, or no hydraulic machine holds."""
+    """Refuse pressures (n,), Pa, that the declared transducer cannot say, or no hydraulic machine
+    holds.
+    """
     low, high = (-MOST_PA, MOST_PA) if channel.range_pa is None else channel.range_pa
     beyond = BEYOND_RANGE * (high - low)
     bad = (values < low - beyond) | (values > high + beyond)
@@ -108,7 +118,8 @@ def pressure(
     if channel.range_pa is None:
         return values, None
     low, high = channel.range_pa
-    # The clip happens before the voltage is rounded to the converter's step: 0.1 % of the range is tolerance.
+    # The clip happens before the voltage is rounded to the converter's step: 0.1 % of the range is
+    # tolerance.
     margin = 1e-3 * (high - low)
     at_end = values >= high - margin
     if low != 0.0:

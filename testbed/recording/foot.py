@@ -47,7 +47,9 @@ class FootHeader(AnyHeader):
 
 @dataclass(frozen=True, eq=False)
 class FootRecording:
-    """One foot, one row a sample, length n: time s, load N (+ pressed on the ground), whether it carries (or None)."""
+    """One foot, one row a sample, length n: time s, load N (+ pressed on the ground), whether it
+    carries (or None).
+    """
 
     name: str
     folder: Path
@@ -92,7 +94,8 @@ def read_foot_header(path: Path) -> FootHeader:
 
 
 def as_contact(values: Array, file: Path, column: str, field: str = "channels.contact") -> Mask:
-    """Whether the foot carries, (n,): the larger of two values, or any that is not 0 where there is only one.
+    """Whether the foot carries, (n,): the larger of two values, or any that is not 0 where there is
+    only one.
 
     Raises InputError for more than two distinct values.
     """

@@ -35,7 +35,9 @@ def current_numbers(known: Mapping[str, Item]) -> dict[str, Item]:
 
 
 def written_for(known: Mapping[str, Item]) -> SetName:
-    """The set of the machine's numbers that a recording counts from: once valves held no loads, and none said so."""
+    """The set of the machine's numbers that a recording counts from: once valves held no loads, and
+    none said so.
+    """
     of_a_valve = any(path.startswith("valve.") for path in known)
     return "original" if of_a_valve and "valve.holding_a" not in known else DEFAULT
 

@@ -1,4 +1,6 @@
-"""What is declared about a rig: the numbers of the published model of one leg (null = to be identified)."""
+"""What is declared about a rig: the numbers of the published model of one leg (null = to be
+identified).
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,9 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 DEFAULT_TOLERANCE = 0.02
-"""Share of a declared number by which the machine may differ from it where no tolerance is stated: what a workshop's
-drawing and a catalogue leave open (the measured seals' bores differ by up to 3 %)."""
+"""Share of a declared number by which the machine may differ from it where no tolerance is stated:
+what a workshop's drawing and a catalogue leave open (the measured seals' bores differ by up to 3
+%)."""
 
 
 Holding = Literal["none", "check", "counterbalance"]
@@ -26,7 +29,9 @@ HOLDINGS: tuple[Holding, ...] = get_args(Holding)
 
 
 class Circuit(Checked):
-    """The circuit of an axis where it is not the published model's: equal tight edges, no holding, constant supply."""
+    """The circuit of an axis where it is not the published model's: equal tight edges, no holding,
+    constant supply.
+    """
 
     edge_pa: Positive = Field(default=1.0, description="size of edge P-A against the rated flow, 1")
     edge_at: Positive = Field(default=1.0, description="size of edge A-T, 1")
@@ -56,7 +61,8 @@ class Circuit(Checked):
 class Known(Checked):
     """Numbers of the published model, SI; None where the rig does not declare them.
 
-    A number may be written as `{value: .., tolerance: ..}`; `tolerances` keeps those shares by the number's name.
+    A number may be written as `{value: .., tolerance: ..}`; `tolerances` keeps those shares by the
+    number's name.
     """
 
     bore_m: float | None = Field(
@@ -118,7 +124,9 @@ class Known(Checked):
     @model_validator(mode="before")
     @classmethod
     def _split_tolerances(cls, data: Any) -> Any:
-        """`bore_m: {value: 0.07, tolerance: 0.01}` -> the number, and its tolerance beside the others."""
+        """`bore_m: {value: 0.07, tolerance: 0.01}` -> the number, and its tolerance beside the
+        others.
+        """
         if not isinstance(data, Mapping):
             return data
         stated = {
@@ -154,7 +162,9 @@ class Known(Checked):
         return tree
 
     def tolerance(self, name: str) -> float:
-        """Share by which the machine's number may differ from the declared one (one standard deviation)."""
+        """Share by which the machine's number may differ from the declared one (one standard
+        deviation).
+        """
         return self.tolerances.get(name, DEFAULT_TOLERANCE)
 
     @model_validator(mode="after")

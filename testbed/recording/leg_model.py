@@ -3,9 +3,9 @@
     F_ext = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a
     F_f(v) = sigma v + sign(v) [F_c0 + F_s0 exp(-|v| / c_s)], separate for v > 0 and v < 0   (5)
 
-The YAML file: `format`, `rig`, `known` (numbers), `friction` (eight parameters), `effects` (a list of
-`{name, parameters}`, a parameter being a number or `{value, unit, interval90}`; on a whole robot also
-`place`, an axis such as `fl_vertical`).
+The YAML file: `format`, `rig`, `known` (numbers), `friction` (eight parameters), `effects` (a list
+of `{name, parameters}`, a parameter being a number or `{value, unit, interval90}`; on a whole robot
+also `place`, an axis such as `fl_vertical`).
 """
 
 from __future__ import annotations
@@ -39,7 +39,9 @@ class Friction(Checked):
 
     @property
     def breakaway_n(self) -> tuple[float, float]:
-        """(plus, minus) break-away force F_c0 + F_s0, both >= 0: at rest friction lies in [-minus, plus]."""
+        """(plus, minus) break-away force F_c0 + F_s0, both >= 0: at rest friction lies in [-minus,
+        plus].
+        """
         return (
             self.coulomb_plus_n + self.stribeck_plus_n,
             self.coulomb_minus_n + self.stribeck_minus_n,
@@ -60,7 +62,9 @@ class Friction(Checked):
 
 
 class Parameter(Checked):
-    """An effect's parameter: value, unit, and the interval that holds the truth in 90 of 100 cases."""
+    """An effect's parameter: value, unit, and the interval that holds the truth in 90 of 100
+    cases.
+    """
 
     value: float
     unit: str | None = None
@@ -99,7 +103,9 @@ class EffectEntry(Checked):
 
 
 class LegModel(Checked):
-    """The believed model of one leg; `force_offset_n` is a constant force of sensor zeros, downwards."""
+    """The believed model of one leg; `force_offset_n` is a constant force of sensor zeros,
+    downwards.
+    """
 
     format: Literal["roboclimber-model/1"] = "roboclimber-model/1"
     rig: Literal["vertical-leg", "cylinder", "drive"] = "vertical-leg"

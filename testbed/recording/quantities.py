@@ -1,4 +1,6 @@
-"""What the channels of one axis or one foot may be: SI unit, meaning with sign, and which rigs cannot do without."""
+"""What the channels of one axis or one foot may be: SI unit, meaning with sign, and which rigs
+cannot do without.
+"""
 
 from __future__ import annotations
 
@@ -45,6 +47,8 @@ def quantities_of(rig: str) -> dict[str, Quantity]:
 
 
 def misspelling_of(name: str, known: Iterable[str]) -> str | None:
-    """The known name that an unknown one hardly differs from, None where it is a name of its own."""
+    """The known name that an unknown one hardly differs from, None where it is a name of its
+    own.
+    """
     near = difflib.get_close_matches(name.lower(), list(known), n=1, cutoff=LIKELY_MISSPELT)
     return near[0] if near else None

@@ -1,7 +1,7 @@
 """A recording of the whole robot: `recording.yaml` + its table, read into checked SI columns.
 
-The header is that of one axis but for its channels, which carry the names of the contract's columns, and `known`,
-which maps dotted parameters of the machine to value and unit.
+The header is that of one axis but for its channels, which carry the names of the contract's
+columns, and `known`, which maps dotted parameters of the machine to value and unit.
 """
 
 from __future__ import annotations
@@ -57,9 +57,11 @@ class RobotHeader(AnyHeader):
 
 @dataclass(frozen=True, eq=False)
 class RobotRecording:
-    """What sensors read and control expected: `data` maps the contract's column names to arrays (n,), SI.
+    """What sensors read and control expected: `data` maps the contract's column names to arrays
+    (n,), SI.
 
-    `machine` is what the header's `known` makes of the shipped machine. What estimators said in the run is left out.
+    `machine` is what the header's `known` makes of the shipped machine. What estimators said in the
+    run is left out.
     """
 
     folder: Path
@@ -79,7 +81,8 @@ class RobotRecording:
 
 
 def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording:
-    """Read and check a recording of the whole robot, finished or killed. Every fault is an InputError, one line.
+    """Read and check a recording of the whole robot, finished or killed. Every fault is an
+    InputError, one line.
 
     `needed`: quantities that the caller cannot do without, beside those of the feet's loads.
     """

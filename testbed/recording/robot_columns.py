@@ -1,4 +1,6 @@
-"""The columns of a recording of the whole robot: unit and meaning, and which of them an estimate starts from."""
+"""The columns of a recording of the whole robot: unit and meaning, and which of them an estimate
+starts from.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,9 @@ from testbed.recording.rows import DataRow
 
 _COLUMNS = {column.name: column for column in DataRow.columns()}
 _SAID = ("estimate_", "own_", "contact_", "reference_")
-"""What estimators, detectors and the position loops said during the run: nothing is computed from it again."""
+"""What estimators, detectors and the position loops said during the run: nothing is computed from
+it again.
+"""
 _PER_AXIS = ("position_", "pressure_a_", "pressure_b_", "valve_")
 _VERTICAL = tuple(f"{stem}{leg}_vertical" for stem in _PER_AXIS[:3] for leg in LEGS)
 OF_LEGS: tuple[str, ...] = ("t", *_VERTICAL, "attitude_roll", "attitude_pitch")
@@ -28,13 +32,17 @@ OF_BODY: tuple[str, ...] = (
 
 
 def described(quantity: str) -> tuple[str, str] | None:
-    """(unit, meaning) of a quantity of the whole robot; None for one that has no declared meaning."""
+    """(unit, meaning) of a quantity of the whole robot; None for one that has no declared
+    meaning.
+    """
     column = _COLUMNS.get(current(quantity))
     return None if column is None else (column.unit, column.meaning)
 
 
 def quantities() -> dict[str, tuple[str, str, bool]]:
-    """Pattern of a column's name -> (SI unit, meaning, whether a robot's recording must have it)."""
+    """Pattern of a column's name -> (SI unit, meaning, whether a robot's recording must have
+    it).
+    """
     units: dict[str, list[str]] = {}
     found = {}
     for column in DataRow.columns():
@@ -47,7 +55,9 @@ def quantities() -> dict[str, tuple[str, str, bool]]:
 
 
 def _pattern(name: str) -> str:
-    """A column's name with `<leg>_<joint>`, `<leg>` or `<left|right>` in the place of one of them."""
+    """A column's name with `<leg>_<joint>`, `<leg>` or `<left|right>` in the place of one of
+    them.
+    """
     for names, placeholder in (
         (AXES, "<leg>_<joint>"),
         (LEGS, "<leg>"),
@@ -60,12 +70,16 @@ def _pattern(name: str) -> str:
 
 
 def is_evidence(quantity: str) -> bool:
-    """Whether estimates are computed from it: what sensors read, what control ordered and expected."""
+    """Whether estimates are computed from it: what sensors read, what control ordered and
+    expected.
+    """
     return described(quantity) is not None and not quantity.startswith(_SAID)
 
 
 def misspelt(quantity: str) -> str | None:
-    """The axis that a quantity such as `valve_fl_vertcal` means, where it names none of the twelve; else None."""
+    """The axis that a quantity such as `valve_fl_vertcal` means, where it names none of the twelve;
+    else None.
+    """
     for stem in _PER_AXIS:
         place = quantity.removeprefix(stem)
         if place != quantity and place not in AXES:

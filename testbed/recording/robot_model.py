@@ -1,7 +1,7 @@
 """The model file of the whole robot: what it believes of itself beyond its drawing.
 
-The YAML file: `format`, `rig: robot`, `machine` (path of `testbed parameters` -> value), `effects` (a list of
-`{name, place, parameters}`). A number is `{value, unit, interval90}` or bare.
+The YAML file: `format`, `rig: robot`, `machine` (path of `testbed parameters` -> value), `effects`
+(a list of `{name, place, parameters}`). A number is `{value, unit, interval90}` or bare.
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ def is_robot_model(path: str | Path) -> bool:
 
 
 def read_robot_model(path: str | Path) -> RobotModelFile:
-    """Read the model file of a robot. Raises InputError naming file, field, value and what is allowed."""
+    """Read the model file of a robot. Raises InputError naming file, field, value and what is
+    allowed.
+    """
     path = Path(path)
     tree = read_mapping(path)
     if tree.get("format") != FORMAT:

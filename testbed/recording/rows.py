@@ -1,7 +1,7 @@
 """The rows of a recorded run: what the machine's electronics know, and what only a simulator knows.
 
-Declared once. The compiled loop writes these records, the recorder's columns and the environments' observations are
-their fields, and the contract's column names follow from the names here.
+Declared once. The compiled loop writes these records, the recorder's columns and the environments'
+observations are their fields, and the contract's column names follow from the names here.
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ class Interval(Record):
 
 
 class FootForces(Record):
-    """Force of the ground on each foot by the whole-body estimate, body frame, and its standard deviation."""
+    """Force of the ground on each foot by the whole-body estimate, body frame, and its standard
+    deviation.
+    """
 
     x = quantity("N", "force of the ground on the foot along body x", per=LEGS)
     y = quantity("N", "force of the ground on the foot along body y", per=LEGS)
@@ -99,7 +101,9 @@ class DrillKnown(Record):
 
 
 class DataRow(SensorRow, KnownRow, DrillKnown):
-    """One row of `data`: sensors, estimates, what control ordered, and the drill's own count of its rods."""
+    """One row of `data`: sensors, estimates, what control ordered, and the drill's own count of its
+    rods.
+    """
 
 
 class TruthRow(Record):

@@ -1,4 +1,6 @@
-"""Every field of a recording.yaml and every quantity of every kind of rig, read off the objects that check them."""
+"""Every field of a recording.yaml and every quantity of every kind of rig, read off the objects
+that check them.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,9 @@ def tree() -> dict[str, Any]:
 
 
 def quantities(rig: str) -> list[dict[str, Any]]:
-    """The quantities of a kind of rig: name, SI unit, units that convert to it, whether needed, meaning."""
+    """The quantities of a kind of rig: name, SI unit, units that convert to it, whether needed,
+    meaning.
+    """
     found = (
         robot_columns.quantities()
         if rig == "robot"
@@ -63,7 +67,9 @@ def units(quantity: str, unit: str) -> list[str]:
 
 
 def table() -> list[list[str]]:
-    """Rows of TABLE_HEADS: fields that all rigs share come once, then each kind of rig's own, then quantities."""
+    """Rows of TABLE_HEADS: fields that all rigs share come once, then each kind of rig's own, then
+    quantities.
+    """
     of_rig = {rig: list(rows(header)) for rig, header in RIGS.items()}
     out: list[list[str]] = []
     seen = set()

@@ -1,7 +1,7 @@
 """The run as a moving wireframe: what `animation.html.j2` draws.
 
-Lengths go in millimetres from where the body began, forces in tens of newtons, as whole numbers: a minute of walking
-is some 60 kB.
+Lengths go in millimetres from where the body began, forces in tens of newtons, as whole numbers: a
+minute of walking is some 60 kB.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ def animation(
 ) -> Markup:
     """JSON for the page, with what means something in HTML escaped. `robot`: the one that moved.
 
-    Frames: time in ms; body origin (3) and its x and z axes (6, thousandths); feet (4, 3); ground's forces on them
-    (4, 3); ropes' pulls (2, 3); thrust; hole depth. The ground is one height where it is a plane, else a grid.
+    Frames: time in ms; body origin (3) and its x and z axes (6, thousandths); feet (4, 3); ground's
+    forces on them (4, 3); ropes' pulls (2, 3); thrust; hole depth. The ground is one height where
+    it is a plane, else a grid.
     """
     from jinja2.utils import htmlsafe_json_dumps
 
@@ -51,7 +52,9 @@ def scene(motion: Motion, slope_deg: float, robot: Robot, ground: Heights | None
 
 
 def frames(motion: Motion, start_m: Array | None = None) -> list[list[int]]:
-    """A list of whole numbers for each moment. `start_m` (3): where the body began, if that is not the first moment."""
+    """A list of whole numbers for each moment. `start_m` (3): where the body began, if that is not
+    the first moment.
+    """
     count = len(motion.time_s)
     start = motion.origin_m[0] if start_m is None else start_m
     columns = [
@@ -71,7 +74,9 @@ def frames(motion: Motion, start_m: Array | None = None) -> list[list[int]]:
 
 
 def _ground(motion: Motion, ground: Heights | None) -> Any:
-    """Mean height of the first moment's feet, or the grid's corner, cell, columns and heights, all in mm."""
+    """Mean height of the first moment's feet, or the grid's corner, cell, columns and heights, all
+    in mm.
+    """
     start = motion.origin_m[0]
     if ground is None:
         return round(MM * float((motion.feet_m[0] - start)[:, 2].mean()))

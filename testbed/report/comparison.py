@@ -38,7 +38,9 @@ ABSENT = "–"
 
 
 class Side(NamedTuple):
-    """One of the two runs: what the page calls it, the run, and what it comes to (see summary.json)."""
+    """One of the two runs: what the page calls it, the run, and what it comes to (see
+    summary.json).
+    """
 
     name: str
     run: RecordedRun

@@ -81,7 +81,9 @@ def run_progress(duration_s: float, name: str) -> Iterator[Callable[[float, str]
 
 @contextmanager
 def waiting(word: str) -> Iterator[None]:
-    """A moving sign on standard error while something takes its time; nothing when that is not a terminal."""
+    """A moving sign on standard error while something takes its time; nothing when that is not a
+    terminal.
+    """
     if not sys.stderr.isatty():
         yield
         return
@@ -173,7 +175,9 @@ def _newton(value: float | None) -> str:
 
 
 def run_status(summary: Mapping[str, Any]) -> int:
-    """Exit status of a run: 130 stopped from outside, 3 where what its scenario expects was not met, 0 else."""
+    """Exit status of a run: 130 stopped from outside, 3 where what its scenario expects was not
+    met, 0 else.
+    """
     if summary.get("interrupted"):
         return 130
     expectations = summary.get("expectations") or {"met": True}

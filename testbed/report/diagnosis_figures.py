@@ -1,4 +1,6 @@
-"""Figures of a diagnosis: residuals before and after, and the evidence for each hypothesis; SVG text."""
+"""Figures of a diagnosis: residuals before and after, and the evidence for each hypothesis; SVG
+text.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def _legend(figure: Any, panel: Any, marker: float = 1.0) -> None:
 
 
 def residual_figure(d: Diagnosis, recording: Recording) -> str:
-    """Force residual of one recording against time, position, velocity and pressure A: refit grey, after blue."""
+    """Force residual of one recording against time, position, velocity and pressure A: refit grey,
+    after blue.
+    """
     import matplotlib.pyplot as plt
 
     mask = moving(recording, d.models["refit"])
@@ -70,7 +74,9 @@ def residual_figure(d: Diagnosis, recording: Recording) -> str:
 
 
 def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
-    """Flow residuals of A and B against time, refit grey, after blue; None where the rig has no flow balance."""
+    """Flow residuals of A and B against time, refit grey, after blue; None where the rig has no
+    flow balance.
+    """
     import matplotlib.pyplot as plt
 
     if not d.problem.with_flow:
@@ -98,7 +104,9 @@ def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
 
 
 def evidence_figure(d: Diagnosis, rows: list[tuple[str, float]]) -> str:
-    """Held-out log-likelihood that each single hypothesis gains over the refit, on a symmetric-log axis."""
+    """Held-out log-likelihood that each single hypothesis gains over the refit, on a symmetric-log
+    axis.
+    """
     import matplotlib.pyplot as plt
 
     chosen = set(d.verdict.chosen.names)

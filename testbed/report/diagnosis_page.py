@@ -1,4 +1,6 @@
-"""`report.html` of a diagnosis: what the model lacks, why that and not its rival, and what it is worth."""
+"""`report.html` of a diagnosis: what the model lacks, why that and not its rival, and what it is
+worth.
+"""
 
 from __future__ import annotations
 
@@ -104,8 +106,9 @@ def _gains(d: Diagnosis) -> list[tuple[str, float]]:
 def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
     """The next best sets of the chosen size and where the chosen one predicts better.
 
-    Where none was chosen: the single effects that gain most over the plain model, and where they do; `ahead` is the
-    log-likelihood gained, which may be above 0, and `probability` what it comes to.
+    Where none was chosen: the single effects that gain most over the plain model, and where they
+    do; `ahead` is the log-likelihood gained, which may be above 0, and `probability` what it comes
+    to.
     """
     chosen = verdict.chosen
     rows = []

@@ -1,4 +1,6 @@
-"""Every effect as a row of a table and as plain data: what it is, where it may be, what shows it, who knows it."""
+"""Every effect as a row of a table and as plain data: what it is, where it may be, what shows it,
+who knows it.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,9 @@ def described(effect: Effect) -> dict[str, Any]:
 
 
 def known_to(effect: Effect) -> dict[str, bool]:
-    """Who has an answer for it: a simulated world, the balances over recordings, the live estimators."""
+    """Who has an answer for it: a simulated world, the balances over recordings, the live
+    estimators.
+    """
     recordings = any(effect.overrides(term) for term in ("correct", "force", "flow"))
     return {
         "world": effect.overrides("hide"),
@@ -77,7 +81,9 @@ def _places(effect: Effect) -> str:
 
 
 def _shown(effect: Effect) -> str:
-    """Kinds of rig and the channels beside the position; in the world alone where no recording shows it yet."""
+    """Kinds of rig and the channels beside the position; in the world alone where no recording
+    shows it yet.
+    """
     if not effect.rigs:
         return "the whole robot"
     channels = [need for need in effect.needs if need != "position"]

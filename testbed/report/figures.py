@@ -49,7 +49,9 @@ EVENT_ROWS, LETTER_IN = 4, 0.062
 def foot_loads(
     data: Columns, truth: Columns, events: Events, window: tuple[float, float] | None = None
 ) -> Figure:
-    """Per leg: the true load, every estimate and the expected load, along the vertical joint's axis."""
+    """Per leg: the true load, every estimate and the expected load, along the vertical joint's
+    axis.
+    """
     figure, axes = new_figure(4, 6.9, legend_rows=3)
     start, end = window or (float(truth["t"][0]), float(truth["t"][-1]))
     d, w = _slice(data["t"], start, end), _slice(truth["t"], start, end)
@@ -77,7 +79,9 @@ def foot_loads(
 
 
 def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
-    """Per leg: the estimate with its 90 % interval, less the true load; red below it where the interval was wrong."""
+    """Per leg: the estimate with its 90 % interval, less the true load; red below it where the
+    interval was wrong.
+    """
     figure, axes = new_figure(4, 6.3, legend_rows=1)
     t = data["t"]
     start, end = float(t[0]), float(t[-1])
@@ -107,7 +111,9 @@ def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
 
 
 def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
-    """Per method: estimate minus truth; means in one colour a leg, the band holds all legs' values."""
+    """Per method: estimate minus truth; means in one colour a leg, the band holds all legs'
+    values.
+    """
     names = methods(data)
     figure, axes = new_figure(len(names), 6.9, legend_rows=1)
     start, end = float(truth["t"][0]), float(truth["t"][-1])
@@ -165,7 +171,9 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
 
 
 def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
-    """Per leg: both chambers of the vertical joint as read; then the supply, and what the pump puts in."""
+    """Per leg: both chambers of the vertical joint as read; then the supply, and what the pump puts
+    in.
+    """
     pumped = "pump_power" in truth
     figure, axes = new_figure(6 if pumped else 5, 8.1 if pumped else 6.9, legend_rows=1)
     t = data["t"]
@@ -199,7 +207,8 @@ def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
 def ropes_and_drill(
     data: Columns, truth: Columns, slope_deg: float, layers: Layers, events: Events
 ) -> Figure:
-    """Rope tensions, read and true; with a drill at work its force along the slope's normal, its moment and the hole.
+    """Rope tensions, read and true; with a drill at work its force along the slope's normal, its
+    moment and the hole.
 
     `layers`: (kind of rock, depth of its bottom, m) from the surface down, where they are known.
     """
@@ -265,7 +274,9 @@ def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
 
 
 def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS_FORCE_N) -> Figure:
-    """Per leg two bars: where the foot truly carries, and where the detector says so; events above."""
+    """Per leg two bars: where the foot truly carries, and where the detector says so; events
+    above.
+    """
     figure, axes = new_figure(2, 4.2, [1.0, 2.2]) if events else new_figure(1, 2.9)
     t, ax = truth["t"], axes[-1]
     for row, leg in enumerate(LEGS):
@@ -313,9 +324,11 @@ def _name_events(ax: Axes, events: Events, start: float, end: float) -> None:
 def word_places(
     times: Sequence[float], words: Sequence[str], span_s: tuple[float, float], width_in: float
 ) -> list[tuple[int, str] | None]:
-    """For each word a row, and the side of its line that it is aligned to, such that none lies on another.
+    """For each word a row, and the side of its line that it is aligned to, such that none lies on
+    another.
 
-    None where no row has room. A word near the right end stands left of its line, or it would leave the page.
+    None where no row has room. A word near the right end stands left of its line, or it would leave
+    the page.
     """
     inches_a_second = width_in / max(span_s[1] - span_s[0], 1e-9)
     taken: list[list[tuple[float, float]]] = [[] for _ in range(EVENT_ROWS)]

@@ -1,4 +1,6 @@
-"""The ground around a run's path as heights on a grid: what the moving picture and the plan view draw."""
+"""The ground around a run's path as heights on a grid: what the moving picture and the plan view
+draw.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ class Heights(NamedTuple):
 
 
 def heights_around(terrain: Terrain | None, path_m: Array) -> Heights | None:
-    """The ground with some room around the points (n, 2) that were stepped on; None where it is a plane."""
+    """The ground with some room around the points (n, 2) that were stepped on; None where it is a
+    plane.
+    """
     if terrain is None:
         return None
     ground = make_ground(terrain)

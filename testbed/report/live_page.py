@@ -26,7 +26,9 @@ NOW = np.array([0], dtype=np.int64)
 
 
 class LivePage:
-    """What a browser is told of one run: the page once, then frames and numbers. `slope`, `ground`: by its scenario."""
+    """What a browser is told of one run: the page once, then frames and numbers. `slope`, `ground`:
+    by its scenario.
+    """
 
     def __init__(self, scenario: Scenario, robot: Robot) -> None:
         self._scenario, self._robot = scenario, robot
@@ -49,7 +51,9 @@ class LivePage:
         return found
 
     def text(self, key: str) -> str:
-        """The page. `key`: what its script shows the server, so that no other page may order anything."""
+        """The page. `key`: what its script shows the server, so that no other page may order
+        anything.
+        """
         from jinja2.utils import htmlsafe_json_dumps
 
         assert self._start is not None, "a frame comes first"

@@ -1,4 +1,6 @@
-"""`loop.html`: effects that a machine does not know of, seen, found, added, and judged on another scenario."""
+"""`loop.html`: effects that a machine does not know of, seen, found, added, and judged on another
+scenario.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ def page(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def plan(row: Mapping[str, Any]) -> dict[str, Any]:
-    """What the plan of the machine shows: legs from hip to foot, and where effects were found and are hidden."""
+    """What the plan of the machine shows: legs from hip to foot, and where effects were found and
+    are hidden.
+    """
     legs = []
     for leg in LEGS:
         (x, y), (dx, dy) = HIPS[leg], OUT[leg]
@@ -64,7 +68,9 @@ def place_on_plan(place: str) -> tuple[float, float]:
 
 
 def figures(row: Mapping[str, Any]) -> dict[str, str]:
-    """`seen`: error of each foot in the first run; `judged`: in the other scenario, before and after; `bars`: both."""
+    """`seen`: error of each foot in the first run; `judged`: in the other scenario, before and
+    after; `bars`: both.
+    """
     return {
         "seen": _courses([(row["seen"], GREY, "as believed")], "seen"),
         "judged": _courses(

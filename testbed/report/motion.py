@@ -101,7 +101,9 @@ def footholds(motion: Motion, leg: int) -> Array:
 
 
 def support(motion: Motion, moment: int) -> tuple[Array, Array]:
-    """The feet that carry, in order around the robot (k, 2), and where their load acts (2); m, in the slope's plane."""
+    """The feet that carry, in order around the robot (k, 2), and where their load acts (2); m, in
+    the slope's plane.
+    """
     around = [LEGS.index(leg) for leg in ("fl", "fr", "rr", "rl")]
     normal = motion.normal_n[moment].clip(min=0.0)
     places = motion.feet_m[moment, :, :2]

@@ -43,7 +43,9 @@ JOINT_UNITS = {
 
 
 def plan_view(motion: Motion, weakest: Motion, margin: float, ground: Heights | None) -> Figure:
-    """Seen along the slope's normal: path of the body, footholds, and the feet that carried at the weakest moment."""
+    """Seen along the slope's normal: path of the body, footholds, and the feet that carried at the
+    weakest moment.
+    """
     figure, (ax,) = new_figure(1, PLAN_IN, legend_rows=2)
     path, feet = motion.origin_m[:, :2], motion.feet_m[:, :, :2].reshape(-1, 2)
     _frame_plan(ax, np.concatenate([path, feet]))
@@ -67,7 +69,9 @@ def plan_view(motion: Motion, weakest: Motion, margin: float, ground: Heights | 
 
 
 def _frame_plan(ax: Axes, points: Array) -> None:
-    """Limits that hold the points (n, 2) in true proportion, up the slope upwards and left to the left."""
+    """Limits that hold the points (n, 2) in true proportion, up the slope upwards and left to the
+    left.
+    """
     width_in, height_in = WIDTH_IN - 0.94, PLAN_IN - 1.14
     middle = (points.max(axis=0) + points.min(axis=0)) / 2
     span = np.maximum(np.ptp(points, axis=0), 0.5) * PLAN_ROOM
@@ -156,7 +160,9 @@ def grip(truth: Columns, friction: float, events: Events) -> Figure:
 
 
 def friction_use(truth: Columns, leg: str, friction: float) -> Array:
-    """Tangential force over coefficient times normal force (rows); nan where the foot does not carry."""
+    """Tangential force over coefficient times normal force (rows); nan where the foot does not
+    carry.
+    """
     force = np.stack([truth[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"])
     normal = truth[f"contact_normal_{leg}"]
     tangential = np.sqrt(np.maximum((force**2).sum(axis=0) - normal**2, 0.0))

@@ -1,6 +1,7 @@
 """Pages: one self-contained HTML file each, made from templates.
 
-What comes from data is escaped by the template engine. A page may run no script but this folder's `animation.js`, and
+What comes from data is escaped by the template engine. A page may run no script but this folder's
+`animation.js`, and
 loads nothing: its content-security policy says so to the browser.
 """
 
@@ -41,7 +42,8 @@ def render(
 
 
 def policy(*more: str, asks: str = "'none'") -> str:
-    """The content-security policy of a page: our scripts by their hashes, styles, and pictures that the page holds.
+    """The content-security policy of a page: our scripts by their hashes, styles, and pictures that
+    the page holds.
 
     `more`: scripts of this folder beside the moving picture's. `asks`: whom they may ask for data.
     """

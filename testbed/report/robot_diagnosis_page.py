@@ -1,4 +1,6 @@
-"""`report.html` of a diagnosis of the whole robot: what it lacks and where, and what its balances miss."""
+"""`report.html` of a diagnosis of the whole robot: what it lacks and where, and what its balances
+miss.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ def headline(d: RobotDiagnosis) -> str:
 
 
 def _rows(d: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
-    """(balance, unit, stage -> RMS) of the balances that a reader wants to see: forces, and those that changed."""
+    """(balance, unit, stage -> RMS) of the balances that a reader wants to see: forces, and those
+    that changed.
+    """
     units = {FORCES: ("N, N m", 1.0), "feet": ("mm", 1e3), "supply": ("bar", 1e-5)}
     out = []
     for group, row in d.errors.items():
@@ -73,7 +77,9 @@ def _rows(d: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
 
 
 def force_figure(d: RobotDiagnosis) -> str:
-    """What the body's balance of forces misses against time: as believed grey, with the effects blue."""
+    """What the body's balance of forces misses against time: as believed grey, with the effects
+    blue.
+    """
     import matplotlib.pyplot as plt
 
     body = d.balances.body

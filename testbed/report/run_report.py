@@ -32,7 +32,9 @@ FEWEST_ROWS = 20
 def page(
     run: RecordedRun, summary: Mapping[str, Any], machine: Machine, terrain: Terrain | None = None
 ) -> str:
-    """The page's text: of a run, what it comes to (see summary.json), the machine that it truly had, and its ground."""
+    """The page's text: of a run, what it comes to (see summary.json), the machine that it truly
+    had, and its ground.
+    """
     return render("run_report.html.j2", _contents(run, summary, machine, terrain))
 
 

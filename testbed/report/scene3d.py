@@ -1,7 +1,9 @@
-"""A run in three dimensions, to be turned and wound back: `scene.rrd` for the viewer of rerun-sdk (extra `view`).
+"""A run in three dimensions, to be turned and wound back: `scene.rrd` for the viewer of rerun-sdk
+(extra `view`).
 
-The machine is drawn as the URDF draws it, on its ground, with ropes, the ground's forces on the feet and the drill's
-thrust as arrows; beside it, on the same time, loads, pressures and rope tensions with what the estimators made of
+The machine is drawn as the URDF draws it, on its ground, with ropes, the ground's forces on the
+feet and the drill's thrust as arrows; beside it, on the same time, loads, pressures and rope
+tensions with what the estimators made of
 them. World frame: x towards the slope, y left, z up; m, N, Pa, s.
 """
 
@@ -35,7 +37,9 @@ Array = npt.NDArray[np.float64]
 Columns = Mapping[str, Array]
 FRAME_HZ, MOST_ROWS = 50.0, 60_000
 M_A_NEWTON, ASIDE_M = 1e-4, 0.25
-"""Length of an arrow for a newton: a foot's ten kilonewtons are a metre; and how far beside the foot it stands."""
+"""Length of an arrow for a newton: a foot's ten kilonewtons are a metre; and how far beside the
+foot it stands.
+"""
 CELL_M, ROOM_M = 0.1, 3.0
 """Of the drawn ground: cell, and how far it goes on beyond the machine's way."""
 ROPE_M = 5.0
@@ -63,7 +67,8 @@ def library() -> Any:
 def write_scene(folder: str | Path) -> Path:
     """Write `scene.rrd` into a run's folder and return its path; works for a killed run too.
 
-    Raises InputError where the folder holds no readable run, the run has no poses, or rerun is not installed.
+    Raises InputError where the folder holds no readable run, the run has no poses, or rerun is not
+    installed.
     """
     rr = library()
     run = read_run(folder)
@@ -200,10 +205,11 @@ def _way(ground: Ground, truth: Columns) -> tuple[float, float, float, float]:
 def ground_mesh(
     ground: Ground, patches: Sequence[Patch], way: tuple[float, float, float, float]
 ) -> tuple[Array, Array, npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """(points (n, 3), normals (n, 3), triangles (m, 3), colours (n, 3)) of the ground within `way`, in the world.
+    """(points (n, 3), normals (n, 3), triangles (m, 3), colours (n, 3)) of the ground within `way`,
+    in the world.
 
-    `way`: least and greatest x, least and greatest y in the slope's frame, m. Patches that are given by a place, not
-    by a foot, have a colour of their own.
+    `way`: least and greatest x, least and greatest y in the slope's frame, m. Patches that are
+    given by a place, not by a foot, have a colour of their own.
     """
     x, y = (np.arange(low, high + CELL_M, CELL_M) for low, high in (way[:2], way[2:]))
     flat = np.column_stack([np.repeat(x, len(y)), np.tile(y, len(x))])
@@ -309,7 +315,9 @@ def _rgb(colour: str) -> tuple[int, int, int]:
 
 
 def _signals(rr: Any, recording: Any, run: RecordedRun) -> None:
-    """What is plotted beside the scene: at the recorded rate, thinned evenly where a run is very long."""
+    """What is plotted beside the scene: at the recorded rate, thinned evenly where a run is very
+    long.
+    """
     data, truth = run.data, run.truth
     method = best_method(methods(data))
     wanted: list[tuple[str, str, tuple[int, int, int], Columns, str]] = []

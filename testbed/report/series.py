@@ -9,10 +9,11 @@ Array = npt.NDArray[np.float64]
 
 
 def envelope(t: Array, y: Array, bins: int = 420) -> tuple[Array, Array]:
-    """At most `2 bins` points: the smallest and the largest value of each of `bins` equal stretches, in turn.
+    """At most `2 bins` points: the smallest and the largest value of each of `bins` equal
+    stretches, in turn.
 
-    A series that is short enough comes back as it is. Values that are not finite are passed over where a stretch
-    holds others.
+    A series that is short enough comes back as it is. Values that are not finite are passed over
+    where a stretch holds others.
     """
     if len(t) <= 2 * bins:
         return t, y
@@ -26,7 +27,9 @@ def envelope(t: Array, y: Array, bins: int = 420) -> tuple[Array, Array]:
 
 
 def course(t: Array, y: Array, bins: int = 400) -> tuple[Array, Array]:
-    """The mean of each of `bins` equal stretches, at its middle; a short series comes back as it is."""
+    """The mean of each of `bins` equal stretches, at its middle; a short series comes back as it
+    is.
+    """
     if len(t) <= 2 * bins:
         return t, y
     starts = np.linspace(0, len(t), bins, endpoint=False).astype(int)
@@ -57,7 +60,9 @@ def limits(*series: Array, share: float = 0.002, room: float = 0.08) -> tuple[fl
 
 
 def busiest(t: Array, y: Array, width_s: float = 1.0) -> tuple[float, float]:
-    """The stretch of `width_s` in which `y` changes most from sample to sample: (start, end) [s]."""
+    """The stretch of `width_s` in which `y` changes most from sample to sample: (start, end)
+    [s].
+    """
     if len(t) < 3 or t[-1] - t[0] <= width_s:
         return float(t[0]), float(t[-1])
     rows = max(round(width_s / float(np.median(np.diff(t)))), 1)

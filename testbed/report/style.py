@@ -1,4 +1,6 @@
-"""How figures look: colours that the colour-blind can tell apart, unit on every axis, SVG that carries its text."""
+"""How figures look: colours that the colour-blind can tell apart, unit on every axis, SVG that
+carries its text.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH_IN = 4.5
-"""Figures are this wide, so that their text stays readable on a phone and two fit side by side on a desk."""
+"""Figures are this wide, so that their text stays readable on a phone and two fit side by side on a
+desk.
+"""
 
 # Okabe and Ito's palette
 BLACK, ORANGE, SKY, GREEN = "#1a1a1a", "#e69f00", "#56b4e9", "#009e73"
@@ -110,7 +114,8 @@ def finish_time_axis(axes: list[Axes], start_s: float, end_s: float) -> None:
 
 
 def svg(figure: Figure, name: str) -> Markup:
-    """The figure as an SVG element for a page: scales with its place; `name` keeps its ids from other figures'.
+    """The figure as an SVG element for a page: scales with its place; `name` keeps its ids from
+    other figures'.
 
     Matplotlib escapes the texts of a figure, so the template engine takes the element as it is.
     """
@@ -126,9 +131,11 @@ def svg(figure: Figure, name: str) -> Markup:
 
 
 def _own_ids(text: str, name: str) -> str:
-    """Ids are shared by a whole page: prefix them, so that one figure does not use another's clip paths.
+    """Ids are shared by a whole page: prefix them, so that one figure does not use another's clip
+    paths.
 
-    A name may be anything, such as that of a recording's folder, and a prefix must be a word: it is the name's digest.
+    A name may be anything, such as that of a recording's folder, and a prefix must be a word: it is
+    the name's digest.
     """
     prefix = "f" + hashlib.sha256(name.encode(errors="replace")).hexdigest()[:12]
 

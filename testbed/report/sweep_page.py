@@ -23,7 +23,9 @@ WORST, MOST_ROWS, MOST_CELLS = 8, 200, 24
 
 
 class Shown(NamedTuple):
-    """A number of a summary that is drawn: its dotted path, what it is called, and which end of it is bad."""
+    """A number of a summary that is drawn: its dotted path, what it is called, and which end of it
+    is bad.
+    """
 
     path: str
     title: str
@@ -58,7 +60,9 @@ def page(title: str, results: Results, planned: int) -> str:
 
 
 def worst(results: Results) -> list[int]:
-    """Numbers of the runs that a person should look at first: those that did not stand, then by their force error."""
+    """Numbers of the runs that a person should look at first: those that did not stand, then by
+    their force error.
+    """
     error = values(results, FIGURES[0])
     stood = values(results, FIGURES[2])
     order = sorted(
@@ -134,7 +138,9 @@ def _kinds(column: Sequence[Any]) -> list[Any]:
 
 
 def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found: Array) -> Array:
-    """Mean of the runs in each cell (kinds of the second path, kinds of the first); nan where there is none."""
+    """Mean of the runs in each cell (kinds of the second path, kinds of the first); nan where there
+    is none.
+    """
     out = np.full((len(kinds[1]), len(kinds[0])), np.nan)
     for i, first in enumerate(kinds[0]):
         for j, second in enumerate(kinds[1]):

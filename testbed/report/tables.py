@@ -1,4 +1,6 @@
-"""A table as data: a title, heads and rows of text; the console and the pages show it, Markdown here."""
+"""A table as data: a title, heads and rows of text; the console and the pages show it, Markdown
+here.
+"""
 
 from __future__ import annotations
 

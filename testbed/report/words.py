@@ -1,4 +1,6 @@
-"""What things are called, and what the words mean: one list for console, report and documentation."""
+"""What things are called, and what the words mean: one list for console, report and
+documentation.
+"""
 
 from __future__ import annotations
 

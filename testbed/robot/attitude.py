@@ -32,9 +32,11 @@ def write_rotation(rpy: Any, out: Any) -> None:
 
 @njit
 def small_turn(relative: Any) -> tuple[float, float, float]:
-    """Small rotation, rad, about the x, y and z axes of the attitude from which `relative` (3, 3) leads to another.
+    """Small rotation, rad, about the x, y and z axes of the attitude from which `relative` (3, 3)
+    leads to another.
 
-    On a steep slope roll and yaw angles grow together (pitch is near 90 degrees); rotations about body axes do not.
+    On a steep slope roll and yaw angles grow together (pitch is near 90 degrees); rotations about
+    body axes do not.
     """
     return (
         0.5 * (relative[2, 1] - relative[1, 2]),

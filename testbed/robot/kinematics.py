@@ -1,4 +1,6 @@
-"""Closed-form kinematics of the cylindrical legs: feet from joints and joints from feet, in the body frame."""
+"""Closed-form kinematics of the cylindrical legs: feet from joints and joints from feet, in the
+body frame.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LegKinematics:
-    """The four legs in the body frame: hips (4, 3) m, neutral directions (4) rad, and of each leg (4) m, how far its
-    foot is from its hip at radial extension 0 (`offsets_m`) and how high at vertical extension 0 (`retracted_m`).
+    """The four legs in the body frame: hips (4, 3) m, neutral directions (4) rad, and of each leg
+    (4) m, how far its foot is from its hip at radial extension 0 (`offsets_m`) and how high at
+    vertical extension 0 (`retracted_m`).
     """
 
     hips_m: Array
@@ -69,7 +72,9 @@ class LegKinematics:
 
     @cached_property
     def numbers(self) -> Array:
-        """What `joints_of_feet` takes: hip x and y, neutral direction, offset and height of each leg (4, 5)."""
+        """What `joints_of_feet` takes: hip x and y, neutral direction, offset and height of each
+        leg (4, 5).
+        """
         return np.column_stack(
             [self.hips_m[:, :2], self.directions_rad, self.offsets_m, self.retracted_m]
         )
@@ -86,7 +91,9 @@ _NOWHERE = np.zeros(3)
 
 @njit
 def joints_of_feet(feet: Any, body: Any, legs: Any, out: Any) -> None:
-    """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there with the body at `body` (3)."""
+    """Fill `out` (12) by the joints, rad and m, that put the feet (4, 3) there with the body at
+    `body` (3).
+    """
     for leg in range(legs.shape[0]):
         x, y = feet[leg, 0] - body[0] - legs[leg, 0], feet[leg, 1] - body[1] - legs[leg, 1]
         turn = math.atan2(y, x) - legs[leg, 2] + math.pi
@@ -97,7 +104,9 @@ def joints_of_feet(feet: Any, body: Any, legs: Any, out: Any) -> None:
 
 @njit
 def length(x: float, y: float) -> float:
-    """sqrt(x^2 + y^2), rounded as exactly as Python's math.hypot (its compiled form is a bit off now and then)."""
+    """sqrt(x^2 + y^2), rounded as exactly as Python's math.hypot (its compiled form is a bit off
+    now and then).
+    """
     rough: float = math.sqrt(x * x + y * y)
     if rough == 0.0:
         return rough

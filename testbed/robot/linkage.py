@@ -1,9 +1,11 @@
-"""From joint to cylinder: joint 1 has its cylinder on a lever, joints 2 and 3 are their cylinders' extension.
+"""From joint to cylinder: joint 1 has its cylinder on a lever, joints 2 and 3 are their cylinders'
+extension.
 
-Joint 1: the rod's pin sits on a lever of length b = `lever_m` on the turntable, the barrel's pin at a = `body_anchor_m`
-on the body; the angle between both, seen from the rotation axis, is g = `angle_neutral_rad` + q. The length between the
-pins is L(q) = sqrt(a^2 + b^2 - 2 a b cos g), its derivative dL/dq = a b sin g / L is the moment arm: a cylinder force F
-(+ pushes, lengthens) turns the joint with F dL/dq, and the piston moves at dL/dq times the joint's speed.
+Joint 1: the rod's pin sits on a lever of length b = `lever_m` on the turntable, the barrel's pin at
+a = `body_anchor_m` on the body; the angle between both, seen from the rotation axis, is g =
+`angle_neutral_rad` + q. The length between the pins is L(q) = sqrt(a^2 + b^2 - 2 a b cos g), its
+derivative dL/dq = a b sin g / L is the moment arm: a cylinder force F (+ pushes, lengthens) turns
+the joint with F dL/dq, and the piston moves at dL/dq times the joint's speed.
 """
 
 from __future__ import annotations
@@ -38,16 +40,20 @@ def pin_distance_m(
 def arm_m(
     angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float
 ) -> float:
-    """Moment arm dL/dq of joint 1, m (metres of piston per radian), at a joint angle, rad (compiled; scalars)."""
+    """Moment arm dL/dq of joint 1, m (metres of piston per radian), at a joint angle, rad
+    (compiled; scalars).
+    """
     distance: float = pin_distance_m(angle_rad, body_anchor_m, lever_m, angle_neutral_rad)
     return body_anchor_m * lever_m * math.sin(angle_neutral_rad + angle_rad) / distance
 
 
 @njit
 def joint_to_cylinder(positions: Array, geometry: Array, extensions: Array, arms: Array) -> None:
-    """Fill `extensions` (12, m) and `arms` (12, m/rad or 1) from joint positions (12, rad and m), in AXES order.
+    """Fill `extensions` (12, m) and `arms` (12, m/rad or 1) from joint positions (12, rad and m),
+    in AXES order.
 
-    `geometry` is `RotationLinkage.geometry`: (a m, b m, neutral angle rad, length at extension 0 m).
+    `geometry` is `RotationLinkage.geometry`: (a m, b m, neutral angle rad, length at extension 0
+    m).
     """
     for axis in range(positions.shape[0]):
         if axis % 3 == 0:
@@ -63,7 +69,9 @@ def joint_to_cylinder(positions: Array, geometry: Array, extensions: Array, arms
 
 @dataclass(frozen=True)
 class RotationLinkage:
-    """Joint 1's cylinder: extension 0 at the joint's lower limit, growing with the angle up to `stroke_m`."""
+    """Joint 1's cylinder: extension 0 at the joint's lower limit, growing with the angle up to
+    `stroke_m`.
+    """
 
     body_anchor_m: float
     lever_m: float
@@ -73,7 +81,9 @@ class RotationLinkage:
 
     @classmethod
     def from_machine(cls, machine: Machine) -> RotationLinkage:
-        """The linkage of a machine. Raises InputError if the pins pass a dead centre within the range."""
+        """The linkage of a machine. Raises InputError if the pins pass a dead centre within the
+        range.
+        """
         numbers, limits = machine.rotation_linkage, machine.joints.rotation
         linkage = cls(
             numbers.body_anchor_m,
@@ -123,13 +133,17 @@ class RotationLinkage:
         )
 
     def moment_arm_m(self, angle_rad: ArrayLike) -> Array:
-        """D extension / d angle, m: torque per newton of cylinder force, for any array of joint angles, rad."""
+        """D extension / d angle, m: torque per newton of cylinder force, for any array of joint
+        angles, rad.
+        """
         turned = self.angle_neutral_rad + np.asarray(angle_rad, dtype=float)
         across = self.body_anchor_m * self.lever_m * np.sin(turned)
         return np.asarray(across / (self.extension_m(angle_rad) + self.closed_length_m))
 
     def angle_rad(self, extension_m: ArrayLike) -> Array:
-        """Joint angle, rad, of any array of cylinder extensions, m; NaN where the pins cannot be that far apart."""
+        """Joint angle, rad, of any array of cylinder extensions, m; NaN where the pins cannot be
+        that far apart.
+        """
         a, b = self.body_anchor_m, self.lever_m
         length = np.asarray(extension_m, dtype=float) + self.closed_length_m
         cosine = (a * a + b * b - length * length) / (2 * a * b)

@@ -1,9 +1,12 @@
-"""The rigid-body model we believe: masses, gravity and Jacobians of the machine, by Pinocchio, read once from the URDF.
+"""The rigid-body model we believe: masses, gravity and Jacobians of the machine, by Pinocchio, read
+once from the URDF.
 
-Conventions: joint positions are (12,) in AXES order (rad for rotation, m for radial and vertical). Everything is told
-in the body frame (origin = origin of the link `body`); the world enters through gravity in the body frame alone.
-Generalised vectors are (18,): force or velocity of the body's origin (3), moment or angular velocity about it (3),
-joints (12). Generalised forces are those that hold or drive the machine (joint torque positive along the joint's axis).
+Conventions: joint positions are (12,) in AXES order (rad for rotation, m for radial and vertical).
+Everything is told in the body frame (origin = origin of the link `body`); the world enters through
+gravity in the body frame alone.
+Generalised vectors are (18,): force or velocity of the body's origin (3), moment or angular
+velocity about it (3), joints (12). Generalised forces are those that hold or drive the machine
+(joint torque positive along the joint's axis).
 """
 
 from __future__ import annotations
@@ -27,14 +30,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Payload:
-    """A point mass carried by the platform (rods in store or in hand), at a point of the body frame, m."""
+    """A point mass carried by the platform (rods in store or in hand), at a point of the body
+    frame, m.
+    """
 
     mass_kg: float
     point_in_body_m: tuple[float, float, float]
 
 
 def attitude_gravity(roll_rad: float, pitch_rad: float) -> Array:
-    """Gravity in the body frame, m/s2, (3,), from roll and pitch (rotations z, y, x in this order; any yaw).
+    """Gravity in the body frame, m/s2, (3,), from roll and pitch (rotations z, y, x in this order;
+    any yaw).
 
     A body parallel to a slope that rises towards +x has pitch = -slope.
     """
@@ -45,12 +51,15 @@ def attitude_gravity(roll_rad: float, pitch_rad: float) -> Array:
 
 
 class RobotModel:
-    """Masses, gravity, inertia and foot kinematics of one URDF. Not for use by two threads at once (one workspace)."""
+    """Masses, gravity, inertia and foot kinematics of one URDF. Not for use by two threads at once
+    (one workspace).
+    """
 
     def __init__(
         self, path: str | Path, payload: Payload | None = None, rope_height_m: float | None = None
     ) -> None:
-        """Read a URDF, with a payload fixed to the platform if given. Raises InputError if the URDF is broken.
+        """Read a URDF, with a payload fixed to the platform if given. Raises InputError if the URDF
+        is broken.
 
         `rope_height_m`: height of the ropes' attachments in the body frame instead of the URDF's.
         """
@@ -77,7 +86,9 @@ class RobotModel:
         )
         """Joint limits (12, 2), rad and m."""
         self.foot_radius_m = _foot_radius(text)
-        """Radius of the sphere that touches the ground; its lowest point is the foot frame's origin."""
+        """Radius of the sphere that touches the ground; its lowest point is the foot frame's
+        origin.
+        """
         self.total_mass_kg = float(pin.computeTotalMass(self._model))
         pin.framesForwardKinematics(self._model, self._data, self._q)
         self.rope_attachments_m: Array = np.array(
@@ -128,10 +139,12 @@ class RobotModel:
         accelerations: ArrayLike,
         gravity_in_body: ArrayLike,
     ) -> Array:
-        """Generalised forces (18,) that produce accelerations (18,) at velocities (18,), gravity included.
+        """Generalised forces (18,) that produce accelerations (18,) at velocities (18,), gravity
+        included.
 
-        Body velocity and acceleration are those of the body's origin, resolved in the body frame (the acceleration
-        is the derivative of these components, so a turning body adds omega x v by itself).
+        Body velocity and acceleration are those of the body's origin, resolved in the body frame
+        (the acceleration is the derivative of these components, so a turning body adds omega x v by
+        itself).
         """
         self._model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
         speed, change = np.empty(18), np.empty(18)
@@ -142,8 +155,9 @@ class RobotModel:
     def asked_by_masses(
         self, positions: ArrayLike, gravity_in_body: ArrayLike
     ) -> tuple[Array, Array]:
-        """Generalised forces that masses ask for at rest: (18, 12) by one more kilogram at the centre of what each axis
-        moves, (18, 4) by one kilogram at the body's origin and by first moments of the body of 1 kg m along x, y, z.
+        """Generalised forces that masses ask for at rest: (18, 12) by one more kilogram at the
+        centre of what each axis moves, (18, 4) by one kilogram at the body's origin and by first
+        moments of the body of 1 kg m along x, y, z.
         """
         model, data = self._model, self._data
         model.gravity.linear = np.asarray(gravity_in_body, dtype=float)
@@ -158,11 +172,15 @@ class RobotModel:
         return np.column_stack(links), by[:, :4].copy()
 
     def asked_by_lift(self, positions: ArrayLike) -> Array:
-        """Generalised forces (18, 3) that the machine asks for by 1 m/s2 of specific force along x, y, z of the body."""
+        """Generalised forces (18, 3) that the machine asks for by 1 m/s2 of specific force along x,
+        y, z of the body.
+        """
         return np.column_stack([self.gravity_forces(positions, -way) for way in np.eye(3)])
 
     def feet(self, positions: ArrayLike) -> tuple[Array, Array]:
-        """Undersides of the feet in the body frame (4, 3), m, and their Jacobians (4, 3, 12) with the body at rest."""
+        """Undersides of the feet in the body frame (4, 3), m, and their Jacobians (4, 3, 12) with
+        the body at rest.
+        """
         pin.computeJointJacobians(self._model, self._data, self._full(positions))
         pin.updateFramePlacements(self._model, self._data)
         points = np.array([self._data.oMf[frame].translation for frame in self._feet])
@@ -173,7 +191,9 @@ class RobotModel:
         return points, jacobians
 
     def leg_numbers(self) -> NDArray[Any]:
-        """Masses, centres and axes of the legs (4,) as LegNumbers of foot_forces.py, from the body's origin."""
+        """Masses, centres and axes of the legs (4,) as LegNumbers of foot_forces.py, from the
+        body's origin.
+        """
         model, data = self._model, self._data
         zero = np.asarray(pin.neutral(model))
         pin.computeJointJacobians(model, data, zero)
@@ -211,7 +231,9 @@ class RobotModel:
         return self._q
 
     def _origin(self, link: str) -> Array:
-        """Origin of a link in the body frame (3); that of the body where the machine has no such link."""
+        """Origin of a link in the body frame (3); that of the body where the machine has no such
+        link.
+        """
         if not self._model.existFrame(link):
             return np.zeros(3)
         return np.array(self._data.oMf[self._model.getFrameId(link)].translation)

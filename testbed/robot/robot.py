@@ -1,4 +1,6 @@
-"""A machine with its bodies: numbers, masses and gravity, leg kinematics and linkage, built once and handed on."""
+"""A machine with its bodies: numbers, masses and gravity, leg kinematics and linkage, built once
+and handed on.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,8 @@ class Robot:
         rope_height_m: float | None = None,
         bodies: Path | None = None,
     ) -> Robot:
-        """A machine with `carried_kg` in its rod store; `rope_height_m`: the ropes' attachments, else the URDF's.
+        """A machine with `carried_kg` in its rod store; `rope_height_m`: the ropes' attachments,
+        else the URDF's.
 
         `bodies`: a URDF with other masses than the machine's own.
 

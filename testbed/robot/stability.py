@@ -1,16 +1,19 @@
 """How far a stance is from being lost: the push it can still take, and the work it takes to tip it.
 
-Wrench margin: the largest force at the centre of mass, in the worst of nine directions (eight along the slope, one off
-it), that feet which never pull, within friction, and ropes which never push can hold. One linear program: for every
-direction d_j there are foot forces in their cones and tensions within their bounds with
+Wrench margin: the largest force at the centre of mass, in the worst of nine directions (eight along
+the slope, one off it), that feet which never pull, within friction, and ropes which never push can
+hold. One linear program: for every direction d_j there are foot forces in their cones and tensions
+within their bounds with
 
     sum G f_j + sum r T_j + w + margin * d_j = 0,     margin as large as possible.
 
-Cones are pyramids inside the true cone. A support polygon knows neither friction nor ropes; this does.
+Cones are pyramids inside the true cone. A support polygon knows neither friction nor ropes; this
+does.
 
-Energy margin: about each edge of the standing feet, weight and ropes (constant forces) have the potential
-U(a) = -A cos a - B sin a, with A = sum F.r and B = sum F.(e x r), r from the edge to where a force acts, e along the
-edge; the work to tip is sqrt(A^2 + B^2) + A for A < 0 and B < 0 (else the stance is lost about that edge: 0).
+Energy margin: about each edge of the standing feet, weight and ropes (constant forces) have the
+potential U(a) = -A cos a - B sin a, with A = sum F.r and B = sum F.(e x r), r from the edge to
+where a force acts, e along the edge; the work to tip is sqrt(A^2 + B^2) + A for A < 0 and B < 0
+(else the stance is lost about that edge: 0).
 """
 
 from __future__ import annotations
@@ -28,7 +31,9 @@ SIDES = 8
 MOST = 10.0
 """Pushes beyond ten times the load are not told apart."""
 SMOOTH = 1e-5
-"""Weight of the quadratic term that makes the linear program strictly convex; it costs less than 1e-3 of the load."""
+"""Weight of the quadratic term that makes the linear program strictly convex; it costs less than
+1e-3 of the load.
+"""
 _COSINES, _SINES = (
     part(2.0 * np.pi * np.arange(SIDES) / SIDES)[:, None] for part in (np.cos, np.sin)
 )
@@ -49,11 +54,12 @@ def wrench_margin_n(
     ropes: ArrayLike | None = None,
     tensions_n: Sequence[tuple[float, float]] = (),
 ) -> float:
-    """Largest push, N, at `at_m` (3) in the worst direction; 0 where not even the load itself is held.
+    """Largest push, N, at `at_m` (3) in the worst direction; 0 where not even the load itself is
+    held.
 
-    feet_m, normals (n, 3): the standing feet's contact points and normals; load (6): wrench about the origin of
-    everything but feet and ropes; ropes (k, 6): wrenches of a tension of 1 N; tensions_n: lowest and highest of each.
-    All in one frame whose z is off the slope.
+    feet_m, normals (n, 3): the standing feet's contact points and normals; load (6): wrench about
+    the origin of everything but feet and ropes; ropes (k, 6): wrenches of a tension of 1 N;
+    tensions_n: lowest and highest of each. All in one frame whose z is off the slope.
     """
     scale = max(float(np.linalg.norm(np.asarray(load)[:3])), 1.0)
     held = _generators(np.asarray(feet_m, dtype=float), np.asarray(normals, dtype=float), friction)
@@ -75,7 +81,9 @@ def wrench_margin_n(
 
 
 def _largest(equal: Array, wanted: Array, low: Array, high: Array) -> float:
-    """Max of the last unknown with equal @ z = wanted, low <= z <= high; 0 where there is no such z."""
+    """Max of the last unknown with equal @ z = wanted, low <= z <= high; 0 where there is no such
+    z.
+    """
     count = equal.shape[1]
     cost = np.zeros(count)
     cost[-1] = -1.0
@@ -106,7 +114,8 @@ def _generators(feet: Array, normals: Array, friction: float) -> Array:
 
 
 def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) -> float:
-    """Least work, J, that tips a stance on feet (n >= 3, 3) about an edge, against constant forces (k, 3) at points.
+    """Least work, J, that tips a stance on feet (n >= 3, 3) about an edge, against constant forces
+    (k, 3) at points.
 
     0 where the forces already tip it, or fewer than three feet stand. Frame: z off the slope.
     """

@@ -1,6 +1,7 @@
 """Drawn machines: what a workshop and a site make of the drawing, number by number, from one seed.
 
-A draw changes the world's machine and adds undeclared effects; the model keeps the drawing-board machine. Each number
+A draw changes the world's machine and adds undeclared effects; the model keeps the drawing-board
+machine. Each number
 has a random stream of its own: another tolerance in the file leaves all other numbers as they are.
 """
 
@@ -81,7 +82,9 @@ class Tolerances(Checked):
 
 @dataclass(frozen=True)
 class Drawn:
-    """One drawn machine. `numbers`: every true number by name, with its unit, as `testbed commission` names them."""
+    """One drawn machine. `numbers`: every true number by name, with its unit, as `testbed
+    commission` names them.
+    """
 
     changes: dict[str, float] = field(default_factory=dict)
     """Path of a machine's number -> its true value."""
@@ -91,7 +94,9 @@ class Drawn:
 
 
 def tolerances(name: str) -> tuple[Tolerance, ...]:
-    """The shipped tolerance file of that name. Raises InputError for a file that cannot be understood."""
+    """The shipped tolerance file of that name. Raises InputError for a file that cannot be
+    understood.
+    """
     path = Path(testbed.machine.__file__).with_name(f"{name}.yaml")
     return _read(path)
 
@@ -102,7 +107,9 @@ def _read(path: Path) -> tuple[Tolerance, ...]:
 
 
 def draw_machine(name: str | None, seed: int, drawing: Machine) -> Drawn:
-    """The machine that the tolerances `name` make of a drawing with this seed; None: the drawing itself."""
+    """The machine that the tolerances `name` make of a drawing with this seed; None: the drawing
+    itself.
+    """
     if name is None:
         return Drawn()
     changes: dict[str, float] = {}

@@ -19,7 +19,9 @@ MOST_BYTES = 400_000_000
 
 @dataclass(frozen=True)
 class Grid:
-    """Heights (nx, ny), m; x east (or up the slope) along the rows, y north (or left) along the columns."""
+    """Heights (nx, ny), m; x east (or up the slope) along the rows, y north (or left) along the
+    columns.
+    """
 
     heights_m: Array
     cell_m: float
@@ -38,7 +40,8 @@ class Grid:
 
 
 def read_elevation(path: str | Path, cell_m: float | None = None) -> Grid:
-    """The heights of a file; points without data are nan. `cell_m` is for .npy alone (default 0.1 m).
+    """The heights of a file; points without data are nan. `cell_m` is for .npy alone (default 0.1
+    m).
 
     Raises InputError for a file that is missing, of another kind or not such a grid.
     """

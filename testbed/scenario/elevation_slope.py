@@ -1,7 +1,8 @@
 """An elevation grid seen from its mean slope: the plane through it, and the heights off that plane.
 
-Uphill is +x. The plane is fitted by least squares to the points around the robot's place; the heights off it, along
-its normal, stand on a regular grid again, found point by point by Newton's method on the interpolated surface.
+Uphill is +x. The plane is fitted by least squares to the points around the robot's place; the
+heights off it, along its normal, stand on a regular grid again, found point by point by Newton's
+method on the interpolated surface.
 """
 
 from __future__ import annotations
@@ -23,14 +24,18 @@ MOST_OFF_M = 5.0
 
 Array = NDArray[np.float64]
 LONGEST_M, SHORTEST_M = 12.0, 3.0
-"""Half the edge of the patch of ground that is taken: as much as the file has, no less than the robot needs."""
+"""Half the edge of the patch of ground that is taken: as much as the file has, no less than the
+robot needs.
+"""
 FIT_M = 3.0
 """Half the edge of the square to which the plane is fitted: what the robot's feet reach."""
 STEEPEST_DEG = 85.0
 
 
 def slope_of(terrain: Terrain) -> float:
-    """Angle of an elevation's mean slope, deg. Raises InputError where it is beyond what a robot can be put on."""
+    """Angle of an elevation's mean slope, deg. Raises InputError where it is beyond what a robot
+    can be put on.
+    """
     assert terrain.elevation is not None
     if terrain.elevation.frame == "slope":
         return terrain.slope_deg
@@ -49,7 +54,9 @@ def slope_of(terrain: Terrain) -> float:
 
 
 def heights_off_slope(terrain: Terrain) -> Array:
-    """Heights (n, n) off the mean slope on a grid of terrain.cell_m, m: rows up the slope, columns to the left."""
+    """Heights (n, n) off the mean slope on a grid of terrain.cell_m, m: rows up the slope, columns
+    to the left.
+    """
     spec = terrain.elevation
     assert spec is not None
     grid = read_elevation(spec.file, spec.cell_m)

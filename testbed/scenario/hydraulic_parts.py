@@ -41,4 +41,6 @@ HydraulicPart = Literal[
     "viscosity",
 ]
 HYDRAULIC_PARTS: tuple[str, ...] = get_args(HydraulicPart)
-"""The one list: the scenario checks against it, the world has a switch for each (testbed.world.switches)."""
+"""The one list: the scenario checks against it, the world has a switch for each
+(testbed.world.switches).
+"""

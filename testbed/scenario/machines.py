@@ -1,4 +1,6 @@
-"""The two machines of a scenario: the one of the world, and the one that estimators and control believe in."""
+"""The two machines of a scenario: the one of the world, and the one that estimators and control
+believe in.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The parts of a scenario: rates, ground, posture, ropes, hydraulics, sensors, belief, expectation."""
+"""The parts of a scenario: rates, ground, posture, ropes, hydraulics, sensors, belief,
+expectation.
+"""
 
 from __future__ import annotations
 
@@ -263,7 +265,9 @@ class OwnMachine(Checked):
 
 
 CONTROLLERS = ("position_hold", "pseudo_inverse", "qp", "drill", "learned")
-"""The shipped ways to share the load out; control/distribution/controllers.py has the class of each."""
+"""The shipped ways to share the load out; control/distribution/controllers.py has the class of
+each.
+"""
 
 
 class Control(Checked):
@@ -294,7 +298,9 @@ class Control(Checked):
 
 
 class Estimator(Checked):
-    """Estimator, detector of the contact state, constants of the paper's filters (null: the parameter file's)."""
+    """Estimator, detector of the contact state, constants of the paper's filters (null: the
+    parameter file's).
+    """
 
     method: str = Field(
         default="own",
@@ -392,7 +398,9 @@ class Expect(Checked):
 
 
 class Mutation(Checked):
-    """Changes of the scenario under which its `expect` must fail: proof that it says something. A run ignores it."""
+    """Changes of the scenario under which its `expect` must fail: proof that it says something. A
+    run ignores it.
+    """
 
     set: dict[str, Any] = Field(
         min_length=1, description="dotted path of a value of this scenario -> its changed value"

@@ -117,7 +117,9 @@ class Scenario(Checked):
 
     @property
     def tolerances(self) -> str | None:
-        """How far the machine may be from what is believed of it: a tolerance file's name; None: it is as believed."""
+        """How far the machine may be from what is believed of it: a tolerance file's name; None: it
+        is as believed.
+        """
         chosen = self.model.tolerances or self.machine.draw
         return None if chosen == "exact" else chosen
 
@@ -130,7 +132,9 @@ class Scenario(Checked):
 
     @property
     def carried_kg(self) -> float:
-        """What the rod store carries at the start: the payload, and the rods of a hole to be drilled, kg."""
+        """What the rod store carries at the start: the payload, and the rods of a hole to be
+        drilled, kg.
+        """
         return self.robot.payload_kg + (
             self.drilling.stored_kg if isinstance(self.drilling, DrillHole) else 0.0
         )
@@ -155,7 +159,8 @@ def load_scenario(
     seed: int | None = None,
     duration: float | None = None,
 ) -> Scenario:
-    """Read a scenario file (or a shipped one by name), with changes `a.b=c` applied before it is checked.
+    """Read a scenario file (or a shipped one by name), with changes `a.b=c` applied before it is
+    checked.
 
     Raises InputError (file, dotted field, value, what is allowed) for anything that cannot be used.
     """
@@ -231,7 +236,9 @@ def _find_machine(data: Any, path: Path) -> None:
 
 
 def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") -> None:
-    """Make a relative file name in the raw tree absolute: it counts from the scenario file's folder."""
+    """Make a relative file name in the raw tree absolute: it counts from the scenario file's
+    folder.
+    """
     part = data.get(section) if isinstance(data, dict) else None
     if isinstance(part, dict) and isinstance(part.get(key), str):
         file = (path.parent / part[key]).resolve()
@@ -247,7 +254,9 @@ def _find_file(data: Any, path: Path, section: str, key: str, prefix: str = "") 
 
 
 def _find_class(data: Any, path: Path, section: str, key: str) -> None:
-    """Make the file of a class of the user's own absolute: it counts from the scenario's folder, then from here."""
+    """Make the file of a class of the user's own absolute: it counts from the scenario's folder,
+    then from here.
+    """
     part = data.get(section) if isinstance(data, dict) else None
     if not isinstance(part, dict):
         return
@@ -261,7 +270,9 @@ def _find_class(data: Any, path: Path, section: str, key: str) -> None:
 
 
 def _on_its_slope(scenario: Scenario) -> Scenario:
-    """Where the ground comes from an elevation file in the world's frame, its slope is the file's."""
+    """Where the ground comes from an elevation file in the world's frame, its slope is the
+    file's.
+    """
     terrain = scenario.terrain
     if terrain.elevation is None:
         return scenario
@@ -363,7 +374,9 @@ def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:
 
 
 def _override(data: dict[str, Any], text: str) -> None:
-    """Put `a.b=c` into the raw tree; `c` is YAML; a number in the path counts a list's entries from 0."""
+    """Put `a.b=c` into the raw tree; `c` is YAML; a number in the path counts a list's entries from
+    0.
+    """
     path, equals, value_text = text.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):

@@ -1,4 +1,6 @@
-"""Sweep files: one scenario, many changes of it, each with every seed, checked before the first run begins."""
+"""Sweep files: one scenario, many changes of it, each with every seed, checked before the first run
+begins.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ Changes = dict[str, Any]
 
 
 class Latin(Checked):
-    """A Latin hypercube: every range is cut into as many equal parts as there are samples, each part used once."""
+    """A Latin hypercube: every range is cut into as many equal parts as there are samples, each
+    part used once.
+    """
 
     samples: int = Field(ge=1, le=MOST_RUNS, description="number of samples")
     seed: int = Field(default=0, ge=0, description="seed of the draw")
@@ -50,7 +54,9 @@ class Latin(Checked):
 
 
 class Sweep(Checked):
-    """A sweep file: runs = entries of `list` x combinations of `grid` x samples of `latin` x seeds."""
+    """A sweep file: runs = entries of `list` x combinations of `grid` x samples of `latin` x
+    seeds.
+    """
 
     format: Literal["roboclimber-sweep/1"] = Field(description="format of the file")
     description: str = Field(default="", description="what it is for")
@@ -101,14 +107,16 @@ class SweepRun:
 def load_sweep(path_or_name: str | Path) -> tuple[Sweep, list[SweepRun]]:
     """Read a sweep file (or a shipped one by name) and all its runs; identical ones count once.
 
-    Raises InputError (file, field, value, what is allowed) for anything that cannot be used, in any of the runs.
+    Raises InputError (file, field, value, what is allowed) for anything that cannot be used, in any
+    of the runs.
     """
     path = sweep_path(path_or_name)
     return _runs_of(read_yaml(path), path)
 
 
 def sweep_of(scenario: str, vary: list[str]) -> tuple[Sweep, list[SweepRun]]:
-    """A sweep of a scenario from the command line: `path=a,b,c` is a grid, `path=low:high:samples` a Latin hypercube.
+    """A sweep of a scenario from the command line: `path=a,b,c` is a grid, `path=low:high:samples`
+    a Latin hypercube.
 
     `seed=1,2` are the seeds. Raises InputError as load_sweep does.
     """
@@ -179,7 +187,9 @@ def _check_grid(grid: Any, path: Path) -> None:
 
 
 def _check_paths(sweep: Sweep, path: Path) -> None:
-    """Refuse a change of what the file says elsewhere for every run: no run would be made with it."""
+    """Refuse a change of what the file says elsewhere for every run: no run would be made with
+    it.
+    """
     everywhere = {"seed": "seeds: the seeds of every run"}
     if sweep.duration_s is not None:
         everywhere["duration_s"] = "duration_s in one place, for all runs or here"

@@ -1,4 +1,6 @@
-"""What the robot is told to do and what happens to it: tasks, drill phases and events of a scenario."""
+"""What the robot is told to do and what happens to it: tasks, drill phases and events of a
+scenario.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,9 @@ class Raise(Checked):
 
 
 class Sway(Checked):
-    """Move the body over standing feet, slowly to and fro: every cylinder moves in both directions under load."""
+    """Move the body over standing feet, slowly to and fro: every cylinder moves in both directions
+    under load.
+    """
 
     kind: Literal["sway"]
     start_s: float = Field(
@@ -124,7 +128,9 @@ class Hammer(Checked):
 
 
 class RodChange(Checked):
-    """Take a rod from the store and add it to the string: its weight moves from the store to the hole."""
+    """Take a rod from the store and add it to the string: its weight moves from the store to the
+    hole.
+    """
 
     kind: Literal["rod_change"]
     duration_s: float = Field(gt=0, description="length of the phase [s]")
@@ -259,7 +265,9 @@ class Program(Checked):
 
 
 class Commission(Checked):
-    """Move so that the robot can weigh and calibrate itself: each foot in the air, the body up, down and to the sides."""
+    """Move so that the robot can weigh and calibrate itself: each foot in the air, the body up,
+    down and to the sides.
+    """
 
     kind: Literal["commission"]
     start_s: float = Field(default=2.0, ge=0, description="time of the first motion [s]")
@@ -277,7 +285,8 @@ def _one(value: Any) -> Any:
 
 
 class Chain(Checked):
-    """Tasks one after the other, each from where the last one ended; their times count from their beginning.
+    """Tasks one after the other, each from where the last one ended; their times count from their
+    beginning.
 
     A scenario may say `tasks: [crawl, drill_hole]` for it.
     """
@@ -353,7 +362,9 @@ class Shove(Checked):
 
 
 class SetFriction(Checked):
-    """Rain or dust: the ground has another friction from then on, but for patches and feet with a friction of their own."""
+    """Rain or dust: the ground has another friction from then on, but for patches and feet with a
+    friction of their own.
+    """
 
     kind: Literal["set_friction"]
     at_s: float = Field(ge=0, description="time of the event [s]")

@@ -13,7 +13,9 @@ Kind = Literal["plane", "box", "heightfield", "profile", "elevation"]
 
 
 class Patch(Checked):
-    """A round place where the ground is another one; what is left out is as everywhere. The last patch wins."""
+    """A round place where the ground is another one; what is left out is as everywhere. The last
+    patch wins.
+    """
 
     foot: Literal["fl", "fr", "rl", "rr"] | None = Field(
         default=None, description="under this foot's place at the start, instead of x_m and y_m"

@@ -1,4 +1,6 @@
-"""`recording.yaml` of a run of the whole robot: what each column is, and what the robot believes about itself."""
+"""`recording.yaml` of a run of the whole robot: what each column is, and what the robot believes
+about itself.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,8 @@ from testbed.scenario.scenario import Scenario
 def recording_meta(
     scenario: Scenario, belief: Machine, data_columns: list[str], surveyed: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The contents of `recording.yaml`; `surveyed`: what was measured before the run, such as where the ropes lead.
+    """The contents of `recording.yaml`; `surveyed`: what was measured before the run, such as where
+    the ropes lead.
 
     Holds what the robot knows: no truth, no undeclared effect, no changed number of the world.
     """

@@ -1,4 +1,6 @@
-"""Compares a run's summary with what its scenario expects, and tells what the scenario hid from the model."""
+"""Compares a run's summary with what its scenario expects, and tells what the scenario hid from the
+model.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,9 @@ def _broken(path: str, bound: Bound, value: Any) -> list[str]:
 
 
 def hidden_effects(scenario: Scenario) -> str:
-    """What a scenario hides from the model, for a result that is set beside it: "effect at place, ..." or "nothing"."""
+    """What a scenario hides from the model, for a result that is set beside it: "effect at place,
+    ..." or "nothing".
+    """
     return (
         ", ".join(f"{u.effect} at {u.at.replace('_', ' ')}" for u in scenario.undeclared)
         or "nothing"

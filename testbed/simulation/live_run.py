@@ -1,4 +1,5 @@
-"""A run as an object: step it, look at it, bring your own gait, controller, detectors and estimators.
+"""A run as an object: step it, look at it, bring your own gait, controller, detectors and
+estimators.
 
     with simulate(load_scenario("drill_slope_45"), detectors=["combined", Mine]) as run:
         while not run.finished:
@@ -7,7 +8,8 @@
         run.truth["foot_load"]            # (n, 4) N
         run.scores["Mine"]                # (n, 4)
 
-Stepped in pieces or at one go, it is the same run to the last bit, and the same as that of `testbed run`.
+Stepped in pieces or at one go, it is the same run to the last bit, and the same as that of `testbed
+run`.
 """
 
 from __future__ import annotations
@@ -56,11 +58,14 @@ def simulate(
 ) -> Run:
     """Begin a run of `scenario`: at its start, in equilibrium, not yet stepped.
 
-    out: folder that it is recorded in, as `testbed run --out` does; None records nothing on the disk.
+    out: folder that it is recorded in, as `testbed run --out` does; None records nothing on the
+    disk.
     model: model file that the estimators believe.
-    gait, controller: instead of the scenario's. A class, an object or `FILE.py:Class`; a controller may be a shipped
-    one by name. A gait is made from the BelievedStart. What the task drills and which layers lie over it stays.
-    detectors, estimators: ride along, fed every recorded row as it comes; shipped detectors by name.
+    gait, controller: instead of the scenario's. A class, an object or `FILE.py:Class`; a controller
+    may be a shipped one by name. A gait is made from the BelievedStart. What the task drills and
+    which layers lie over it stays.
+    detectors, estimators: ride along, fed every recorded row as it comes; shipped detectors by
+    name.
 
     Raises InputError before anything is written where one of these cannot be used.
     """
@@ -90,7 +95,8 @@ class Happening(Checked):
 class Run:
     """A run on its way; a context manager that closes it. See the module and `simulate`.
 
-    `keeps`: whether the rows stay in memory (1.5 MB a simulated second at 1 kHz); `rows` and `truth` need them.
+    `keeps`: whether the rows stay in memory (1.5 MB a simulated second at 1 kHz); `rows` and
+    `truth` need them.
     """
 
     def __init__(
@@ -98,7 +104,9 @@ class Run:
     ) -> None:
         self._simulation, self._riders, self._keeps = simulation, riders, keeps
         self.rows, self.truth = Rows(DataRow), Rows(TruthRow)
-        """What sensors, estimators and control said, and what only the simulator knows: all rows so far."""
+        """What sensors, estimators and control said, and what only the simulator knows: all rows so
+        far.
+        """
         self.interrupted = False
         """Closed before it was finished."""
         self._last: tuple[Array, Array] | None = None
@@ -109,7 +117,8 @@ class Run:
         self._closed: dict[str, Any] | None = None
 
     def record_in(self, out: str | Path | None) -> Path:
-        """Write all that comes to the folder `out` too (None: `runs/<name>-<seed>[-n]`); an earlier run is removed.
+        """Write all that comes to the folder `out` too (None: `runs/<name>-<seed>[-n]`); an earlier
+        run is removed.
 
         Returns the folder. Raises InputError, and is closed, where it cannot be written.
         """
@@ -124,7 +133,7 @@ class Run:
             raise
         return folder
 
-    # ---- stepping ------------------------------------------------------------------------------------------
+    # ---- stepping --------------------------------------------------------------------------------
 
     @property
     def dt_s(self) -> float:
@@ -142,10 +151,11 @@ class Run:
         return self._simulation.finished or self._closed is not None
 
     def step(self, n: int = 1) -> NDArray[Any]:
-        """Make `n` physics steps (`dt_s` each, 1 ms unless the scenario says otherwise), fewer where the run ends.
+        """Make `n` physics steps (`dt_s` each, 1 ms unless the scenario says otherwise), fewer
+        where the run ends.
 
-        Returns the rows (DataRow) that were recorded meanwhile, which may be none: rates.record_hz a second are.
-        Raises SimulationFault where the simulation breaks down.
+        Returns the rows (DataRow) that were recorded meanwhile, which may be none: rates.record_hz
+        a second are. Raises SimulationFault where the simulation breaks down.
         """
         try:
             data, truth = self._simulation.run_steps(n)
@@ -170,20 +180,23 @@ class Run:
                 self._folder.take_last(self.t_s)
         return rows
 
-    # ---- other ways to go on -------------------------------------------------------------------------------
+    # ---- other ways to go on ---------------------------------------------------------------------
 
     def save(self) -> State:
-        """The run at this instant: machine, ground, estimators, gait and all that rides along, to the last bit.
+        """The run at this instant: machine, ground, estimators, gait and all that rides along, to
+        the last bit.
 
-        `state.write("here.npz")` keeps it in a file. Raises InputError where a class of your own holds what no file
-        can hold.
+        `state.write("here.npz")` keeps it in a file. Raises InputError where a class of your own
+        holds what no file can hold.
         """
         return self._simulation.save(*self._riding)
 
     def restore(self, state: State | str | Path) -> None:
-        """Go on from a saved state (or its file) of the same scenario; rows in memory begin there, or end there.
+        """Go on from a saved state (or its file) of the same scenario; rows in memory begin there,
+        or end there.
 
-        Raises InputError where the state belongs to another run, or where rows are in a folder already.
+        Raises InputError where the state belongs to another run, or where rows are in a folder
+        already.
         """
         found = state if isinstance(state, State) else read_state(state)
         if self._folder is not None and self._simulation.t_s > 0.0:
@@ -200,15 +213,17 @@ class Run:
     def branch(self, seed: int | None = None) -> Run:
         """Another run that begins where this one stands and goes its own way, recorded in memory.
 
-        seed: everything random from here on comes from another seed; None: the branch is this run's twin. Detectors and
-        estimators that ride along stay here. Raises InputError where a gait or controller came as an object.
+        seed: everything random from here on comes from another seed; None: the branch is this run's
+        twin. Detectors and estimators that ride along stay here. Raises InputError where a gait or
+        controller came as an object.
         """
         return Run(self._simulation.branch(seed))
 
     def happen(self, kind: str, **fields: Any) -> None:
         """Let an event of the scenario happen now: `run.happen("cut_rope", rope="left")`.
 
-        Raises InputError for an event or a field that there is not, and for one that a gait carries out.
+        Raises InputError for an event or a field that there is not, and for one that a gait carries
+        out.
         """
         told = {"kind": kind, "at_s": self.t_s, **fields}
         self._simulation.happen(checked(Happening, {"event": told}, "happen").event)
@@ -217,7 +232,7 @@ class Run:
     def _riding(self) -> tuple[Any, ...]:
         return () if self._riders is None else (self._riders,)
 
-    # ---- looking -------------------------------------------------------------------------------------------
+    # ---- looking ---------------------------------------------------------------------------------
 
     @property
     def folder(self) -> Path | None:
@@ -230,7 +245,9 @@ class Run:
         return Robot.of(self._simulation.machines.truth)
 
     def now(self) -> tuple[Columns, Columns] | None:
-        """The last recorded row: columns of `data` and of `truth` with one value each; None before the first."""
+        """The last recorded row: columns of `data` and of `truth` with one value each; None before
+        the first.
+        """
         if self._last is None:
             return None
         names = self._simulation.data_columns, self._simulation.truth_columns
@@ -259,7 +276,9 @@ class Run:
         return self._simulation.picture(width, height)
 
     def summary(self) -> dict[str, Any]:
-        """The contents of `summary.json` as far as the run has come; of a closed run, at its end."""
+        """The contents of `summary.json` as far as the run has come; of a closed run, at its
+        end.
+        """
         if self._closed is not None:
             return self._closed
         wall_s = time.perf_counter() - self._started
@@ -270,10 +289,12 @@ class Run:
             data, truth = self._folder.series()
         return summed_up(self._simulation, data, truth, ending)
 
-    # ---- the end -------------------------------------------------------------------------------------------
+    # ---- the end ---------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End the run where it is, write what is left of its recording, and give the engine back."""
+        """End the run where it is, write what is left of its recording, and give the engine
+        back.
+        """
         if self._closed is not None:
             return
         self.interrupted = self.interrupted or not (self._simulation.finished or self._fault)

@@ -1,7 +1,8 @@
 """What a run is worth in numbers, from its recorded columns.
 
-All arrays are (rows,) at the recording's rate. Estimates and expected loads are measured against `foot_load_<leg>`,
-the true force along the vertical joint's axis; contact against `contact_normal_<leg>`, the true normal force.
+All arrays are (rows,) at the recording's rate. Estimates and expected loads are measured against
+`foot_load_<leg>`, the true force along the vertical joint's axis; contact against
+`contact_normal_<leg>`, the true normal force.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ Flags = npt.NDArray[np.bool_]
 Columns = Mapping[str, Array]
 
 LOSS_FORCE_N = LossRule(ROBOCLIMBER_NOMINAL_N).force_n
-"""For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by the run's own rule."""
+"""For pictures: below it a foot of the shipped machine carries nothing, N. What is counted goes by
+the run's own rule.
+"""
 MARGIN_WINDOW_S = 0.1
 
 
@@ -78,7 +81,9 @@ def _error(data: Columns, truth: Columns, prefix: str, leg: str) -> Array:
 
 @dataclass(frozen=True)
 class Loss:
-    """A foot without load. `meant`: the control had lifted it. `delay_s`: until the detector said so; None: missed."""
+    """A foot without load. `meant`: the control had lifted it. `delay_s`: until the detector said
+    so; None: missed.
+    """
 
     leg: str
     start_s: float
@@ -92,7 +97,9 @@ class Loss:
 
 
 def contact_losses(data: Columns, truth: Columns, rule: LossRule) -> list[Loss]:
-    """Every loss of a foot by its true normal force, in order of time; one that was on at the start is none."""
+    """Every loss of a foot by its true normal force, in order of time; one that was on at the start
+    is none.
+    """
     time_s = truth["t"]
     found = []
     for leg in LEGS:
@@ -111,13 +118,17 @@ def _lost(data: Columns, leg: str, carrying: Flags) -> Flags:
 
 
 def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
-    """Whether the control did not want this foot to carry, at any time from just before the loss to its end."""
+    """Whether the control did not want this foot to carry, at any time from just before the loss to
+    its end.
+    """
     carry = data.get(f"carrying_{leg}")
     return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
 
 
 def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
-    """How well the contact word of each foot follows its true normal force (estimation/losses.py)."""
+    """How well the contact word of each foot follows its true normal force
+    (estimation/losses.py).
+    """
     return {
         leg: score_contact(
             data[f"contact_{leg}"],
@@ -132,8 +143,8 @@ def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, Cont
 def unloaded(
     data: Columns, truth: Columns, loss_n: float = LOSS_FORCE_N
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n` [s], and the share
-    of all the time in which it was meant to carry [1].
+    """By foot: the longest time in a row in which it was meant to carry and bore less than `loss_n`
+    [s], and the share of all the time in which it was meant to carry [1].
     """
     time_s = truth["t"]
     longest_s: dict[str, float] = {}
@@ -150,7 +161,9 @@ def unloaded(
 def detector_summary(
     losses: list[Loss], scores: Mapping[str, ContactScore], hours: float
 ) -> dict[str, Any]:
-    """Delays, misses, false alarms and wrong seconds of the contact word, all feet; an hour is one of the run."""
+    """Delays, misses, false alarms and wrong seconds of the contact word, all feet; an hour is one
+    of the run.
+    """
     delays = [loss.delay_s for loss in losses if loss.delay_s is not None]
     alarms = sum(score.false_alarms for score in scores.values())
     return {
@@ -166,12 +179,14 @@ def detector_summary(
 
 
 def stability_margin(truth: Columns, loss_n: float = LOSS_FORCE_N) -> Array:
-    """Share of the normal load that does not rest on the edge about which the robot would tip first, 0 to 0.5.
+    """Share of the normal load that does not rest on the edge about which the robot would tip
+    first, 0 to 0.5.
 
-    Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal forces: with four
-    loaded feet it is the smallest sum over a side's two feet, with three the smallest single foot, with fewer 0.
-    Forces are means over 0.1 s: four tonnes do not tip within the bounce of a foot. A foot below `loss_force_n` bears
-    nothing.
+    Weight, ropes, drill and acceleration all act on it, because it is formed from the true normal
+    forces: with four loaded feet it is the smallest sum over a side's two feet, with three the
+    smallest single foot, with fewer 0.
+    Forces are means over 0.1 s: four tonnes do not tip within the bounce of a foot. A foot below
+    `loss_force_n` bears nothing.
     """
     normal = np.stack([truth[f"contact_normal_{leg}"] for leg in LEGS], axis=1).clip(min=0.0)
     normal = _moving_mean(normal, rows=_rows_in(truth["t"], MARGIN_WINDOW_S))
@@ -199,7 +214,9 @@ def _moving_mean(values: Array, rows: int) -> Array:
 
 
 def tilt_deg(truth: Columns, slope_deg: float) -> Array:
-    """Angle between the body's z axis (the drill's) and the slope's normal (-sin, 0, cos in the world) [deg]."""
+    """Angle between the body's z axis (the drill's) and the slope's normal (-sin, 0, cos in the
+    world) [deg].
+    """
     x, y, z, w = (truth[f"body_pose_in_world_q{i}"] for i in "xyzw")
     body_z_in_world = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     slope = np.deg2rad(slope_deg)

@@ -1,4 +1,6 @@
-"""Where a run's files go: checked before anything is written, so that bad input leaves nothing behind."""
+"""Where a run's files go: checked before anything is written, so that bad input leaves nothing
+behind.
+"""
 
 from __future__ import annotations
 
@@ -65,8 +67,8 @@ def _own_name(path: Path) -> str:
 def claimed(out: str | Path | None, name: str, seed: int) -> Iterator[Path]:
     """Make and own the output folder: `out`, or `runs/<name>-<seed>[-n]` that did not exist.
 
-    An earlier run in `out` is removed. Raises InputError where the folder cannot be made or written, or where another
-    process is writing there.
+    An earlier run in `out` is removed. Raises InputError where the folder cannot be made or
+    written, or where another process is writing there.
     """
     check_out(out)
     with owned(_next_free(f"{name}-{seed}") if out is None else out) as folder:

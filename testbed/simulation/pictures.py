@@ -1,4 +1,6 @@
-"""Rendered pictures of a run, one file each, so that a report can be made from a folder at any time."""
+"""Rendered pictures of a run, one file each, so that a report can be made from a folder at any
+time.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ class Camera(Protocol):
 
 
 class Album:
-    """Pictures under `<run>/pictures/<time>-<large|small>.png`: small ones at even times, a large one at the end."""
+    """Pictures under `<run>/pictures/<time>-<large|small>.png`: small ones at even times, a large
+    one at the end.
+    """
 
     def __init__(self, folder: Path, duration_s: float, count: int = 16) -> None:
         self.folder = folder / "pictures"

@@ -1,9 +1,10 @@
 """Writes a run while it goes on, so that a killed run stays readable up to its last second.
 
-Each series (`data`, `truth`) is a folder `<name>.parquet/part-00000.parquet ...` during the run; every part
-is a whole Parquet file that appears at once, under its final name. `finish` turns the folder into one file.
-Time is kept as float64, everything else as float32: 24 bits resolve 0.5 Pa at 80 bar (2 mN on the piston),
-4 mN at 50 kN and 30 nm at 0.5 m, each at least a thousand times finer than the sensor that reads it.
+Each series (`data`, `truth`) is a folder `<name>.parquet/part-00000.parquet ...` during the run;
+every part is a whole Parquet file that appears at once, under its final name. `finish` turns the
+folder into one file. Time is kept as float64, everything else as float32: 24 bits resolve 0.5 Pa at
+80 bar (2 mN on the piston), 4 mN at 50 kN and 30 nm at 0.5 m, each at least a thousand times finer
+than the sensor that reads it.
 """
 
 from __future__ import annotations
@@ -82,8 +83,8 @@ class RunRecorder:
     def finish(self, summary: Mapping[str, Any] | None = None) -> None:
         """Write what is left, turn the parts into single files and write `summary.json`.
 
-        Raises InputError where a part or a file could not be written: the parts that are there stay, and are read as
-        the single file would be.
+        Raises InputError where a part or a file could not be written: the parts that are there
+        stay, and are read as the single file would be.
         """
         self.close()
         for name in SERIES:

@@ -29,7 +29,9 @@ def replay_gait(name: str, folder: str | Path) -> tuple[Commands, Columns]:
 
 
 def recorded_start(scenario: Scenario, first: Measured) -> BelievedStart:
-    """The start of a run as its first row has it; `joints` are encoder readings then, not set points."""
+    """The start of a run as its first row has it; `joints` are encoder readings then, not set
+    points.
+    """
     height = scenario.ropes.attachment_height_m
     robot = Robot.of(machines_of(scenario).belief, scenario.carried_kg, height)
     above = -float(robot.legs.feet(first.position)[:, 2].mean())

@@ -1,12 +1,14 @@
 """Which leg stands out: the model's expected foot loads against the estimated ones.
 
-Where the estimate comes with its set (at rest friction may take any value between the two break-away forces), a leg
-stands out when its expected load lies outside the set: friction cannot explain it. The set is laid about what the
-leg's own cylinder says: an estimate that is fused with the other legs may already have learnt that a sensor lies.
+Where the estimate comes with its set (at rest friction may take any value between the two
+break-away forces), a leg stands out when its expected load lies outside the set: friction cannot
+explain it. The set is laid about what the leg's own cylinder says: an estimate that is fused with
+the other legs may already have learnt that a sensor lies.
 
-Where there is only a value, three combinations of the four loads are compared, those that equilibrium fixes: the sum,
-left against right and front against rear. The fourth, fl + rr against fr + rl, is open (a tenth of a millimetre
-shifts hundreds of newtons). An error e on one leg shows as e in all three, with that leg's signs.
+Where there is only a value, three combinations of the four loads are compared, those that
+equilibrium fixes: the sum, left against right and front against rear. The fourth, fl + rr against
+fr + rl, is open (a tenth of a millimetre shifts hundreds of newtons). An error e on one leg shows
+as e in all three, with that leg's signs.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ CLEAR_SHARE = 0.85
 
 @dataclass(frozen=True)
 class Suspect:
-    """The leg whose estimate is off by itself, by how much [N], and the share of its expected load."""
+    """The leg whose estimate is off by itself, by how much [N], and the share of its expected
+    load.
+    """
 
     leg: str
     error_n: float
@@ -52,9 +56,11 @@ class Suspect:
 def leg_alone(
     data: Mapping[str, Array], method: str, leg: str
 ) -> tuple[Array, Array | None, Array | None]:
-    """Load of a leg from its own cylinder, and the ends of what friction leaves open of it [N], (rows,) each.
+    """Load of a leg from its own cylinder, and the ends of what friction leaves open of it [N],
+    (rows,) each.
 
-    The paper's (7) with the set of `method` about it; without either, `method`'s own value and set, None without a set.
+    The paper's (7) with the set of `method` about it; without either, `method`'s own value and set,
+    None without a set.
     """
     low, high = (data.get(f"{method}_{end}_{leg}") for end in ("low", "high"))
     value = data.get(f"estimate_friction_{leg}")
@@ -65,7 +71,9 @@ def leg_alone(
 
 
 def load_residuals(data: Mapping[str, Array], method: str) -> dict[str, Array]:
-    """Expected load less that of `leg_alone` [N], (rows,) each; legs without both columns are left out."""
+    """Expected load less that of `leg_alone` [N], (rows,) each; legs without both columns are left
+    out.
+    """
     return {
         leg: data[f"expected_{leg}"] - leg_alone(data, method, leg)[0]
         for leg in LEGS
@@ -74,7 +82,8 @@ def load_residuals(data: Mapping[str, Array], method: str) -> dict[str, Array]:
 
 
 def suspect(residuals_n: Mapping[str, float], expected_n: Mapping[str, float]) -> Suspect | None:
-    """The one leg that explains the residuals (expected minus estimated, one number a leg), or None.
+    """The one leg that explains the residuals (expected minus estimated, one number a leg), or
+    None.
 
     Only combinations that equilibrium fixes are used, so shifts along the open one name nobody.
     """
@@ -93,7 +102,8 @@ def suspect(residuals_n: Mapping[str, float], expected_n: Mapping[str, float]) -
 
 
 def beyond_friction(data: Mapping[str, Array], method: str) -> dict[str, Array]:
-    """Per leg: how far the expected load lies above (+) or below (-) the estimate's set, 0 inside [N], (rows,).
+    """Per leg: how far the expected load lies above (+) or below (-) the estimate's set, 0 inside
+    [N], (rows,).
 
     Legs whose estimate has no set are left out.
     """
@@ -111,8 +121,9 @@ def beyond_friction(data: Mapping[str, Array], method: str) -> dict[str, Array]:
 def odd_one_out(gaps_n: Mapping[str, float], expected_n: Mapping[str, float]) -> Suspect | None:
     """The one leg whose gap friction cannot explain while the others' it can, or None.
 
-    `gaps_n`: median of `beyond_friction`, one number a leg. A leg is named when its gap is worth a word and more than
-    three times any other's: a load that moved from one pair of feet to the other shows on all of them.
+    `gaps_n`: median of `beyond_friction`, one number a leg. A leg is named when its gap is worth a
+    word and more than three times any other's: a load that moved from one pair of feet to the other
+    shows on all of them.
     """
     if any(leg not in gaps_n for leg in LEGS):
         return None
@@ -123,7 +134,9 @@ def odd_one_out(gaps_n: Mapping[str, float], expected_n: Mapping[str, float]) ->
 
 
 def residual_summary(data: Mapping[str, Array], names: list[str]) -> dict[str, Any]:
-    """Method looked at, median residual and gap per leg [N], and the leg that stands out (None where nobody does)."""
+    """Method looked at, median residual and gap per leg [N], and the leg that stands out (None
+    where nobody does).
+    """
     method = best_method(names)
     if method is None:
         return {"method": None, "median_n": {}, "beyond_friction_n": {}, "stands_out": None}

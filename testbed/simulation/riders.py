@@ -1,4 +1,6 @@
-"""Detectors and estimators that ride along: fed every recorded row as it comes, followed by nobody."""
+"""Detectors and estimators that ride along: fed every recorded row as it comes, followed by
+nobody.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,8 @@ def named(chosen: Iterable[Any], shipped: Callable[[str], Any], field: str) -> d
 
 
 class Riders:
-    """What rides along in one run. `belief`: the run's ChainBelief, shape (1,); `dt_s` between two rows.
+    """What rides along in one run. `belief`: the run's ChainBelief, shape (1,); `dt_s` between two
+    rows.
 
     Raises InputError for a name that is not shipped, or a class that does not fit its socket.
     """
@@ -74,7 +77,9 @@ class Riders:
 
     @property
     def scores(self) -> dict[str, Array]:
-        """Scores (n, 4) by every detector so far: the higher, the surer that the foot has lost its load."""
+        """Scores (n, 4) by every detector so far: the higher, the surer that the foot has lost its
+        load.
+        """
         return {name: np.concatenate(parts) for name, parts in self._scores.items()}
 
     @property

@@ -13,9 +13,11 @@ Array = npt.NDArray[np.float64]
 
 
 class Rows:
-    """Rows that have come so far: `rows["pressure_a"]` (n, 12), `rows["pressure_a_fl_vertical"]` (n,).
+    """Rows that have come so far: `rows["pressure_a"]` (n, 12), `rows["pressure_a_fl_vertical"]`
+    (n,).
 
-    A name is a field of the record (fields of fields go on: `rows["estimate"]["own"]`) or a column of the recording.
+    A name is a field of the record (fields of fields go on: `rows["estimate"]["own"]`) or a column
+    of the recording.
     """
 
     def __init__(self, record: type[Record]) -> None:

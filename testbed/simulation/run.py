@@ -32,7 +32,9 @@ class Watch(Protocol):
 
 @dataclass(frozen=True)
 class Beginning:
-    """A saved state that a run begins from, and what happens at that instant: mappings of `kind` and its fields."""
+    """A saved state that a run begins from, and what happens at that instant: mappings of `kind`
+    and its fields.
+    """
 
     state: State
     happens: Sequence[Mapping[str, Any]] = ()
@@ -56,12 +58,14 @@ def run_scenario(
     beginning: Beginning | None = None,
     watch: Watch | None = None,
 ) -> RunResult:
-    """Simulate `scenario`, from its start or a saved state, and record it under `out` (`runs/<name>-<seed>[-n]`).
+    """Simulate `scenario`, from its start or a saved state, and record it under `out`
+    (`runs/<name>-<seed>[-n]`).
 
-    `progress(simulated_s, word)` is called after every block of one simulated second, or of the seconds that `watch`,
-    who looks before each block, wishes. The first Ctrl-C ends the run after its block, a second one at once: what was
-    recorded is kept and summed up. Raises InputError before anything is written where the scenario, the model or the
-    output folder cannot be used, SimulationFault where the simulation breaks down.
+    `progress(simulated_s, word)` is called after every block of one simulated second, or of the
+    seconds that `watch`, who looks before each block, wishes. The first Ctrl-C ends the run after
+    its block, a second one at once: what was recorded is kept and summed up. Raises InputError
+    before anything is written where the scenario, the model or the output folder cannot be used,
+    SimulationFault where the simulation breaks down.
     """
     from testbed.simulation.live_run import Run
     from testbed.world.simulation import Simulation

@@ -23,7 +23,9 @@ Array = npt.NDArray[np.float64]
 
 
 class RunFolder:
-    """Takes a Simulation's rows as they come. Raises InputError where the disk has no room for them."""
+    """Takes a Simulation's rows as they come. Raises InputError where the disk has no room for
+    them.
+    """
 
     def __init__(self, folder: Path, simulation: Any) -> None:
         scenario = simulation.scenario
@@ -70,7 +72,8 @@ class RunFolder:
     def finish(self, summary: Callable[[], dict[str, Any]]) -> None:
         """Make single files of the rows, and write the summary that is worked out then.
 
-        Both are tried, even where the disk is too full for one; raises the first InputError of them.
+        Both are tried, even where the disk is too full for one; raises the first InputError of
+        them.
         """
         unwritten: list[InputError] = []
         for step in (

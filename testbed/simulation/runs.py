@@ -25,7 +25,9 @@ SCENARIO = "scenario.yaml"
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """One run: `data` is what sensors and estimators said, `truth` what only the simulator knows."""
+    """One run: `data` is what sensors and estimators said, `truth` what only the simulator
+    knows.
+    """
 
     folder: Path
     meta: dict[str, Any]
@@ -40,7 +42,9 @@ class RecordedRun:
         return self.data["t"]
 
     def frame(self) -> Any:
-        """`data` as a pandas.DataFrame over time [s]. Raises InputError where pandas is not installed."""
+        """`data` as a pandas.DataFrame over time [s]. Raises InputError where pandas is not
+        installed.
+        """
         try:
             import pandas
         except ImportError as error:
@@ -75,7 +79,9 @@ def read_run(
 
 
 def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
-    """Both up to the last row that both have: a killed run, or a full disk, may lack the last second of one."""
+    """Both up to the last row that both have: a killed run, or a full disk, may lack the last
+    second of one.
+    """
     rows = min(len(data["t"]), len(truth["t"]))
     first, second = ({name: c[:rows] for name, c in series.items()} for series in (data, truth))
     return first, second
@@ -90,7 +96,8 @@ def check_run(folder: str | Path) -> Path:
 
 
 def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:
-    """Columns of `<name>.parquet`, float64, under today's names; names that the series lacks are left out.
+    """Columns of `<name>.parquet`, float64, under today's names; names that the series lacks are
+    left out.
 
     Raises InputError where the series is missing or broken.
     """

@@ -1,7 +1,8 @@
-"""How near a recorded run came to tipping or sliding: wrench and energy margin from its truth (robot/stability.py).
+"""How near a recorded run came to tipping or sliding: wrench and energy margin from its truth
+(robot/stability.py).
 
-Looked at twice a second at most. The standing feet, the ropes' pulls and the drill's reaction are the true ones; the
-ropes keep their tension, the feet may share their load out as friction allows.
+Looked at twice a second at most. The standing feet, the ropes' pulls and the drill's reaction are
+the true ones; the ropes keep their tension, the feet may share their load out as friction allows.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ TOUCHING_N = 20.0
 def stability_summary(
     scenario: Scenario, machine: Machine, data: Columns, truth: Columns
 ) -> dict[str, Any]:
-    """Lowest wrench margin [N] and energy margin [J] of a run and their times; empty where columns are missing."""
+    """Lowest wrench margin [N] and energy margin [J] of a run and their times; empty where columns
+    are missing.
+    """
     if f"position_{AXES[0]}" not in data or len(truth["t"]) < 2:
         return {}
     model = Robot.of(machine, scenario.carried_kg, scenario.ropes.attachment_height_m).model

@@ -1,4 +1,6 @@
-"""Every field of summary.json: its unit and what it means, said once. docs/verdicts.md shows the same table."""
+"""Every field of summary.json: its unit and what it means, said once. docs/verdicts.md shows the
+same table.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +82,9 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "events": ("s", "what happened, each with its time and kind"),
     "expectations": ("", "`met`, and one line for each expectation that was not"),
 }
-"""Field, dotted -> unit and meaning. What stands below a field that has no entries of its own goes by its meaning."""
+"""Field, dotted -> unit and meaning. What stands below a field that has no entries of its own goes
+by its meaning.
+"""
 
 
 def undocumented(summary: Mapping[str, Any]) -> list[str]:

@@ -1,4 +1,6 @@
-"""What a run comes to: `summary.json` from its recorded columns and from what only the world knows."""
+"""What a run comes to: `summary.json` from its recorded columns and from what only the world
+knows.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +16,8 @@ from testbed.simulation.runs import Columns, same_rows
 from testbed.simulation.stability import stability_summary
 
 UNLOADED_S, UNLOADED_SHARE, UNLOADED_ANYHOW_S = 5.0, 0.5, 10.0
-"""A machine has not stood where a foot that was meant to carry bore nothing for so long in a row and for this share of
-its time, or for the longer time in a row anyhow (E)."""
+"""A machine has not stood where a foot that was meant to carry bore nothing for so long in a row
+and for this share of its time, or for the longer time in a row anyhow (E)."""
 SUMMARY_FORMAT = "roboclimber-summary/1"
 
 
@@ -30,7 +32,9 @@ class Ending:
     """What broke down, if anything did."""
 
     def verdict(self, of_world: str, figures: Mapping[str, Any]) -> str:
-        """The verdict in words (docs/verdicts.md): the world's, but for feet that hung in the air, or what broke down."""
+        """The verdict in words (docs/verdicts.md): the world's, but for feet that hung in the air,
+        or what broke down.
+        """
         if self.fault is not None:
             return f"fault: {self.fault or type(self.fault).__name__}"
         if of_world == "stood" and _hung(figures):
@@ -55,7 +59,9 @@ def loss_rule(simulation: Any) -> LossRule:
 
 
 def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) -> dict[str, Any]:
-    """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns, (n,) each."""
+    """The summary of a Simulation as far as it came; `data` and `truth` are its recorded columns,
+    (n,) each.
+    """
     scenario = simulation.scenario
     data, truth = same_rows(data, truth)
     figures: dict[str, Any] = {}

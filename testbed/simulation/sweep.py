@@ -72,12 +72,14 @@ def run_sweep(
     share: Share = ALL,
     progress: Progress | None = None,
 ) -> list[dict[str, Any]]:
-    """Make the runs of this share that `out/runs` lacks, write results.csv and results.json of all that are done.
+    """Make the runs of this share that `out/runs` lacks, write results.csv and results.json of all
+    that are done.
 
-    Returns those results in order. A run counts as made once its summary says that it was not interrupted; what a
-    killed process left is made again. Several processes may work in one `out`: each run has its lock, and is made once.
-    After Ctrl-C the runs at work keep what they have, results hold those that are done, and KeyboardInterrupt goes on.
-    Raises InputError where `out` cannot be used.
+    Returns those results in order. A run counts as made once its summary says that it was not
+    interrupted; what a killed process left is made again. Several processes may work in one `out`:
+    each run has its lock, and is made once. After Ctrl-C the runs at work keep what they have,
+    results hold those that are done, and KeyboardInterrupt goes on. Raises InputError where `out`
+    cannot be used.
     """
     check_sweep_folder(out)
     folder = make_folder(out / "runs").resolve()
@@ -116,7 +118,8 @@ def check_sweep_folder(out: Path) -> None:
 
 
 def make_run(job: Job) -> bool:
-    """Make one run in its folder; returns whether it was interrupted. A simulation that broke down is a result too.
+    """Make one run in its folder; returns whether it was interrupted. A simulation that broke down
+    is a result too.
 
     A run that another process is at, or has made meanwhile, is left alone.
     """
@@ -135,7 +138,8 @@ def make_run(job: Job) -> bool:
 def merge_sweeps(
     runs: Sequence[SweepRun], folders: Sequence[Path], out: Path
 ) -> list[dict[str, Any]]:
-    """Copy finished runs from the folders of other sweeps into `out`, and write the results of all that are done.
+    """Copy finished runs from the folders of other sweeps into `out`, and write the results of all
+    that are done.
 
     A run that `out` has already stays as it is. Raises InputError where a folder holds no sweep.
     """
@@ -201,7 +205,9 @@ def write_results(results: Sequence[Mapping[str, Any]], out: Path) -> None:
 
 
 def _row(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """One line of the CSV: changes and every single number or word of the summary under its dotted path."""
+    """One line of the CSV: changes and every single number or word of the summary under its dotted
+    path.
+    """
     row = {"run": entry["run"], "seed": entry["seed"], **entry["changes"]}
     for path, value in flattened(entry["summary"]):
         row.setdefault(path, value)

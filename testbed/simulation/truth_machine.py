@@ -1,4 +1,6 @@
-"""`truth_machine.yaml`: the machine that a run drew, under the names by which `testbed commission` finds its numbers."""
+"""`truth_machine.yaml`: the machine that a run drew, under the names by which `testbed commission`
+finds its numbers.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ from testbed.scenario.scenario import Scenario
 TRUTH_MACHINE = "truth_machine.yaml"
 FORMAT = "roboclimber-truth-machine/1"
 WEIGHED = ("total_mass_kg", "centre_of_mass_x_m", "centre_of_mass_y_m", "centre_of_mass_z_m")
-"""What a machine weighs, load in the rod store included, and where; its joints in the middle of their ranges."""
+"""What a machine weighs, load in the rod store included, and where; its joints in the middle of
+their ranges.
+"""
 
 
 def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
@@ -37,7 +41,9 @@ def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
 
 
 def zero_forces(simulation: Any) -> dict[str, Any]:
-    """What both sensors' zeros of each vertical cylinder make together, N: one foot in the air shows no more."""
+    """What both sensors' zeros of each vertical cylinder make together, N: one foot in the air
+    shows no more.
+    """
     out = {}
     for leg in LEGS:
         hidden = simulation.machine.hidden.cylinders[f"{leg}_vertical"]
@@ -48,7 +54,9 @@ def zero_forces(simulation: Any) -> dict[str, Any]:
 
 
 def weigh(model: RobotModel, link_masses_kg: NDArray[np.float64]) -> tuple[float, ...]:
-    """Total mass and centre of mass, body frame, with `link_masses_kg` (12) added at the centres of the axes' links."""
+    """Total mass and centre of mass, body frame, with `link_masses_kg` (12) added at the centres of
+    the axes' links.
+    """
     joints = model.limits.mean(axis=1)
     total = model.total_mass_kg + float(np.sum(link_masses_kg))
     moment = model.total_mass_kg * model.centre_of_mass_m(joints)

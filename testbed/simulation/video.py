@@ -23,7 +23,8 @@ COLOURS = 64
 class Video:
     """Takes a picture whenever one is due, and writes the file at the end.
 
-    Raises InputError where the file cannot be made, or where .mp4 lacks its encoder, before any work is done.
+    Raises InputError where the file cannot be made, or where .mp4 lacks its encoder, before any
+    work is done.
     """
 
     def __init__(self, path: str | Path) -> None:

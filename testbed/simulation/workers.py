@@ -1,6 +1,8 @@
-"""Processes for work that takes hours: one item after the other in each, stopped by Ctrl-C, gone with their parent.
+"""Processes for work that takes hours: one item after the other in each, stopped by Ctrl-C, gone
+with their parent.
 
-The first Ctrl-C lets the items at work end in their own way, a second one ends their processes at once.
+The first Ctrl-C lets the items at work end in their own way, a second one ends their processes at
+once.
 """
 
 from __future__ import annotations
@@ -34,7 +36,9 @@ class Workers:
 
     jobs: int = 1
     cluster: str | None = None
-    """Address of the scheduler. Its workers see the same files under the same names, one thread each."""
+    """Address of the scheduler. Its workers see the same files under the same names, one thread
+    each.
+    """
 
     def __post_init__(self) -> None:
         if self.jobs < 1:
@@ -62,10 +66,11 @@ def work_through(
     workers: Workers = HERE,
     interrupted: Callable[[Answer], bool] = lambda _: False,
 ) -> Iterator[Answer]:
-    """Answers in the order in which they come; KeyboardInterrupt after the items at work, if one was interrupted.
+    """Answers in the order in which they come; KeyboardInterrupt after the items at work, if one
+    was interrupted.
 
-    This is the one place that hands out work. A Ctrl-C while they are waited for ends them at once: what they had not
-    finished is not done. `work` must be importable and its items picklable.
+    This is the one place that hands out work. A Ctrl-C while they are waited for ends them at once:
+    what they had not finished is not done. `work` must be importable and its items picklable.
     """
     todo = list(items)
     if workers.cluster:
@@ -148,7 +153,8 @@ def _in_processes(
 
 
 def single_threaded() -> None:
-    """One thread for linear algebra in each process that has not loaded NumPy yet: processes share the cores.
+    """One thread for linear algebra in each process that has not loaded NumPy yet: processes share
+    the cores.
 
     What the environment says already stays.
     """
@@ -157,7 +163,9 @@ def single_threaded() -> None:
 
 
 def _begin() -> None:
-    """In a new process: Ctrl-C ends its item (unless that handles it) and all further ones; it ends with its parent."""
+    """In a new process: Ctrl-C ends its item (unless that handles it) and all further ones; it ends
+    with its parent.
+    """
     signal.signal(signal.SIGINT, _stop)
     parent = parent_process()
     if parent is not None:

@@ -1,7 +1,8 @@
-"""`testbed commission`: the robot moves as a crew would let it, and from the recordings alone calibrates and weighs itself.
+"""`testbed commission`: the robot moves as a crew would let it, and from the recordings alone
+calibrates and weighs itself.
 
-Two stages: on level ground without ropes (feet in the air, the body up, down and to the sides), then on a slope on its
-ropes. What the first one found is what the second one believes.
+Two stages: on level ground without ropes (feet in the air, the body up, down and to the sides),
+then on a slope on its ropes. What the first one found is what the second one believes.
 """
 
 from __future__ import annotations
@@ -48,10 +49,11 @@ OF_THE_ROPES = ("rope directions", "load pins", "heights of the ropes' attachmen
 
 
 def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
-    """Calibrate and weigh from recordings of the programme; writes the model file and returns what was found.
+    """Calibrate and weigh from recordings of the programme; writes the model file and returns what
+    was found.
 
-    The first recording is of level ground, a second one of the ropes. Raises InputError for recordings that cannot
-    serve; then nothing is written.
+    The first recording is of level ground, a second one of the ropes. Raises InputError for
+    recordings that cannot serve; then nothing is written.
     """
     from testbed.recording.robot import read_robot
 
@@ -82,7 +84,9 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
 
 
 def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
-    """Before and after as a page: each number, its intervals, and what the motion could not show."""
+    """Before and after as a page: each number, its intervals, and what the motion could not
+    show.
+    """
     rows = []
     for name, n in numbers.items():
         if not n.shown:
@@ -104,7 +108,9 @@ def _model(run: RobotRecording) -> RobotModel:
 
 
 def _with_sideways(run: RobotRecording, model: RobotModel) -> dict[str, Any]:
-    """The recording's columns, and what the drawing-board belief makes of the feet's forces along x and y."""
+    """The recording's columns, and what the drawing-board belief makes of the feet's forces along x
+    and y.
+    """
     from testbed.estimation.live.chain import replay
     from testbed.world.believed import OwnBelief
 
@@ -116,7 +122,9 @@ def _with_sideways(run: RobotRecording, model: RobotModel) -> dict[str, Any]:
 
 
 def _ropes(run: RobotRecording, file: RobotModelFile) -> dict[str, Number]:
-    """What the whole-body estimate has learnt of the ropes at the end of a recording, believing the first stage."""
+    """What the whole-body estimate has learnt of the ropes at the end of a recording, believing the
+    first stage.
+    """
     from testbed.estimation.live.chain import learnt_over
     from testbed.workflows.estimate import robot_belief
 
@@ -134,7 +142,9 @@ def _ropes(run: RobotRecording, file: RobotModelFile) -> dict[str, Number]:
 def commission_any(
     given: Sequence[str], out: str | Path, overrides: Sequence[str] = (), seed: int | None = None
 ) -> dict[str, Any]:
-    """As `commission`, from recordings, or from a scenario that is run first on its (perhaps drawn) machine."""
+    """As `commission`, from recordings, or from a scenario that is run first on its (perhaps drawn)
+    machine.
+    """
     check_file(out, (".yaml", ".yml"))
     folders = [Path(g).parent if Path(g).name == "recording.yaml" else Path(g) for g in given]
     if all((folder / "recording.yaml").is_file() for folder in folders):
@@ -156,7 +166,9 @@ def commission_any(
 def recorded(
     name: str, overrides: Sequence[str] = (), seed: int | None = None
 ) -> Iterator[list[Path]]:
-    """Recordings of a scenario's programme and, where it is on level ground, of the ropes', for as long as needed."""
+    """Recordings of a scenario's programme and, where it is on level ground, of the ropes', for as
+    long as needed.
+    """
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
 
@@ -197,7 +209,9 @@ def table(result: Mapping[str, Any]) -> Table:
 
 
 def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile:
-    """What the robot is to believe: friction by path, zeros, weight and the inertial unit as effects."""
+    """What the robot is to believe: friction by path, zeros, weight and the inertial unit as
+    effects.
+    """
     numbers = found.numbers
     total, body_kg = numbers["total_mass_kg"], machine.body.mass_kg
     whole = {

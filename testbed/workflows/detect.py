@@ -1,4 +1,6 @@
-"""`testbed detect`: the contact state of every foot of a recording as a table, and how well it follows a reference."""
+"""`testbed detect`: the contact state of every foot of a recording as a table, and how well it
+follows a reference.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +54,9 @@ class Options:
 
 
 def scale_options(text: str | None) -> dict[str, float]:
-    """`--scale N` or `--scale N,SHARE,SECONDS` as Options have it. Raises InputError for anything else."""
+    """`--scale N` or `--scale N,SHARE,SECONDS` as Options have it. Raises InputError for anything
+    else.
+    """
     if text is None:
         return {}
     names = ("scale_n", "loss_share", "loss_s")
@@ -70,10 +74,12 @@ def scale_options(text: str | None) -> dict[str, float]:
 
 
 def detect_file(recording: str | Path, out: str | Path, options: Options) -> dict[str, Any]:
-    """Judge every foot of a recording and write `t`, `contact_<foot>` and `known_<foot>`, one row a sample.
+    """Judge every foot of a recording and write `t`, `contact_<foot>` and `known_<foot>`, one row a
+    sample.
 
-    Returns what was found: `feet` (foot -> what was called lost, and its score where there is a reference), `scale`,
-    and where all of it comes from. Raises InputError for what cannot be used; then nothing is written.
+    Returns what was found: `feet` (foot -> what was called lost, and its score where there is a
+    reference), `scale`, and where all of it comes from. Raises InputError for what cannot be used;
+    then nothing is written.
     """
     from testbed.formats.table import write_columns
 

@@ -1,4 +1,6 @@
-"""One call for `testbed diagnose`: an axis' rig or a robot's run, findings, models and page written."""
+"""One call for `testbed diagnose`: an axis' rig or a robot's run, findings, models and page
+written.
+"""
 
 from __future__ import annotations
 
@@ -30,11 +32,12 @@ class Diagnosed:
 
 
 def diagnose(folder: str | Path, out: str | Path, model: str | Path | None = None) -> Diagnosed:
-    """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to start from.
+    """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to
+    start from.
 
-    `folder` is an axis' rig (identify/ and verify/) or a robot's run. Into `out` go findings.json, the models (add
-    `model.yaml` to a run by `simulate(.., model=..)`) and report.html; `.tree` of the answer is findings.json.
-    Raises InputError for anything that cannot be used.
+    `folder` is an axis' rig (identify/ and verify/) or a robot's run. Into `out` go findings.json,
+    the models (add `model.yaml` to a run by `simulate(.., model=..)`) and report.html; `.tree` of
+    the answer is findings.json. Raises InputError for anything that cannot be used.
     """
     start = None if model is None else Path(model)
     return diagnose_folder(Path(folder), Path(out), start, None, lambda _: None)
@@ -43,7 +46,9 @@ def diagnose(folder: str | Path, out: str | Path, model: str | Path | None = Non
 def diagnose_folder(
     folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
 ) -> Diagnosed:
-    """Diagnose `folder` and write everything into `out`. Raises InputError for anything that cannot be used."""
+    """Diagnose `folder` and write everything into `out`. Raises InputError for anything that cannot
+    be used.
+    """
     from testbed.workflows.estimate import is_robot
 
     folder = folder.parent if folder.name == "recording.yaml" else folder

@@ -1,4 +1,6 @@
-"""`testbed estimate`: the external force of a recorded leg, or the foot loads of a recorded robot, as a table."""
+"""`testbed estimate`: the external force of a recorded leg, or the foot loads of a recorded robot,
+as a table.
+"""
 
 from __future__ import annotations
 
@@ -33,12 +35,14 @@ def estimate_file(
     causal: bool = False,
     estimator: str | None = None,
 ) -> dict[str, Any]:
-    """Estimate a recording's force and write it to `out` (.parquet or .csv); returns what was written.
+    """Estimate a recording's force and write it to `out` (.parquet or .csv); returns what was
+    written.
 
-    One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t` and `force_<leg>_n`
-    with `_low` and `_high`; always causal, without `model` what the recording says the robot believes, and by
-    `estimator` (a shipped one by name, or FILE.py:Class) instead of the whole-body estimate. Raises InputError for a
-    recording, a model or a place that cannot be used; then nothing is written.
+    One leg: `t`, `force_n`, `force_low_n`, `force_high_n`, one row a sample. The whole robot: `t`
+    and `force_<leg>_n` with `_low` and `_high`; always causal, without `model` what the recording
+    says the robot believes, and by `estimator` (a shipped one by name, or FILE.py:Class) instead of
+    the whole-body estimate. Raises InputError for a recording, a model or a place that cannot be
+    used; then nothing is written.
     """
     from testbed.formats.table import write_columns
 
@@ -106,10 +110,11 @@ def _believed(measured: Recording, model: str | Path) -> LegModel:
 
 
 def leg_force(measured: Recording, model: str | Path | None) -> tuple[Array, float | None, str]:
-    """External force (n,) of an axis, N, causal, the model's break-away force, N, and in words how it was had.
+    """External force (n,) of an axis, N, causal, the model's break-away force, N, and in words how
+    it was had.
 
-    Without a model friction is none and what is declared of the machine is believed. Raises InputError where that or
-    the model does not serve.
+    Without a model friction is none and what is declared of the machine is believed. Raises
+    InputError where that or the model does not serve.
     """
     from testbed.estimation.leg.force import estimate
     from testbed.recording.leg_model import LegModel
@@ -125,7 +130,9 @@ def leg_force(measured: Recording, model: str | Path | None) -> tuple[Array, flo
 
 
 def _check_serves(model: LegModel, recording: Recording, file: str | Path) -> None:
-    """Refuse a model of another kind of machine, or one that lacks a number which the recording's balance needs."""
+    """Refuse a model of another kind of machine, or one that lacks a number which the recording's
+    balance needs.
+    """
     is_drive = recording.rig == "drive"
     # A model written by hand may omit its rig: then a piston tells.
     of_drive = (
@@ -177,7 +184,8 @@ def _of_robot(folder: Path, model: str | Path | None, estimator: str) -> Mapping
 
 
 def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
-    """What the estimators believe of a recorded robot: the model file, else what the recording says.
+    """What the estimators believe of a recorded robot: the model file, else what the recording
+    says.
 
     Raises InputError for a model or a survey that cannot be understood.
     """
@@ -189,7 +197,9 @@ def robot_belief(run: RobotRecording, model: str | Path | None) -> Believed:
 
 
 def tolerances_of(run: RobotRecording) -> str | None:
-    """How far the recorded machine may be from what is believed; the workshop's tolerances where nothing is said."""
+    """How far the recorded machine may be from what is believed; the workshop's tolerances where
+    nothing is said.
+    """
     from testbed.estimation.live.uncertainty import WORKSHOP
 
     surveyed = run.header.surveyed if isinstance(run.header.surveyed, Mapping) else {}
@@ -206,7 +216,8 @@ def tolerances_of(run: RobotRecording) -> str | None:
 
 
 def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Path) -> Believed:
-    """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays by itself.
+    """`belief` with the whole machine as `surveyed` before the run; without a survey each leg stays
+    by itself.
 
     Raises InputError where the survey cannot be understood.
     """
@@ -222,7 +233,8 @@ def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Pat
 
 
 def survey_of(surveyed: object, file: Path) -> tuple[Array, float]:
-    """Unit vectors (2, 3) towards the ropes' anchors in the world, and the carried mass, kg, as surveyed before a run.
+    """Unit vectors (2, 3) towards the ropes' anchors in the world, and the carried mass, kg, as
+    surveyed before a run.
 
     Raises InputError where the survey cannot be understood.
     """

@@ -40,15 +40,18 @@ FRAME_TRANSFORMS = {
     "type": "object",
     "properties": {"transforms": {"type": "array", "items": FRAME_TRANSFORM}},
 }
-"""As Foxglove publishes them: a panel in three dimensions draws the machine's URDF at these frames."""
+"""As Foxglove publishes them: a panel in three dimensions draws the machine's URDF at these
+frames.
+"""
 
 
 def export_run(folder: str | Path, out: str | Path, rate_hz: float = 100.0) -> dict[str, Any]:
     """Write a run as `out`, at most `rate_hz` rows a second; returns what was written.
 
-    CSV: `t`, then `data/<column>` and `truth/<column>`, which PlotJuggler shows as trees. MCAP: topics `/data`, `/truth`
-    (JSON objects of all columns) and `/tf` (foxglove.FrameTransforms: the world, the body and every link of the URDF).
-    Raises InputError where there is no run, or where `out` cannot be written.
+    CSV: `t`, then `data/<column>` and `truth/<column>`, which PlotJuggler shows as trees. MCAP:
+    topics `/data`, `/truth` (JSON objects of all columns) and `/tf` (foxglove.FrameTransforms: the
+    world, the body and every link of the URDF). Raises InputError where there is no run, or where
+    `out` cannot be written.
     """
     path = check_file(out, ENDINGS)
     if not rate_hz > 0.0:

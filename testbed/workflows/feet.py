@@ -1,4 +1,6 @@
-"""The feet of any recording: their forces, their own scale, and what there is to score a contact state against."""
+"""The feet of any recording: their forces, their own scale, and what there is to score a contact
+state against.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ FOOT = "foot"
 
 @dataclass(frozen=True, eq=False)
 class Estimated:
-    """A robot's rows (n,) of DataRow with every estimate, and what they came from: a ChainBelief, (1,)."""
+    """A robot's rows (n,) of DataRow with every estimate, and what they came from: a ChainBelief,
+    (1,).
+    """
 
     rows: npt.NDArray[Any]
     belief: npt.NDArray[Any]
@@ -63,8 +67,9 @@ def read_feet(
 ) -> RecordedFeet:
     """The feet of a recording of any rig.
 
-    `force`, `reference`: columns of its table instead of what the rig offers; of a robot a column of one foot, or the
-    part before `_<leg>` for all. `model`: for an axis with pressures. Raises InputError for what cannot be used.
+    `force`, `reference`: columns of its table instead of what the rig offers; of a robot a column
+    of one foot, or the part before `_<leg>` for all. `model`: for an axis with pressures. Raises
+    InputError for what cannot be used.
     """
     folder = recording_folder(place)
     rig = header_of(folder).get("rig")
@@ -164,9 +169,11 @@ def _by_leg(name: str) -> dict[str, str]:
 
 
 def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str, str], Array]:
-    """A function (column, field it was named in) -> its values (n,), SI where a channel declares its unit.
+    """A function (column, field it was named in) -> its values (n,), SI where a channel declares
+    its unit.
 
-    What the table lacks is looked for in `truth.parquet` beside it. Numbers may be missing in a force alone.
+    What the table lacks is looked for in `truth.parquet` beside it. Numbers may be missing in a
+    force alone.
     """
     units = {c.column: c.unit for c in header.channels.values()}
     file, truth = folder / header.data, folder / "truth.parquet"
@@ -194,7 +201,9 @@ def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str,
 def carrying_of(
     reference: Array, time_s: Array, rule: LossRule, file: Path
 ) -> npt.NDArray[np.bool_]:
-    """Whether the foot carries, (n,), by a contact channel (at most two distinct values) or a measured force, N."""
+    """Whether the foot carries, (n,), by a contact channel (at most two distinct values) or a
+    measured force, N.
+    """
     if len(np.unique(reference)) <= 2:
         return rule.settled(as_contact(reference, file, "of the reference", "--reference"), time_s)
     return rule.carrying(reference, time_s)

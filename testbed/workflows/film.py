@@ -1,4 +1,6 @@
-"""A film of a recorded run: the robot put where its recording has it, seen by the engine's camera."""
+"""A film of a recorded run: the robot put where its recording has it, seen by the engine's
+camera.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ Tell = Callable[[str], None]
 def film(folder: Path, path: Path, tell: Tell | None = None) -> Path:
     """Film a run into a .mp4, .gif or .webp, in simulated time; returns the file.
 
-    `tell("3 of 120 pictures")`. Raises InputError where there is no readable run, or no film can be made.
+    `tell("3 of 120 pictures")`. Raises InputError where there is no readable run, or no film can be
+    made.
     """
     from testbed.world.scene import pose, set_shown
     from testbed.world.simulation import Simulation

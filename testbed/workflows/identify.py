@@ -9,7 +9,8 @@ from testbed.recording.axis import read_rig
 
 
 def identify(folder: str | Path) -> Identification:
-    """Identify friction (5) of the rig in `folder` (identify/ and verify/); `.model` is what it was found to be.
+    """Identify friction (5) of the rig in `folder` (identify/ and verify/); `.model` is what it was
+    found to be.
 
     Raises InputError for recordings that cannot be used, or that do not show it.
     """

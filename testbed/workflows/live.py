@@ -1,6 +1,8 @@
-"""A run in the browser while it happens: a server on this machine alone, whose page may hold it up and meddle with it.
+"""A run in the browser while it happens: a server on this machine alone, whose page may hold it up
+and meddle with it.
 
-Orders are events of a scenario's kinds, so a run that was meddled with says in its summary what happened when.
+Orders are events of a scenario's kinds, so a run that was meddled with says in its summary what
+happened when.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ from testbed.scenario.tasks import CutRope, Event, SetFriction, Shove
 from testbed.simulation.live_run import Run
 
 EVERY_S, HELD_S = 0.05, 0.05
-"""Simulated time between two looks, and how long a run that is held up waits before it asks again."""
+"""Simulated time between two looks, and how long a run that is held up waits before it asks
+again.
+"""
 MOST_FRAMES, MOST_BYTES = 20_000, 10_000
 BEGINS = 503
 """Status of a page that is not there yet: the browser asks again."""
@@ -31,7 +35,9 @@ _EVENT: TypeAdapter[Event] = TypeAdapter(Event)
 
 
 class Live:
-    """Shows a run on its way under `address` and does what is ordered there; a Watch, and a context manager."""
+    """Shows a run on its way under `address` and does what is ordered there; a Watch, and a context
+    manager.
+    """
 
     every_s = EVERY_S
 
@@ -62,10 +68,12 @@ class Live:
         self._server.shutdown()
         self._server.server_close()
 
-    # ---- the run's side --------------------------------------------------------------------------------------
+    # ---- the run's side --------------------------------------------------------------------------
 
     def look(self, run: Run) -> bool:
-        """Show the last row, pass the orders on, and keep to real time; returns whether the run may go on."""
+        """Show the last row, pass the orders on, and keep to real time; returns whether the run may
+        go on.
+        """
         if self.state == "paused":
             time.sleep(HELD_S)
             self._started = None
@@ -96,7 +104,7 @@ class Live:
             self._started = time.monotonic() - t_s
         time.sleep(max(self._started + t_s - time.monotonic(), 0.0))
 
-    # ---- the browser's side ----------------------------------------------------------------------------------
+    # ---- the browser's side ----------------------------------------------------------------------
 
     def told(self, after: int) -> dict[str, Any]:
         """What has come since frame number `after`."""
@@ -125,7 +133,9 @@ class Live:
 
 def _handler(live: Live) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
-        """GET / (the page), GET /frames?after=N, POST /order; the last two for who knows the page's key."""
+        """GET / (the page), GET /frames?after=N, POST /order; the last two for who knows the page's
+        key.
+        """
 
         def do_GET(self) -> None:
             """The page, or what has come since."""
@@ -157,7 +167,9 @@ def _handler(live: Live) -> type[BaseHTTPRequestHandler]:
                 self._json(live.order(body))
 
         def _of_here(self) -> bool:
-            """Whether the browser was sent here by this address, and not by a name that another page gave it."""
+            """Whether the browser was sent here by this address, and not by a name that another
+            page gave it.
+            """
             return f"http://{self.headers.get('Host', '')}/" == live.address
 
         def _knows_the_key(self) -> bool:

@@ -1,4 +1,6 @@
-"""`testbed loop`: a machine with effects that it does not know: seen, found, added, and judged on another scenario."""
+"""`testbed loop`: a machine with effects that it does not know: seen, found, added, and judged on
+another scenario.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,8 @@ def close_loop(
 ) -> dict[str, Any]:
     """Close the loop on every scenario in `out/<scenario>`; what is there already is not run again.
 
-    Returns the contents of `loop.json`, written beside `loop.html`. Raises InputError for a folder that cannot be used.
+    Returns the contents of `loop.json`, written beside `loop.html`. Raises InputError for a folder
+    that cannot be used.
     """
     from testbed.scenario.scenario import load_scenario
 
@@ -95,7 +98,9 @@ def _run(folder: Path, scenario: Scenario, model: Path | None) -> dict[str, Any]
 
 
 def _course(folder: Path) -> dict[str, list[float]]:
-    """Error of the own estimate of every foot over time, N, as means over equal stretches, and their middle `t`, s."""
+    """Error of the own estimate of every foot over time, N, as means over equal stretches, and
+    their middle `t`, s.
+    """
     from testbed.simulation.runs import read_run
 
     run = read_run(folder)

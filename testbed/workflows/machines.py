@@ -1,4 +1,6 @@
-"""A machine of one's own, looked at before anything runs: its URDF drawn, its figures worked out."""
+"""A machine of one's own, looked at before anything runs: its URDF drawn, its figures worked
+out.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ HEADS = ["figure", "value", "unit"]
 
 
 def check_machine(given: str, draw: bool = False) -> dict[str, Any]:
-    """Name, folder and figures of a machine; its URDF is drawn where it has none, or anew with `draw`.
+    """Name, folder and figures of a machine; its URDF is drawn where it has none, or anew with
+    `draw`.
 
     Raises InputError for numbers or a URDF that cannot be.
     """

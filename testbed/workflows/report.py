@@ -83,7 +83,9 @@ def _settings(folder: Path) -> dict[str, Any]:
 
 @contextmanager
 def _shown(folder: Path) -> Iterator[None]:
-    """Turn what a run's edited or missing columns, fields and pictures raise into one line that names the run."""
+    """Turn what a run's edited or missing columns, fields and pictures raise into one line that
+    names the run.
+    """
     try:
         yield
     except InputError:

@@ -34,7 +34,9 @@ from testbed.world.undeclared import bodies_of, hidden_of
 from testbed.world.verdict import Judge
 
 RAISED_M = 0.05
-"""Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its belly."""
+"""Mean extension of the vertical cylinders from which on the robot starts on its feet, not on its
+belly.
+"""
 
 Array = NDArray[np.float64]
 
@@ -73,11 +75,15 @@ class Assembled:
         return self.boards[0]
 
     def drill_known(self) -> Any:
-        """What the drill's own controls know: ordered thrust and torque, no blows, and where its rods are."""
+        """What the drill's own controls know: ordered thrust and torque, no blows, and where its
+        rods are.
+        """
         return drill_known(self.drill, DrillKnown.zeros()[0])
 
     def limit_thrust(self) -> None:
-        """Hold the feed that the drill orders to what the stance allows; what comes of it may be another thrust."""
+        """Hold the feed that the drill orders to what the stance allows; what comes of it may be
+        another thrust.
+        """
         feed = self.drill.loads["feed"]
         if feed > self.thrust.most_n:
             self.drill.ordered["thrust"] -= feed - self.thrust.most_n
@@ -128,7 +134,8 @@ def assemble(
 ) -> Assembled:
     """Build the world of a scenario and start it in equilibrium.
 
-    Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is none.
+    Raises InputError for numbers that cannot be, a URDF that does not load, a model file that is
+    none.
     """
     carried, height = scenario.carried_kg, scenario.ropes.attachment_height_m
     believed = own_belief(machines.belief, model, scenario.tolerances)
@@ -202,7 +209,9 @@ def _true_site(scenario: Scenario, machines: Machines) -> Scenario:
 def _electronics(
     scenario: Scenario, believed: OwnBelief, belief: Robot, start: Start, own: OwnParts
 ) -> dict[str, Any]:
-    """What the machine's electronics run, and what people worked out before the run: fields of Assembled."""
+    """What the machine's electronics run, and what people worked out before the run: fields of
+    Assembled.
+    """
     expected = ExpectedLoads(belief.model, belief.machine)
     pulls = start.rope_tension_n[:, None] * (start.surveyed_directions @ start.rotation)
     gravity = start.rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2])
@@ -217,7 +226,9 @@ def _electronics(
 
 
 def _believed_start(belief: Robot, start: Start) -> BelievedStart:
-    """What people measured of the place and the load before the run, and what control believes of the machine."""
+    """What people measured of the place and the load before the run, and what control believes of
+    the machine.
+    """
     return BelievedStart(
         robot=belief,
         joints=start.joints,

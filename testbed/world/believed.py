@@ -1,7 +1,8 @@
-"""The robot that estimators and control believe in: its drawing, and what a model file of the whole robot adds.
+"""The robot that estimators and control believe in: its drawing, and what a model file of the whole
+robot adds.
 
-The same means as on the other side of the wall: numbers of the machine by path, effects by name and place. Only what a
-belief can hold is taken.
+The same means as on the other side of the wall: numbers of the machine by path, effects by name and
+place. Only what a belief can hold is taken.
 """
 
 from __future__ import annotations
@@ -67,7 +68,9 @@ class OwnBelief:
 
     @cached_property
     def expected(self) -> Machine:
-        """The machine that estimates start from: where tolerances do not lie evenly about the drawing, their mean."""
+        """The machine that estimates start from: where tolerances do not lie evenly about the
+        drawing, their mean.
+        """
         return self.machine.replaced(self.sure.expected(self.machine))
 
     @contextmanager
@@ -137,11 +140,11 @@ def own_belief(
 ) -> OwnBelief:
     """What a model file, of the whole robot or of one leg, makes of a believed machine.
 
-    Effects of the robot on which no estimate depends (oil, ground, supply, ...) are checked and left to the diagnosis,
-    which looks for what is missing beside them.
+    Effects of the robot on which no estimate depends (oil, ground, supply, ...) are checked and
+    left to the diagnosis, which looks for what is missing beside them.
 
-    `tolerances`: how far the machine may be from it; what the file gives with an interval is known that well. None:
-    all is believed as it is.
+    `tolerances`: how far the machine may be from it; what the file gives with an interval is known
+    that well. None: all is believed as it is.
 
     Raises InputError, naming the file, for what cannot be believed.
     """
@@ -165,7 +168,8 @@ def own_belief(
         elif entry.name in OF_THE_BODY:
             of_body.append(entry.hidden())
         else:
-            # No estimate depends on it: the diagnosis alone grants it. Its place must be one all the same.
+            # No estimate depends on it: the diagnosis alone grants it. Its place must be one all
+            # the same.
             hidden_of([entry.hidden()])
     with naming(model):
         return OwnBelief(
@@ -179,7 +183,9 @@ def own_belief(
 
 
 def spreads_of(file: RobotModelFile) -> dict[str, float]:
-    """Standard deviations that a model file's intervals tell, by path, or effect@place.parameter."""
+    """Standard deviations that a model file's intervals tell, by path, or
+    effect@place.parameter.
+    """
     numbers = dict(file.machine)
     for entry in file.effects:
         for name, parameter in entry.parameters.items():

@@ -1,4 +1,5 @@
-"""What happens between two engine steps, in one compiled call: sense, estimate, record, control, plant.
+"""What happens between two engine steps, in one compiled call: sense, estimate, record, control,
+plant.
 
 The order is that of the whole testbed (see simulation.py); the parts that are due come as flags.
 """
@@ -15,9 +16,9 @@ from testbed.recording.rows import DataRow, TruthRow
 from testbed.world import plant, sensing
 
 SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE, FEET = 1, 2, 4, 8, 16, 32, 64, 128, 256
-"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one by one then. MOVE
-takes over the engine's pose and belongs to every step, FEET finds the foot forces with it;
-PLACE does so for a body at rest."""
+"""SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one
+by one then. MOVE takes over the engine's pose and belongs to every step, FEET finds the foot forces
+with it; PLACE does so for a body at rest."""
 
 
 class RecordedRow(Record):
@@ -33,9 +34,9 @@ def between_steps(
 ) -> None:
     """Do the parts named by the flags `due`, after the engine steps that the board's clock counts.
 
-    boards: array of one Board; estimator: arrays of one ChainBelief and one ChainState; noises: Noise, taken in turn by
-    the samples; row: array of one DataRow, the running one; recorded: RecordedRow, filled from the board's
-    clock.recorded on.
+    boards: array of one Board; estimator: arrays of one ChainBelief and one ChainState; noises:
+    Noise, taken in turn by the samples; row: array of one DataRow, the running one; recorded:
+    RecordedRow, filled from the board's clock.recorded on.
     """
     board = boards[0]
     if due & (MOVE | PLACE):

@@ -1,7 +1,8 @@
-"""One record that holds the world outside the engine: everything that a run steps, each part by its name.
+"""One record that holds the world outside the engine: everything that a run steps, each part by its
+name.
 
-A compiled call pays for every array it is handed; on one board they come as one. A copy of the board is a snapshot of
-the world outside the engine.
+A compiled call pays for every array it is handed; on one board they come as one. A copy of the
+board is a snapshot of the world outside the engine.
 """
 
 from __future__ import annotations

@@ -28,7 +28,9 @@ from testbed.world.rotations import quaternion, turning_z_to
 Array = NDArray[np.float64]
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
 NEAR_M = 1.0e-3
-"""Contact points further from touching than this are left out of a step (a foot comes down by 0.1 mm in one)."""
+"""Contact points further from touching than this are left out of a step (a foot comes down by 0.1
+mm in one).
+"""
 with quiet():
     try:
         import pybullet as p
@@ -43,9 +45,10 @@ with quiet():
 class Engine:
     """One engine client with the robot and its ground.
 
-    Poses and forces are in the world frame (z up). The robot's base pose refers to the **origin of the link
-    `body`**, not to the centre of mass that the engine speaks of. Joints are free: what holds them are the torques
-    handed in at every step; friction and end stops belong to the hydraulics.
+    Poses and forces are in the world frame (z up). The robot's base pose refers to the **origin of
+    the link `body`**, not to the centre of mass that the engine speaks of. Joints are free: what
+    holds them are the torques handed in at every step; friction and end stops belong to the
+    hydraulics.
     """
 
     def __init__(
@@ -85,7 +88,7 @@ class Engine:
             self._part_grounds()
         self._set_dynamics(ground)
 
-    # ---- loading -------------------------------------------------------------------------------------------
+    # ---- loading ---------------------------------------------------------------------------------
 
     def _load_robot(self, urdf: Path) -> None:
         try:
@@ -116,7 +119,9 @@ class Engine:
         dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
         self.base_inertial_m = np.array(dyn[3])
         self.base_turn = np.array(dyn[4])
-        """Quaternion xyzw of the base's principal axes in the body frame: what the engine calls its orientation."""
+        """Quaternion xyzw of the base's principal axes in the body frame: what the engine calls its
+        orientation.
+        """
 
     def _load_ground(self, g: Ground) -> None:
         c = self.client
@@ -155,7 +160,9 @@ class Engine:
         )
 
     def _part_grounds(self) -> None:
-        """A ground of its own for each foot, the same shape in the same place: it can sink under this foot alone."""
+        """A ground of its own for each foot, the same shape in the same place: it can sink under
+        this foot alone.
+        """
         c = self.client
         others = set(range(-1, p.getNumJoints(self.robot, physicsClientId=c)))
         for foot in self.foot_links:
@@ -227,10 +234,12 @@ class Engine:
             self._foot_grounds[leg], *pose, physicsClientId=self.client
         )
 
-    # ---- state ---------------------------------------------------------------------------------------------
+    # ---- state -----------------------------------------------------------------------------------
 
     def reset(self, position_m: Array, rotation_body_to_world: Array, joints: Array) -> None:
-        """Put the robot at rest: origin of `body` (3) and rotation (3, 3) in the world, joint positions (12)."""
+        """Put the robot at rest: origin of `body` (3) and rotation (3, 3) in the world, joint
+        positions (12).
+        """
         com = position_m + rotation_body_to_world @ self.base_inertial_m
         turned = rotation_body_to_world @ matrix(self.base_turn)
         p.resetBasePositionAndOrientation(
@@ -242,7 +251,9 @@ class Engine:
             p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
 
     def state(self) -> dict[str, NDArray[Any]]:
-        """All that the next steps depend on: bodies and contacts as the engine writes them, and what was set since."""
+        """All that the next steps depend on: bodies and contacts as the engine writes them, and
+        what was set since.
+        """
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "state.bullet"
             p.saveBullet(str(file), physicsClientId=self.client)
@@ -257,7 +268,8 @@ class Engine:
         }
 
     def put_state(self, state: Mapping[str, NDArray[Any]]) -> None:
-        """Take over what `state` of an engine with the same bodies gave: its steps go on from there, bit for bit.
+        """Take over what `state` of an engine with the same bodies gave: its steps go on from
+        there, bit for bit.
 
         Raises InputError where the engine cannot read it.
         """
@@ -280,7 +292,9 @@ class Engine:
         self._centre = tuple(state["centre"].tolist())
 
     def read(self, state: NDArray[Any]) -> None:
-        """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the principal axes."""
+        """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the
+        principal axes.
+        """
         joints = p.getJointStates(self.robot, self.joints, self.client)
         position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
         self._centre = position
@@ -289,7 +303,9 @@ class Engine:
         self._pack(*map(_ANGLE, joints), *map(_RATE, joints), *position, *orientation)
 
     def hold_with_motors(self, joints: Array) -> None:
-        """Give the joints back to the engine's own position motors and limits (the bare reference of the benchmark)."""
+        """Give the joints back to the engine's own position motors and limits (the bare reference
+        of the benchmark).
+        """
         c = self.client
         for joint, (low, high) in zip(self.joints, self._limits, strict=True):
             p.changeDynamics(
@@ -327,15 +343,16 @@ class Engine:
         p.stepSimulation(self.client)
 
     def contacts(self, foot_force: Array, normal_force: Array) -> float:
-        """Sum contacts per foot: force of the ground on the foot (4, 3), world frame, and its normal part (4), N.
+        """Sum contacts per foot: force of the ground on the foot (4, 3), world frame, and its
+        normal part (4), N.
 
         Returns the normal force on everything else of the robot (belly), N.
         """
         foot_force[:] = 0.0
         normal_force[:] = 0.0
         elsewhere = 0.0
-        # Asked for one body's contacts the engine turns the normal round where that body is second, but not the
-        # friction. So all contacts are fetched as they are, and turned here as a whole.
+        # Asked for one body's contacts the engine turns the normal round where that body is second,
+        # but not the friction. So all contacts are fetched as they are, and turned here as a whole.
         for row in p.getContactPoints(physicsClientId=self.client):
             n = row[9]
             if n == 0.0:
@@ -356,7 +373,9 @@ class Engine:
         return elsewhere
 
     def contact_normals(self, normals: Array) -> None:
-        """Overwrite rows of (4, 3) by the ground's direction under the feet that touch it: the mean over the force."""
+        """Overwrite rows of (4, 3) by the ground's direction under the feet that touch it: the mean
+        over the force.
+        """
         total = [[0.0, 0.0, 0.0] for _ in self.foot_links]
         for row in p.getContactPoints(physicsClientId=self.client):
             first, n = row[1] == self.robot, row[9]
@@ -370,7 +389,9 @@ class Engine:
                 normals[foot] = x / size, y / size, z / size
 
     def foot_gap(self, leg: int, reach_m: float = 1.0) -> tuple[float, Array]:
-        """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's normal there (3)."""
+        """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's
+        normal there (3).
+        """
         ground = self._foot_grounds[leg] if self._foot_grounds else self.ground
         link = list(self.foot_links)[leg]
         points = p.getClosestPoints(
@@ -382,7 +403,9 @@ class Engine:
         return float(nearest[8]), np.array(nearest[7])
 
     def add_store_mass(self, mass_kg: float) -> None:
-        """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError below zero."""
+        """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError
+        below zero.
+        """
         old = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
         if old[0] + mass_kg <= 0:
             raise InputError(
@@ -422,7 +445,9 @@ class Engine:
         return np.array(p.getLinkState(self.robot, link, physicsClientId=self.client)[0])
 
     def momentum(self) -> tuple[Array, Array]:
-        """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of the whole robot."""
+        """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of
+        the whole robot.
+        """
         c = self.client
         linear, angular = np.zeros(3), np.zeros(3)
         count = p.getNumJoints(self.robot, physicsClientId=c)
@@ -441,7 +466,7 @@ class Engine:
             angular += np.cross(position, part) + r @ inertia @ r.T @ np.array(w)
         return linear, angular
 
-    # ---- pictures ------------------------------------------------------------------------------------------
+    # ---- pictures --------------------------------------------------------------------------------
 
     def picture(
         self, eye: Sequence[float], target: Sequence[float], width: int, height: int
@@ -513,7 +538,9 @@ class Engine:
 
 
 def _packer(state: NDArray[Any]) -> Callable[..., None]:
-    """Writes joints, rates, position and quaternion into this array of one record, wherever it has them."""
+    """Writes joints, rates, position and quaternion into this array of one record, wherever it has
+    them.
+    """
     form, at = "=", 0
     for name in ("joint", "joint_rate", "position", "quaternion"):
         kind, offset = state.dtype.fields[name][:2]  # type: ignore[index]

@@ -1,8 +1,9 @@
 """On a cold cache: two processes compile side by side what happens between two engine steps.
 
-The first process needs the contact solver to build its world; meanwhile the second compiles the plant and the heaviest
-part of the estimator into the shared cache, where the first finds them. Further processes that start meanwhile (a sweep's,
-a benchmark's) wait for them rather than compile the same again.
+The first process needs the contact solver to build its world; meanwhile the second compiles the
+plant and the heaviest part of the estimator into the shared cache, where the first finds them.
+Further processes that start meanwhile (a sweep's, a benchmark's) wait for them rather than compile
+the same again.
 """
 
 from __future__ import annotations
@@ -41,10 +42,11 @@ def share_of_second() -> None:
 
 
 def beside() -> Callable[[], None]:
-    """Say that a first start compiles, and begin to in a second process where there is a second core.
+    """Say that a first start compiles, and begin to in a second process where there is a second
+    core.
 
-    Returns what to call before the first step: it compiles the first process's share and waits for the second. A
-    share that fails is compiled by the step that needs it.
+    Returns what to call before the first step: it compiles the first process's share and waits for
+    the second. A share that fails is compiled by the step that needs it.
     """
     if is_cached(between_steps):
         return lambda: None
@@ -69,11 +71,15 @@ def beside() -> Callable[[], None]:
 
 
 _held: list[int] = []
-"""The lock file while this process has its turn; a world that could not be built may have left it."""
+"""The lock file while this process has its turn; a world that could not be built may have left
+it.
+"""
 
 
 def _take_turn() -> None:
-    """Wait until no other process compiles. A process that dies ends its turn; without locks nobody waits."""
+    """Wait until no other process compiles. A process that dies ends its turn; without locks nobody
+    waits.
+    """
     if _held:
         return
     with suppress(OSError):

@@ -1,4 +1,6 @@
-"""The Board of a run at its start: the machine's numbers, what its world hides, and every state in equilibrium."""
+"""The Board of a run at its start: the machine's numbers, what its world hides, and every state in
+equilibrium.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,8 @@ class Truth:
 def furnish(truth: Truth, belief: Robot, engine: Engine, start: Start) -> NDArray[Any]:
     """An array of one Board for a machine that stands as `start` has it, the engine reset to it.
 
-    Only the position loops are made from what is believed. Raises InputError for numbers that cannot be.
+    Only the position loops are made from what is believed. Raises InputError for numbers that
+    cannot be.
     """
     boards = Board.zeros()
     board = boards[0]
@@ -119,7 +122,9 @@ def _arms(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:
-    """Ropes that pull as the start has it, and traction devices at the beginning of their stroke."""
+    """Ropes that pull as the start has it, and traction devices at the beginning of their
+    stroke.
+    """
     r, numbers, model = truth.scenario.ropes, truth.robot.machine.rope, truth.robot.model
     ropes, devices = board["ropes"], board["devices"]
     board["traction"] = traction_parameters(truth.robot.machine, strokes=r.strokes, roped=r.enabled)

@@ -1,7 +1,7 @@
 """Everything between two engine steps that is not a rigid body, in one compiled call.
 
-Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques -> wrench on the body.
-`board` is always one Board (board.py).
+Order: linkage -> ropes and traction -> hydraulics in substeps -> joint torques -> wrench on the
+body. `board` is always one Board (board.py).
 """
 
 from __future__ import annotations
@@ -49,10 +49,11 @@ def rotation_matrix(quaternion: Any, out: Any) -> None:
 
 @njit
 def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> None:
-    """Take over the pose of the base's principal axes (EngineState), turned by `turn` in the body, into a BodyState.
+    """Take over the pose of the base's principal axes (EngineState), turned by `turn` in the body,
+    into a BodyState.
 
-    The engine moves a body by its new velocity over the whole step, so the difference of two poses is that velocity,
-    exactly; it is not asked for.
+    The engine moves a body by its new velocity over the whole step, so the difference of two poses
+    is that velocity, exactly; it is not asked for.
     """
     pose, before = engine.quaternion, body.quaternion
     x, y, z, w = pose[0], pose[1], pose[2], pose[3]
@@ -84,7 +85,9 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
 
 @njit
 def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
-    """Take over the engine's pose after a step (or, at rest, before the first), with what it tells of the foot forces."""
+    """Take over the engine's pose after a step (or, at rest, before the first), with what it tells
+    of the foot forces.
+    """
     dt, body, motion = board.clock.step_s, board.body, board.motion
     velocity, turning = np.empty(3), motion.angular_velocity
     for i in range(3):
@@ -124,7 +127,9 @@ def add_cross(r: Any, f: Any, out: Any) -> None:
 
 @njit
 def arm_of(board: Any, point: Any, arm: Any) -> None:
-    """Way from the base's centre of mass to a point of the body frame (3), world frame, into `arm` (3)."""
+    """Way from the base's centre of mass to a point of the body frame (3), world frame, into `arm`
+    (3).
+    """
     for i in range(3):
         arm[i] = 0.0
         for j in range(3):
@@ -133,7 +138,9 @@ def arm_of(board: Any, point: Any, arm: Any) -> None:
 
 @njit
 def rope_step(board: Any, k: int) -> float:
-    """Rope k: haul and pull on the body. Adds to the given force and torque; returns oil taken, m3/s."""
+    """Rope k: haul and pull on the body. Adds to the given force and torque; returns oil taken,
+    m3/s.
+    """
     rope, device, body, dt = board.ropes[k], board.devices[k], board.body, board.clock.step_s
     arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
     arm_of(board, rope.attachment, arm)
@@ -165,7 +172,9 @@ def rope_step(board: Any, k: int) -> float:
 
 @njit
 def drill_step(board: Any) -> None:
-    """The drill's reaction on the body: adds to the given force and torque, leaves its own wrench."""
+    """The drill's reaction on the body: adds to the given force and torque, leaves its own
+    wrench.
+    """
     drill, rotation, wrench = board.drill, board.rotation, board.drill_wrench
     phase = board.drill_phase + board.clock.step_s * drill.blow_rate
     axial = axial_force(drill, board.drill_phase, phase, -GRAVITY_M_S2 * rotation[2, 2])
@@ -190,7 +199,8 @@ def drill_step(board: Any) -> None:
 def move_rods(board: Any) -> None:
     """Extension, rate and loads of the twelve rods from the joints and the foot forces.
 
-    The rods run through where the engine has them, in the middle of the hydraulics' step: coupling.py says why.
+    The rods run through where the engine has them, in the middle of the hydraulics' step:
+    coupling.py says why.
     """
     joint_to_cylinder(board.engine.joint, board.linkage, board.extension, board.arms)
     rotation = board.rotation

@@ -20,7 +20,9 @@ Records = NDArray[Any]
 
 
 def axis_parameters(machine: Machine, *, locked: bool = False) -> Records:
-    """AxisParameters (12,): every cylinder with its valve, hoses, seal, stops and transducers, as declared."""
+    """AxisParameters (12,): every cylinder with its valve, hoses, seal, stops and transducers, as
+    declared.
+    """
     linkage = RotationLinkage.from_machine(machine)
     axes = AxisParameters.zeros(len(AXES))
     for out, axis in zip(axes, machine.axes.values(), strict=True):
@@ -146,7 +148,8 @@ TRACTION_NAMES = {
 
 
 def traction_parameters(machine: Machine, *, strokes: bool, roped: bool = True) -> Any:
-    """TractionParameters of a rope's device; without `strokes` a winch that hauls without end; `roped`: it is used.
+    """TractionParameters of a rope's device; without `strokes` a winch that hauls without end;
+    `roped`: it is used.
 
     Raises InputError for numbers that cannot be.
     """

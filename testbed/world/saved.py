@@ -1,9 +1,9 @@
 """A run at an instant: all that goes on from there, bit for bit, as an object and as a file.
 
-A state holds the engine's bodies with their contacts, the world outside the engine, estimators, gait and layers,
-detectors, drill, judge, and the random generators. It does not hold what the scenario says: a state goes back into a
-run of the same scenario, with the same model and the same classes of a user's own. The file is a ZIP of arrays (.npz)
-and is read without pickle.
+A state holds the engine's bodies with their contacts, the world outside the engine, estimators,
+gait and layers, detectors, drill, judge, and the random generators. It does not hold what the
+scenario says: a state goes back into a run of the same scenario, with the same model and the same
+classes of a user's own. The file is a ZIP of arrays (.npz) and is read without pickle.
 """
 
 from __future__ import annotations
@@ -46,12 +46,16 @@ constant = constants(
     Machine,
     rooms=("testbed.scenario.scenario", "testbed.scenario.machines", "testbed.robot."),
 )
-"""What every run of a scenario builds for itself and never changes; the engine tells its own state."""
+"""What every run of a scenario builds for itself and never changes; the engine tells its own
+state.
+"""
 
 
 @dataclass(frozen=True)
 class State:
-    """A run at an instant. Made by `save`, given to `restore`; `write` and `read_state` keep it in a file."""
+    """A run at an instant. Made by `save`, given to `restore`; `write` and `read_state` keep it in
+    a file.
+    """
 
     t_s: float
     """Simulated time at which it was taken."""
@@ -63,7 +67,9 @@ class State:
     parts: Taken
 
     def write(self, path: str | Path) -> Path:
-        """Write the state as `path` (.npz), whole or not at all. Raises InputError where that cannot be."""
+        """Write the state as `path` (.npz), whole or not at all. Raises InputError where that
+        cannot be.
+        """
         file = check_file(path, (".npz",), field="state")
         head = {
             "format": FORMAT,
@@ -121,7 +127,8 @@ def save(simulation: Simulation, *others: Any) -> State:
 def restore(state: State, simulation: Simulation, *others: Any) -> None:
     """Bring a run of the same scenario to a saved state.
 
-    Raises InputError where it is of another scenario or model, or has other parts of the user's own.
+    Raises InputError where it is of another scenario or model, or has other parts of the user's
+    own.
     """
     now = _told(simulation)
     for field, value in now.items():

@@ -47,7 +47,9 @@ def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
 
 
 def pose(machine: Assembled, origin_m: Array, quaternion: Array, joints: Array) -> None:
-    """Put the robot where a recording has it: the body's origin (3) and quaternion xyzw in the world, joints (12)."""
+    """Put the robot where a recording has it: the body's origin (3) and quaternion xyzw in the
+    world, joints (12).
+    """
     body, engine = machine.board.body, machine.engine
     for k in range(4):
         body.quaternion[k] = quaternion[k]

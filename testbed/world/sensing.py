@@ -68,7 +68,9 @@ class OtherSensors(Record):
 
 
 class SampleNoise(Record):
-    """Normal numbers (deviation 1) that one sample takes. A new one goes to the end: streams stay as they are."""
+    """Normal numbers (deviation 1) that one sample takes. A new one goes to the end: streams stay
+    as they are.
+    """
 
     pressure = quantity("1", "of the transducers", per=(CHAMBERS, AXES))
     rope_tension = quantity("1", "of the load pins", per=SIDES)
@@ -106,7 +108,9 @@ def draw_noise(
 def sensor_records(
     machine: Machine, chosen: Sensors, rng: np.random.Generator
 ) -> tuple[NDArray[Any], Any]:
-    """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero and span, the unit its biases."""
+    """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero and span, the
+    unit its biases.
+    """
     s = machine.sensor
     t = Transducer.zeros(len(CHAMBERS), len(AXES))
     t["gain"] = 1.0
@@ -140,7 +144,9 @@ def sensor_records(
 
 
 def _fit_transducers(pair: NDArray[Any], sensor: Sensor, chosen: Sensors, draws: Any) -> None:
-    """Give an axis' two transducers their range and errors; `draws` (2,): thermal zeros by the largest."""
+    """Give an axis' two transducers their range and errors; `draws` (2,): thermal zeros by the
+    largest.
+    """
     pair["range"] = sensor.pressure_range_pa
     if "pressure" in chosen.without:
         return
@@ -192,9 +198,11 @@ def transduce(true_pa: float, t: float, warm_k: float, noise: float, s: Any) -> 
 
 @njit
 def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
-    """Fill the sensors' part of a DataRow from the Board, and the board's gravity_in_body as the inertial unit has it.
+    """Fill the sensors' part of a DataRow from the Board, and the board's gravity_in_body as the
+    inertial unit has it.
 
-    noise: this sample's Noise; sample: how many samples were taken before, for transducers that are late.
+    noise: this sample's Noise; sample: how many samples were taken before, for transducers that are
+    late.
     """
     row.t = t
     for i in range(12):
@@ -235,7 +243,9 @@ def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> 
 
 @njit
 def sense_motion(row: Any, board: Any, noise: Any) -> None:
-    """The inertial unit, which sits at the body's origin, into a DataRow; gravity as it has it into the Board."""
+    """The inertial unit, which sits at the body's origin, into a DataRow; gravity as it has it into
+    the Board.
+    """
     other, rotation, com = board.sensors, board.rotation, board.base_centre
     a = other.attitude_noise
     roll = math.atan2(rotation[2, 1], rotation[2, 2]) + a * noise.attitude[0]
@@ -273,7 +283,9 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
 
 @njit
 def turn_into_unit(vector: Any, roll: float, pitch: float) -> None:
-    """A vector (3) of the body frame, in place, as an inertial unit has it that is mounted Ry(pitch) Rx(roll)."""
+    """A vector (3) of the body frame, in place, as an inertial unit has it that is mounted
+    Ry(pitch) Rx(roll).
+    """
     if roll == 0.0 and pitch == 0.0:
         return
     x, y, z = vector[0], vector[1], vector[2]

@@ -1,9 +1,9 @@
 """One run: the world, the machine's electronics and the recorder's rows, and the order of one step.
 
-Simulation.STEP lists the parts of a step in their order: the engine, then sensors and estimators, the recorder, then
-the slow tick (events, drill, gait, judge, ground), last what acts in the next step: valve loops and plant. Sensors
-see the state after the engine's step; the loops act on it in the next one. Gaits, valve loops and estimators are
-handed measurements only.
+Simulation.STEP lists the parts of a step in their order: the engine, then sensors and estimators,
+the recorder, then the slow tick (events, drill, gait, judge, ground), last what acts in the next
+step: valve loops and plant. Sensors see the state after the engine's step; the loops act on it in
+the next one. Gaits, valve loops and estimators are handed measurements only.
 """
 
 from __future__ import annotations
@@ -74,11 +74,15 @@ LOADS = [
     if name.startswith(("foot_force_in_world_", "rope_force_in_world_", "drill_wrench_in_world_f"))
 ]
 MOST_WEIGHTS = 1000.0
-"""A load of so many times the weight of the machine is a fault of the simulation, no physics (E)."""
+"""A load of so many times the weight of the machine is a fault of the simulation, no physics
+(E).
+"""
 
 
 class Simulation:
-    """A scenario on its way. `run_block(n)` gives the next n rows of data and truth until `finished`."""
+    """A scenario on its way. `run_block(n)` gives the next n rows of data and truth until
+    `finished`.
+    """
 
     def __init__(
         self,
@@ -138,7 +142,9 @@ class Simulation:
         self._do(CONTROL | PLANT)
 
     def _schedule(self) -> list[int]:
-        """What is due after step k, as flags for between_steps, over the longest period; index k modulo its length."""
+        """What is due after step k, as flags for between_steps, over the longest period; index k
+        modulo its length.
+        """
         r, hz = self.scenario.rates, self.scenario.rates.physics_hz
         every = {
             SENSE: hz // r.sensor_hz,
@@ -160,7 +166,7 @@ class Simulation:
             for k in range(length)
         ]
 
-    # ---- one step ------------------------------------------------------------------------------------------
+    # ---- one step --------------------------------------------------------------------------------
 
     STEP = (
         "give",  # joint torques, force and torque on the body, to the engine
@@ -183,11 +189,15 @@ class Simulation:
     """A step at which everything is due, part by part; a step leaves out what is not."""
 
     def run_block(self, rows: int) -> tuple[Array, Array]:
-        """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n, ..)."""
+        """Step until `rows` rows are there or the run ends; returns data (n, ..) and truth (n,
+        ..).
+        """
         return self._advance(rows, self._last)
 
     def run_steps(self, steps: int) -> tuple[Array, Array]:
-        """Make `steps` physics steps, fewer where the run ends; returns the rows recorded meanwhile, as run_block."""
+        """Make `steps` physics steps, fewer where the run ends; returns the rows recorded
+        meanwhile, as run_block.
+        """
         every = self.scenario.rates.physics_hz // self.scenario.rates.record_hz
         return self._advance(steps // every + 1, self._step + steps)
 
@@ -223,7 +233,9 @@ class Simulation:
         return RecordedRow.part_as_table(rows, "known"), RecordedRow.part_as_table(rows, "truth")
 
     def _slow_step(self, k: int, due: int, recorded: NDArray[Any]) -> None:
-        """A step at which expected loads, tasks or the judge are due: the same order, part by part."""
+        """A step at which expected loads, tasks or the judge are due: the same order, part by
+        part.
+        """
         if k % self._every_expected == 0 or self._judge is not None:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
             if k % self._every_expected == 0:
@@ -259,7 +271,7 @@ class Simulation:
             row["carrying"],
         )
 
-    # ---- the slow tick -------------------------------------------------------------------------------------
+    # ---- the slow tick ---------------------------------------------------------------------------
 
     def _tick(self, t: float) -> None:
         m = self.machine
@@ -299,10 +311,11 @@ class Simulation:
         return news
 
     def _follow(self, command: Command, t: float) -> None:
-        """Hand a command to the loops, the ropes and the rows: the one place where set points begin to move.
+        """Hand a command to the loops, the ropes and the rows: the one place where set points begin
+        to move.
 
-        They move at their rate from where the last command left them (between_steps adds it up, tick by tick), and
-        rest where the same command comes again.
+        They move at their rate from where the last command left them (between_steps adds it up,
+        tick by tick), and rest where the same command comes again.
         """
         dithers = self.scenario.control.dither_m > 0.0
         if command is self._command and self._resting and not dithers:
@@ -381,7 +394,9 @@ class Simulation:
             m.engine.add_store_mass(event.mass_kg)
 
     def _check_rows(self, data: Array, truth: Array) -> None:
-        """Raise SimulationFault for rows that no machine can give: not finite, or loads beyond all physics."""
+        """Raise SimulationFault for rows that no machine can give: not finite, or loads beyond all
+        physics.
+        """
         for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
             finite = np.isfinite(block)
             if not finite.all():
@@ -406,21 +421,24 @@ class Simulation:
         """The running row of data: one DataRow, what the electronics know now."""
         return self._row[0]
 
-    # ---- other ways to go on -------------------------------------------------------------------------------
+    # ---- other ways to go on ---------------------------------------------------------------------
 
     def save(self, *others: Any) -> State:
         """The run at this instant (saved.py), and the objects `others` that go with it."""
         return save(self, *others)
 
     def restore(self, state: State, *others: Any) -> None:
-        """Go on from a saved state of this scenario. Raises InputError where it belongs to another."""
+        """Go on from a saved state of this scenario. Raises InputError where it belongs to
+        another.
+        """
         last = self._last
         restore(state, self, *others)
         self._last = last
         self.finished = self._step >= last or self.verdict != "stood"
 
     def branch(self, seed: int | None = None) -> Simulation:
-        """Another simulation that stands where this one does and goes its own way; `seed`: with other noise from here on.
+        """Another simulation that stands where this one does and goes its own way; `seed`: with
+        other noise from here on.
 
         Raises InputError where a gait or controller came as an object: two runs cannot share it.
         """
@@ -449,7 +467,9 @@ class Simulation:
         self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
 
     def happen(self, event: Any) -> None:
-        """Let an event happen now, whatever its time. Raises InputError for one that a gait carries out."""
+        """Let an event happen now, whatever its time. Raises InputError for one that a gait carries
+        out.
+        """
         if isinstance(event, LiftFoot | SetRope):
             raise InputError(
                 "is carried out by the task from its start on",
@@ -459,7 +479,7 @@ class Simulation:
             )
         self._happen(event, self.t_s)
 
-    # ---- what others ask -----------------------------------------------------------------------------------
+    # ---- what others ask -------------------------------------------------------------------------
 
     @property
     def t_s(self) -> float:
@@ -490,8 +510,8 @@ class Simulation:
         }
 
     def surveyed(self) -> dict[str, Any]:
-        """What people measured of the place and the load before the run, and what is believed of the machine: its URDF, how
-        far it may be from its drawing.
+        """What people measured of the place and the load before the run, and what is believed of
+        the machine: its URDF, how far it may be from its drawing.
         """
         directions = self.machine.expectation.rope_directions_in_world
         believed_urdf = self.machines.belief.urdf

@@ -1,4 +1,6 @@
-"""Where a run begins: the robot on its ground in static equilibrium, ropes pulling, nothing moving."""
+"""Where a run begins: the robot on its ground in static equilibrium, ropes pulling, nothing
+moving.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ TRIES, TOUCH_M = 40, 1.0e-6
 
 @dataclass(frozen=True)
 class Start:
-    """World frame; joints (12), joint forces that hold the posture (12, N and N m), ropes left, right."""
+    """World frame; joints (12), joint forces that hold the posture (12, N and N m), ropes left,
+    right.
+    """
 
     position_m: Array
     rotation: Array
@@ -64,7 +68,8 @@ def find_start(
     drill_known: Any,
     hidden: Hidden,
 ) -> Start:
-    """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes, feet and joints.
+    """Place the body parallel to the mean slope, reach the ground with each foot, balance ropes,
+    feet and joints.
 
     Raises InputError where a posture or a foothold is out of a joint's range.
     """
@@ -135,7 +140,9 @@ def _towards(ends_m: Array, points_m: Array) -> Array:
 def _tensions(
     scenario: Scenario, model: RobotModel, gravity: Array, directions_in_body: Array
 ) -> Array:
-    """Rope tensions (2) at the start, N: as given, or equal ones that carry `share` of the weight along the slope."""
+    """Rope tensions (2) at the start, N: as given, or equal ones that carry `share` of the weight
+    along the slope.
+    """
     r = scenario.ropes
     if not r.enabled:
         return np.zeros(2)
@@ -146,10 +153,11 @@ def _tensions(
 
 
 def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array, q: Array) -> None:
-    """Lengthen the vertical joints `q` (12), in place, until each foot just touches its ground (which may be uneven).
+    """Lengthen the vertical joints `q` (12), in place, until each foot just touches its ground
+    (which may be uneven).
 
-    A foot goes down by its distance from the ground over the cosine of the ground's tilt, again and again.
-    Raises InputError where there is no ground.
+    A foot goes down by its distance from the ground over the cosine of the ground's tilt, again and
+    again. Raises InputError where there is no ground.
     """
     if ground.flat:
         return

@@ -88,7 +88,9 @@ UNIT_OFF: dict[str, dict[str, float]] = {
     "oil_warming": {"heat_capacity": 1.0e30},
     "viscosity": {"viscosity_rate": 0.0},
 }
-"""Quantities of the PowerUnit. `supply_droop` leaves the pressure where it stands, whoever draws."""
+"""Quantities of the PowerUnit. `supply_droop` leaves the pressure where it stands, whoever
+draws.
+"""
 
 
 def switch_off(names: Iterable[str], params: NDArray[Any], unit: Any) -> None:

@@ -33,7 +33,9 @@ ADDED: Mapping[str, str] = {
     "air_share": "oil.air",
     "deadband": "valve.dead_band",
 }
-"""Numbers of a hidden cylinder that are added to the machine's own -> dotted paths of AxisParameters."""
+"""Numbers of a hidden cylinder that are added to the machine's own -> dotted paths of
+AxisParameters.
+"""
 REPLACED: Mapping[str, str] = {
     "position_slope": "seal.position_slope",
     "bristle_stiffness_n_m": "seal.bristle_stiffness",
@@ -58,8 +60,8 @@ ANGULAR = ("vibration_hz", "line_b_hz")
 def hidden_of(entries: Sequence[Undeclared]) -> Hidden:
     """What a scenario's world has and its model lacks.
 
-    A leg stands for its vertical joint; `body` and `supply` for all twelve cylinders where the effect is one of a
-    cylinder. Raises InputError for an effect, parameter or place that cannot be.
+    A leg stands for its vertical joint; `body` and `supply` for all twelve cylinders where the
+    effect is one of a cylinder. Raises InputError for an effect, parameter or place that cannot be.
     """
     world = Hidden()
     for k, entry in enumerate(entries):
@@ -85,7 +87,9 @@ def _refuse_shapes(effect: Effect, values: Mapping[str, float], field: str) -> N
 
 
 def places_of(effect: Effect, place: str, field: str) -> tuple[str, ...]:
-    """Where an effect sits that a scenario puts at `place`. Raises InputError where it cannot be."""
+    """Where an effect sits that a scenario puts at `place`. Raises InputError where it cannot
+    be.
+    """
     if place in effect.places:
         return (place,)
     if f"{place}_vertical" in effect.places:
@@ -152,7 +156,9 @@ def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) ->
 
 @contextmanager
 def bodies_of(world: Hidden, urdf: Path) -> Iterator[Path]:
-    """The URDF of what the world has, for as long as it is read: the machine's own where its body hides nothing."""
+    """The URDF of what the world has, for as long as it is read: the machine's own where its body
+    hides nothing.
+    """
     if not (world.body_masses or world.hinges_m or any(world.centre_of_mass_m)):
         yield urdf
         return
@@ -174,8 +180,8 @@ def attachments_of(world: Hidden, drawn_m: Array) -> Array:
 def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) -> Array:
     """Where the ropes' anchors (2, 3) are that were surveyed elsewhere, world frame, m.
 
-    `points_m` (2, 3): where the ropes pull; `slope` (3, 3): from the slope's frame (x up, y left, z off it) to the
-    world. An anchor is turned about the point at the same distance.
+    `points_m` (2, 3): where the ropes pull; `slope` (3, 3): from the slope's frame (x up, y left, z
+    off it) to the world. An anchor is turned about the point at the same distance.
     """
     anchors = surveyed_m.copy()
     for k, rope in enumerate(world.ropes.values()):

@@ -1,7 +1,7 @@
 """Ten short runs whose numbers a rebuild must leave alone, thinned to a few rows each.
 
-`python tests/baseline/baseline_runs.py` records them anew: a change of the physics does that in a commit of its own,
-and says what changed.
+`python tests/baseline/baseline_runs.py` records them anew: a change of the physics does that in a
+commit of its own, and says what changed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from testbed.simulation.runs import read_series
 
 FOLDER = Path(__file__).parent / "recorded"
 FIRST_ROWS = 20
-"""The first rows are kept one by one: there a changed order of operations shows before chaos does."""
+"""The first rows are kept one by one: there a changed order of operations shows before chaos
+does.
+"""
 ROW_STEP = 250
 """After them every so many rows are kept."""
 

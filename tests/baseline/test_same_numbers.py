@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 RANGE_SHARE = 1e-9
-"""Readings agree within this share of their column's range, until one of them rounds the other way."""
+"""Readings agree within this share of their column's range, until one of them rounds the other
+way.
+"""
 FIGURE_SHARE = 1e-3
 SURELY_ROWS = 5
 """So many first rows agree in any case: no encoder or converter rounds differently before."""
@@ -18,7 +20,9 @@ SURELY_ROWS = 5
 def _first_difference(
     name: str, before: dict[str, np.ndarray], now: dict[str, np.ndarray]
 ) -> tuple[int, str]:
-    """The first row in which a column differs by more than RANGE_SHARE of its range, and that column."""
+    """The first row in which a column differs by more than RANGE_SHARE of its range, and that
+    column.
+    """
     first, culprit = len(next(iter(before.values()))), ""
     for column, old in before.items():
         new = now[column]

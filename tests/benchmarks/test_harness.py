@@ -1,4 +1,6 @@
-"""The harness works every case out once, keeps it whole, and resumes after whatever ended its process."""
+"""The harness works every case out once, keeps it whole, and resumes after whatever ended its
+process.
+"""
 
 from __future__ import annotations
 
@@ -152,7 +154,9 @@ def _await(condition: Callable[[], bool]) -> None:
 def test_a_stopped_benchmark_leaves_no_process_and_resumes(
     made: Path, tmp_path: Path, blow: signal.Signals
 ) -> None:
-    """The parent alone is hit: its workers must go by themselves; what was finished is not done again."""
+    """The parent alone is hit: its workers must go by themselves; what was finished is not done
+    again.
+    """
     out = tmp_path / "out"
     process = _started(out, made, jobs=2)
     _await(lambda: (out / LINES).is_file() and (out / LINES).read_bytes().count(b"\n") >= 2)

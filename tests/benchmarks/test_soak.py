@@ -1,4 +1,6 @@
-"""The soak: its mutator is seeded and changes something, its judge sees what is wrong, and a short one finds nothing."""
+"""The soak: its mutator is seeded and changes something, its judge sees what is wrong, and a short
+one finds nothing.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""What cannot be used is refused with one clear line that names the field, exit status 2, and nothing written."""
+"""What cannot be used is refused with one clear line that names the field, exit status 2, and
+nothing written.
+"""
 
 from __future__ import annotations
 

@@ -38,7 +38,9 @@ from testbed.robot.loads.foot_load_sets import internal_force_of
 
 
 def walk(made: CrawlGait, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Set points and stance of a machine that follows perfectly and whose feet never meet ground early."""
+    """Set points and stance of a machine that follows perfectly and whose feet never meet ground
+    early.
+    """
     seen, out = at_the_start(), []
     for k in range(round(until_s / TICK)):
         seen, joints, stance = step(made, seen, k * TICK)
@@ -102,7 +104,9 @@ def test_haste_asks_for_more_of_the_valves_and_for_no_more_than_a_traction_devic
 def test_a_stride_that_was_chosen_holds_from_the_next_group_on_and_one_out_of_reach_is_not_made() -> (
     None
 ):
-    """Groups of two swings of 0.4 m take the body's plan 0.2 m on, those of 0.2 m 0.1 m; 2 m is out of reach."""
+    """Groups of two swings of 0.4 m take the body's plan 0.2 m on, those of 0.2 m 0.1 m; 2 m is out
+    of reach.
+    """
     made = crawl("task.steps=8")
     plan = made._plan
     plan.choose(Stride(0.2, 0.05), 2)

@@ -1,4 +1,6 @@
-"""Sharing the load out: what is wanted obeys the laws of statics, and the machine brings it about."""
+"""Sharing the load out: what is wanted obeys the laws of statics, and the machine brings it
+about.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +78,9 @@ def test_the_quadratic_program_lets_the_ropes_carry_the_pull_along_the_slope() -
 
 
 def test_without_ropes_the_least_friction_is_the_slopes_tangent() -> None:
-    """tan 25 = 0.47, tan 40 = 0.84: rock of 0.65 holds the one and not the other (a pyramid of 8 sides, 4 %)."""
+    """tan 25 = 0.47, tan 40 = 0.84: rock of 0.65 holds the one and not the other (a pyramid of 8
+    sides, 4 %).
+    """
     for slope in (25.0, 40.0):
         now, sharing = _balance(slope), Quadratic()
         now.balance[:, ROPES] = 0.0
@@ -88,7 +92,9 @@ def test_without_ropes_the_least_friction_is_the_slopes_tangent() -> None:
 
 
 def test_a_plan_needs_no_more_friction_than_the_least_that_a_linear_program_finds() -> None:
-    """Or no more than poor rock holds. The program is told no coefficient; ropes that pull aside make it hard."""
+    """Or no more than poor rock holds. The program is told no coefficient; ropes that pull aside
+    make it hard.
+    """
     from testbed.benchmarks.distribution.run import breaks, possible
 
     rng, hard = np.random.default_rng(0), 0
@@ -117,7 +123,9 @@ def test_a_plan_needs_no_more_friction_than_the_least_that_a_linear_program_find
 
 @pytest.mark.parametrize("legs", [(0, 1, 2, 3), (0, 1, 3)])
 def test_the_program_is_the_one_that_it_is_said_to_be_and_solved(legs: tuple[int, ...]) -> None:
-    """Written down in plain arrays and solved by another library's way in, it has the same answer."""
+    """Written down in plain arrays and solved by another library's way in, it has the same
+    answer.
+    """
     from qpsolvers import solve_qp
 
     now, stance = (
@@ -224,7 +232,9 @@ def test_thrust_takes_as_much_off_the_feet_as_it_pushes() -> None:
 
 
 def test_the_drilling_controller_finds_a_thrust_that_nobody_ordered() -> None:
-    """The feet carry 1200 N less than weight and order say; after four time constants it believes in 1200 N."""
+    """The feet carry 1200 N less than weight and order say; after four time constants it believes
+    in 1200 N.
+    """
     now, sharing = _balance(45.0, pull_n=13_800.0), DrillSharing()
     measured = now.measured.copy()
     lost = -(now.load[2] + now.balance[2, ROPES] @ measured[ROPES]) - 1200.0
@@ -241,7 +251,9 @@ def test_the_drilling_controller_leaves_the_weakest_foot_more_than_the_even_one(
 
 
 def test_what_moves_the_body_and_what_squeezes_it_are_apart() -> None:
-    """Six of twelve foot displacements move the body as a whole; the twist is none of them, height is one."""
+    """Six of twelve foot displacements move the body as a whole; the twist is none of them, height
+    is one.
+    """
     now = _balance(45.0)
     height = np.tile([1.0, 0.0, 0.0], 4)
     twist = np.zeros(12)
@@ -252,7 +264,9 @@ def test_what_moves_the_body_and_what_squeezes_it_are_apart() -> None:
 
 
 def test_of_the_errors_only_what_is_self_balanced_is_acted_upon() -> None:
-    """A squeeze passes unchanged; what moves the body, and what ropes put on the feet, is taken off."""
+    """A squeeze passes unchanged; what moves the body, and what ropes put on the feet, is taken
+    off.
+    """
     now = _balance(45.0)
     jacobian = -now.joint_map[:, :FEET].T
     squeeze = now.inner @ np.array([100.0, -50.0, 80.0, 20.0, -30.0, 60.0])

@@ -47,7 +47,9 @@ def test_a_touch_is_a_rise_above_what_the_foot_weighed_in_the_air() -> None:
 def _moved(
     start: list[float], now: list[float], load_n: list[float], standing: tuple[bool, ...] = STAND
 ) -> np.ndarray:
-    """How far the feet of a body are moved that stood at attitude `start` and now is at `now`, rad."""
+    """How far the feet of a body are moved that stood at attitude `start` and now is at `now`,
+    rad.
+    """
     levelling, feet = Levelling(np.array(start), 1.0), FEET.copy()
     levelling.stand_on(feet)
     measured = Measured.of(load=load_n, contact=1.0, attitude=now)
@@ -56,7 +58,9 @@ def _moved(
 
 
 def test_a_body_that_leans_is_turned_back_by_its_standing_feet() -> None:
-    """Nose down: the front legs lengthen, their feet go down in the body. Left side up: the left legs shorten."""
+    """Nose down: the front legs lengthen, their feet go down in the body. Left side up: the left
+    legs shorten.
+    """
     moves = _moved([0.0, -0.7, 0.0], [0.0, -0.69, 0.0], EVEN)  # the front went down by 0.01 rad
     np.testing.assert_allclose(moves[:, 2], -0.01 * LEVEL_GAIN_1_S * DT * FEET[:, 0], rtol=1e-3)
     np.testing.assert_allclose(moves[:, :2], 0.0, atol=1e-9)

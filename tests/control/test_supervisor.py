@@ -1,4 +1,6 @@
-"""The supervisor stops the drill on a lost foot, lowers one foot at a time and slowly, and lets go again."""
+"""The supervisor stops the drill on a lost foot, lowers one foot at a time and slowly, and lets go
+again.
+"""
 
 from __future__ import annotations
 

@@ -17,7 +17,9 @@ PACE = Pace(MACHINE, 0.19)
 
 
 def swing(forward: float, up: float, above: float = 0.0) -> Swing:
-    """Leg fl from its place at the start, `forward` ahead and `above` higher, by a top `up` above the start."""
+    """Leg fl from its place at the start, `forward` ahead and `above` higher, by a top `up` above
+    the start.
+    """
     foot = LEGS.feet(START)[0]
     end = foot + np.array([forward, 0.0, above])
     return Swing(LEGS, 0, foot, end, np.zeros(3), np.zeros(3), float(foot[2]) + up).timed(PACE)
@@ -34,7 +36,9 @@ def test_a_swing_leads_from_its_start_over_its_top_to_its_end() -> None:
 
 
 def test_rise_and_descent_take_what_the_vertical_valve_needs() -> None:
-    """0.16 m of 70 mm bore at 95 % of 25 L/min, with ramps; straight up and down nothing else takes time."""
+    """0.16 m of 70 mm bore at 95 % of 25 L/min, with ramps; straight up and down nothing else takes
+    time.
+    """
     way = swing(0.0, 0.16, above=0.11)
     metre_s = math.pi / 4 * 0.07**2 / (FREE_SHARE * 4.1667e-4) / (1.0 - SWING_RAMP)
     assert way.rise_s == pytest.approx(0.16 * metre_s, rel=1e-3)

@@ -1,4 +1,6 @@
-"""Tasks one after the other, stops and turns of a walk: set points never jump, and each part does what it is told."""
+"""Tasks one after the other, stops and turns of a walk: set points never jump, and each part does
+what it is told.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +35,9 @@ def _made(*changes: str) -> Chain:
 
 
 def _walked(made: Chain, until_s: float = MOST_S) -> list[tuple[float, Any, dict[str, Any]]]:
-    """Time, command and progress of every tick until it is done, on a machine that follows its set points."""
+    """Time, command and progress of every tick until it is done, on a machine that follows its set
+    points.
+    """
     seen, told, t = at_the_start(), [], 0.0
     before = START
     while t < until_s and not made.progress(t)["done"]:

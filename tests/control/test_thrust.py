@@ -1,4 +1,6 @@
-"""The thrust that a stance allows: by hand on even ground, held to a share, told where it is exceeded."""
+"""The thrust that a stance allows: by hand on even ground, held to a share, told where it is
+exceeded.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The thrust that a program orders is known beforehand: what it will be, and for how long it rises."""
+"""The thrust that a program orders is known beforehand: what it will be, and for how long it
+rises.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +22,10 @@ PHASES = (
 
 
 def test_a_trapezoid_by_hand() -> None:
-    """Ramps of half a second from 1 s on: up to 1 kN at 1.5 s, down from 2.5 s to 3 s; 400 N of pull at 4 s; then a
-    push too short for its ramp: it turns at 4.8 s, at 360 N. The thrust rises from 4 s on, as the pull lets go."""
+    """Ramps of half a second from 1 s on: up to 1 kN at 1.5 s, down from 2.5 s to 3 s; 400 N of
+    pull at 4 s; then a
+    push too short for its ramp: it turns at 4.8 s, at 360 N. The thrust rises from 4 s on, as the
+    pull lets go."""
     plan = planned_thrust(Drill(kind="drill", start_s=1.0, ramp_s=0.5, phases=PHASES), 24, 0.25)
     at = {round(0.25 * (n + 1), 2): tuple(row) for n, row in enumerate(plan.tolist())}
     assert at[1.0] == pytest.approx((0.0, 0.5))

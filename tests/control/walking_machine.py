@@ -57,7 +57,8 @@ def at_the_start() -> Measured:
 def step(
     made: CrawlGait, seen: Measured, t: float, loads: np.ndarray | None = None
 ) -> tuple[Measured, np.ndarray, np.ndarray]:
-    """What is measured after a tick in which the feet feel `loads` (4); the command's joints and stance.
+    """What is measured after a tick in which the feet feel `loads` (4); the command's joints and
+    stance.
 
     Without loads, feet in stance feel LOADS and the others nothing.
     """

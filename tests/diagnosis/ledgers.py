@@ -19,7 +19,9 @@ from testbed.machine.names import AXES
 def ledger_of(
     raw: Mapping[str, RawGroup], names: Sequence[str], spread: float | None = None
 ) -> Ledger:
-    """The ledger of gains at cylinders: each a force of 1 at its place; `spread`: their prior size, else their own."""
+    """The ledger of gains at cylinders: each a force of 1 at its place; `spread`: their prior size,
+    else their own.
+    """
     found = {}
     for name in names:
         effect = by_name(kind_of(name))

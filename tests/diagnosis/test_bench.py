@@ -1,5 +1,5 @@
-"""A bench or a drive declares little of itself: declared numbers give way within their tolerance, names stand trial, and
-what no name covers is said to have none."""
+"""A bench or a drive declares little of itself: declared numbers give way within their tolerance,
+names stand trial, and what no name covers is said to have none."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ DAMPED, SPRUNG, SOUND = 6, 14, 16
 
 
 def test_a_step_leaves_out_what_stands_at_its_bound_and_finds_the_best_of_the_rest() -> None:
-    # x1^2 + x1 x2 + x2^2 + x1 - 2 x2 from (0, 0): freely to (-4/3, 5/3), but with x1 >= 0 its least is at (0, 1).
+    # x1^2 + x1 x2 + x2^2 + x1 - 2 x2 from (0, 0): freely to (-4/3, 5/3), but with x1 >= 0 its least
+    # is at (0, 1).
     h, g, zero, wide = (
         np.array([[2.0, 1.0], [1.0, 2.0]]),
         np.array([1.0, -2.0]),

@@ -114,7 +114,9 @@ def candidate(names: tuple[str, ...], gain: float) -> Candidate:
 
 
 def tried(chosen: int, weights: dict[tuple[str, ...], float], kind: str) -> tuple[Search, Verdict]:
-    """A search of the plain model and two effects that gain 12 and -5, and the verdict that was made of it."""
+    """A search of the plain model and two effects that gain 12 and -5, and the verdict that was
+    made of it.
+    """
     sets = [
         candidate((), 0.0),
         candidate(("inertia.mass",), 12.0),

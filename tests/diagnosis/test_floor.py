@@ -1,4 +1,6 @@
-"""The floor of sensors and encoder: each gain against noise that is really smoothed, each floor against its formula."""
+"""The floor of sensors and encoder: each gain against noise that is really smoothed, each floor
+against its formula.
+"""
 
 from __future__ import annotations
 

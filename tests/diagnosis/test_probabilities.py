@@ -1,4 +1,6 @@
-"""Probabilities of the diagnosis: they add up, follow the signs, and their numbers are found again by the fit."""
+"""Probabilities of the diagnosis: they add up, follow the signs, and their numbers are found again
+by the fit.
+"""
 
 from __future__ import annotations
 

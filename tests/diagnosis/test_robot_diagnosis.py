@@ -1,4 +1,6 @@
-"""A whole robot's run: sound it is left alone, an effect is named with its place, and its model file believes it."""
+"""A whole robot's run: sound it is left alone, an effect is named with its place, and its model
+file believes it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Evidence of effects against a sound machine: the closed form is the Gaussian's, and a free number costs."""
+"""Evidence of effects against a sound machine: the closed form is the Gaussian's, and a free number
+costs.
+"""
 
 from __future__ import annotations
 

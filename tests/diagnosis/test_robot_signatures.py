@@ -1,4 +1,6 @@
-"""What an effect is said to do to the robot's balances is what it does: signatures against differences."""
+"""What an effect is said to do to the robot's balances is what it does: signatures against
+differences.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ def robot() -> Robot:
 
 @cache
 def recorded() -> dict[str, Array]:
-    """Three seconds of a robot on a slope whose joints and pressures move slowly; nothing in it has to balance."""
+    """Three seconds of a robot on a slope whose joints and pressures move slowly; nothing in it has
+    to balance.
+    """
     t = np.arange(750) / 250.0
     rng = np.random.default_rng(4)
     data = {"t": t, "supply_pressure": 0 * t + 9e6, "oil_temperature": 0 * t + 30.0}
@@ -144,7 +148,9 @@ def test_a_payload_that_is_believed_takes_away_what_its_signature_adds() -> None
 
 
 def test_an_anchor_to_the_left_turns_the_rope_to_the_left() -> None:
-    """An anchor further to the left pulls more to the left than believed: the believed force misses it."""
+    """An anchor further to the left pulls more to the left than believed: the believed force misses
+    it.
+    """
     seen = sound().seen
     told = predicted("rope.direction", "rope_right", azimuth=0.01, elevation=0.0)
     rows = told.reshape(seen.bins, -1)[:, :3]

@@ -1,4 +1,6 @@
-"""What is left where no name fits: flow terms, rest, bristles of a sound seal, and intervals from blocks."""
+"""What is left where no name fits: flow terms, rest, bristles of a sound seal, and intervals from
+blocks.
+"""
 
 from __future__ import annotations
 

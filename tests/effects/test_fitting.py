@@ -1,4 +1,6 @@
-"""What effects say about their own fit: starts, bounds, prices and why recordings do not show them."""
+"""What effects say about their own fit: starts, bounds, prices and why recordings do not show
+them.
+"""
 
 from __future__ import annotations
 

@@ -18,9 +18,13 @@ from testbed.recording.known import Known
 PACKAGE = Path(testbed.__file__).parent
 MOST_LITERALS = 20
 RECORD_PATHS = {("world", "valve.deadband")}
-"""The dead band among a cylinder's parameters stands at a path that reads like the effect's name."""
+"""The dead band among a cylinder's parameters stands at a path that reads like the effect's
+name.
+"""
 REFERENCE = "benchmarks/reference_leg"
-"""The independent leg that hides effects to judge the diagnosis by: it must not ask the objects it judges."""
+"""The independent leg that hides effects to judge the diagnosis by: it must not ask the objects it
+judges.
+"""
 
 
 def test_names_of_effects_stand_in_their_files_and_hardly_anywhere_else() -> None:

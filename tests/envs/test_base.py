@@ -1,4 +1,6 @@
-"""The environment around a run, asked directly: orders add up, rows are named, and a run's end is told once."""
+"""The environment around a run, asked directly: orders add up, rows are named, and a run's end is
+told once.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The environments with decisions: what an action does, what is paid, and that idleness and excess pay badly."""
+"""The environments with decisions: what an action does, what is paid, and that idleness and excess
+pay badly.
+"""
 
 from __future__ import annotations
 

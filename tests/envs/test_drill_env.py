@@ -44,7 +44,9 @@ def test_observations_of_two_calls_share_no_memory() -> None:
 
 
 def test_an_observation_is_what_the_table_says() -> None:
-    """At rest on 45 degrees: pitch -45 degrees, 4 t standing with 27.7 kN on the slope less the ropes' pull into it."""
+    """At rest on 45 degrees: pitch -45 degrees, 4 t standing with 27.7 kN on the slope less the
+    ropes' pull into it.
+    """
     env = gymnasium.make(DRILL, duration_s=5.0).unwrapped
     observation, info = env.reset(seed=3)
     env.close()
@@ -78,7 +80,9 @@ def test_truth_is_in_no_row_of_the_table() -> None:
 
 
 def test_the_rope_follows_its_wanted_pull() -> None:
-    """Ten actions of +1 ask for 2000 N more; the traction device has brought most of them a second later."""
+    """Ten actions of +1 ask for 2000 N more; the traction device has brought most of them a second
+    later.
+    """
     env = gymnasium.make(DRILL, duration_s=5.0).unwrapped
     before = in_units(env.reset(seed=1)[0])["rope_tension_left"]
     for k in range(60):
@@ -90,7 +94,9 @@ def test_the_rope_follows_its_wanted_pull() -> None:
 
 
 def test_raising_one_cylinder_loads_its_diagonal() -> None:
-    """The four loads have one free direction, an internal force: +0.5 mm on fl and rr takes load off fr and rl."""
+    """The four loads have one free direction, an internal force: +0.5 mm on fl and rr takes load
+    off fr and rl.
+    """
     env = gymnasium.make(DRILL, duration_s=5.0).unwrapped
     before = env.reset(seed=1)[1]["loads_n"]
     for k in range(25):
@@ -125,7 +131,9 @@ def test_an_action_that_is_not_finite_is_refused() -> None:
 
 @pytest.mark.parametrize("name", sorted(sets()))
 def test_every_draw_of_a_set_is_a_scenario(name: str) -> None:
-    """And one effect in three draws, as the set says: 300 draws give 100 with 4 standard deviations of 8.2."""
+    """And one effect in three draws, as the set says: 300 draws give 100 with 4 standard deviations
+    of 8.2.
+    """
     rng = np.random.default_rng(0)
     draws = [draw_overrides(named_set(name), rng) for _ in range(300)]
     scenario = {"climb": "crawl_slope_45", "drill_hole": "drill_unknown_rock"}

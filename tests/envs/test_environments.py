@@ -77,7 +77,9 @@ def test_the_page_of_the_environments_is_what_the_code_says() -> None:
 
 
 def test_rewards_by_hand() -> None:
-    """1 - 0.5 * 0.2 - 20 * 0.001 - 0.05 * 0.25 = 0.8675; a lost foot takes 1, a fall 50; 2 cm up the slope bring 2."""
+    """1 - 0.5 * 0.2 - 20 * 0.001 - 0.05 * 0.25 = 0.8675; a lost foot takes 1, a fall 50; 2 cm up
+    the slope bring 2.
+    """
     action, weights = np.full(6, 0.5), term_weights(HOLDING, {})
 
     def reward(truth: Truth, ended: bool) -> float:
@@ -94,7 +96,9 @@ def test_rewards_by_hand() -> None:
 
 
 def test_truth_of_a_step_by_hand() -> None:
-    """A foot with 1000 N across and 4000 N along the normal uses 1000 / (0.5 * 4000) of its friction: a half."""
+    """A foot with 1000 N across and 4000 N along the normal uses 1000 / (0.5 * 4000) of its
+    friction: a half.
+    """
     rows = TruthRow.zeros(2)
     rows["contact_normal"] = 4000.0
     rows["foot_force_in_world"][..., 2] = 4000.0
@@ -112,7 +116,9 @@ def test_truth_of_a_step_by_hand() -> None:
 
 
 def test_wanted_loads_beyond_the_plan_come_about() -> None:
-    """+1 on fl and rr, -1 on fr and rl asks for 2 kN more on one diagonal; two seconds later most of it is there."""
+    """+1 on fl and rr, -1 on fr and rl asks for 2 kN more on one diagonal; two seconds later most
+    of it is there.
+    """
     env = gymnasium.make(SHARE, randomisation=None, duration_s=6.0).unwrapped
     env.reset(seed=1)
     loads = []
@@ -129,7 +135,9 @@ def test_wanted_loads_beyond_the_plan_come_about() -> None:
 def test_a_trained_controller_sees_what_its_environment_showed_and_acts_as_it_did(
     tmp_path: Path,
 ) -> None:
-    """A network of known weights moves the environment, and then the benchmark's controller: the same orders."""
+    """A network of known weights moves the environment, and then the benchmark's controller: the
+    same orders.
+    """
     from testbed.control.distribution.learned import Learned
 
     rng, sizes = np.random.default_rng(0), (len(SHARE_TABLE), 8, 8, 6)

@@ -1,4 +1,6 @@
-"""Nothing is accepted without effect: every argument of an environment changes its episodes or is refused."""
+"""Nothing is accepted without effect: every argument of an environment changes its episodes or is
+refused.
+"""
 
 from __future__ import annotations
 

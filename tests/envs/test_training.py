@@ -178,7 +178,9 @@ def test_the_written_arrays_act_as_the_trained_policy_does(
 def test_training_that_goes_on_takes_over_weights_optimiser_and_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The next step of a training that was taken up again is that of one whose library unpickled everything."""
+    """The next step of a training that was taken up again is that of one whose library unpickled
+    everything.
+    """
     from stable_baselines3 import PPO
 
     from testbed.envs.training import _take_over

@@ -1,4 +1,6 @@
-"""What a model file of one leg says is believed by a run, or refused by its name: nothing is without effect."""
+"""What a model file of one leg says is believed by a run, or refused by its name: nothing is
+without effect.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ KNOWN = {
 }
 REFUSED = {"inclination_deg": 20.0, "cushion_length_m": 0.05}
 ELSEWHERE = {"circuit", "tolerances"}
-"""The circuit is tried part by part; a tolerance tells a diagnosis how far a declared number may move."""
+"""The circuit is tried part by part; a tolerance tells a diagnosis how far a declared number may
+move.
+"""
 
 
 def told(**changes: object) -> bytes:

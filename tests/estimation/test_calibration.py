@@ -1,4 +1,6 @@
-"""Calibration (2): known a and b come back, regions hold what they promise, outliers and bad data are handled."""
+"""Calibration (2): known a and b come back, regions hold what they promise, outliers and bad data
+are handled.
+"""
 
 import os
 from dataclasses import replace
@@ -27,7 +29,9 @@ def pressed():
 
 
 def one_sensor(a=1.02, b=0.03, seconds=10.0):
-    """The paper's figure 4: a leg pressed on the load cell at rest, no friction, chamber B without pressure."""
+    """The paper's figure 4: a leg pressed on the load cell at rest, no friction, chamber B without
+    pressure.
+    """
     t = np.arange(0, seconds, 1e-3)
     load = 7500.0 - 7000.0 * np.cos(2 * np.pi * 0.1 * t)
     pa = (load - 91.7 * 9.81) / KNOWN.area_a_m2

@@ -56,7 +56,9 @@ def estimated(believed, row):
 
 
 def air_motion(speed, seconds=6.0, pb=2.0e6, load=None):
-    """Columns of a robot recording whose four vertical joints move with `speed(t)` against `load(t)`."""
+    """Columns of a robot recording whose four vertical joints move with `speed(t)` against
+    `load(t)`.
+    """
     t = np.arange(0.0, seconds, 1e-3)
     v = speed(t)
     x = 0.25 + np.cumsum(v) * 1e-3
@@ -106,7 +108,8 @@ def test_roll_to_the_right_tilts_gravity_to_the_right():
 
 
 def test_friction_of_equation_5_equals_the_hand_computed_value():
-    # 5000 * 0.02 + 600 + 200 exp(-0.02 / 0.007) = 711.49; -(4000 * 0.02 + 500 + 150 exp(-2.5)) = -592.31
+    # 5000 * 0.02 + 600 + 200 exp(-0.02 / 0.007) = 711.49; -(4000 * 0.02 + 500 + 150 exp(-2.5)) =
+    # -592.31
     assert friction_value(0.02, FIVE, PLAIN) == pytest.approx(711.487, abs=1e-3)
     assert friction_value(-0.02, FIVE, PLAIN) == pytest.approx(-592.313, abs=1e-3)
     assert friction_value(0.0, FIVE, PLAIN) == 0.0
@@ -178,7 +181,9 @@ def test_chain_follows_a_true_step_that_locks_the_modified_filter_out():
 
 
 def contact_states(load, first):
-    """Contact states over loads (n,), N, with an upper limit of 1500 and a lower one of 700 N, 20 ms each."""
+    """Contact states over loads (n,), N, with an upper limit of 1500 and a lower one of 700 N, 20
+    ms each.
+    """
     limits = contact.ContactLimits.one(on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02)[0]
     state = contact.ContactState.one(contact=first, since=0.0)[0]
     return np.array([contact.step(state, value, 1e-3, limits) for value in load])

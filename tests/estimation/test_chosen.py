@@ -1,4 +1,6 @@
-"""The loads that control goes by are those of whichever estimator the scenario names: shipped, or one's own."""
+"""The loads that control goes by are those of whichever estimator the scenario names: shipped, or
+one's own.
+"""
 
 from __future__ import annotations
 

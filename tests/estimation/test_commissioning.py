@@ -1,4 +1,6 @@
-"""The robot weighs and calibrates itself: the programme, and what is found on a machine that nobody declared."""
+"""The robot weighs and calibrates itself: the programme, and what is found on a machine that nobody
+declared.
+"""
 
 from __future__ import annotations
 

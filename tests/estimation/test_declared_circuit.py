@@ -1,4 +1,6 @@
-"""The `circuit` section of a rig: without it the published flow balance, with it each edge, leakage and holding valve."""
+"""The `circuit` section of a rig: without it the published flow balance, with it each edge, leakage
+and holding valve.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Detectors of contact loss: each speaks for a loss and not before, causally; the seals slip as they must."""
+"""Detectors of contact loss: each speaks for a loss and not before, causally; the seals slip as
+they must.
+"""
 
 from __future__ import annotations
 
@@ -88,14 +90,18 @@ def test_a_class_of_ones_own_is_a_detector_by_its_file(tmp_path: Path) -> None:
 
 
 def _combined(own: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Load that the combined detector sees where `balance` and `carried` read `others` (n,) and the estimate `own`."""
+    """Load that the combined detector sees where `balance` and `carried` read `others` (n,) and the
+    estimate `own`.
+    """
     samples = _samples(others)
     samples["row"]["estimate"]["own"] = own[:, None]
     return -Combined().scores(samples)[:, 0]
 
 
 def test_a_drifting_sensor_is_given_back_what_friction_cannot_explain() -> None:
-    """Drifted by 4 kN, 800 N of them friction's: 0.35 * 4000 + (0.3 + 0.35) * 3200 = 3480 N, not 1400."""
+    """Drifted by 4 kN, 800 N of them friction's: 0.35 * 4000 + (0.3 + 0.35) * 3200 = 3480 N, not
+    1400.
+    """
     own = np.full(100_000, 4000.0)
     assert _combined(own, np.zeros(100_000))[-1] == pytest.approx(3480.0, abs=1.0)
     assert _combined(own, np.full(100_000, 3300.0))[-1] == pytest.approx(
@@ -123,14 +129,18 @@ def test_the_live_contact_state_is_judged_by_the_one_that_the_chain_steps() -> N
 
 
 def test_cusum_gains_the_log_likelihood_ratio_of_each_sample() -> None:
-    """m0 = 1000, s = 500, load 250: -1000 / 250 000 (250 - 500) = 1 nat a sample; it cannot fall below 0."""
+    """m0 = 1000, s = 500, load 250: -1000 / 250 000 (250 - 500) = 1 nat a sample; it cannot fall
+    below 0.
+    """
     cusum = Cusum(least_load=1000.0, sd=500.0, limit=5.0)
     score = cusum.scores(_samples(np.array([3000.0, 250.0, 250.0, 250.0, 750.0])))
     assert score[:, 0] == pytest.approx([0.0, 1.0, 2.0, 3.0, 2.0])
 
 
 def test_glr_of_white_noise_is_the_textbook_ratio() -> None:
-    """Uncoloured, m0 = 1000, m1 = 0, s = 100: 40 samples of 0 N give 40 / 2 (1000 / 100)^2 = 2000 nats."""
+    """Uncoloured, m0 = 1000, m1 = 0, s = 100: 40 samples of 0 N give 40 / 2 (1000 / 100)^2 = 2000
+    nats.
+    """
     glr = Glr(least_load=1000.0, most_lost=0.0, colour_1=0.0, colour_2=0.0, sd=100.0)
     score = glr.scores(_samples(np.concatenate([np.full(60, 5000.0), np.zeros(40)])))
     assert score[-1, 0] == pytest.approx(2000.0)
@@ -173,7 +183,9 @@ def _leak_free() -> np.ndarray:
 
 
 def _carried(load: np.ndarray, friction: np.ndarray) -> np.ndarray:
-    """`carried` for a still, shut cylinder whose pressures bear `load` plus `friction` (n,), N; B at 2 MPa."""
+    """`carried` for a still, shut cylinder whose pressures bear `load` plus `friction` (n,), N; B
+    at 2 MPa.
+    """
     rows = DataRow.zeros(len(load))
     weight = BELIEF["legs"]["mass"][0, 0] * 9.81
     force = load + friction - weight
@@ -195,7 +207,9 @@ def test_after_a_loss_of_twice_the_break_away_the_load_is_known_whatever_frictio
 
 
 def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
-    """Unloading by dF lengthens oil and seal together: the pressures show k_oil / (k_oil + k_seal) of it."""
+    """Unloading by dF lengthens oil and seal together: the pressures show k_oil / (k_oil + k_seal)
+    of it.
+    """
     dp, state = 1.0e4, derived.OilState.zeros()[0]
     state["pressure_a"], state["pressure_b"] = 3.0e6, 2.0e6
     valve = _leak_free()["legs"]["valve"][0, 0]
@@ -210,7 +224,9 @@ def test_a_small_change_of_load_is_shared_between_oil_and_seal() -> None:
 
 
 def test_a_believed_drift_of_a_sensor_is_taken_out_of_what_detectors_look_at() -> None:
-    """100 kPa/s for 10 s on A would read as 3.85 kN; the load that it stands on stays what it is."""
+    """100 kPa/s for 10 s on A would read as 3.85 kN; the load that it stands on stays what it
+    is.
+    """
     belief = _leak_free()
     belief["legs"]["cylinder"]["sensor_a"]["drift"] = 1.0e5
     rows = DataRow.zeros(10_000)

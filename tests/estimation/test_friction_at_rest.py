@@ -1,4 +1,6 @@
-"""Friction at rest: memory, the oil's answer while the valve is shut, the valve's own pressure changes."""
+"""Friction at rest: memory, the oil's answer while the valve is shut, the valve's own pressure
+changes.
+"""
 
 import numpy as np
 import pytest
@@ -28,7 +30,8 @@ def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
 
 
 def test_air_softens_the_chamber_of_low_pressure_most():
-    # 2 % of air: 1/beta + 0.02 / (1.4 p) (1 bar / p)^(1/1.4); at 21 bar absolute 7.73e-10 1/Pa, at 3 bar 2.17e-8
+    # 2 % of air: 1/beta + 0.02 / (1.4 p) (1 bar / p)^(1/1.4); at 21 bar absolute 7.73e-10 1/Pa, at
+    # 3 bar 2.17e-8
     cylinder = Cylinder.zeros()[0]
     cylinder["area_a"], cylinder["area_b"], cylinder["stroke"] = 3.8485e-3, 2.5918e-3, 0.5
     cylinder["dead_volume_a"] = cylinder["dead_volume_b"] = 4.0e-4

@@ -1,4 +1,6 @@
-"""Friction (5) identified: known parameters come back, intervals hold what they promise, bad data are named."""
+"""Friction (5) identified: known parameters come back, intervals hold what they promise, bad data
+are named.
+"""
 
 import math
 import os
@@ -247,7 +249,9 @@ def test_measured_seals_are_predicted_to_six_per_mille_in_the_median():
 def oil_cylinder(
     plus_n: float, minus_n: float, bore: float = 1.0, seed: int = 0, levels: int = 3
 ) -> tuple[list, Known]:
-    """A cylinder of both chambers on a load cell; `bore` times the declared 70 mm, Coulomb friction by direction."""
+    """A cylinder of both chambers on a load cell; `bore` times the declared 70 mm, Coulomb friction
+    by direction.
+    """
     known = KNOWN.model_copy(update={"inclination_deg": 90.0, "moving_mass_kg": None})
     area_a = bore**2 * known.area_a_m2
     area_b = area_a - (known.area_a_m2 - known.area_b_m2)

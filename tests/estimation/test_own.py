@@ -1,4 +1,6 @@
-"""The whole-body estimate: its geometry against Pinocchio's, its balance against the statics, what it learns from what."""
+"""The whole-body estimate: its geometry against Pinocchio's, its balance against the statics, what
+it learns from what.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,9 @@ def arms(q: np.ndarray) -> np.ndarray:
 def standing(
     lies: dict[int, float] | None = None, vertical_b_pa: float = 2e6
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pressures (12,) with which the machine stands still without friction; `lies`: axis -> N that its sensors add."""
+    """Pressures (12,) with which the machine stands still without friction; `lies`: axis -> N that
+    its sensors add.
+    """
     loads = ExpectedLoads(MODEL, MACHINE).solve(STANCE, LEVEL, joint_compliance=np.zeros(12))
     _, jacobians = MODEL.feet(STANCE)
     torque = MODEL.gravity_forces(STANCE, LEVEL)[6:] - np.einsum(

@@ -1,4 +1,6 @@
-"""The own estimate where little is known: on a wall the feet bear a tenth of the weight, and friction hides as much."""
+"""The own estimate where little is known: on a wall the feet bear a tenth of the weight, and
+friction hides as much.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,9 @@ from testbed.world.simulation import Simulation
 
 
 def test_what_stuck_pistons_hide_is_not_taken_for_an_error_of_the_weight() -> None:
-    """The balance of the body is known to about 300 N; what the feet bear in all may be off by no more for long."""
+    """The balance of the body is known to about 300 N; what the feet bear in all may be off by no
+    more for long.
+    """
     world = Simulation(load_scenario("drill_wall_85", duration=10.0))
     data, truth = world.run_block(10_000)
     world.close()

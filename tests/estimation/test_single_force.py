@@ -1,4 +1,6 @@
-"""Contact from one force: any scale, rate, noise and offset; causal; the same sample by sample as over the recording."""
+"""Contact from one force: any scale, rate, noise and offset; causal; the same sample by sample as
+over the recording.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The robot's chain sample by sample: the recording's numbers where all come, close to them where some do not."""
+"""The robot's chain sample by sample: the recording's numbers where all come, close to them where
+some do not.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A user's class comes in by one door, is checked against its socket, and answers for its own errors."""
+"""A user's class comes in by one door, is checked against its socket, and answers for its own
+errors.
+"""
 
 from __future__ import annotations
 

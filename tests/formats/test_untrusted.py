@@ -1,4 +1,6 @@
-"""Tables, grids and JSON of unknown origin: what would run code, never end or fill the memory is refused at once."""
+"""Tables, grids and JSON of unknown origin: what would run code, never end or fill the memory is
+refused at once.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""YAML of any origin is read quickly or refused in one line; what people write is read as they mean it."""
+"""YAML of any origin is read quickly or refused in one line; what people write is read as they mean
+it.
+"""
 
 from __future__ import annotations
 

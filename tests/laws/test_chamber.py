@@ -25,7 +25,9 @@ BULK, AIR = 1.4e9, 0.005
 
 
 def axis(pressure_a: float = 5e6, pressure_b: float = 2e6) -> tuple[Any, Any, Any]:
-    """State, parameters and input of a cylinder at the middle of 0.5 m, its valve locked, nothing leaking."""
+    """State, parameters and input of a cylinder at the middle of 0.5 m, its valve locked, nothing
+    leaking.
+    """
     params = AxisParameters.zeros()
     p = params[0]
     p.stroke, p.hose_time = 0.5, 1.0

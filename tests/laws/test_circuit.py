@@ -89,7 +89,9 @@ def test_an_unloading_supply_charges_to_its_pressure_and_rests_until_a_band_belo
 
 
 def leg(changes: dict[str, float], opening: float, seconds: float = 3.0) -> tuple[Any, Any, float]:
-    """One carrying vertical axis whose rod stands still: chambers, supply, and where A's pressure began."""
+    """One carrying vertical axis whose rod stands still: chambers, supply, and where A's pressure
+    began.
+    """
     machine = build_machine(changes)
     params, unit = axis_parameters(machine)[2:3].copy(), unit_parameters(machine)
     axes = start_axes(params, np.array([0.25]), np.array([1.2e4]))

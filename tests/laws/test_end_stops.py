@@ -1,4 +1,6 @@
-"""A cylinder at the end of its stroke is held by the hydraulics' stop alone, which the foot forces know of."""
+"""A cylinder at the end of its stroke is held by the hydraulics' stop alone, which the foot forces
+know of.
+"""
 
 from __future__ import annotations
 

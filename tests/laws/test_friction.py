@@ -1,4 +1,6 @@
-"""Friction: the paper's (5) in steady sliding, true sticking below break-away, ageing; ends of the stroke."""
+"""Friction: the paper's (5) in steady sliding, true sticking below break-away, ageing; ends of the
+stroke.
+"""
 
 from __future__ import annotations
 
@@ -114,7 +116,9 @@ def test_an_elasto_plastic_seal_slides_at_the_same_level_and_keeps_what_it_had_b
 
 
 def test_a_skipped_way_bends_the_contact_before_the_step() -> None:
-    """A stuck contact that is taken back and forth by the same way is where it was, with the same force."""
+    """A stuck contact that is taken back and forth by the same way is where it was, with the same
+    force.
+    """
     state, p = _seal()
     p.bristle_damping = p.outward.viscous = 0.0
     rod = AxisInput.of(rate=1e-6)
@@ -171,7 +175,9 @@ def test_position_pressure_load_and_side_raise_the_coulomb_part(
 
 
 def test_an_overhang_that_grows_takes_more_of_a_side_load() -> None:
-    """0.1 mid-stroke, all of that more over the stroke: 0.14 at four tenths of the stroke beyond the middle."""
+    """0.1 mid-stroke, all of that more over the stroke: 0.14 at four tenths of the stroke beyond
+    the middle.
+    """
     across = {"side_load_coefficient": 0.1, "side_load_growth": 1.0}
     for place in (0.4, -0.4):
         raised = _slide(_seal(**across), 0.2, place=place, side_load=1e3)

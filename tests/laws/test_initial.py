@@ -1,4 +1,6 @@
-"""Where the hydraulics begin: chambers that balance the rod, drained where their valve leaks, seals stuck or free."""
+"""Where the hydraulics begin: chambers that balance the rod, drained where their valve leaks, seals
+stuck or free.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ def test_without_a_supply_or_a_leak_the_unloaded_chamber_keeps_its_pressure() ->
 
 @pytest.mark.parametrize("share", [0.5, -0.8])
 def test_a_stuck_seal_carries_its_share_of_the_load_from_the_first_step(share: float) -> None:
-    """Pressures push the load and the friction that holds them back; the contact is bent by just that."""
+    """Pressures push the load and the friction that holds them back; the contact is bent by just
+    that.
+    """
     axis = start_axes(PARAMETERS, X, LOAD_N, stuck=share)[0]
     own = MACHINE.vertical_cylinder
     out, back = own.coulomb_out_n + own.static_out_n, own.coulomb_in_n + own.static_in_n

@@ -25,7 +25,8 @@ BULK, AIR = 1.4e9, 0.005
 
 
 def test_bulk_modulus_at_6_bar_by_hand() -> None:
-    # gas: 0.005 (1/6)^(1/1.4) = 0.001391; compliance 1/1.4e9 + 0.001391 / (1.4 * 6e5) = 2.370e-9 1/Pa
+    # gas: 0.005 (1/6)^(1/1.4) = 0.001391; compliance 1/1.4e9 + 0.001391 / (1.4 * 6e5) = 2.370e-9
+    # 1/Pa
     assert effective_bulk_modulus(6.0e5, BULK, AIR) == pytest.approx(1.0 / 2.370e-9, rel=5e-3)
 
 

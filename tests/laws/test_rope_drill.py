@@ -1,4 +1,6 @@
-"""Ropes pull and never push nor give energy; drill blows carry their momentum at every step size; transducers."""
+"""Ropes pull and never push nor give energy; drill blows carry their momentum at every step size;
+transducers.
+"""
 
 from __future__ import annotations
 
@@ -87,7 +89,9 @@ def hung(anchor: Any, paid_out_m: float, weight_n_m: float) -> Any:
 
 @pytest.mark.parametrize(("tension", "softer"), [(1e4, 0.033), (5e3, 0.214), (2e3, 0.81)])
 def test_sagging_rope_has_ernsts_modulus(tension: float, softer: float) -> None:
-    """EA / L0 / (1 + w^2 L0^2 EA / (12 T^3)) for 6.8 N/m across, 30 m: 3 % at 10 kN, 21 % at 5 kN, 81 % at 2 kN."""
+    """EA / L0 / (1 + w^2 L0^2 EA / (12 T^3)) for 6.8 N/m across, 30 m: 3 % at 10 kN, 21 % at 5 kN,
+    81 % at 2 kN.
+    """
     paid = unstrained_sagging(L0, tension, EA, W, H)
     assert sagging_tension(L0, paid, EA, W, H) == pytest.approx(tension, rel=1e-6)
     slope = (
@@ -97,7 +101,9 @@ def test_sagging_rope_has_ernsts_modulus(tension: float, softer: float) -> None:
 
 
 def test_arc_of_a_sagging_rope_is_its_stretched_length() -> None:
-    """The parabola under w at tension T is as long as the rope, by numerical integration, to 0.1 mm."""
+    """The parabola under w at tension T is as long as the rope, by numerical integration, to 0.1
+    mm.
+    """
     tension, chord = 3000.0, 30.0
     paid = unstrained_sagging(chord, tension, EA, W, H)
     arc = quad(lambda x: math.hypot(1.0, W * (x - chord / 2) / tension), 0.0, chord)[0]
@@ -127,7 +133,9 @@ def test_slack_of_a_sagging_rope_is_exactly_zero() -> None:
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=15, deadline=None)
 def test_a_rope_gives_no_energy_on_any_closed_way(weight: float, seed: int) -> None:
-    """Its end goes round a random closed curve, through slack too: the work done on it is never less than nothing."""
+    """Its end goes round a random closed curve, through slack too: the work done on it is never
+    less than nothing.
+    """
     rng, t = np.random.default_rng(seed), np.linspace(0.0, 1.0, 6001)
     phases, sizes = (
         rng.uniform(0.0, 2 * math.pi, (3, 3)),
@@ -197,7 +205,9 @@ def test_line_passes_a_ramp_late_by_twice_its_damping_over_its_frequency() -> No
 
 
 def test_a_rope_that_is_hauled_as_fast_as_its_end_comes_is_not_damped() -> None:
-    """The damper acts on the rope's own stretching: 5e3 N s/m at 0.05 m/s is 250 N, and nothing where the rope keeps up."""
+    """The damper acts on the rope's own stretching: 5e3 N s/m at 0.05 m/s is 250 N, and nothing
+    where the rope keeps up.
+    """
     rope = Rope.of(
         anchor=(30.0, 0.0, 0.0), unstrained=29.95, stiffness_ea=9.8e6, damping=5e3, whole=1.0
     )

@@ -38,7 +38,9 @@ def hauled(wanted: np.ndarray, tension: float = 1e4, supply: float = FULL_PA) ->
 
 
 def test_half_a_metre_is_hauled_in_two_strokes_with_the_clamps_taking_turns() -> None:
-    """0.03 m/s for 20 s: strokes of 0.22 m, each followed by close, return, open; what is owed is made up."""
+    """0.03 m/s for 20 s: strokes of 0.22 m, each followed by close, return, open; what is owed is
+    made up.
+    """
     rates, modes, flows = hauled(np.full(20000, -0.03))
     changes = modes[np.flatnonzero(np.diff(modes)) + 1]
     assert changes[:6].tolist() == [
@@ -107,7 +109,9 @@ def test_traction_stalls_at_what_pressure_and_rating_can_pull() -> None:
 
 
 def test_a_rope_gives_the_body_no_more_than_its_device_got_from_the_oil() -> None:
-    """Energy audit of one rope with its device and a body that swings: spring + work on the body <= oil's work."""
+    """Energy audit of one rope with its device and a body that swings: spring + work on the body <=
+    oil's work.
+    """
     board = Board.zeros()[0]
     board.traction = traction_parameters(build_machine(), strokes=True)
     board.rotation, board.clock.step_s = np.eye(3), DT
@@ -133,7 +137,9 @@ def test_a_rope_gives_the_body_no_more_than_its_device_got_from_the_oil() -> Non
 
 
 def test_hauling_takes_the_legs_oil_and_a_weak_supply_stops_the_haul() -> None:
-    """One supply: with the pump at a third of its pressure the same order hauls less, and hauling costs pressure."""
+    """One supply: with the pump at a third of its pressure the same order hauls less, and hauling
+    costs pressure.
+    """
     events = "events=[{kind: set_rope, at_s: 0.5, rope: left, pay_out_m: -0.04, duration_s: 1.0}]"
     lengths, lowest = [], []
     for pressure in (9.0e6, 2.5e6):

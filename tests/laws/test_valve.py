@@ -1,4 +1,6 @@
-"""Dead band, hysteresis, amplifier and spool against their closed forms and an independent integrator."""
+"""Dead band, hysteresis, amplifier and spool against their closed forms and an independent
+integrator.
+"""
 
 from __future__ import annotations
 

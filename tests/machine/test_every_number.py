@@ -1,4 +1,6 @@
-"""Nothing is accepted without effect: every number of the machine, changed, changes a run or is refused."""
+"""Nothing is accepted without effect: every number of the machine, changed, changes a run or is
+refused.
+"""
 
 from __future__ import annotations
 

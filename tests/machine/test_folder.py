@@ -1,4 +1,6 @@
-"""A machine in a folder of its own: its numbers, its URDF, what it lacks, and that nothing of it is ROBOCLIMBER's by chance."""
+"""A machine in a folder of its own: its numbers, its URDF, what it lacks, and that nothing of it is
+ROBOCLIMBER's by chance.
+"""
 
 from __future__ import annotations
 

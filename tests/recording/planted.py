@@ -1,4 +1,6 @@
-"""Faults that recordings come with, each planted into a sound one, and where a checker should see it."""
+"""Faults that recordings come with, each planted into a sound one, and where a checker should see
+it.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,9 @@ def load(folder: Path) -> Sample:
 
 @dataclass(frozen=True)
 class Fault:
-    """What is planted, whether a recording can show it at all, and the channels one of which must be named."""
+    """What is planted, whether a recording can show it at all, and the channels one of which must
+    be named.
+    """
 
     plant: Callable[[Sample], None]
     channels: tuple[str, ...]
@@ -213,7 +217,9 @@ def needs(*quantities: str) -> Callable[[Sample], bool]:
 
 
 def slides(*quantities: str) -> Callable[[Sample], bool]:
-    """Both ways, for more than a tenth of the time: a leg pressed on a load cell shows no sign of its position."""
+    """Both ways, for more than a tenth of the time: a leg pressed on a load cell shows no sign of
+    its position.
+    """
     return lambda s: (
         s.has("position", *quantities)
         and all(np.mean(sign * _moving(s) > 3e-3) > 0.05 for sign in (1.0, -1.0))

@@ -1,4 +1,6 @@
-"""What cannot serve is refused by calibrate, identify and estimate alike: one line, the channel, where it happens."""
+"""What cannot serve is refused by calibrate, identify and estimate alike: one line, the channel,
+where it happens.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""`testbed check` sees every planted fault, in the right channel, and nothing in a sound recording."""
+"""`testbed check` sees every planted fault, in the right channel, and nothing in a sound
+recording.
+"""
 
 from __future__ import annotations
 

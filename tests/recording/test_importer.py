@@ -1,4 +1,6 @@
-"""Other tools' tables become recordings: separators, decimal commas, comments, Parquet, MCAP, and one line for a fault."""
+"""Other tools' tables become recordings: separators, decimal commas, comments, Parquet, MCAP, and
+one line for a fault.
+"""
 
 from __future__ import annotations
 

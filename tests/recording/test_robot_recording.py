@@ -1,4 +1,6 @@
-"""A robot's recording is read to SI, and estimate and diagnose refuse every malformed one with one line."""
+"""A robot's recording is read to SI, and estimate and diagnose refuse every malformed one with one
+line.
+"""
 
 from __future__ import annotations
 

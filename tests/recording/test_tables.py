@@ -1,4 +1,6 @@
-"""Text tables as loggers write them: separator, decimal sign, names and units are told from the text."""
+"""Text tables as loggers write them: separator, decimal sign, names and units are told from the
+text.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Declared units convert on reading, other channels ride along, and the schema lists what the readers check."""
+"""Declared units convert on reading, other channels ride along, and the schema lists what the
+readers check.
+"""
 
 from __future__ import annotations
 

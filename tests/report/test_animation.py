@@ -30,7 +30,9 @@ ROBOT = Robot.of(MACHINE)
 
 
 def climbing(rows: int) -> tuple[Columns, Columns]:
-    """A body that lies parallel to 30 degrees and climbs a metre; 10 kN on each foot along the slope's normal."""
+    """A body that lies parallel to 30 degrees and climbs a metre; 10 kN on each foot along the
+    slope's normal.
+    """
     t = np.linspace(0.0, rows / 100.0, rows)
     way = t / t[-1]
     data = {"t": t} | {

@@ -1,4 +1,6 @@
-"""Two runs on one page: what differs in their scenarios, what they come to, and their series side by side."""
+"""Two runs on one page: what differs in their scenarios, what they come to, and their series side
+by side.
+"""
 
 from __future__ import annotations
 

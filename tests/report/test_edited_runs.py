@@ -1,4 +1,6 @@
-"""A run that was edited or cut is shown as far as it goes, or refused in one line; never a traceback."""
+"""A run that was edited or cut is shown as far as it goes, or refused in one line; never a
+traceback.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""`testbed effects`: every effect with parameters, units, bounds, places and equation; for people and for programs."""
+"""`testbed effects`: every effect with parameters, units, bounds, places and equation; for people
+and for programs.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""No word of a recording, a scenario or a folder becomes markup or script in a page, whatever it is."""
+"""No word of a recording, a scenario or a folder becomes markup or script in a page, whatever it
+is.
+"""
 
 from __future__ import annotations
 

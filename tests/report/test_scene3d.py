@@ -1,4 +1,6 @@
-"""A run in three dimensions: the drawn tree stands where the model says, the ground is the world's, the file reads."""
+"""A run in three dimensions: the drawn tree stands where the model says, the ground is the world's,
+the file reads.
+"""
 
 from __future__ import annotations
 

@@ -37,7 +37,9 @@ def test_a_rod_from_the_store_to_the_mast_moves_its_weight_and_adds_none() -> No
 
 
 def test_on_a_wall_the_hole_carries_the_string_and_the_store_is_relieved() -> None:
-    """At 90 degrees nothing of the string hangs on the feed: the machine is 60 kg, 588.6 N, lighter along the slope."""
+    """At 90 degrees nothing of the string hangs on the feed: the machine is 60 kg, 588.6 N, lighter
+    along the slope.
+    """
     moved = rods_wrench(MODEL, DrillKnown.of(rods_in_hole=60.0, rods_stored=-60.0), STEEP)
     np.testing.assert_allclose(moved[:3], [588.6, 0.0, 0.0], atol=1e-9)
 

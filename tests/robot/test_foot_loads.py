@@ -1,4 +1,6 @@
-"""Expected foot loads: known answers by hand, equilibrium, unilateral feet, Coulomb friction, an independent QP."""
+"""Expected foot loads: known answers by hand, equilibrium, unilateral feet, Coulomb friction, an
+independent QP.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ LEVEL = slope_gravity(0.0)
 def missing(
     model: RobotModel, found: FootLoads, posture: Any, gravity: Any, **acting: Any
 ) -> np.ndarray:
-    """Sum of all wrenches about the body's origin, computed without the solver; feet touch at their undersides."""
+    """Sum of all wrenches about the body's origin, computed without the solver; feet touch at their
+    undersides.
+    """
     total = external_wrench(
         model, posture, gravity, acting.get("payload"), acting.get("ropes"), acting.get("drill")
     )
@@ -82,7 +86,8 @@ def test_45_degrees_with_ropes_moves_the_loads_downhill_by_the_moment_balance() 
     found = LOADS.solve(STANCE, slope_gravity(slope), rope_forces_in_body=rope_pull(0.8, slope))
     x, _, height = MODEL.centre_of_mass_m(STANCE)
     pull = WEIGHT * math.sin(slope)
-    # Moments about the axle of the rear soles (x = -1.25 m, z = -0.41 m): weight, ropes at 0.33 m, front feet.
+    # Moments about the axle of the rear soles (x = -1.25 m, z = -0.41 m): weight, ropes at 0.33 m,
+    # front feet.
     front = (
         pull * math.cos(slope) / math.sin(slope) * (1.25 + x)
         - pull * (height + 0.41)
@@ -314,7 +319,8 @@ def test_oil_column_of_the_vertical_cylinder_is_between_10_and_40_meganewtons_pe
     columns = OilColumns(build_machine())
     stiffness = columns.stiffness_n_m(np.tile([0.1, 0.2, 0.25], 4))[2]
     area, ring = math.pi / 4 * 0.07**2, math.pi / 4 * (0.07**2 - 0.04**2)
-    # By hand with 1 / beta = 1 / 1.4 GPa + 0.02 / (1.4 p) (1 bar / p)^(1 / 1.4) at p = 41 bar absolute.
+    # By hand with 1 / beta = 1 / 1.4 GPa + 0.02 / (1.4 p) (1 bar / p)^(1 / 1.4) at p = 41 bar
+    # absolute.
     modulus = 1.0 / (1 / 1.4e9 + 0.02 / (1.4 * 4.1e6) * (1 / 41) ** (1 / 1.4))
     by_hand = modulus * (area**2 / (4e-4 + area * 0.25) + ring**2 / (4e-4 + ring * 0.25))
     assert stiffness == pytest.approx(by_hand, rel=0.01)

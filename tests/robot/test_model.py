@@ -1,4 +1,6 @@
-"""Pinocchio, PyBullet and MuJoCo read the same machine from the same file; a broken file is refused in one line."""
+"""Pinocchio, PyBullet and MuJoCo read the same machine from the same file; a broken file is refused
+in one line.
+"""
 
 from __future__ import annotations
 
@@ -174,7 +176,8 @@ def test_inverse_dynamics_is_mass_matrix_times_acceleration_plus_gravity_at_rest
 
 def test_a_hanging_vertical_joint_holds_900_newtons_on_level_ground() -> None:
     held = MODEL.gravity_forces(STANCE, [0.0, 0.0, -GRAVITY_M_S2])
-    # Extension is downwards, gravity pulls the 91.7 kg frame out: the joint holds it back with -899.6 N.
+    # Extension is downwards, gravity pulls the 91.7 kg frame out: the joint holds it back with
+    # -899.6 N.
     np.testing.assert_allclose(held[6 + np.array(VERTICAL)], -91.7 * 9.81, rtol=1e-12)
     np.testing.assert_allclose(held[:3], [0.0, 0.0, 4000.0 * 9.81], atol=1e-6)
 
@@ -309,7 +312,8 @@ def test_a_missing_urdf_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_ropes_attachment_tips_the_machine_neither_way_at_a_share_of_095() -> None:
-    """Weight pulls downhill at the centre of mass, ropes uphill at their height h, feet at their soles f:
+    """Weight pulls downhill at the centre of mass, ropes uphill at their height h, feet at their
+    soles f:
 
     s h + (1 - s) f = c, so h = c + (1 - s) / s (c - f).
     """

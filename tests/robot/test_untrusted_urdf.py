@@ -1,4 +1,6 @@
-"""A URDF of unknown origin: entities, references to other files and endless elements are refused in one line."""
+"""A URDF of unknown origin: entities, references to other files and endless elements are refused in
+one line.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Every URDF that travels with the testbed is one that other tools take without a word: check_urdf's rules, and ROS's."""
+"""Every URDF that travels with the testbed is one that other tools take without a word:
+check_urdf's rules, and ROS's.
+"""
 
 from __future__ import annotations
 

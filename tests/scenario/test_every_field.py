@@ -1,4 +1,6 @@
-"""Nothing is accepted without effect: every field of a scenario, changed, changes the recording or is refused."""
+"""Nothing is accepted without effect: every field of a scenario, changed, changes the recording or
+is refused.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,9 @@ def _inner(value: Any) -> Iterator[tuple[str, BaseModel]]:
 
 @pytest.fixture(scope="module")
 def places(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Place]]:
-    """Where each field stands in the scenarios beside this test; those that spell its section out come first."""
+    """Where each field stands in the scenarios beside this test; those that spell its section out
+    come first.
+    """
     folder = tmp_path_factory.mktemp("fields") / "scenarios"
     shutil.copytree(FILES, folder)
     x, y = np.meshgrid(np.linspace(-8, 8, 161), np.linspace(-8, 8, 161), indexing="ij")

@@ -1,4 +1,6 @@
-"""Scenario files: what they say is what the program gets, and defaults are where the schema says."""
+"""Scenario files: what they say is what the program gets, and defaults are where the schema
+says.
+"""
 
 from __future__ import annotations
 

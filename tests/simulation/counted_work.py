@@ -10,7 +10,9 @@ WORK_S = 0.4
 
 
 def work(item: tuple[str, int]) -> int:
-    """The square of a number, after a while; marks in the folder say which process began and which ended it."""
+    """The square of a number, after a while; marks in the folder say which process began and which
+    ended it.
+    """
     folder, number = item
     mark = f"{number}-{os.getpid()}-{time.monotonic_ns()}"
     (Path(folder) / f"began-{mark}").touch()

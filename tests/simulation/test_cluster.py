@@ -1,4 +1,6 @@
-"""A Dask cluster does the work: a worker that is killed loses nothing, and nothing that was done is done again."""
+"""A Dask cluster does the work: a worker that is killed loses nothing, and nothing that was done is
+done again.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""On a full disk a run says which file could not be written, and what it had recorded stays whole and readable."""
+"""On a full disk a run says which file could not be written, and what it had recorded stays whole
+and readable.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""What a scenario or a model says is taken whole or not at all: shapes, rates, bounds of the thrust."""
+"""What a scenario or a model says is taken whole or not at all: shapes, rates, bounds of the
+thrust.
+"""
 
 from __future__ import annotations
 

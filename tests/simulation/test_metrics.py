@@ -171,7 +171,9 @@ def test_a_load_that_friction_can_explain_accuses_nobody() -> None:
 def test_a_leg_is_judged_by_its_own_cylinder_also_where_the_estimate_has_learnt_that_its_sensor_lies() -> (
     None
 ):
-    """The fused estimate agrees with the model; the leg alone reads 900 N less, of which friction explains 500 N."""
+    """The fused estimate agrees with the model; the leg alone reads 900 N less, of which friction
+    explains 500 N.
+    """
     data = {f"expected_{leg}": np.full(3, 5000.0) for leg in LEGS}
     for name, value in (
         ("estimate_own", 5000.0),

@@ -1,4 +1,6 @@
-"""A run from scenario to folder: same seed same bits, looking changes nothing, an interrupted run is readable."""
+"""A run from scenario to folder: same seed same bits, looking changes nothing, an interrupted run
+is readable.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A run that is saved and restored, into itself, from a file or into a branch, goes on to the last bit."""
+"""A run that is saved and restored, into itself, from a file or into a branch, goes on to the last
+bit.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A sweep makes every run once, goes on where a killed one stopped, and refuses what it cannot use in one line."""
+"""A sweep makes every run once, goes on where a killed one stopped, and refuses what it cannot use
+in one line.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A run is filmed at an even rate in simulated time, into what its name says, or refused before it begins."""
+"""A run is filmed at an even rate in simulated time, into what its name says, or refused before it
+begins.
+"""
 
 from __future__ import annotations
 

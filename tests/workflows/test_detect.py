@@ -1,4 +1,6 @@
-"""`testbed detect` on a foot, one leg and the whole robot: contact states in a table, scored against a reference."""
+"""`testbed detect` on a foot, one leg and the whole robot: contact states in a table, scored
+against a reference.
+"""
 
 from __future__ import annotations
 

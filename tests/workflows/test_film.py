@@ -1,4 +1,6 @@
-"""A recorded run is filmed from its own folder: its poses, its ropes, at an even rate in simulated time."""
+"""A recorded run is filmed from its own folder: its poses, its ropes, at an even rate in simulated
+time.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A run in the browser: what it is shown, what it may order, and that nobody else may order anything."""
+"""A run in the browser: what it is shown, what it may order, and that nobody else may order
+anything.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 
 
 class Rows:
-    """Stands for a run: the rows of a made-up one, one after the other, and what was ordered of it."""
+    """Stands for a run: the rows of a made-up one, one after the other, and what was ordered of
+    it.
+    """
 
     def __init__(self) -> None:
         self._data, self._truth = synthetic_columns(1.0)

@@ -1,4 +1,6 @@
-"""A model file of the whole robot is believed by the run: numbers by path, weight, zeros and sensors as effects."""
+"""A model file of the whole robot is believed by the run: numbers by path, weight, zeros and
+sensors as effects.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The robot on its hydraulics, moving freely: at rest after a shove on any ground and stroke, the same at finer steps."""
+"""The robot on its hydraulics, moving freely: at rest after a shove on any ground and stroke, the
+same at finer steps.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ SHOVE = "events=[{kind: shove, at_s: 0.2, duration_s: 0.05, force_in_world_n: [2
 
 
 def _stand(seconds: float, *changes: str) -> np.ndarray:
-    """Contact forces (n, 4), N, every ms, of a stand on level ground with shut valves that is shoved after 0.2 s."""
+    """Contact forces (n, 4), N, every ms, of a stand on level ground with shut valves that is
+    shoved after 0.2 s.
+    """
     overrides = ["terrain.slope_deg=0", "ropes.enabled=false", "hydraulics.valves_locked=true"]
     scenario = load_scenario("stand_slope_45", [*overrides, SHOVE, *changes], duration=seconds)
     simulation = Simulation(scenario)

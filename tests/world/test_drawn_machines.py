@@ -1,4 +1,6 @@
-"""A drawn machine in its world: every tolerance changes what happens, and nothing that the robot knows."""
+"""A drawn machine in its world: every tolerance changes what happens, and nothing that the robot
+knows.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The drilling cycle: the order of its phases, the masses it moves, the forces it gives, and the rock."""
+"""The drilling cycle: the order of its phases, the masses it moves, the forces it gives, and the
+rock.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,9 @@ def rests(record: np.record) -> bool:
 def drilled(
     task: DrillHole, most_s: float = 300.0
 ) -> tuple[DrillCycle, list[dict], np.ndarray, float]:
-    """Run a cycle to its end: the cycle, its events, its loads over time and the mass that went to the store, kg."""
+    """Run a cycle to its end: the cycle, its events, its loads over time and the mass that went to
+    the store, kg.
+    """
     cycle, events, rows, moved = (
         DrillCycle(task, DrillLoads.zeros()[0], 1, build_machine()),
         [],
@@ -97,7 +101,8 @@ def test_a_hole_without_extraction_ends_with_a_feed_that_has_let_go() -> None:
 
 
 def test_control_counts_every_rod_wherever_it_is() -> None:
-    """Two of five stood in the hole: 20.4 kg beyond what the store carried at the start, whatever moves afterwards.
+    """Two of five stood in the hole: 20.4 kg beyond what the store carried at the start, whatever
+    moves afterwards.
 
     With one left in the string when it is done, the store has gained one: 10.2 kg.
     """
@@ -204,7 +209,9 @@ def test_a_rod_that_never_comes_is_left_behind_with_the_string() -> None:
 
 
 def test_penetration_by_hand() -> None:
-    """0.7 of 110 J, 35 times a second, on 45.4 cm2 of rock of 240 MJ/m3: 2.48 mm/s at the best feed."""
+    """0.7 of 110 J, 35 times a second, on 45.4 cm2 of rock of 240 MJ/m3: 2.48 mm/s at the best
+    feed.
+    """
     rate = penetration_rate(110.0, 35.0, 0.7, 0.076, 2.4e8, thrust_factor(5500.0, 5500.0))
     assert rate == pytest.approx(0.7 * 110.0 * 35.0 / (math.pi / 4 * 0.076**2 * 2.4e8))
     assert rate == pytest.approx(2.475e-3, rel=1e-3)
@@ -217,7 +224,9 @@ def test_penetration_by_hand() -> None:
 
 
 def test_hard_rock_wants_more_feed_than_soft_rock() -> None:
-    """Medium rock wants the hammer's own best feed; twice the energy to the power 0.35 is 1.27 times it."""
+    """Medium rock wants the hammer's own best feed; twice the energy to the power 0.35 is 1.27
+    times it.
+    """
     assert best_feed(5500.0, 1.0, 0.35) == 5500.0
     assert best_feed(5500.0, 2.0, 0.35) == pytest.approx(1.2746 * 5500.0, rel=1e-4)
     cycle = DrillCycle(hole(), DrillLoads.zeros()[0], 1, build_machine())
@@ -243,7 +252,9 @@ def test_control_orders_feed_and_hammer_while_it_drills() -> None:
 
 
 def test_a_bit_pressed_at_nearly_twice_its_best_feed_jams_and_is_turned_free() -> None:
-    """At 1.9 times the best feed (0.8 of the way from 1.5 to 2 times) a jam takes 2.5 s; then 8 s are lost."""
+    """At 1.9 times the best feed (0.8 of the way from 1.5 to 2 times) a jam takes 2.5 s; then 8 s
+    are lost.
+    """
     cycle = _ordered(1.9 * 3940.0, 1.0, seconds=4.5)
     assert cycle.phase == "jam" and cycle.summary()["drill"]["jams"] == 1
     assert float(cycle.ordered["thrust"]) < 1.9 * 3940.0
@@ -294,7 +305,9 @@ def test_given_layers_come_first() -> None:
 
 
 def test_weight_of_a_string_in_the_mast_and_in_the_hole_on_a_slope() -> None:
-    """45 degrees: of 100 kg in the hole 981 cos 45 N pull along -z; 50 kg in the mast pull straight down, 0.75 m up."""
+    """45 degrees: of 100 kg in the hole 981 cos 45 N pull along -z; 50 kg in the mast pull straight
+    down, 0.75 m up.
+    """
     s = math.sqrt(0.5)
     rotation = np.array([[s, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, s]])
     board = Board.zeros()[0]
@@ -308,7 +321,9 @@ def test_weight_of_a_string_in_the_mast_and_in_the_hole_on_a_slope() -> None:
 
 
 def test_the_mast_is_turned_back_by_the_legs_on_its_low_side() -> None:
-    """Nose down by 0.01 rad: the front legs lengthen at gain * 0.01 rad * 1.1 m, the rear ones shorten, no twist."""
+    """Nose down by 0.01 rad: the front legs lengthen at gain * 0.01 rad * 1.1 m, the rear ones
+    shorten, no twist.
+    """
     feet = np.array([[1.1, 0.8, -0.6], [1.1, -0.8, -0.6], [-1.1, 0.8, -0.6], [-1.1, -0.8, -0.6]])
     mast, held, set_points = KeepMast(feet), Command(np.zeros(12)), SetPoints(np.zeros(12))
     for k in range(150):

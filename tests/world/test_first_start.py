@@ -1,4 +1,6 @@
-"""A first start: it says what it does, two processes share the work, and the next start compiles nothing."""
+"""A first start: it says what it does, two processes share the work, and the next start compiles
+nothing.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ def test_a_warm_cache_starts_no_second_process_and_says_nothing(
 def test_a_process_that_starts_meanwhile_waits_and_compiles_nothing_again(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """While another process has its turn the step is compiled: nothing is left to do, and nothing is said."""
+    """While another process has its turn the step is compiled: nothing is left to do, and nothing
+    is said.
+    """
     monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
     other = os.open(tmp_path / "first_start.lock", os.O_RDWR | os.O_CREAT)
     fcntl.flock(other, fcntl.LOCK_EX)

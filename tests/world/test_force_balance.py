@@ -1,4 +1,6 @@
-"""Forces and moments on the robot add up to the change of its momentum, on every ground, slope and loading order."""
+"""Forces and moments on the robot add up to the change of its momentum, on every ground, slope and
+loading order.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,9 @@ def elevation(tmp_path_factory: pytest.TempPathFactory) -> None:
 def residuals(
     kind: str, order: str, slope: float, steps: int = 40
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Largest residual of force (share of the weight) and of moment (weight x 1 m) over single steps while drilling."""
+    """Largest residual of force (share of the weight) and of moment (weight x 1 m) over single
+    steps while drilling.
+    """
     import pybullet as p
 
     overrides = [*GROUNDS[kind], f"terrain.loading_order={order}", f"terrain.slope_deg={slope}"]
@@ -116,7 +120,9 @@ def test_forces_and_moments_change_the_momentum(kind: str, order: str, slope: fl
 
 
 def test_recorded_forces_carry_the_weight_while_standing() -> None:
-    """From the recorded columns alone: feet + ropes = weight upwards, nothing sideways, within 0.5 % of the weight."""
+    """From the recorded columns alone: feet + ropes = weight upwards, nothing sideways, within 0.5
+    % of the weight.
+    """
     world = Simulation(
         load_scenario("stand_slope_45", ["hydraulics.valves_locked=true"], duration=2.0)
     )
@@ -146,9 +152,11 @@ def test_recorded_forces_carry_the_weight_while_standing() -> None:
 def test_forces_from_the_legs_motion_are_the_engines_contact_forces(
     name: str, overrides: list[str]
 ) -> None:
-    """Each foot's force by its leg's equations of motion against the engine's contact points, within 5 N of 15 kN.
+    """Each foot's force by its leg's equations of motion against the engine's contact points,
+    within 5 N of 15 kN.
 
-    But for steps in which a foot takes up or leaves a point of rough ground: the engine's solver then stops short.
+    But for steps in which a foot takes up or leaves a point of rough ground: the engine's solver
+    then stops short.
     """
     world = Simulation(load_scenario(name, overrides, duration=4.0))
     board, force, normal = world.machine.board, np.zeros((4, 3)), np.zeros(4)

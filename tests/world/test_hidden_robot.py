@@ -1,4 +1,6 @@
-"""Effects of the whole robot change the world by the stated size; what estimators and control believe stays."""
+"""Effects of the whole robot change the world by the stated size; what estimators and control
+believe stays.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Everything is addressed by its name: a field that somebody puts into the middle of a record breaks nothing."""
+"""Everything is addressed by its name: a field that somebody puts into the middle of a record
+breaks nothing.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +75,9 @@ def _run(variant: str, rows: int, **environment: str) -> dict:
 
 
 def test_a_field_in_the_middle_of_every_record_changes_no_number_of_a_run() -> None:
-    """The kernels as Python functions: the same columns, recorder, observations and readings by name."""
+    """The kernels as Python functions: the same columns, recorder, observations and readings by
+    name.
+    """
     plain, spare = (_run(variant, 3, NUMBA_DISABLE_JIT="1") for variant in ("plain", "spare"))
     added = {name for name in spare["columns"] if "spare_" in name}
     assert added and set(spare["columns"]) - added == set(plain["columns"])

@@ -1,4 +1,6 @@
-"""A robot of one's own by its URDF alone: kinematics, planning, hydraulics and pages follow it, or it is refused."""
+"""A robot of one's own by its URDF alone: kinematics, planning, hydraulics and pages follow it, or
+it is refused.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ LONGER_M = 0.2
 
 
 def written(folder: Path, **changes: object) -> Path:
-    """The URDF of the shipped machine with some numbers changed; dots of paths are written as two underscores."""
+    """The URDF of the shipped machine with some numbers changed; dots of paths are written as two
+    underscores.
+    """
     path = folder / "own.urdf"
     numbers = {name.replace("__", "."): value for name, value in changes.items()}
     path.write_text(urdf_text(MACHINE.replaced(numbers)))

@@ -1,4 +1,6 @@
-"""MuJoCo, reading the same URDF, agrees on the simulated stands: equilibrium of the whole, and each foot by its leg."""
+"""MuJoCo, reading the same URDF, agrees on the simulated stands: equilibrium of the whole, and each
+foot by its leg.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ DRILLING = ("task={kind: drill, start_s: 0, phases: [{kind: push, duration_s: 5,
 
 
 class Settled(NamedTuple):
-    """Means over the last LAST_MS: forces in the world, N; joint torques (12); joints; rotation; mass carried, kg."""
+    """Means over the last LAST_MS: forces in the world, N; joint torques (12); joints; rotation;
+    mass carried, kg.
+    """
 
     feet_n: Array
     ropes_n: Array
@@ -88,7 +92,9 @@ def _mujoco(joints: Array) -> tuple[mujoco.MjModel, mujoco.MjData]:
 @pytest.mark.slow
 @pytest.mark.parametrize("stand", STANDS)
 def test_a_settled_stand_is_in_equilibrium_in_mujoco(stand: str) -> None:
-    """Sum, front-rear and left-right: what the feet carry, as MuJoCo's gravity and its feet's places ask for it."""
+    """Sum, front-rear and left-right: what the feet carry, as MuJoCo's gravity and its feet's
+    places ask for it.
+    """
     settled = _settled(*STANDS[stand])
     rotation = settled.rotation
     model, data = _mujoco(settled.joints)
@@ -114,9 +120,11 @@ def test_a_settled_stand_is_in_equilibrium_in_mujoco(stand: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("stand", ["level", "45 degrees", "75 degrees", "payload", "drilling mean"])
 def test_each_foot_carries_what_its_leg_says_in_mujoco(stand: str) -> None:
-    """Cylinders push a leg's three joints, MuJoCo weighs its links: three equations for the force under its foot.
+    """Cylinders push a leg's three joints, MuJoCo weighs its links: three equations for the force
+    under its foot.
 
-    Normal and tangential; the machine's tangential forces are small, so both are judged by the normal load.
+    Normal and tangential; the machine's tangential forces are small, so both are judged by the
+    normal load.
     """
     settled = _settled(*(STANDS | {"drilling mean": DRILLING})[stand])
     model, data = _mujoco(settled.joints)

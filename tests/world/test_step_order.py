@@ -1,4 +1,6 @@
-"""The order of one step is the one that is written down: in the calls, and inside the compiled one."""
+"""The order of one step is the one that is written down: in the calls, and inside the compiled
+one.
+"""
 
 from __future__ import annotations
 
@@ -76,14 +78,17 @@ def test_a_step_does_its_parts_in_the_order_that_is_written_down() -> None:
 
 
 def _rows(order: tuple[str, ...] | None) -> np.ndarray:
-    """Rows of a run in which compiled parts are called one by one in this order (None: as they are)."""
+    """Rows of a run in which compiled parts are called one by one in this order (None: as they
+    are).
+    """
     simulation = Simulation(_scenario())
     if order is not None:
         do = simulation._do
 
         def one_by_one(due: int, *rest: Any) -> None:
             for name in order:
-                # The foot forces follow from how far the body has just moved: these two are one part.
+                # The foot forces follow from how far the body has just moved: these two are one
+                # part.
                 part = due & (FLAGS["move"] | FLAGS["feet"] if name == "move" else FLAGS[name])
                 if part:
                     do(part, *rest)
@@ -96,7 +101,9 @@ def _rows(order: tuple[str, ...] | None) -> np.ndarray:
 
 
 def test_the_compiled_parts_come_in_that_order_too() -> None:
-    """Called one by one in the written order they give the same bits; in another order they do not."""
+    """Called one by one in the written order they give the same bits; in another order they do
+    not.
+    """
     written = tuple(part for part in Simulation.STEP if part in COMPILED and part != "feet")
     as_they_are = _rows(None)
     np.testing.assert_array_equal(_rows(written), as_they_are)

@@ -1,4 +1,6 @@
-"""The ground: shapes and files against surfaces known by formula, patches and loose ground by hand."""
+"""The ground: shapes and files against surfaces known by formula, patches and loose ground by
+hand.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ CELL = 0.25
 
 
 def hill(path: Path, degrees: float, heading_deg: float = 0.0) -> Path:
-    """Esri ASCII file of an even slope that rises towards `heading` (from east, counter-clockwise)."""
+    """Esri ASCII file of an even slope that rises towards `heading` (from east,
+    counter-clockwise).
+    """
     x, y = 1000.0 + CELL * np.arange(101), 5000.0 + CELL * np.arange(101)
     way = (
         math.cos(math.radians(heading_deg)) * x[:, None]
@@ -57,7 +61,9 @@ def test_an_even_hill_in_a_file_is_an_even_slope_towards_x(
 
 
 def test_a_bump_on_a_slope_stands_where_it_is(tmp_path: Path) -> None:
-    """A bump, 0.2 m high and 1 m wide, 2 m up a 40 degree hill that rises towards -y: its top stands at x = 2."""
+    """A bump, 0.2 m high and 1 m wide, 2 m up a 40 degree hill that rises towards -y: its top
+    stands at x = 2.
+    """
     x = CELL * np.arange(101)
     slope = math.radians(40.0)
     grid = -math.tan(slope) * np.tile(x[None, :], (101, 1))
@@ -181,7 +187,9 @@ def test_impossible_grounds_are_refused_in_one_line(
 
 
 def test_profile_heights_and_normals_by_hand() -> None:
-    """A step of 0.2 m at x = 0, then a ramp of 45 degrees from x = 1 to 2, on a slope of 30 degrees."""
+    """A step of 0.2 m at x = 0, then a ramp of 45 degrees from x = 1 to 2, on a slope of 30
+    degrees.
+    """
     terrain = Terrain(
         kind="profile", slope_deg=30.0, profile_m=((0.0, 0.0), (0.0, 0.2), (1.0, 0.2), (2.0, 1.2))
     )
@@ -212,7 +220,9 @@ def test_grid_normals_are_the_gradients() -> None:
 
 
 def test_settlement_keeps_what_it_had_and_forgets_its_delay() -> None:
-    """10 kN on 1e6 N/m settle 10 mm, 63 % of it in the time constant; 5 kN then give nothing back."""
+    """10 kN on 1e6 N/m settle 10 mm, 63 % of it in the time constant; 5 kN then give nothing
+    back.
+    """
     assert settled(0.0, 1e4, 1e6, 0.5, 0.5) == pytest.approx(0.01 * (1 - math.exp(-1.0)))
     assert settled(0.0, 1e4, 1e6, 0.5, 100.0) == pytest.approx(0.01)
     assert settled(0.01, 5e3, 1e6, 0.5, 100.0) == 0.01
@@ -273,7 +283,9 @@ def test_a_footprint_stays_and_fresh_ground_is_where_it_was() -> None:
     ],
 )
 def test_a_stand_on_uneven_or_soft_ground_begins_at_rest(overrides: list[str]) -> None:
-    """No foot drops or presses: the body stays within 0.2 mm in the first half second, and every foot carries."""
+    """No foot drops or presses: the body stays within 0.2 mm in the first half second, and every
+    foot carries.
+    """
     world = Simulation(load_scenario("stand_slope_45", overrides, duration=1.0))
     try:
         _, truth = world.run_block(500)
@@ -288,7 +300,9 @@ def test_a_stand_on_uneven_or_soft_ground_begins_at_rest(overrides: list[str]) -
 
 
 def test_a_foot_on_loose_ground_hands_its_load_to_the_other_diagonal() -> None:
-    """Twelve stiff legs: 2 mm of settlement under one foot unload it and its opposite, and load the two others."""
+    """Twelve stiff legs: 2 mm of settlement under one foot unload it and its opposite, and load the
+    two others.
+    """
     patch = "terrain.patches=[{foot: fl, plastic_n_m: 3.0e5, stiffness_n_m: 5.0e6}]"
     world = Simulation(load_scenario("stand_slope_45", [patch], duration=3.0))
     try:

@@ -1,4 +1,6 @@
-"""Undeclared effects change the world by the stated size at the stated place, and never the model."""
+"""Undeclared effects change the world by the stated size at the stated place, and never the
+model.
+"""
 
 from __future__ import annotations
 

@@ -41,7 +41,9 @@ def test_welding_fixed_links_changes_no_inertia() -> None:
 
 
 def test_two_boxes_welded_by_hand() -> None:
-    """1 kg at x = 0 and 3 kg at x = 2: centre at 1.5 m, inertia about z = own + 1 * 2.25 + 3 * 0.25 = 0.1 + 0.2 + 3."""
+    """1 kg at x = 0 and 3 kg at x = 2: centre at 1.5 m, inertia about z = own + 1 * 2.25 + 3 * 0.25
+    = 0.1 + 0.2 + 3.
+    """
     inertial = '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial>'
     text = (
         f'<robot name="r"><link name="a">{inertial.format(m=1, i=0.1)}</link>'
@@ -130,7 +132,9 @@ def test_encoder_counts_and_transducer_range() -> None:
 
 
 def test_ripple_swings_about_the_pressure_and_warmth_changes_the_gain() -> None:
-    """1 bar at 225 Hz: a quarter of a period after the phase's start the reading is 1 bar higher."""
+    """1 bar at 225 Hz: a quarter of a period after the phase's start the reading is 1 bar
+    higher.
+    """
     numbers = sensing.Transducer.of(gain=1.0, range=1e7, ripple=1e5, ripple_rate=2 * math.pi * 225)
     quarter = 0.25 / 225.0
     assert sensing.transduce(5e6, quarter, 0.0, 0.0, numbers) == pytest.approx(5.1e6)

@@ -1,9 +1,9 @@
 """Long climbs: ten metres up each slope, on planes and on rough rock, several seeds each.
 
-A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws the machine, the
-sensors' errors, the true friction and, on rock, the surface; control believes the machine on the drawing board, one
-friction, and knows nothing of the rock but its roughness. A gait of one's own climbs the same slopes beside the shipped
-one.
+A run ends when the body has gone its way, the machine is lost, or its time is over. A seed draws
+the machine, the sensors' errors, the true friction and, on rock, the surface; control believes the
+machine on the drawing board, one friction, and knows nothing of the rock but its roughness. A gait
+of one's own climbs the same slopes beside the shipped one.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ from testbed.scenario.scenario import Scenario, load_scenario
 SCENARIO = "crawl_slope_45"
 LONG = "task.steps=120", "duration_s=1500", "rates.record_hz=10"
 ACROSS = ("robot.rotation_deg=[12,-12,-12,12]",)
-"""Legs further across the way than in the scenario: a step is more turn and less reach, and takes less time."""
+"""Legs further across the way than in the scenario: a step is more turn and less reach, and takes
+less time.
+"""
 WAY_M = 10.0
 SLIP_LIMIT_M, TILT_LIMIT_DEG = 0.05, 3.0
 FRICTION = 0.6, 0.8
@@ -53,7 +55,8 @@ class Climb:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it. Slip: furthest way of a standing foot within one stance; tilt: against the slope's normal.
+    """What came of it. Slip: furthest way of a standing foot within one stance; tilt: against the
+    slope's normal.
 
     None: a gait of one's own does not say.
     """
@@ -102,9 +105,11 @@ def climbs(
     gaits: Sequence[str] = (SHIPPED,),
     draw: str | None = None,
 ) -> list[Climb]:
-    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample; under every gait.
+    """Every case with seeds first .. seeds, seed by seed, so that a part of them is a fair sample;
+    under every gait.
 
-    `draw`: tolerances from which each seed's machine is drawn; None: the world has the one on the drawing board.
+    `draw`: tolerances from which each seed's machine is drawn; None: the world has the one on the
+    drawing board.
     """
     out = []
     for seed in range(first, seeds + 1):
@@ -122,7 +127,8 @@ def climbs(
 
 @dataclass(frozen=True)
 class Climbs(Benchmark[Climb]):
-    """Seeds `first_seed` to `seeds` of each of `chosen`, as far as `way_m`, by the shipped gait and by `own` ones.
+    """Seeds `first_seed` to `seeds` of each of `chosen`, as far as `way_m`, by the shipped gait and
+    by `own` ones.
 
     Raises InputError for cases, seeds and gaits that there are not.
     """
@@ -236,7 +242,9 @@ def _travelled(world: Any) -> float:
 
 
 def table(outcomes: Sequence[Outcome]) -> Table:
-    """One row a case and gait: how many got there within the limits, and the worst of each number."""
+    """One row a case and gait: how many got there within the limits, and the worst of each
+    number.
+    """
     heads = ["case", "gait", "good", "falls", "way [m]", "slip a step [mm]", "tilt [deg]"]
     heads += ["planned margin [N]", "speed, median [mm/s]", "steps"]
     rows = []

@@ -1,13 +1,17 @@
-"""Expected foot loads against the simulated truth, in quiet stands over random postures, slopes, ropes and drills.
+"""Expected foot loads against the simulated truth, in quiet stands over random postures, slopes,
+ropes and drills.
 
-A case: the robot stands on a plane, valves shut, each foot wrong in height by a normal error of FOOTING_SD_M; rope
-pulls and the drill's thrust and torque are drawn. When it has come to rest, the truth is read and compared with
+A case: the robot stands on a plane, valves shut, each foot wrong in height by a normal error of
+FOOTING_SD_M; rope pulls and the drill's thrust and torque are drawn. When it has come to rest, the
+truth is read and compared with
 
 - what is expected with the feet's true heights under load and the ground's true stiffness,
-- what is expected from encoder readings, load pins, inertial unit and nominal geometry alone: its three combinations
-  that equilibrium fixes, and for each foot an interval that is to cover nine times in ten.
+- what is expected from encoder readings, load pins, inertial unit and nominal geometry alone: its
+  three combinations that equilibrium fixes, and for each foot an interval that is to cover nine
+  times in ten.
 
-Then the thrust rises until the first foot leaves: its name and the thrust are compared with those foretold.
+Then the thrust rises until the first foot leaves: its name and the thrust are compared with those
+foretold.
 """
 
 from __future__ import annotations
@@ -43,8 +47,8 @@ FOOTING_SD_M = 3.0e-4
 SETTLE_S, RAMP_S = 1.5, 3.0
 GONE_N = 5.0
 NEAR = 0.10
-"""A foot is about to leave when its reserve along the drill axis is below this share of the weight on the slope. The
-question is asked when the rising thrust has come so near."""
+"""A foot is about to leave when its reserve along the drill axis is below this share of the weight
+on the slope. The question is asked when the rising thrust has come so near."""
 QUARTER_N = 1000.0 * GRAVITY_M_S2
 
 
@@ -145,7 +149,9 @@ def _nominal() -> ExpectedLoads:
 
 @dataclass(frozen=True)
 class Look:
-    """What is expected at one moment, informed and from sensors alone, and the interval of the latter."""
+    """What is expected at one moment, informed and from sensors alone, and the interval of the
+    latter.
+    """
 
     position: Array
     known: FootLoads
@@ -188,7 +194,9 @@ def _sensed(world: Any, thrust: float, torque: float) -> tuple[Array, Array, dic
 
 
 def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
-    """With the feet's true heights under load, the ground's true stiffness and friction, and the true loads."""
+    """With the feet's true heights under load, the ground's true stiffness and friction, and the
+    true loads.
+    """
     machine, board, terrain = world.machine, world.machine.board, world.scenario.terrain
     rotation = board.rotation
     informed = ExpectedLoads(
@@ -212,7 +220,8 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
 def _first_to_leave(world: Any, torque: float) -> tuple[str | None, float, Look | None, float]:
     """Raise the thrust slowly until a foot's load is gone.
 
-    Its name, the thrust it took N, what was expected when NEAR of the load was left, and what was left then, N.
+    Its name, the thrust it took N, what was expected when NEAR of the load was left, and what was
+    left then, N.
     """
     board = world.machine.board
     if (board.normal_force <= GONE_N).any():

@@ -1,8 +1,9 @@
 """What a quiet stand's foot loads owe to the engine and what to the machine.
 
-The robot stands on 45 degrees for a while: valves locked or position loops on, leakage in or out, bodies stepped at
-1 kHz or at 4 kHz. Loads that differ between the two rates are the engine's; loads that move with the loops on are
-hunting; loads that drift with locked valves and stop drifting without leakage are leakage.
+The robot stands on 45 degrees for a while: valves locked or position loops on, leakage in or out,
+bodies stepped at 1 kHz or at 4 kHz. Loads that differ between the two rates are the engine's; loads
+that move with the loops on are hunting; loads that drift with locked valves and stop drifting
+without leakage are leakage.
 """
 
 from __future__ import annotations
@@ -66,8 +67,8 @@ class QuietStand(Benchmark[str]):
         return {f"{name}, {self.duration_s:g} s": name for name in self.chosen}
 
     def work(self, case: str) -> dict[str, Any]:
-        """How far loads wander (standard deviation, worst foot), drift (last second less first) and, between 1 kHz and
-        4 kHz, differ at any time (worst foot, N).
+        """How far loads wander (standard deviation, worst foot), drift (last second less first)
+        and, between 1 kHz and 4 kHz, differ at any time (worst foot, N).
         """
         slow, fast = (foot_loads(CASES[case], hz, self.duration_s) for hz in (1000, 4000))
         between_means = np.abs(slow.mean(axis=0) - fast.mean(axis=0))

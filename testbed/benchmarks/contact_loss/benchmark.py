@@ -1,4 +1,6 @@
-"""The contact-loss benchmark: scenes recorded once, all detectors on the same samples, a floor beside them."""
+"""The contact-loss benchmark: scenes recorded once, all detectors on the same samples, a floor
+beside them.
+"""
 
 from __future__ import annotations
 
@@ -79,11 +81,14 @@ class Recorded(Benchmark[Scene]):
 
 @dataclass(frozen=True)
 class ContactLoss(Benchmark[Scene]):
-    """`hours` of feet in scoring scenes; `tune`: as many in tuning scenes, which set all thresholds anew.
+    """`hours` of feet in scoring scenes; `tune`: as many in tuning scenes, which set all thresholds
+    anew.
 
-    `own`: detectors of the user's own, FILE.py:Class, beside the shipped ones; their thresholds are set on the tuning
-    scenes, whatever the classes say. `draw`: tolerances from which the scenes' machines are drawn; None: none is.
-    Raises InputError for hours that make no sense and for a class that is not there or does not fit.
+    `own`: detectors of the user's own, FILE.py:Class, beside the shipped ones; their thresholds are
+    set on the tuning
+    scenes, whatever the classes say. `draw`: tolerances from which the scenes' machines are drawn;
+    None: none is. Raises InputError for hours that make no sense and for a class that is not there
+    or does not fit.
     """
 
     name = "contact_loss"

@@ -1,12 +1,15 @@
-"""The floor: what the best causal decision from the true load misses, through the sensors' own delay and noise.
+"""The floor: what the best causal decision from the true load misses, through the sensors' own
+delay and noise.
 
-    z   = true normal force through the transducers' lag, with their noise through both piston areas, sampled
-    S_k = clip(S_(k-1) + clip((F - z_k) / (2 s), -1, 1), -H, H),   F the force of a loss, s the noise of z
+    z   = true normal force through the transducers' lag, with their noise through both piston
+    areas, sampled S_k = clip(S_(k-1) + clip((F - z_k) / (2 s), -1, 1), -H, H),   F the force of a
+    loss, s the noise of z
 
-S adds up the likelihood ratio of `less than F` against `more`, at most one a sample, over a window of 2 H samples: as
-long as a loss must last. It knows no friction, no drift, no other leg and no inertia to be wrong about; what it still
-misses is what nobody can know who does not see the future: whether a touch or a gap will last. It calls a foot lost from
-a threshold of S on, which is set on the tuning scenes for the fewest wrong seconds.
+S adds up the likelihood ratio of `less than F` against `more`, at most one a sample, over a window
+of 2 H samples: as long as a loss must last. It knows no friction, no drift, no other leg and no
+inertia to be wrong about; what it still misses is what nobody can know who does not see the future:
+whether a touch or a gap will last. It calls a foot lost from a threshold of S on, which is set on
+the tuning scenes for the fewest wrong seconds.
 """
 
 from __future__ import annotations
@@ -29,7 +32,9 @@ DWELL_ON_S = 0.0
 
 
 def noise_n(machine: Machine) -> float:
-    """Noise of a load measured through the pressure transducers of a vertical cylinder, one sample, N."""
+    """Noise of a load measured through the pressure transducers of a vertical cylinder, one sample,
+    N.
+    """
     cylinder = machine.vertical_cylinder
     area_a = 0.25 * math.pi * cylinder.bore_m**2
     area_b = area_a - 0.25 * math.pi * cylinder.rod_m**2

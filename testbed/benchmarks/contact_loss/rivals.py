@@ -1,4 +1,6 @@
-"""Who is compared: all shipped detectors, one that sees single forces alone, the user's own, and the floor."""
+"""Who is compared: all shipped detectors, one that sees single forces alone, the user's own, and
+the floor.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +25,15 @@ FORMAT = "roboclimber-thresholds/2"
 FLOOR_THRESHOLDS = tuple(np.arange(-9.0, 10.0).tolist())
 SHARES = np.linspace(0.0, 1.0, 12)
 RARE = 1.0 - np.logspace(-5.0, -0.3, 16)
-"""Quantiles of the scores of lost feet, and of feet that carry, at which thresholds are looked at."""
+"""Quantiles of the scores of lost feet, and of feet that carry, at which thresholds are looked
+at.
+"""
 
 
 def rivals(own: Sequence[str] = ()) -> dict[str, str]:
-    """Every detector of the benchmark by name, with what it does: those shipped, then classes of the user's own."""
+    """Every detector of the benchmark by name, with what it does: those shipped, then classes of
+    the user's own.
+    """
     shipped = {d.name: d.text for d in DETECTORS} | {SingleForce.name: SingleForce.text}
     return {floor.NAME: floor.TEXT} | shipped | dict.fromkeys(own, "of your own")
 
@@ -39,7 +45,9 @@ def shipped_thresholds() -> dict[str, float]:
 
 
 def scores_of(name: str, tape: Tape, seed: int) -> tuple[Array, float]:
-    """A rival's scores (n, 4) over a scene, and for how long they must be low until a foot counts as loaded, s."""
+    """A rival's scores (n, 4) over a scene, and for how long they must be low until a foot counts
+    as loaded, s.
+    """
     if name == floor.NAME:
         machine = build_machine()
         scores = floor.floor_scores(tape.normal_n, machine, tape.rule, tape.dt_s, seed)
@@ -61,7 +69,9 @@ def single_force_scores(tape: Tape) -> Array:
 
 
 def grid_of(tapes: Sequence[Tape], own: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """Thresholds to look at by rival, that of a shipped one first, from how it scores a few scenes."""
+    """Thresholds to look at by rival, that of a shipped one first, from how it scores a few
+    scenes.
+    """
     shipped = shipped_thresholds()
     grids: dict[str, tuple[float, ...]] = {}
     for name in rivals(own):

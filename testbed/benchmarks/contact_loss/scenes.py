@@ -1,15 +1,17 @@
-"""What the contact-loss detectors are tried on: drawn machines that drill and walk on slopes, and feet that come off.
+"""What the contact-loss detectors are tried on: drawn machines that drill and walk on slopes, and
+feet that come off.
 
-Every scene is drawn from its own seed, and so is its machine. The ground is rock, soft, breaking under a foot or rough;
-up to three effects that the model lacks sit at any of the twelve cylinders, and in a third of the scenes two or three
-pressure sensors drift. A drilling scene goes from phase to phase; in most of them something takes load off feet:
+Every scene is drawn from its own seed, and so is its machine. The ground is rock, soft, breaking
+under a foot or rough; up to three effects that the model lacks sit at any of the twelve cylinders,
+and in a third of the scenes two or three pressure sensors drift. A drilling scene goes from phase
+to phase; in most of them something takes load off feet:
 
-    yield    a leg gives way, mostly slowly           twist    the frame is twisted between the diagonals
-    thrust   the feed lifts the machine off           jerk     a blow on the body
+    yield    a leg gives way, mostly slowly           twist    the frame is twisted between the
+    diagonals thrust   the feed lifts the machine off           jerk     a blow on the body
     lift     the control lifts a foot and puts it down again: meant, and scored like the rest
 
-Half of the hammering is near the resonance of body and oil. A walking scene is a crawl: four swings, four touchdowns.
-Whether and when a foot was lost only the truth says.
+Half of the hammering is near the resonance of body and oil. A walking scene is a crawl: four
+swings, four touchdowns. Whether and when a foot was lost only the truth says.
 """
 
 from __future__ import annotations
@@ -36,7 +38,9 @@ Tree = dict[str, Any]
 Split = Literal["tuning", "scoring"]
 Kind = Literal["drill", "crawl", "supervised"]
 FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 2000}
-"""Seeds of the two splits never meet; constants, weights and thresholds are set on `tuning` alone."""
+"""Seeds of the two splits never meet; constants, weights and thresholds are set on `tuning`
+alone.
+"""
 MOST_TUNING = 1000
 SETTLE_S = 2.0
 """The first seconds, in which everything starts from nothing, are not scored."""
@@ -44,10 +48,14 @@ LENGTH_S: dict[str, float] = {"drill": 20.0, "crawl": 26.0, "supervised": 20.0}
 STRIDES_M = (0.3, 0.2, 0.1)
 """Of a crawl: the longest that the drawn machine's legs can reach."""
 CRAWL_EVERY, SUPERVISED_EVERY = 4, 5
-"""One scene in four walks; one drilling scene in five is run once more with the supervisor at work."""
+"""One scene in four walks; one drilling scene in five is run once more with the supervisor at
+work.
+"""
 WEIGHT_N = 4000.0 * 9.81
 WALL_DEG = 78.0
-"""From here on the ropes carry all of the pull and are attached at the height that balances the machine."""
+"""From here on the ropes carry all of the pull and are attached at the height that balances the
+machine.
+"""
 UPSETS = ("yield", "yield", "twist", "twist", "thrust", "jerk", "lift")
 GRADUAL_SHARE = 0.75
 RESONANCE_HZ = (8.0, 22.0)
@@ -57,7 +65,9 @@ UNDECLARED = Path(__file__).with_name("undeclared.yaml")
 
 @dataclass(frozen=True)
 class Scene:
-    """One scene: what it does, its split and number. `supervised`: a drilling scene again, with the supervisor."""
+    """One scene: what it does, its split and number. `supervised`: a drilling scene again, with the
+    supervisor.
+    """
 
     kind: Kind
     split: Split
@@ -105,7 +115,9 @@ class Drawn:
 
 
 def scenes(split: Split, foot_hours: float, machine: str | None = "workshop") -> list[Scene]:
-    """Scenes in which four feet together spend `foot_hours` after settling, at least four scenes."""
+    """Scenes in which four feet together spend `foot_hours` after settling, at least four
+    scenes.
+    """
     out: list[Scene] = []
     seconds, number = 0.0, 0
     while seconds < foot_hours * 3600.0 / len(LEGS) or number < CRAWL_EVERY:
@@ -151,7 +163,9 @@ def draw(scene: Scene, stride_m: float = STRIDES_M[0]) -> Drawn:
 
 
 def _site(rng: np.random.Generator, slope_deg: float, payload_kg: float, walks: bool) -> Tree:
-    """Slope, ground, ropes, oil: path of the scenario -> value; `ground` are hidden effects of the ground."""
+    """Slope, ground, ropes, oil: path of the scenario -> value; `ground` are hidden effects of the
+    ground.
+    """
     wall = slope_deg >= WALL_DEG
     share = rng.uniform(0.97, 1.01) if wall or walks else rng.uniform(0.88, 1.02)
     site: Tree = {

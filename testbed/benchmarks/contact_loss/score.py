@@ -1,10 +1,12 @@
-"""A detector's scores on one scene against the truth, at many thresholds: what is counted, and by which load.
+"""A detector's scores on one scene against the truth, at many thresholds: what is counted, and by
+which load.
 
-Losses, touchdowns, delays, false alarms and wrong seconds are those of estimation/losses.py. Each is counted by the
-load of its foot, as a share of the nominal load: a loss by what the foot bore before (the load that it reached in a
-tenth of the two seconds before), time in contact by the lowest load within half a second. Below twice the share of a
-loss a foot is `near` one; below LIGHT_SHARE, twice the break-away force of a shipped cylinder, friction may hide as
-much as is there, and it is `light`.
+Losses, touchdowns, delays, false alarms and wrong seconds are those of estimation/losses.py. Each
+is counted by the load of its foot, as a share of the nominal load: a loss by what the foot bore
+before (the load that it reached in a tenth of the two seconds before), time in contact by the
+lowest load within half a second. Below twice the share of a loss a foot is `near` one; below
+LIGHT_SHARE, twice the break-away force of a shipped cylinder, friction may hide as much as is
+there, and it is `light`.
 """
 
 from __future__ import annotations
@@ -145,7 +147,9 @@ def scored(score: Array, thresholds: Array, reference: Reference, dwell_on_s: fl
 
 @njit
 def _words(score: Any, step_s: float, limits: Any, states: Any, words: Any) -> None:
-    """Where the word says lost: scores (n, feet), ContactLimits (m,), ContactState (m, feet) -> (m, n, feet)."""
+    """Where the word says lost: scores (n, feet), ContactLimits (m,), ContactState (m, feet) -> (m,
+    n, feet).
+    """
     for k in range(len(limits)):
         for n in range(score.shape[0]):
             for foot in range(score.shape[1]):
@@ -154,8 +158,8 @@ def _words(score: Any, step_s: float, limits: Any, states: Any, words: Any) -> N
 
 
 def _counted(lost: Flags, reference: Reference, step_s: float) -> Tree:
-    """One word (n, 4): delays of losses (as Reference lists them) and touchdowns, s, None: missed; false alarms and
-    wrong seconds by class.
+    """One word (n, 4): delays of losses (as Reference lists them) and touchdowns, s, None: missed;
+    false alarms and wrong seconds by class.
     """
     delays: list[float | None] = []
     touchdowns: list[float | None] = []

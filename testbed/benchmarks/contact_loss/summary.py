@@ -1,4 +1,6 @@
-"""The benchmark's scenes summed up: every detector's marks over all load classes, its curve, and the aims."""
+"""The benchmark's scenes summed up: every detector's marks over all load classes, its curve, and
+the aims.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +24,8 @@ from testbed.report.tables import Table
 
 Tree = dict[str, Any]
 EVENT_S = CALM_S
-"""What a false alarm, or a loss that was missed, costs beside its own seconds: after an alarm the supervisor keeps the
-drill waiting for so long, s."""
+"""What a false alarm, or a loss that was missed, costs beside its own seconds: after an alarm the
+supervisor keeps the drill waiting for so long, s."""
 BUDGET_1_H = 1.0
 """False alarms an hour and foot above the floor's, at which detectors are compared with it."""
 SLOPES = (20, 40, 60, 75, 86)
@@ -104,7 +106,9 @@ class Followed:
 
     @property
     def cost_s(self) -> float:
-        """Wrong seconds an hour of one foot, with those that false alarms and missed losses cost."""
+        """Wrong seconds an hour of one foot, with those that false alarms and missed losses
+        cost.
+        """
         events = sum(self.false_alarms) + sum(t.delay_s is None for t in self.losses)
         wrong = sum(self.missed_s) + sum(self.false_flight_s) + EVENT_S * events
         return wrong / max(self.hours, 1e-9)
@@ -167,7 +171,9 @@ def summarise(
     chosen: Mapping[str, int],
     texts: Mapping[str, str],
 ) -> Tree:
-    """The object of contact_loss.json: `chosen` places in the thresholds `grids`, by detector of `texts`."""
+    """The object of contact_loss.json: `chosen` places in the thresholds `grids`, by detector of
+    `texts`.
+    """
     scenes = [s for s in every if s["scene"]["kind"] != "supervised"]
     lowest = Followed.of(scenes, floor.NAME, chosen[floor.NAME])
     entries = []
@@ -235,7 +241,9 @@ def _by(losses: Sequence[Timed], key: Callable[[Tree], str]) -> dict[str, Tree]:
 
 
 def _at_budget(points: Sequence[Followed], grid: Sequence[float], most_1_h: float) -> Tree | None:
-    """The threshold with the most recall among those with no more false alarms an hour than that."""
+    """The threshold with the most recall among those with no more false alarms an hour than
+    that.
+    """
     marks = [point.marks() for point in points]
     within = [k for k, m in enumerate(marks) if m["false_alarms_per_hour"] <= most_1_h]
     if not within:
@@ -245,14 +253,18 @@ def _at_budget(points: Sequence[Followed], grid: Sequence[float], most_1_h: floa
 
 
 def _curve(points: Sequence[Followed]) -> list[list[float | None]]:
-    """[false alarms an hour and foot, median delay, recall] by falling recall's threshold, rarest alarms first."""
+    """[false alarms an hour and foot, median delay, recall] by falling recall's threshold, rarest
+    alarms first.
+    """
     rows = [point.marks() for point in points]
     found = [[m["false_alarms_per_hour"], m["delay_median_s"], m["recall"]] for m in rows]
     return sorted(found, key=lambda row: (row[0], row[2] or 0.0))
 
 
 def aims(best: Tree, lowest: Tree, warning: Tree) -> list[Tree]:
-    """What the best detector is to reach, what it reached, and whether it did; None: nothing to measure."""
+    """What the best detector is to reach, what it reached, and whether it did; None: nothing to
+    measure.
+    """
     budget = best["at_floor_budget"]
     out: list[Tree] = []
 

@@ -1,6 +1,8 @@
-"""Scenes as recordings: each is simulated once; estimators and detectors then work on what its sensors read.
+"""Scenes as recordings: each is simulated once; estimators and detectors then work on what its
+sensors read.
 
-A scene's folder is an ordinary recording of the robot (`recording.yaml`, `data.parquet`), beside `truth.parquet` with
+A scene's folder is an ordinary recording of the robot (`recording.yaml`, `data.parquet`), beside
+`truth.parquet` with
 the true foot forces: `testbed detect FOLDER --reference contact_normal` reads it as any other.
 """
 
@@ -68,7 +70,9 @@ class Tape:
 
 
 def record(scene: Scene, folder: Path) -> Tree:
-    """Simulate a scene into `folder`; what is known of it besides. An earlier recording there is removed."""
+    """Simulate a scene into `folder`; what is known of it besides. An earlier recording there is
+    removed.
+    """
     from testbed.simulation.description import recording_meta
     from testbed.simulation.recorder import RunRecorder
 
@@ -95,7 +99,9 @@ def record(scene: Scene, folder: Path) -> Tree:
 
 
 def _within_reach(scene: Scene) -> tuple[Drawn, Any]:
-    """A scene with the longest of its strides that the machine can make, ready to run; one that cannot walk drills."""
+    """A scene with the longest of its strides that the machine can make, ready to run; one that
+    cannot walk drills.
+    """
     from testbed.world.simulation import Simulation
 
     for stride_m in STRIDES_M if scene.kind == "crawl" else ():
@@ -140,7 +146,9 @@ def _rows(simulation: Any, recorder: Any, data: list[str]) -> tuple[int, str]:
 
 
 def read_tape(folder: Path, model: Path | None = None) -> Tape:
-    """A recorded scene with the estimates of today. `model`: a model file that the estimators believe."""
+    """A recorded scene with the estimates of today. `model`: a model file that the estimators
+    believe.
+    """
     from testbed.workflows.estimate import robot_belief
 
     run = read_robot(folder)

@@ -1,9 +1,11 @@
-"""Trains the learned detector on the tuning scenes that `testbed contact-loss --tune --out OUT` recorded.
+"""Trains the learned detector on the tuning scenes that `testbed contact-loss --tune --out OUT`
+recorded.
 
     testbed lab train-detector OUT --out learned.npz
 
-Every tenth view of every foot is a case; its answer is whether the foot is in contact (estimation/losses.py). Plain
-gradient descent with momentum and scale (Adam) on the logistic loss, in NumPy; the same scenes, the same weights.
+Every tenth view of every foot is a case; its answer is whether the foot is in contact
+(estimation/losses.py). Plain gradient descent with momentum and scale (Adam) on the logistic loss,
+in NumPy; the same scenes, the same weights.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ LITTLE = 1.0e-6
 
 
 def tuning_tapes(folder: Path) -> list[Path]:
-    """Folders of the tuning scenes that a benchmark's folder holds. Raises InputError where there is none."""
+    """Folders of the tuning scenes that a benchmark's folder holds. Raises InputError where there
+    is none.
+    """
     found = sorted(folder.glob("scenes/tuning-*/truth.parquet"))
     chosen = [file.parent for file in found if "-supervised-" not in file.parent.name]
     if not chosen:

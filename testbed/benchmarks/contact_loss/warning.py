@@ -1,15 +1,18 @@
-"""The early warning judged: which warnings came true, and how many gradual losses were announced in time.
+"""The early warning judged: which warnings came true, and how many gradual losses were announced in
+time.
 
-A warning speaks of the two seconds after it, and is judged only while there is something to warn of:
+A warning speaks of the two seconds after it, and is judged only while there is something to warn
+of:
 
 - the foot has been in contact for the last 0.5 s; else the alarm has spoken, and it is `late`;
-- it came true only if a loss of that foot (estimation/losses.py) begins within the 2 s; other warnings are false, those
-  whose load fell below twice the force of a loss told apart as `near`;
+- it came true only if a loss of that foot (estimation/losses.py) begins within the 2 s; other
+  warnings are false, those whose load fell below twice the force of a loss told apart as `near`;
 - every warning counts, also a second one of the same fall;
 - feet that bore LIGHT_SHARE of the nominal load in the last 2 s count; lighter feet are told apart.
 
-A gradual loss is warned of in time by a warning 0.1 to 2 s before it. Of the warnings that came true, those that came
-0.1 s or more before the foot was lost are told apart as `early`: the others say little that the alarm does not.
+A gradual loss is warned of in time by a warning 0.1 to 2 s before it. Of the warnings that came
+true, those that came 0.1 s or more before the foot was lost are told apart as `early`: the others
+say little that the alarm does not.
 """
 
 from __future__ import annotations
@@ -51,7 +54,9 @@ def means(values: Array, dt_s: float) -> Array:
 
 
 def looked_at(loads_n: Array, plan: Array | None = None) -> NDArray[Any]:
-    """What the warning looks at, `Seen` (m,): loads (m, 4) and the thrust's plan (m, 2); None: unknown."""
+    """What the warning looks at, `Seen` (m,): loads (m, 4) and the thrust's plan (m, 2); None:
+    unknown.
+    """
     seen = rule.Seen.zeros(len(loads_n))
     seen["load"] = loads_n
     if plan is not None:
@@ -70,9 +75,11 @@ def raised(seen: NDArray[Any], numbers: Mapping[str, float]) -> list[tuple[int, 
 def judged(
     foot: int, t: float, off: Reference, true_n: Array, near_n: float
 ) -> tuple[bool, str] | None:
-    """Whether the foot was loaded, and `early`, `lost`, `near` or `false`; `late` where it was off just before.
+    """Whether the foot was loaded, and `early`, `lost`, `near` or `false`; `late` where it was off
+    just before.
 
-    true_n (m, 4): means of 5 ms from the scene's start. None for a warning whose two seconds the scene cuts off.
+    true_n (m, 4): means of 5 ms from the scene's start. None for a warning whose two seconds the
+    scene cuts off.
     """
     time, carries = off.time_s, off.carrying[:, foot]
     at = int(np.searchsorted(time, t))
@@ -93,7 +100,9 @@ def judged(
 def outcome(
     off: Reference, seen: NDArray[Any], true_n: Array, near_n: float, numbers: Mapping[str, float]
 ) -> Tree:
-    """What a scene says of a rule on what it looks at: counts, and the lead before each gradual loss, s."""
+    """What a scene says of a rule on what it looks at: counts, and the lead before each gradual
+    loss, s.
+    """
     given = raised(seen, numbers)
     words = [judged(foot, t, off, true_n, near_n) for foot, t in given]
     kinds = ("early", "lost", "near", "false", "late")
@@ -110,7 +119,9 @@ def outcome(
 
 
 def outcomes(scene: Scene, tape: Tape, off: Reference) -> Tree:
-    """What a scene says of the warning, of other thresholds, and of what it would be with more and with less known."""
+    """What a scene says of the warning, of other thresholds, and of what it would be with more and
+    with less known.
+    """
     true = means(tape.normal_n, tape.dt_s)
     own = means(np.asarray(tape.samples["row"]["estimate"]["own"]), tape.dt_s)
     plan = planned_thrust(draw(scene).scenario.task, len(true), STEP_S)
@@ -127,7 +138,9 @@ def outcomes(scene: Scene, tape: Tape, off: Reference) -> Tree:
 
 
 def marks(scenes: Sequence[Tree]) -> Tree:
-    """The early warning, on the true load, without the thrust's plan, and the trade-off over the load to warn at."""
+    """The early warning, on the true load, without the thrust's plan, and the trade-off over the
+    load to warn at.
+    """
     kept = [scene["warning"] for scene in scenes]
     curve = [{"warn_at_n": n} | added_up([w["curve"][str(n)] for w in kept]) for n in CURVE_N]
     return added_up([w["own"] for w in kept]) | {

@@ -1,10 +1,11 @@
-"""What each number of the early warning is worth: it and its neighbours judged on scenes that are kept.
+"""What each number of the early warning is worth: it and its neighbours judged on scenes that are
+kept.
 
     testbed lab warning-numbers OUT --split tuning
 
-reads the scenes that `testbed contact-loss --out OUT` left and prints precision and share warned of in time for the
-rule as it is, without the thrust's plan, on the true load, and with one number at a time lower and higher. The numbers
-were set by hand along such tables on the tuning split alone.
+reads the scenes that `testbed contact-loss --out OUT` left and prints precision and share warned of
+in time for the rule as it is, without the thrust's plan, on the true load, and with one number at a
+time lower and higher. The numbers were set by hand along such tables on the tuning split alone.
 """
 
 from __future__ import annotations

@@ -1,1 +1,3 @@
-"""What control can win: tasks, the agents that try them, and an oracle that says how much there is to win."""
+"""What control can win: tasks, the agents that try them, and an oracle that says how much there is
+to win.
+"""

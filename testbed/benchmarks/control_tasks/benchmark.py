@@ -1,4 +1,6 @@
-"""Headroom and who wins it: every entrant and the oracle on the same held-out cases, each case a drawn machine."""
+"""Headroom and who wins it: every entrant and the oracle on the same held-out cases, each case a
+drawn machine.
+"""
 
 from __future__ import annotations
 
@@ -141,8 +143,9 @@ def episode(name: str, entrant: Entrant, seed: int) -> dict[str, Any]:
 def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Means with bootstrap intervals of 95 %, and the share of the headroom that each has closed.
 
-    Headroom is the oracle's mean less the best tuned rule's, as a share of that rule's. Where an entrant does better than
-    the oracle's own plan, the oracle does as that entrant did: `beaten` is the share of such cases.
+    Headroom is the oracle's mean less the best tuned rule's, as a share of that rule's. Where an
+    entrant does better than the oracle's own plan, the oracle does as that entrant did: `beaten` is
+    the share of such cases.
     """
     mine = sorted((a for a in answers if a["task"] == task), key=lambda a: a["seed"])
     names = list(dict.fromkeys(a["entrant"] for a in mine))

@@ -1,7 +1,7 @@
 """The oracle: knows the truth and the future of its case, and searches its plan on that very case.
 
-The search is the cross-entropy method: draw plans around the best so far, keep the best quarter, narrow down. Its budget
-is a number of episodes, which the result states.
+The search is the cross-entropy method: draw plans around the best so far, keep the best quarter,
+narrow down. Its budget is a number of episodes, which the result states.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ LEAST_SPREAD = 0.1
 
 @dataclass(frozen=True)
 class Found:
-    """What a search has found: the best plan, its score, and the best score after so many episodes."""
+    """What a search has found: the best plan, its score, and the best score after so many
+    episodes.
+    """
 
     plan: tuple[float, ...]
     score: float
@@ -41,7 +43,9 @@ def search(
     budget: int,
     seed: int,
 ) -> Found:
-    """The best of `budget` plans by `score`: those of `starts` first, then rounds drawn around the best."""
+    """The best of `budget` plans by `score`: those of `starts` first, then rounds drawn around the
+    best.
+    """
     rng = np.random.default_rng([seed, 5])
     tried: list[tuple[float, tuple[float, ...]]] = []
     history: list[float] = []
@@ -64,9 +68,9 @@ def search(
 
 
 class KeepPlan(Secure):
-    """Six numbers: pull of the left and right rope before a loss, as shares of half the slope's pull, and of the rope
-    that is left after it, of the whole; how much more of the load fl and rr are to carry; how far the front is raised,
-    mm; time in which a lack of pull is made up for, s.
+    """Six numbers: pull of the left and right rope before a loss, as shares of half the slope's
+    pull, and of the rope that is left after it, of the whole; how much more of the load fl and rr
+    are to carry; how far the front is raised, mm; time in which a lack of pull is made up for, s.
     """
 
     def __init__(self, plan: Array) -> None:
@@ -90,8 +94,8 @@ class KeepPlan(Secure):
 
 
 class HolePlan:
-    """Five numbers: share of the true best feed, share of the reserve that it is held to, share of the hammer, and the
-    actions of both ropes' pulls and of the diagonal.
+    """Five numbers: share of the true best feed, share of the reserve that it is held to, share of
+    the hammer, and the actions of both ropes' pulls and of the diagonal.
     """
 
     def __init__(self, env: Any, plan: Array) -> None:

@@ -35,7 +35,9 @@ class Entrant:
 
 @dataclass(frozen=True)
 class Plans:
-    """What the oracle chooses among, case by case: plans as vectors, and the agent that carries one out."""
+    """What the oracle chooses among, case by case: plans as vectors, and the agent that carries one
+    out.
+    """
 
     agent: Callable[[Any, Array], Agent]
     starts: tuple[tuple[float, ...], ...]
@@ -46,7 +48,9 @@ class Plans:
 
 @dataclass(frozen=True)
 class Task:
-    """A task: its environment's name, who tries it, and the oracle's plans. The entrant `rule` names the tuned one."""
+    """A task: its environment's name, who tries it, and the oracle's plans. The entrant `rule`
+    names the tuned one.
+    """
 
     environment: str
     unit: str

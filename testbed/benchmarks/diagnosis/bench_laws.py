@@ -1,7 +1,9 @@
-"""Forces that a simulated bench or drive has and its published model lacks: listed effects, and others.
+"""Forces that a simulated bench or drive has and its published model lacks: listed effects, and
+others.
 
-Each law gives the force against extension, N, shape (n,), along a prescribed motion; `size_n` is what it is worth. What
-is listed follows the formula of its name; what is outside the list follows none of them.
+Each law gives the force against extension, N, shape (n,), along a prescribed motion; `size_n` is
+what it is worth. What is listed follows the formula of its name; what is outside the list follows
+none of them.
 """
 
 from __future__ import annotations
@@ -22,8 +24,9 @@ LISTED = read_yaml(Path(__file__).with_name("listed_laws.yaml"))
 
 @dataclass(frozen=True)
 class Motion:
-    """A prescribed motion, each array of shape (n,), SI; `level_n`: friction's Coulomb level; `pressure_pa`: of chamber
-    A, 0 on a drive; `current`: of an actuator that nobody declares, 0 to 1.
+    """A prescribed motion, each array of shape (n,), SI; `level_n`: friction's Coulomb level;
+    `pressure_pa`: of chamber A, 0 on a drive; `current`: of an actuator that nobody declares, 0 to
+    1.
     """
 
     time_s: Array
@@ -87,7 +90,9 @@ def quadratic_drag(motion: Motion, size_n: float, rng: np.random.Generator) -> A
 
 
 def hysteresis(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
-    """Prandtl and Ishlinskii: elements that slip after 1 to 60 % of the travel, and remember where they turned."""
+    """Prandtl and Ishlinskii: elements that slip after 1 to 60 % of the travel, and remember where
+    they turned.
+    """
     travel = float(np.ptp(motion.position_m))
     reaches = travel * np.geomspace(0.01, 0.6, 6)
     shares = rng.dirichlet(np.ones(6))
@@ -112,7 +117,9 @@ def damper(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
 
 
 def lagging(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
-    """Friction that follows the speed late, so that it is not the same on the way up and on the way down."""
+    """Friction that follows the speed late, so that it is not the same on the way up and on the way
+    down.
+    """
     speed = _lagged(np.abs(motion.velocity_m_s), _rate_hz(motion), rng.uniform(0.15, 0.5))
     knee = motion.fastest_m_s * rng.uniform(0.15, 0.4)
     return 2.5 * size_n * motion.direction * np.exp(-((speed / knee) ** 1.5))

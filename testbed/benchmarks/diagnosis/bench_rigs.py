@@ -1,7 +1,9 @@
-"""Simulated benches with one chamber and a load cell, and drives, each with a listed effect, one outside the list, or none.
+"""Simulated benches with one chamber and a load cell, and drives, each with a listed effect, one
+outside the list, or none.
 
-The motion is prescribed, so force and pressure follow from the laws alone. Rigs differ in friction, mass, travel, sample
-rate, encoder step and in what their force sensor's noise is like: white, coloured, quantised or with outliers.
+The motion is prescribed, so force and pressure follow from the laws alone. Rigs differ in friction,
+mass, travel, sample rate, encoder step and in what their force sensor's noise is like: white,
+coloured, quantised or with outliers.
 """
 
 from __future__ import annotations
@@ -32,14 +34,18 @@ KINDS = ("outside", "listed", "clean", "outside", "listed", "outside")
 """In turn, so that every prefix holds every kind."""
 LARGEST = 1.5
 SIZES = (3.0, 12.0)
-"""What a law is worth beyond what friction (5), a mass and a zero can make of it, RMS over the sensor's noise."""
+"""What a law is worth beyond what friction (5), a mass and a zero can make of it, RMS over the
+sensor's noise.
+"""
 LEVELS_PA = (1e5, 3e5, 7e5, 5e5)
 """Of a bench's recordings, the last one kept back."""
 
 
 @dataclass(frozen=True)
 class Hidden:
-    """What is in a rig: `kind` outside, listed or clean; `law`; `size_n` of it; `noise`, the sensor's."""
+    """What is in a rig: `kind` outside, listed or clean; `law`; `size_n` of it; `noise`, the
+    sensor's.
+    """
 
     kind: str
     law: str
@@ -69,8 +75,8 @@ class _Build:
 
 
 def make_bench(seed: int) -> tuple[Rig, Hidden]:
-    """The rig of a seed: even seeds are drives, odd ones benches; in every third a current rides along, of a damper or
-    of something else.
+    """The rig of a seed: even seeds are drives, odd ones benches; in every third a current rides
+    along, of a damper or of something else.
     """
     rng = np.random.default_rng([77, seed])
     drive, kind = seed % 2 == 0, KINDS[(seed // 2) % len(KINDS)]
@@ -135,8 +141,8 @@ def _motion(b: _Build, number: int) -> Motion:
 
 
 def _scaled(m: Motion, b: _Build, size_n: float) -> float:
-    """The law's size with which RMS `size_n` is left once friction (5), a mass and a zero have taken up what they can;
-    less where the law as a whole would be larger than friction by LARGEST.
+    """The law's size with which RMS `size_n` is left once friction (5), a mass and a zero have
+    taken up what they can; less where the law as a whole would be larger than friction by LARGEST.
     """
     assert b.law is not None
     plus, speed = m.velocity_m_s > 0.0, np.abs(m.velocity_m_s)

@@ -1,6 +1,8 @@
-"""The diagnosis on simulated benches and drives: `testbed lab bench-diagnosis`, and the fit of its few numbers.
+"""The diagnosis on simulated benches and drives: `testbed lab bench-diagnosis`, and the fit of its
+few numbers.
 
-A law is a family: what is quoted of rigs with a law is said with numbers that were fitted on rigs without it.
+A law is a family: what is quoted of rigs with a law is said with numbers that were fitted on rigs
+without it.
 """
 
 from __future__ import annotations
@@ -96,7 +98,9 @@ def right(t: Trial) -> bool:
 
 
 def shares(trials: Sequence[Trial]) -> dict[str, Any]:
-    """Kind of rig and of what is in it -> how many verdicts are right, of how many, with Wilson's interval."""
+    """Kind of rig and of what is in it -> how many verdicts are right, of how many, with Wilson's
+    interval.
+    """
     out: dict[str, Any] = {}
     for rig in ("drive", "cylinder"):
         for kind in ("outside", "listed", "clean"):
@@ -111,7 +115,9 @@ def _span(share: Mapping[str, float]) -> str:
 
 
 def fit(trials: Sequence[Trial]) -> BenchCalibration:
-    """A ridge regression, and how often names are wrong that passed their trials where names cover what is there."""
+    """A ridge regression, and how often names are wrong that passed their trials where names cover
+    what is there.
+    """
     rows = [BenchSigns.from_json(t["signs"]).of_unnamed() for t in trials]
     proven = [t for t in trials if t["kind"] != "outside" and t["kept"]]
     wrong = sum(t["kept"] != [t["law"]] for t in proven)
@@ -122,7 +128,9 @@ def fit(trials: Sequence[Trial]) -> BenchCalibration:
 
 
 def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dict[str, float]:
-    """Weights of a logistic regression, signs in their own units; the constant `one` is not held back."""
+    """Weights of a logistic regression, signs in their own units; the constant `one` is not held
+    back.
+    """
     from scipy.optimize import minimize
 
     names = list(rows[0])
@@ -149,7 +157,9 @@ def restated(t: Trial, c: BenchCalibration) -> Trial:
 
 
 def left_out(trials: Sequence[Trial]) -> list[Trial]:
-    """Every rig restated by numbers fitted without its family: its law, or of clean rigs its sensor's noise."""
+    """Every rig restated by numbers fitted without its family: its law, or of clean rigs its
+    sensor's noise.
+    """
 
     def family(t: Trial) -> str:
         return str(t["law"] or t["noise"])
@@ -162,7 +172,9 @@ def left_out(trials: Sequence[Trial]) -> list[Trial]:
 
 
 def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
-    """Fit on all rigs of these folders, judge with families left out, write (the shipped file if None)."""
+    """Fit on all rigs of these folders, judge with families left out, write (the shipped file if
+    None).
+    """
     out = check_file(out or FILE)
     trials = [t for folder in folders for t in stored(folder)]
     numbers, judged = fit(trials), left_out(trials)

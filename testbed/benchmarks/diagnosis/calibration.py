@@ -1,8 +1,9 @@
 """Fit the numbers of `testbed.diagnosis.leg.probabilities`: `testbed lab fit-diagnosis DIR`.
 
 DIR is a folder of `testbed evaluate-diagnosis`; its rigs are development rigs from then on.
-What is fitted is the mean logarithm of the probability that the distribution gives to what was really hidden, held back
-by a small ridge. It is fitted on one half of the rigs and judged on the other, both ways, before all of them are used.
+What is fitted is the mean logarithm of the probability that the distribution gives to what was
+really hidden, held back by a small ridge. It is fitted on one half of the rigs and judged on the
+other, both ways, before all of them are used.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ from testbed.formats.yaml_files import yaml_text
 
 Array = npt.NDArray[np.float64]
 RIDGE = 3.0
-"""Weight of the squared distances from START, which rests on more rigs, against the loss summed over all rigs; of
-constants it is SLIGHT."""
+"""Weight of the squared distances from START, which rests on more rigs, against the loss summed
+over all rigs; of constants it is SLIGHT."""
 SLIGHT = 0.02
 LEAST = 1e-3
 """Probability that counts for a set that was never tried."""
@@ -76,7 +77,9 @@ def names_of(example: Signs) -> dict[str, list[str]]:
 
 
 def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
-    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of lapses in log odds."""
+    """The flat vector of the fit as weights: distances from START, of `rivals` in logarithms, of
+    lapses in log odds.
+    """
     out: dict[str, dict[str, float]] = {}
     at = 0
     for question in QUESTIONS:
@@ -109,7 +112,8 @@ def fit(trials: Sequence[Trial]) -> Calibration:
 
 
 def least_loss(chances: Callable[[Array], Iterator[float]], held: Sequence[bool]) -> Array:
-    """Where the mean logarithm of `chances` (probabilities given to the truth) is best, from zero, under the ridge.
+    """Where the mean logarithm of `chances` (probabilities given to the truth) is best, from zero,
+    under the ridge.
 
     `held`: which numbers the whole ridge holds; the others are constants.
     """
@@ -131,12 +135,16 @@ def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
 
 
 def restated(trials: Sequence[Trial], c: Calibration) -> list[Trial]:
-    """The trials with the probabilities, the verdict and the names that these numbers would give."""
+    """The trials with the probabilities, the verdict and the names that these numbers would
+    give.
+    """
     return [restate(t, distribution(Signs.from_json(t["signs"]), c)) for t in trials]
 
 
 def restate(trial: Trial, chances: Mapping[tuple[str, ...], float]) -> Trial:
-    """A trial with these probabilities of sets of names, and the verdict and names that they give."""
+    """A trial with these probabilities of sets of names, and the verdict and names that they
+    give.
+    """
     ranked = sorted(chances.items(), key=lambda item: -item[1])
     top = ranked[0][0]
     verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
@@ -146,9 +154,11 @@ def restate(trial: Trial, chances: Mapping[tuple[str, ...], float]) -> Trial:
 
 
 def halves(trials: Sequence[Trial], every: int, fitted: Callable[..., list[Trial]]) -> list[Trial]:
-    """Every trial as numbers that were fitted on the other half have it; in turn `every` seeds to each half.
+    """Every trial as numbers that were fitted on the other half have it; in turn `every` seeds to
+    each half.
 
-    `fitted(judged, on)`: the trials `judged`, restated by what the trials `on` say. Raises InputError for too few.
+    `fitted(judged, on)`: the trials `judged`, restated by what the trials `on` say. Raises
+    InputError for too few.
     """
     one, other = ([t for t in trials if (t["seed"] // every) % 2 == k] for k in (0, 1))
     if not one or not other:
@@ -190,7 +200,8 @@ def rounded(weights: Any) -> dict[str, float]:
 
 
 def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
-    """Fit on all rigs of these folders, judge across halves, write (the shipped file if None); returns the text.
+    """Fit on all rigs of these folders, judge across halves, write (the shipped file if None);
+    returns the text.
 
     Raises InputError where a folder has none.
     """

@@ -1,10 +1,14 @@
-"""Identification, and diagnosis, judged on really measured rigs: relative force error on recordings kept back.
+"""Identification, and diagnosis, judged on really measured rigs: relative force error on recordings
+kept back.
 
-A cylinder with a load cell: error of the estimated force over the force, root mean squares, where the piston moves.
-A drive: the model's force from the position against the drive's, as the drive's own benchmark does it (Janot, Gautier,
-Brunot 2019): position and force through a Butterworth low-pass of order 4 at 100 Hz, to both sides; every term and the
-force decimated by 25; the first 5 and the last 10 samples dropped. Decimating needs its own low-pass: to pick every
-25th sample folds the vibrations onto the motion; what comes out then depends on the sample one begins with (5 to 10 %).
+A cylinder with a load cell: error of the estimated force over the force, root mean squares, where
+the piston moves.
+A drive: the model's force from the position against the drive's, as the drive's own benchmark does
+it (Janot, Gautier,
+Brunot 2019): position and force through a Butterworth low-pass of order 4 at 100 Hz, to both sides;
+every term and the force decimated by 25; the first 5 and the last 10 samples dropped. Decimating
+needs its own low-pass: to pick every 25th sample folds the vibrations onto the motion; what comes
+out then depends on the sample one begins with (5 to 10 %).
 """
 
 from __future__ import annotations
@@ -34,7 +38,9 @@ SEAL_AFTER, DRIVE_AFTER = 0.004, 0.032
 
 @dataclass(frozen=True)
 class Marked:
-    """One recording of one rig: relative error of the identified model's force, and of the estimate that uses it."""
+    """One recording of one rig: relative error of the identified model's force, and of the estimate
+    that uses it.
+    """
 
     rig: str
     kind: str
@@ -78,7 +84,9 @@ def mark_all(folder: Path, diagnosed: bool = False) -> list[Marked]:
 
 
 def median_error(found: list[Marked], kind: str, diagnosed: bool = False) -> float:
-    """Median relative error over the recordings of one kind of rig; `diagnosed`: with the diagnosed model."""
+    """Median relative error over the recordings of one kind of rig; `diagnosed`: with the diagnosed
+    model.
+    """
     return float(
         np.median(
             [m.by_diagnosed if diagnosed else m.relative_error for m in found if m.kind == kind]
@@ -101,7 +109,9 @@ def estimate_error(recording: Recording, model: LegModel) -> float:
 
 
 def drive_error(recording: Recording, model: LegModel) -> float:
-    """RMS of the drive's force less the model's, over RMS of the drive's force; low-passed and decimated."""
+    """RMS of the drive's force less the model's, over RMS of the drive's force; low-passed and
+    decimated.
+    """
     from scipy.signal import butter, decimate, filtfilt
 
     force = recording.actuator_force_n

@@ -1,4 +1,5 @@
-"""The blind test of the whole robot's diagnosis: how often effect and place are named, and what believing them closes.
+"""The blind test of the whole robot's diagnosis: how often effect and place are named, and what
+believing them closes.
 
 Its numbers were fitted on other seeds (see robot_calibration).
 """
@@ -45,7 +46,9 @@ class RobotBlindTest(Benchmark[int]):
         return scores(list(answers.values()))
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
-        """The marks, what became of each hidden effect, and how far stated probabilities can be trusted."""
+        """The marks, what became of each hidden effect, and how far stated probabilities can be
+        trusted.
+        """
         return [_marks(result), _closed(result), _by_effect(result), _calibration(result)]
 
 
@@ -86,8 +89,8 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
 
 
 def closed_share(t: Trial) -> float | None:
-    """Share of the foot-force error that the hidden effects add on another motion which is closed; None where nothing
-    was named, or the effects add less than a tenth.
+    """Share of the foot-force error that the hidden effects add on another motion which is closed;
+    None where nothing was named, or the effects add less than a tenth.
     """
     if not t["closed"]:
         return None
@@ -99,7 +102,9 @@ ADDS = 1.1
 
 
 def held(t: Trial) -> Iterator[bool]:
-    """Of each parameter of an effect that was named rightly: whether its 90 % interval holds the truth."""
+    """Of each parameter of an effect that was named rightly: whether its 90 % interval holds the
+    truth.
+    """
     hidden = {f"{h['effect']}@{h['at']}": h["parameters"] for h in t["hidden"]}
     for effect in t["effects"]:
         truth = hidden.get(f"{effect['name']}@{effect['place']}", {})

@@ -1,8 +1,10 @@
-"""Fit the numbers of `testbed.diagnosis.robot.probabilities`: `testbed lab fit-robot-diagnosis DIR...`.
+"""Fit the numbers of `testbed.diagnosis.robot.probabilities`: `testbed lab fit-robot-diagnosis
+DIR...`.
 
-DIR is a folder of `testbed lab robot-diagnosis`; its runs are development runs from then on. What is fitted is the
-mean logarithm of the probability that the distribution gives to what was hidden, held back by a ridge; it is fitted on
-one half of the runs and judged on the other, both ways, before all of them are used.
+DIR is a folder of `testbed lab robot-diagnosis`; its runs are development runs from then on. What
+is fitted is the mean logarithm of the probability that the distribution gives to what was hidden,
+held back by a ridge; it is fitted on one half of the runs and judged on the other, both ways,
+before all of them are used.
 """
 
 from __future__ import annotations
@@ -60,7 +62,9 @@ def fit(trials: Sequence[Trial]) -> Numbers:
 
 
 def restated(trials: Sequence[Trial], numbers: Mapping[str, float]) -> list[Trial]:
-    """The trials with the probabilities, the verdict and the names that these numbers would give."""
+    """The trials with the probabilities, the verdict and the names that these numbers would
+    give.
+    """
     return [restate(t, distribution(RobotSigns.from_json(t["signs"]), numbers)) for t in trials]
 
 
@@ -79,7 +83,8 @@ def as_yaml(numbers: Numbers, trials: Sequence[Trial], held_out: Mapping[str, An
 
 
 def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
-    """Fit on all runs of these folders, judge across halves, write (the shipped file if None); returns the text.
+    """Fit on all runs of these folders, judge across halves, write (the shipped file if None);
+    returns the text.
 
     Raises InputError where a folder has none.
     """

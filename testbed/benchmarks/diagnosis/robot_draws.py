@@ -1,4 +1,6 @@
-"""The random runs of the robot's blind test: which motion, which drawn machine, and what is hidden in it."""
+"""The random runs of the robot's blind test: which motion, which drawn machine, and what is hidden
+in it.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ KINDS = (
     *("single", "clean", "single", "double", "clean", "single", "outside", "clean", "single"),
     *("single", "clean"),
 )
-"""Of every 20 runs of a motion 8 are sound, 8 hide one effect, 2 hide two and 2 one that no name covers."""
+"""Of every 20 runs of a motion 8 are sound, 8 hide one effect, 2 hide two and 2 one that no name
+covers.
+"""
 SECONDS = 16.0
 PHASES = (
     {"kind": "push", "duration_s": 4, "feed_n": 3000},

@@ -1,4 +1,6 @@
-"""The whole robot's diagnosis on one random run, and what believing it does on another motion of the same machine."""
+"""The whole robot's diagnosis on one random run, and what believing it does on another motion of
+the same machine.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +30,9 @@ SETTLED_S = 1.0
 
 
 def simulate(scenario: Scenario) -> tuple[dict[str, Array], dict[str, Array], dict[str, Any]]:
-    """What the sensors of a run read and what is true, column -> (n,), and what was surveyed before it."""
+    """What the sensors of a run read and what is true, column -> (n,), and what was surveyed before
+    it.
+    """
     from testbed.world.simulation import Simulation
 
     world = Simulation(scenario)
@@ -90,8 +94,8 @@ def trial(seed: int) -> Trial:
 
 
 def _visible(ledger: Any, case: Drawn) -> bool:
-    """Whether all that is hidden can be seen: each name raises the evidence of the set of them. What no name covers
-    is visible where leaving a sound machine is worth as much.
+    """Whether all that is hidden can be seen: each name raises the evidence of the set of them.
+    What no name covers is visible where leaving a sound machine is worth as much.
     """
     if case.kind == "outside":
         return bool(ledger.best()[0].log_factor >= VISIBLE)
@@ -103,8 +107,8 @@ def _visible(ledger: Any, case: Drawn) -> bool:
 
 
 def _closed(found: RobotDiagnosis, case: Drawn) -> dict[str, float]:
-    """Foot-force error, N RMS over the feet, on another motion: as believed, with what was found, and of the machine
-    without what is hidden.
+    """Foot-force error, N RMS over the feet, on another motion: as believed, with what was found,
+    and of the machine without what is hidden.
     """
     from testbed.diagnosis.robot.findings import models
     from testbed.recording.robot_model import RobotModelFile, write_robot_model
@@ -128,7 +132,9 @@ def _closed(found: RobotDiagnosis, case: Drawn) -> dict[str, float]:
 def force_error_n(
     data: Mapping[str, Array], truth: Mapping[str, Array], surveyed: Any, model: Path | None
 ) -> float:
-    """Root mean square error of the own estimate over the four feet, N, with what a model file adds to the belief."""
+    """Root mean square error of the own estimate over the four feet, N, with what a model file adds
+    to the belief.
+    """
     from testbed.estimation.live.chain import forces
     from testbed.workflows.estimate import with_body
     from testbed.world.believed import own_belief

@@ -1,4 +1,6 @@
-"""What the blind test of the diagnosis says: confusion, accuracy by strength, calibration, closed share, baselines."""
+"""What the blind test of the diagnosis says: confusion, accuracy by strength, calibration, closed
+share, baselines.
+"""
 
 from __future__ import annotations
 
@@ -58,22 +60,27 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
 
 
 SHOWS = 0.1
-"""Share of the force error that knowing the names must close for an effect to count as one of the force."""
+"""Share of the force error that knowing the names must close for an effect to count as one of the
+force.
+"""
 
 
 def closed(t: Trial) -> float | None:
-    """Share of the closable squared error closed: of the force, or of the flow for effects that only flows show."""
+    """Share of the closable squared error closed: of the force, or of the flow for effects that
+    only flows show.
+    """
     force = t["oracle_closed_force"] is not None and t["oracle_closed_force"] >= SHOWS
     share: float | None = t["closed_force"] if force else t["closed_flow"]
     return share
 
 
 def closed_of_added(t: Trial) -> float | None:
-    """Share of the squared error that the hidden effects add which is closed: above the error of the refitted model of
-    the sound twin, not above the sensors' floor; averaged over the recordings where refit > 1.1 of that.
+    """Share of the squared error that the hidden effects add which is closed: above the error of
+    the refitted model of the sound twin, not above the sensors' floor; averaged over the recordings
+    where refit > 1.1 of that.
 
-    The floor knows sensors and encoder only; what a friction law of another form leaves over in a sound machine, and
-    landings on the load cell, no effect's name can close.
+    The floor knows sensors and encoder only; what a friction law of another form leaves over in a
+    sound machine, and landings on the load cell, no effect's name can close.
     """
     quantity = "force_n" if (t["oracle_closed_force"] or 0.0) >= SHOWS else "flow_m3_s"
     shares = []
@@ -125,7 +132,9 @@ def truth_set(t: Trial) -> frozenset[str]:
 
 
 def calibration(trials: Sequence[Trial]) -> dict[str, Any]:
-    """Expected calibration error and Brier score of the top hypothesis; the Brier score of base rates beside it."""
+    """Expected calibration error and Brier score of the top hypothesis; the Brier score of base
+    rates beside it.
+    """
     stated = np.array([t["hypotheses"][0]["probability"] for t in trials])
     right = np.array(
         [frozenset(t["hypotheses"][0]["names"]) == truth_set(t) for t in trials], dtype=float
@@ -201,7 +210,9 @@ def baselines(
     double: Sequence[Trial],
     clean: Sequence[Trial],
 ) -> dict[str, Any]:
-    """The same marks for doing nothing, refitting only, raw BIC stepwise and a black-box regression."""
+    """The same marks for doing nothing, refitting only, raw BIC stepwise and a black-box
+    regression.
+    """
     black = [
         t["black_box_closed_force"]
         for t in [*single, *double]

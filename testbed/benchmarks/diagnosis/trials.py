@@ -29,7 +29,9 @@ VISIBLE = 0.05
 
 
 def trial(seed: int) -> dict[str, Any]:
-    """One rig: make it, diagnose it, and compare with what an oracle that knows the names would reach."""
+    """One rig: make it, diagnose it, and compare with what an oracle that knows the names would
+    reach.
+    """
     kind = KINDS[seed % len(KINDS)]
     rig, hidden = make_rig(seed, kind)
     began = time.perf_counter()
@@ -88,7 +90,9 @@ def _oracle(d: Diagnosis, hidden: Hidden) -> Errors | None:
 
 
 def _named(d: Diagnosis, names: tuple[str, ...]) -> Candidate:
-    """The set of these names, each fitted after the one before, with further shapes where they predict better."""
+    """The set of these names, each fitted after the one before, with further shapes where they
+    predict better.
+    """
     current = d.state.refit
     for name in names:
         effect = by_name(name)
@@ -109,7 +113,9 @@ Table = dict[str, dict[str, float]]
 
 
 def _sound_twin(d: Diagnosis, seed: int, kind: str) -> Table:
-    """Recording -> quantity -> error on verify of the refitted model of the rig's twin without what is hidden."""
+    """Recording -> quantity -> error on verify of the refitted model of the rig's twin without what
+    is hidden.
+    """
     twin, _ = make_rig(seed, kind, sound=True)
     series = series_of(twin.identify, twin.known)
     refit = fit_base(Problem(series, declared(twin), d.problem.with_flow))[1]
@@ -122,10 +128,12 @@ def _sound_twin(d: Diagnosis, seed: int, kind: str) -> Table:
 
 
 def _differs(d: Diagnosis, sound: Table) -> bool:
-    """An effect without a name is visible where its rig's sound twin, refitted, has an error at least VISIBLE lower.
+    """An effect without a name is visible where its rig's sound twin, refitted, has an error at
+    least VISIBLE lower.
 
-    Motions in the air only: on the load cell the twin lands in its own way, and as a hundredth of such a recording's
-    samples holds most of its squared error, sound twins differ among themselves by tens of per cent.
+    Motions in the air only: on the load cell the twin lands in its own way, and as a hundredth of
+    such a recording's samples holds most of its squared error, sound twins differ among themselves
+    by tens of per cent.
     """
     return any(
         e < (1.0 - VISIBLE) * d.errors.by_recording[name][quantity]["refit"]
@@ -136,7 +144,9 @@ def _differs(d: Diagnosis, sound: Table) -> bool:
 
 
 def _raw_bic(d: Diagnosis) -> list[str]:
-    """What a stepwise search by the plain criterion would name: every sample a witness, no held-out blocks."""
+    """What a stepwise search by the plain criterion would name: every sample a witness, no held-out
+    blocks.
+    """
     import numpy as np
 
     def score(fit: Fit) -> float:

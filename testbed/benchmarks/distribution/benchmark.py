@@ -1,4 +1,6 @@
-"""The force-distributing controllers on identical held-out cases, against an oracle that knows the truth."""
+"""The force-distributing controllers on identical held-out cases, against an oracle that knows the
+truth.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,8 @@ Run = tuple[Case, str]
 
 @dataclass(frozen=True)
 class ForceDistribution(Benchmark[Run]):
-    """`count` cases of each of `seeds` held-out sets under `controllers` (names or FILE.py:Class) and the oracle.
+    """`count` cases of each of `seeds` held-out sets under `controllers` (names or FILE.py:Class)
+    and the oracle.
 
     Raises InputError for counts below one and for an unknown controller.
     """

@@ -1,6 +1,7 @@
 """The held-out cases of the force-distribution benchmark, and what is measured of one.
 
-A case: slope, friction, payload, ropes, drill and (in a third) one undeclared effect, drawn from the set `distribution`
+A case: slope, friction, payload, ropes, drill and (in a third) one undeclared effect, drawn from
+the set `distribution`
 of randomisation.yaml, and a footing: each foot's height error, which the machine cannot know.
 """
 
@@ -15,7 +16,9 @@ from testbed.scenario.scenario import Scenario, load_scenario
 
 HELD_OUT_SEED = 987_001
 FOOTING_SD_M = 7.0e-4
-"""Height error of a footing (E): two or three millimetres of rock under a plate that settles, levelled by eye."""
+"""Height error of a footing (E): two or three millimetres of rock under a plate that settles,
+levelled by eye.
+"""
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,8 @@ class Outcome:
 
 
 def draw_cases(count: int, seeds: int = 1, machine: str | None = None) -> list[Case]:
-    """The first `count` held-out cases of each of `seeds` sets; a case does not depend on how many there are.
+    """The first `count` held-out cases of each of `seeds` sets; a case does not depend on how many
+    there are.
 
     `machine`: tolerances from which each case draws its world's machine.
     """

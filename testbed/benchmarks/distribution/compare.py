@@ -1,4 +1,6 @@
-"""Controllers against the quadratic program, case by case: how much less friction they use, with intervals."""
+"""Controllers against the quadratic program, case by case: how much less friction they use, with
+intervals.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ RESAMPLES, SPAN = 4000, (0.025, 0.975)
 
 
 def against_base(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
-    """Per controller and kind of case: median saving 1 - use / use of the base, its 95 % interval, medians by seed.
+    """Per controller and kind of case: median saving 1 - use / use of the base, its 95 % interval,
+    medians by seed.
 
     The interval is that of the median over resampled cases. Empty without the base.
     """

@@ -1,4 +1,6 @@
-"""The force-distribution benchmark in one picture: friction used over the oracle's, and the lowest normal load."""
+"""The force-distribution benchmark in one picture: friction used over the oracle's, and the lowest
+normal load.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""One case of the force-distribution benchmark under one controller, or under the oracle that knows the truth.
+"""One case of the force-distribution benchmark under one controller, or under the oracle that knows
+the truth.
 
-One second of position hold brings the footing in, then the controller takes over; a second later the measuring begins,
-and a second after that the drill. The oracle is the quadratic program on the true foot loads, rope tensions and
-attitude.
+One second of position hold brings the footing in, then the controller takes over; a second later
+the measuring begins, and a second after that the drill. The oracle is the quadratic program on the
+true foot loads, rope tensions and attitude.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from testbed.scenario.scenario import Scenario
 Array = NDArray[np.float64]
 ON_S, MEASURE_S = 1.0, 2.0
 LOST_N, LOST_ROWS, FLOOR_N = 100.0, 20, 100.0
-"""A foot is lost when its normal load stays below LOST_N for LOST_ROWS ms; friction use counts no less than FLOOR_N."""
+"""A foot is lost when its normal load stays below LOST_N for LOST_ROWS ms; friction use counts no
+less than FLOOR_N.
+"""
 ORACLE = "oracle"
 PUT_RIGHT_S = 0.2
 
@@ -35,8 +38,8 @@ PUT_RIGHT_S = 0.2
 class Informed(Statics):
     """The oracle's balance: what is measured, put right by the truth.
 
-    The truth comes in over PUT_RIGHT_S: the friction in fast pressures damps the loops, and a loop that hears the bare
-    truth hunts.
+    The truth comes in over PUT_RIGHT_S: the friction in fast pressures damps the loops, and a loop
+    that hears the bare truth hunts.
     """
 
     def __init__(self, known: Statics) -> None:
@@ -172,7 +175,9 @@ def count_losses(normal_n: Array) -> int:
 
 
 def breaks(z: Array, c: Constraints, tolerance: float = 1e-4) -> bool:
-    """Whether a plan (14,), in units of the load, breaks a constraint by more than the tolerance."""
+    """Whether a plan (14,), in units of the load, breaks a constraint by more than the
+    tolerance.
+    """
     over = max(float((c.rows @ z - c.high).max()), float((c.low - c.rows @ z).max()))
     off = float(np.abs(c.balance @ z - c.value).max())
     outside = max(float((c.below - z).max()), float((z - c.above).max()))

@@ -17,7 +17,9 @@ Array = NDArray[np.float64]
 
 
 def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> dict[str, Any]:
-    """The object of distribution.json; beside it what was drawn of each case, and every outcome under `runs`."""
+    """The object of distribution.json; beside it what was drawn of each case, and every outcome
+    under `runs`.
+    """
     affected = np.array([case.affected for case in cases])
     best = np.array([row[-1].friction_use for row in outcomes])
     table = []

@@ -1,4 +1,6 @@
-"""Every estimator on the same runs: the paper's ladder, ours idea by idea, and the floor that the sensors set."""
+"""Every estimator on the same runs: the paper's ladder, ours idea by idea, and the floor that the
+sensors set.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ from testbed.world.believed import OwnBelief
 
 @dataclass(frozen=True)
 class Estimators(Benchmark[Trial]):
-    """All runs; `few`: one of each kind; `own`: estimators of the user's own, FILE.py:Class, beside the shipped ones.
+    """All runs; `few`: one of each kind; `own`: estimators of the user's own, FILE.py:Class, beside
+    the shipped ones.
 
     Raises InputError for a class that is not there or does not fit.
     """
@@ -30,7 +33,9 @@ class Estimators(Benchmark[Trial]):
     noun = "runs"
     few: bool = False
     draw: str | None = "workshop"
-    """Tolerances from which each run's machine is drawn, beside the errors of friction that it has anyhow."""
+    """Tolerances from which each run's machine is drawn, beside the errors of friction that it has
+    anyhow.
+    """
 
     own: tuple[str, ...] = ()
 

@@ -1,7 +1,8 @@
-"""Simulated calibrations: a leg that presses on a load cell while it moves to and fro, with known a and b.
+"""Simulated calibrations: a leg that presses on a load cell while it moves to and fro, with known a
+and b.
 
-What is unknown is drawn from what the calibration expects beforehand (its priors), so that its 95 % regions ought to
-hold the truth in 95 of 100 trials.
+What is unknown is drawn from what the calibration expects beforehand (its priors), so that its 95 %
+regions ought to hold the truth in 95 of 100 trials.
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ REGION_95 = 5.991464547
 
 
 def press_recording(seed: int, seconds: float = 15.0) -> tuple[Recording, Array]:
-    """(recording, true (a, b) of A and B (2, 2)): 1 to 13 kN on the load cell, outliers in one sample of a thousand."""
+    """(recording, true (a, b) of A and B (2, 2)): 1 to 13 kN on the load cell, outliers in one
+    sample of a thousand.
+    """
     rng = np.random.default_rng([3, seed])
     t = np.arange(0.0, seconds, 1.0 / RATE_HZ)
     pace = 2.0 * np.pi * rng.uniform(0.15, 0.25)
@@ -56,7 +59,9 @@ def press_recording(seed: int, seconds: float = 15.0) -> tuple[Recording, Array]
 
 
 def _pressure_a(rng: np.random.Generator, v: Array, load: Array, pb: Array) -> Array:
-    """PA (n,) that balances load, frame, pB and friction: (5) with a shift delta, and parts from load and pressures."""
+    """PA (n,) that balances load, frame, pB and friction: (5) with a shift delta, and parts from
+    load and pressures.
+    """
     friction = random_friction(rng)
     level = 0.5 * (friction.coulomb_plus_n + friction.coulomb_minus_n)
     even = friction.model_copy(update={"coulomb_plus_n": level, "coulomb_minus_n": level})

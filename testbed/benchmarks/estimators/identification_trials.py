@@ -1,4 +1,5 @@
-"""Simulated identifications: a leg in the air with known friction, 0.1 mm encoder and noisy pressures.
+"""Simulated identifications: a leg in the air with known friction, 0.1 mm encoder and noisy
+pressures.
 
 The motion is the paper's figure 8: constant speeds in both directions, joined by soft reversals.
 """
@@ -29,7 +30,9 @@ KNOWN = Known(bore_m=0.07, rod_m=0.04, stroke_m=0.5, moving_mass_kg=91.7, inclin
 
 
 def random_friction(rng: np.random.Generator) -> Friction:
-    """A plausible set of eight parameters: F_c 300-1500 N, F_s 100-500 N, c_s 3-20 mm/s, sigma 2-8 kN s/m."""
+    """A plausible set of eight parameters: F_c 300-1500 N, F_s 100-500 N, c_s 3-20 mm/s, sigma 2-8
+    kN s/m.
+    """
     a, b = _side(rng), _side(rng)
     return Friction(
         viscous_plus_n_s_m=a[0],
@@ -53,7 +56,9 @@ def _side(rng: np.random.Generator) -> tuple[float, float, float, float]:
 
 
 def eight(friction: Friction) -> Array:
-    """The eight parameters of (5) in their order: sigma, F_c0, F_s0, c_s for extension, then for retraction."""
+    """The eight parameters of (5) in their order: sigma, F_c0, F_s0, c_s for extension, then for
+    retraction.
+    """
     f = friction
     return np.array(
         [
@@ -72,7 +77,9 @@ def eight(friction: Friction) -> Array:
 def speed_profile(
     speeds_m_s: tuple[float, ...] = SPEEDS_M_S, travel_m: float = 0.02, longest_s: float = 3.0
 ) -> Array:
-    """Speeds (n,) at RATE_HZ: each speed out and back for at most `longest_s` or `travel_m`, ramps of 0.1 s."""
+    """Speeds (n,) at RATE_HZ: each speed out and back for at most `longest_s` or `travel_m`, ramps
+    of 0.1 s.
+    """
     parts = [np.zeros(200)]
     for speed in speeds_m_s:
         hold = int(RATE_HZ * min(longest_s, max(travel_m / speed, 0.4)))
@@ -91,7 +98,9 @@ def friction_force(friction: Friction, v: Array) -> Array:
 def air_recording(
     friction: Friction, seed: int, v: Array | None = None, known: Known = KNOWN
 ) -> Recording:
-    """A recording with the foot in the air, made from the law itself: pA follows from F_f + m a - m g."""
+    """A recording with the foot in the air, made from the law itself: pA follows from F_f + m a - m
+    g.
+    """
     rng = np.random.default_rng(seed)
     v = speed_profile() if v is None else v
     t = np.arange(v.size) / RATE_HZ
@@ -120,7 +129,9 @@ def _measured(p: Array, rng: np.random.Generator) -> Array:
 def recording_of(
     t: Array, x: Array, pa: Array, pb: Array, reference: Array, known: Known, kind: str
 ) -> Recording:
-    """A recording in memory, as if read from a folder: x m (to be rounded to the encoder's step), pa, pb Pa, N."""
+    """A recording in memory, as if read from a folder: x m (to be rounded to the encoder's step),
+    pa, pb Pa, N.
+    """
     unit = Calibration(k_pa_per_v=2.0e6, a=1.0, b=0.0)
 
     def pressure(column: str) -> Channel:
@@ -163,7 +174,9 @@ def recording_of(
 
 
 def coverage(trials: int, v: Array | None = None) -> tuple[NDArray[np.int64], float]:
-    """(trials in which the 90 % interval holds the truth (8,), largest relative error at unseen speeds)."""
+    """(trials in which the 90 % interval holds the truth (8,), largest relative error at unseen
+    speeds).
+    """
     held, worst = np.zeros(8, dtype=np.int64), 0.0
     v = speed_profile() if v is None else v
     for seed in range(trials):

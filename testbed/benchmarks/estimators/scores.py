@@ -1,8 +1,10 @@
-"""Every estimator on the same runs: the paper's ladder, ours built up and with each idea taken away, sensors' floor.
+"""Every estimator on the same runs: the paper's ladder, ours built up and with each idea taken
+away, sensors' floor.
 
-A run's scores are sums, so that runs add up: `scores` makes them, `merged` adds them, `marks` turns them into numbers.
-Moving: the vertical cylinder faster than 3 mm/s by the encoder, smoothed over 5 ms to both sides; the first second of a
-run, in which everything starts from nothing, is left out.
+A run's scores are sums, so that runs add up: `scores` makes them, `merged` adds them, `marks` turns
+them into numbers.
+Moving: the vertical cylinder faster than 3 mm/s by the encoder, smoothed over 5 ms to both sides;
+the first second of a run, in which everything starts from nothing, is left out.
 """
 
 from __future__ import annotations
@@ -70,7 +72,9 @@ WHOLE, FLOOR, ALONE = "own: all, robust", "floor", "alone"
 
 
 def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scores:
-    """Sums of one run: estimator -> category -> sums. `own`: classes of the user's own, FILE.py:Class."""
+    """Sums of one run: estimator -> category -> sums. `own`: classes of the user's own,
+    FILE.py:Class.
+    """
     belief, model = believed.legs(1e-3), RobotModel(believed.machine.urdf)
     late = series.data["t"] > LEFT_OUT_S
     speed = np.array([_speed(series, leg) for leg in LEGS])[:, late]
@@ -109,7 +113,8 @@ def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scor
 def floor(series: Series, belief: Believed) -> Array:
     """The true load with the sensors' noise on it, through the own estimate's filter, N (4, n).
 
-    What the readings differ from the chambers by, less its mean (the thermal zero), through the areas.
+    What the readings differ from the chambers by, less its mean (the thermal zero), through the
+    areas.
     """
     tuning, out = OwnTuning(), []
     constants = {
@@ -156,7 +161,9 @@ def _speed(series: Series, leg: str) -> Array:
 
 
 def _sums(error: Array, speed: Array, sd: Array | None) -> dict[str, dict[str, Any]]:
-    """Sums over the samples of each category: count, error, its square, histogram of its size, coverage, width."""
+    """Sums over the samples of each category: count, error, its square, histogram of its size,
+    coverage, width.
+    """
     moving = speed > MOVING_M_S
     parts = {
         "moving": moving,
@@ -195,7 +202,9 @@ def merged(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
 
 
 def marks(sums: dict[str, Any]) -> dict[str, float | None]:
-    """Root mean square, bias, 99th percentile of the size (N), coverage of the 90 % interval and its mean width (N)."""
+    """Root mean square, bias, 99th percentile of the size (N), coverage of the 90 % interval and
+    its mean width (N).
+    """
     n = sums["n"]
     if n == 0:
         return {"rmse_n": None, "bias_n": None, "p99_n": None, "n": 0}

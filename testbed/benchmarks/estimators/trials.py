@@ -1,10 +1,11 @@
-"""The runs on which estimators are compared: standing, swaying, raising, walking, drilling; warm and cold; slopes.
+"""The runs on which estimators are compared: standing, swaying, raising, walking, drilling; warm
+and cold; slopes.
 
-In every run the true friction of the three kinds of cylinder, and what it depends on, is off from the believed numbers
-by a drawn error (5 % in one standard deviation), as an identification would leave it, and so is the load on the
-platform (15 kg); thermal zeros are drawn by seed.
-`choose` runs may be used to choose constants on, `judge` runs are for results alone: other seeds, slopes (save
-for one crawl's) and, but for the calibration's, temperatures.
+In every run the true friction of the three kinds of cylinder, and what it depends on, is off from
+the believed numbers by a drawn error (5 % in one standard deviation), as an identification would
+leave it, and so is the load on the platform (15 kg); thermal zeros are drawn by seed.
+`choose` runs may be used to choose constants on, `judge` runs are for results alone: other seeds,
+slopes (save for one crawl's) and, but for the calibration's, temperatures.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ Array = NDArray[np.float64]
 BASE_C = 40.0
 """The temperature at which the pressure sensors were calibrated, degC."""
 FRICTION_ERROR = 0.05
-"""One standard deviation of what the believed friction numbers are off by: what an identification leaves."""
+"""One standard deviation of what the believed friction numbers are off by: what an identification
+leaves.
+"""
 DEPENDENCE_ERROR = 0.2
 """The same of what friction depends on: place, pressure, side load, warmth, rest."""
 MASS_ERROR_KG = 15.0
@@ -195,7 +198,9 @@ TRUE: tuple[str, ...] = (
 
 @dataclass(frozen=True)
 class Series:
-    """What a run leaves for the comparison: measured and true columns (n,), and the surveyed ropes (2, 3)."""
+    """What a run leaves for the comparison: measured and true columns (n,), and the surveyed ropes
+    (2, 3).
+    """
 
     data: dict[str, Array]
     truth: dict[str, Array]

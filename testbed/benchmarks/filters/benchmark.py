@@ -1,7 +1,9 @@
-"""The force filters compared: six scenes, six rivals each with its best constant, lock-out and delay of true steps.
+"""The force filters compared: six scenes, six rivals each with its best constant, lock-out and
+delay of true steps.
 
-All filters share Q and R (the noise is known, and how smooth the plain filter shall be is a choice). In every scene
-a rival counts with the constant that suits it best there; the testbed's own filter has one setting for all.
+All filters share Q and R (the noise is known, and how smooth the plain filter shall be is a
+choice). In every scene a rival counts with the constant that suits it best there; the testbed's own
+filter has one setting for all.
 """
 
 from __future__ import annotations
@@ -39,7 +41,9 @@ class SceneResult:
 
 @dataclass(frozen=True)
 class StepResult:
-    """What becomes of true steps: locked out = never half way within the trial; delay to half height, ms."""
+    """What becomes of true steps: locked out = never half way within the trial; delay to half
+    height, ms.
+    """
 
     filter: str
     steps: int
@@ -91,7 +95,9 @@ def half_height_delays(
 
 
 def step_trial(filter_: Filter, steps: int = 10_000) -> StepResult:
-    """True steps of 0.3 to 10 kN, both ways, log-uniform, through a filter with its usual constant."""
+    """True steps of 0.3 to 10 kN, both ways, log-uniform, through a filter with its usual
+    constant.
+    """
     rng = np.random.default_rng(11)
     sizes_n = np.exp(rng.uniform(np.log(300.0), np.log(10_000.0), steps))
     delay = half_height_delays(filter_, sizes_n * rng.choice([-1.0, 1.0], steps))

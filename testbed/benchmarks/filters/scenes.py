@@ -1,7 +1,10 @@
-"""Six scenes for a force filter: a true load along one leg, and what a noisy, spiky estimate makes of it.
+"""Six scenes for a force filter: a true load along one leg, and what a noisy, spiky estimate makes
+of it.
 
-1 kHz, noise 60 N (one standard deviation: sensors and friction together). Spikes are what stick-slip, a valve's edge
-and a bad contact leave: 1 to 8 ms long, 0.5 to 4 kN high, four a second. All levels are those of a machine of 4 t.
+1 kHz, noise 60 N (one standard deviation: sensors and friction together). Spikes are what
+stick-slip, a valve's edge
+and a bad contact leave: 1 to 8 ms long, 0.5 to 4 kN high, four a second. All levels are those of a
+machine of 4 t.
 """
 
 from __future__ import annotations
@@ -46,7 +49,9 @@ def slow_load(t: Array, rng: np.random.Generator) -> Array:
 
 
 def fast_unload(t: Array, rng: np.random.Generator) -> Array:
-    """A foot loses its hold within 5 to 40 ms, about every two seconds, and is loaded again over 0.7 s."""
+    """A foot loses its hold within 5 to 40 ms, about every two seconds, and is loaded again over
+    0.7 s.
+    """
     times, loads, now = [0.0], [8000.0], 0.0
     while now < t[-1]:
         now += rng.uniform(0.8, 1.2)
@@ -58,7 +63,9 @@ def fast_unload(t: Array, rng: np.random.Generator) -> Array:
 
 
 def touchdown(t: Array, rng: np.random.Generator) -> Array:
-    """A foot meets the ground: the load rises with an 8 to 14 Hz ring that dies in 0.2 s; unloaded over 0.5 s."""
+    """A foot meets the ground: the load rises with an 8 to 14 Hz ring that dies in 0.2 s; unloaded
+    over 0.5 s.
+    """
     out, start = np.zeros_like(t), 0.5
     while start < t[-1]:
         level, ring_hz = rng.uniform(4000.0, 9000.0), rng.uniform(8.0, 14.0)
@@ -71,7 +78,9 @@ def touchdown(t: Array, rng: np.random.Generator) -> Array:
 
 
 def hammering(t: Array, rng: np.random.Generator) -> Array:
-    """The drill hammers for three seconds of every four: 800 N pulses of 6 ms at 35 Hz on a foot under 5 kN."""
+    """The drill hammers for three seconds of every four: 800 N pulses of 6 ms at 35 Hz on a foot
+    under 5 kN.
+    """
     phase = (35.0 * t + rng.random()) % 1.0
     pulse = np.where(phase < 0.2, np.sin(np.pi * phase / 0.2), 0.0)
     return 5000.0 + 800.0 * pulse * ((t % 4.0) < 3.0)
@@ -89,7 +98,9 @@ SCENES: dict[str, tuple[Callable[[Array, np.random.Generator], Array], bool]] = 
 
 
 def scene(name: str, seed: int) -> tuple[Array, Array]:
-    """(true load, what is measured of it), N, SECONDS long at RATE_HZ; the same numbers for the same seed."""
+    """(true load, what is measured of it), N, SECONDS long at RATE_HZ; the same numbers for the
+    same seed.
+    """
     load, spiky = SCENES[name]
     rng = np.random.default_rng([seed, list(SCENES).index(name)])
     t = np.arange(int(SECONDS * RATE_HZ)) / RATE_HZ

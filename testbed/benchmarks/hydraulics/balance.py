@@ -1,7 +1,8 @@
-"""The books of the hydraulics kept from outside: oil and energy while twelve loaded axes work, creep at rest.
+"""The books of the hydraulics kept from outside: oil and energy while twelve loaded axes work,
+creep at rest.
 
-The energy that a place stores is that of its pressure (oil.py), the wall of a hose and the gas of the accumulator
-included; oil at rest in the tank counts with the enthalpy of the tank's pressure.
+The energy that a place stores is that of its pressure (oil.py), the wall of a hose and the gas of
+the accumulator included; oil at rest in the tank counts with the enthalpy of the tank's pressure.
 """
 
 from __future__ import annotations
@@ -62,7 +63,9 @@ class Balance:
     stored_j: float
     loss_j: float
     energy_lost: float
-    """Pump work less mechanical and traction work, stored energy and losses, as a share of pump work."""
+    """Pump work less mechanical and traction work, stored energy and losses, as a share of pump
+    work.
+    """
     highest_power_w: float
     lowest_pressure_pa: float
     travel_m: float
@@ -79,9 +82,11 @@ def work_loop(
     substeps: int,
     books: Any,
 ) -> None:
-    """Masses on the rods (Driven), pushed and driven round their middle; unit: a SupplyState and its PowerUnit.
+    """Masses on the rods (Driven), pushed and driven round their middle; unit: a SupplyState and
+    its PowerUnit.
 
-    Positions move by the rates that the kernel was given, so that its work and the rods' are the same.
+    Positions move by the rates that the kernel was given, so that its work and the rods' are the
+    same.
     """
     n = axes.shape[0]
     supply, power = unit
@@ -95,7 +100,8 @@ def work_loop(
         hydraulic_step(axes, params, given, supply, power, STEP_S, substeps)
         for i in range(n):
             axis, rod = axes[i], given[i]
-            # the atmosphere pushes on the rod's cross-section: work of the pressures, not of the rod
+            # the atmosphere pushes on the rod's cross-section: work of the pressures, not of the
+            # rod
             air = (params[i].a.area - params[i].b.area) * ATMOSPHERE_PA
             books.mechanical += STEP_S * rod.rate * (axis.force + air)
             books.travel += STEP_S * abs(rod.rate)
@@ -155,7 +161,9 @@ def balance(
     progress: Callable[[float], None] | None = None,
     of_set: SetName = SET,
 ) -> Balance:
-    """Twelve loaded axes and both traction devices at work for `seconds`; `drive`: size of the commands."""
+    """Twelve loaded axes and both traction devices at work for `seconds`; `drive`: size of the
+    commands.
+    """
     params, unit = machine(of_set)
     n = len(params)
     rng = np.random.default_rng(20090716)

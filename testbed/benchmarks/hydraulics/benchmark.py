@@ -1,4 +1,6 @@
-"""The compiled hydraulics against SciPy's Radau: random manoeuvres, masses that move freely, books of oil and energy."""
+"""The compiled hydraulics against SciPy's Radau: random manoeuvres, masses that move freely, books
+of oil and energy.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ STEP_S = 1e-3
 
 @dataclass(frozen=True)
 class Difference:
-    """Kernel less reference, the axis's mean force over each engine step, N: at the default substep and at halves."""
+    """Kernel less reference, the axis's mean force over each engine step, N: at the default substep
+    and at halves.
+    """
 
     number: int
     kind: str
@@ -52,7 +56,9 @@ class Difference:
 
     @property
     def holds(self) -> bool:
-        """Within 0.3 % (RMS) and 2 % (worst) of 15 kN, and at most half of it at half the substep (or below 0.1 N)."""
+        """Within 0.3 % (RMS) and 2 % (worst) of 15 kN, and at most half of it at half the substep
+        (or below 0.1 N).
+        """
         halves = self.half_rms_n <= max(0.5 * self.rms_n, 0.1)
         return self.rms_n < 0.003 * FULL_FORCE_N and self.worst_n < 0.02 * FULL_FORCE_N and halves
 
@@ -60,7 +66,9 @@ class Difference:
 def kernel_forces(
     m: Manoeuvre, substeps: int, step_s: float = STEP_S
 ) -> tuple[Array, float, float]:
-    """Mean force of the axes over every step, N, (steps, n); lowest chamber and supply pressure, Pa absolute."""
+    """Mean force of the axes over every step, N, (steps, n); lowest chamber and supply pressure, Pa
+    absolute.
+    """
     axes, supply = m.axes.copy(), m.supply.copy()
     given = AxisInput.zeros(len(axes))
     steps = round(m.duration_s / step_s)
@@ -84,7 +92,9 @@ def kernel_forces(
 def compare(
     number: int, substeps: int | None = None, method: str = "Radau", rtol: float = 1e-9
 ) -> Difference:
-    """Manoeuvre `number`: the kernel at `substeps` (default: a scenario's), and finer, against the reference."""
+    """Manoeuvre `number`: the kernel at `substeps` (default: a scenario's), and finer, against the
+    reference.
+    """
     n = Rates().hydraulic_substeps if substeps is None else substeps
     m = manoeuvre(number)
     truth = solve(m, HOLD_S, STEP_S, method=method, rtol=rtol)
@@ -103,7 +113,9 @@ def compare(
 
 @dataclass(frozen=True)
 class Hydraulics(Benchmark[Piece]):
-    """`manoeuvres` random manoeuvres, motions of a free mass, and the books of oil and energy over `seconds`."""
+    """`manoeuvres` random manoeuvres, motions of a free mass, and the books of oil and energy over
+    `seconds`.
+    """
 
     name = "hydraulics"
     noun = "checks"

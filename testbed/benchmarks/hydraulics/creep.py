@@ -1,8 +1,10 @@
-"""A piston stuck below break-away behind shut valves: how far it goes, and how much of that its leakage explains.
+"""A piston stuck below break-away behind shut valves: how far it goes, and how much of that its
+leakage explains.
 
-Explained is the way of an ideal piston: the oil that the leaks carried (their laws integrated over the pressures,
-beside the kernel's own books) and the hoses took fixes the chambers' pressures as functions of the extension; the
-piston stands where they balance the load and a dry friction that gives like a spring up to its level and no further.
+Explained is the way of an ideal piston: the oil that the leaks carried (their laws integrated over
+the pressures, beside the kernel's own books) and the hoses took fixes the chambers' pressures as
+functions of the extension; the piston stands where they balance the load and a dry friction that
+gives like a spring up to its level and no further.
 """
 
 from __future__ import annotations
@@ -36,7 +38,9 @@ class Creep:
 
 
 def creep(seconds: float = 60.0, share: float = 0.5, leakage: bool = True) -> Creep:
-    """A vertical axis at rest, then loaded by `share` of its break-away more, valves shut for `seconds`."""
+    """A vertical axis at rest, then loaded by `share` of its break-away more, valves shut for
+    `seconds`.
+    """
     params, unit = machine()
     params = params[2:3].copy()
     p = params[0]
@@ -86,7 +90,9 @@ def _leaks(s: Any, p: Any, unit: Any) -> Array:
 
 
 def _level(s: Any, p: Any, x: float, v: float) -> float:
-    """The friction at which the piston slides inwards, N: (4) with its parts along the stroke, by pressure, by rest."""
+    """The friction at which the piston slides inwards, N: (4) with its parts along the stroke, by
+    pressure, by rest.
+    """
     fc = p.seal.inward.coulomb * (1.0 + p.seal.position_slope * (x / p.stroke - 0.5))
     fc += p.seal.pressure_coefficient * (s.a.pressure + s.b.pressure - 2.0 * ATMOSPHERE_PA)
     return float(
@@ -100,7 +106,8 @@ def _level(s: Any, p: Any, x: float, v: float) -> float:
 def _stands_at(oil: Array, p: Any, load: float, held: float, start: float, level: float) -> float:
     """Extension, m, at which the oil of both chambers balances load and friction, by bisection.
 
-    Friction: `held` (N) at `start`, from there a spring with the bristle's stiffness, never beyond `level` (inwards).
+    Friction: `held` (N) at `start`, from there a spring with the bristle's stiffness, never beyond
+    `level` (inwards).
     """
 
     def push(x: float) -> float:

@@ -1,8 +1,10 @@
-"""A mass that rides freely on the rod of a vertical cylinder, stepped as the engine does, and the same in Radau.
+"""A mass that rides freely on the rod of a vertical cylinder, stepped as the engine does, and the
+same in Radau.
 
-Here hydraulics and motion answer each other, as they do beside the engine: what differs is the error of both and of
-how they take turns (coupling.py). Kernel step k covers the reference's time from k dt to (k + 1) dt; valve commands
-are held over whole steps, and the load on the rod is that of the step's middle.
+Here hydraulics and motion answer each other, as they do beside the engine: what differs is the
+error of both and of how they take turns (coupling.py). Kernel step k covers the reference's time
+from k dt to (k + 1) dt; valve commands are held over whole steps, and the load on the rod is that
+of the step's middle.
 """
 
 from __future__ import annotations
@@ -56,7 +58,9 @@ def free_step(
     dt: float,
     substeps: int,
 ) -> None:
-    """One axis and the mass on its rod by dt: force, then rate, then position, as the engine does."""
+    """One axis and the mass on its rod by dt: force, then rate, then position, as the engine
+    does.
+    """
     mass = masses[0]
     centre_window(given[0], mass.position, mass.rate, dt)
     hydraulic_step(axes, params, given, supply, unit, dt, substeps)
@@ -75,7 +79,9 @@ def free_run(
     dt: float,
     told: Any,
 ) -> None:
-    """A step for every row of `told` (command, load): leaves the mean force in `force`, and where the rod then is."""
+    """A step for every row of `told` (command, load): leaves the mean force in `force`, and where
+    the rod then is.
+    """
     for k in range(told.shape[0]):
         now = told[k]
         given[0].command, masses[0].load = now.command, now.load
@@ -106,7 +112,9 @@ class FreeRig:
     def at_rest(
         cls, mass_kg: float, load_n: float, position_m: float, without: tuple[str, ...] = ()
     ) -> FreeRig:
-        """The declared machine's cylinder, `without` parts of its hydraulics; the oil keeps its temperature."""
+        """The declared machine's cylinder, `without` parts of its hydraulics; the oil keeps its
+        temperature.
+        """
         machine = build_machine(of_set=SET)
         params, unit = axis_parameters(machine)[2:3].copy(), unit_parameters(machine)
         switch_off([*without, "oil_warming"], params, unit)
@@ -126,7 +134,9 @@ class FreeRig:
     def reference(
         self, commands: Array, load_n: Callable[[float], float], dt: float, rtol: float
     ) -> tuple[Array, Array]:
-        """Mean force (N) over, and position (m) in the middle of, every dt; commands (segments) held HOLD_S."""
+        """Mean force (N) over, and position (m) in the middle of, every dt; commands (segments)
+        held HOLD_S.
+        """
         from scipy.integrate import solve_ivp
 
         mass, axes = self.masses[0], self.axes
@@ -199,7 +209,9 @@ FREE_MOTIONS: Mapping[str, FreeMotion] = {
 
 @dataclass(frozen=True)
 class FreeDifference:
-    """Kernel with its free mass less the reference, mean force over each step, N, and position, m."""
+    """Kernel with its free mass less the reference, mean force over each step, N, and position,
+    m.
+    """
 
     rms_n: float
     worst_n: float

@@ -1,7 +1,8 @@
 """How many times faster the compiled hydraulics is than SciPy's LSODA at equal error.
 
-Both get what the engine gives: commands and rates held over a millisecond, twelve axes on one supply, one call a
-millisecond, and both are to deliver the mean forces on the rods. LSODA's right-hand side is compiled too.
+Both get what the engine gives: commands and rates held over a millisecond, twelve axes on one
+supply, one call a millisecond, and both are to deliver the mean forces on the rods. LSODA's
+right-hand side is compiled too.
 """
 
 from __future__ import annotations
@@ -69,10 +70,11 @@ def walk(steps: int = 150) -> Walk:
 def kernel_loop(
     axes: Any, params: Any, given: Any, unit: tuple[Any, Any], moves: Any, substeps: int, out: Any
 ) -> None:
-    """Forces of every step into out (steps, n): the kernel called from compiled code, as the world does.
+    """Forces of every step into out (steps, n): the kernel called from compiled code, as the world
+    does.
 
-    given: AxisInput (n) with the extensions at the start; unit: a SupplyState and its PowerUnit; moves (2, steps, n):
-    rates and commands.
+    given: AxisInput (n) with the extensions at the start; unit: a SupplyState and its PowerUnit;
+    moves (2, steps, n): rates and commands.
     """
     supply, power = unit
     for k in range(out.shape[0]):
@@ -96,7 +98,8 @@ def kernel_run(run: Walk, substeps: int) -> tuple[Array, float]:
 
 
 def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]:
-    """The same by SciPy's LSODA at `rtol` (absolute tolerance a tenth of it on states of order one).
+    """The same by SciPy's LSODA at `rtol` (absolute tolerance a tenth of it on states of order
+    one).
 
     solve_ivp(method="LSODA"), or with `bare` the old odeint: the same solver with less around it.
     """
@@ -141,7 +144,9 @@ def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]
 
 
 def equal_error(run: Walk, truth: Array, error_n: float, bare: bool) -> tuple[float, float, float]:
-    """LSODA at the loosest tolerance of the ladder that is as exact: time (us a step), error (N, RMS), tolerance."""
+    """LSODA at the loosest tolerance of the ladder that is as exact: time (us a step), error (N,
+    RMS), tolerance.
+    """
     time_s = error = rtol = 0.0
     for rtol in LADDER:
         forces, time_s = lsoda_run(run, rtol, bare)
@@ -152,7 +157,9 @@ def equal_error(run: Walk, truth: Array, error_n: float, bare: bool) -> tuple[fl
 
 
 def compare_speed(steps: int = 150) -> dict[str, float]:
-    """Times (us a step), errors (N, RMS) and tolerances of the kernel and of LSODA at equal error, and the ratios."""
+    """Times (us a step), errors (N, RMS) and tolerances of the kernel and of LSODA at equal error,
+    and the ratios.
+    """
     run = walk(steps)
     truth, _ = lsoda_run(run, 1e-9, bare=True)
     substeps = Rates().hydraulic_substeps

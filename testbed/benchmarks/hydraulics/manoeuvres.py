@@ -1,4 +1,6 @@
-"""Random manoeuvres of an axis: smooth prescribed motion with valve commands that could have caused it."""
+"""Random manoeuvres of an axis: smooth prescribed motion with valve commands that could have caused
+it.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ OTHERS = 2
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """What kernel and reference are both given; way points (m) of all axes at times (s), joined smoothly."""
+    """What kernel and reference are both given; way points (m) of all axes at times (s), joined
+    smoothly.
+    """
 
     kind: str
     axes: NDArray[Any]
@@ -51,7 +55,9 @@ class Manoeuvre:
 
 
 def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
-    """Manoeuvre `number` (0, 1, ...): kinds take turns, everything else is drawn from its number."""
+    """Manoeuvre `number` (0, 1, ...): kinds take turns, everything else is drawn from its
+    number.
+    """
     rng = np.random.default_rng([20090714, number])
     kind = KINDS[number % len(KINDS)]
     machine = build_machine(of_set=SET)
@@ -105,7 +111,9 @@ def _way(
 
 
 def _commands(m: Manoeuvre, rng: np.random.Generator) -> Array:
-    """What would drive the motion, held; off by a random factor, at rest somewhere in the dead band."""
+    """What would drive the motion, held; off by a random factor, at rest somewhere in the dead
+    band.
+    """
     segments, n = m.commands.shape
     out = np.zeros((segments, n))
     for k in range(segments):

@@ -1,7 +1,9 @@
-"""The laws of the hydraulics once more, as one continuous right-hand side for SciPy's stiff solvers.
+"""The laws of the hydraulics once more, as one continuous right-hand side for SciPy's stiff
+solvers.
 
-Written apart from the kernel: states are scaled oil volumes, pressures come from a bracketed root, the amplifier and
-the play operator from their closed form on a held command. Units inside: volumes in cm3, else SI.
+Written apart from the kernel: states are scaled oil volumes, pressures come from a bracketed root,
+the amplifier and the play operator from their closed form on a held command. Units inside: volumes
+in cm3, else SI.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
 SET: SetName = "original"
 """The machine whose laws stand here: its supply is constant and its valves hold no load."""
 N_AXIS = 9
-"""States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle (mm), dwell,
-integral of the force (N s / 100)."""
+"""States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle
+(mm), dwell, integral of the force (N s / 100)."""
 N_SUPPLY = 2
 """States of the unit: oil in the line (cm3), pump stroke."""
 
@@ -39,7 +41,9 @@ def volume_of_one(p: float, bulk: float, air: float) -> float:
 
 @njit
 def chamber_pressure(volume: float, oil: float, bulk: float, air: float) -> float:
-    """Root of nu(p) = volume / oil in ln p, by Newton inside a bracket; vapour pressure in a void."""
+    """Root of nu(p) = volume / oil in ln p, by Newton inside a bracket; vapour pressure in a
+    void.
+    """
     nu = volume / oil
     if nu >= volume_of_one(PV, bulk, air):
         return PV
@@ -66,7 +70,9 @@ def chamber_pressure(volume: float, oil: float, bulk: float, air: float) -> floa
 
 @njit
 def line_pressure(oil: float, u: Any) -> float:
-    """Pressure of the supply line that holds `oil` m3: bisection and secant on a monotone function."""
+    """Pressure of the supply line that holds `oil` m3: bisection and secant on a monotone
+    function.
+    """
     low, high = PV, 1.0e8
     for _ in range(200):
         p = 0.5 * (low + high)
@@ -100,7 +106,9 @@ def edge(k: float, drop: float) -> float:
 
 @njit
 def held_play(t: float, a0: float, u: float, r0: float, width: float, tau: float) -> float:
-    """Output of amplifier and play t after the command became u: r0 unless the amplifier's band has left it behind."""
+    """Output of amplifier and play t after the command became u: r0 unless the amplifier's band has
+    left it behind.
+    """
     a = u + (a0 - u) * math.exp(-t / tau)
     return min(max(r0, a - width), a + width)
 
@@ -182,7 +190,9 @@ def axis_rates(
     ends: tuple[float, float],
     warm: float,
 ) -> float:
-    """Rates of one axis's states; returns what it draws from the supply, m3/s. `ends`: supply's and tank's pressure."""
+    """Rates of one axis's states; returns what it draws from the supply, m3/s. `ends`: supply's and
+    tank's pressure.
+    """
     ps, pt = ends
     pa = chamber_pressure(p.a.dead_volume + p.a.area * x, y[0] * CM3, p.oil.bulk_modulus, p.oil.air)
     pb = chamber_pressure(
@@ -254,9 +264,11 @@ def held_rates(
     valves: tuple[Any, Any, Any],
     oil: tuple[float, float],
 ) -> Any:
-    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: array of one PowerUnit.
+    """`rates` where the pistons' rates and the commands are held from t = 0 on; units: array of one
+    PowerUnit.
 
-    motion: extensions and rates; valves: amplifier, command and play; oil: what traction takes, and the warmth.
+    motion: extensions and rates; valves: amplifier, command and play; oil: what traction takes, and
+    the warmth.
     """
     (x, v), (amplifier, command, play), (taken, warmth) = motion, valves, oil
     played = held_plays(t, amplifier, command, play, params)
@@ -307,7 +319,9 @@ def solve(
     rtol: float = 1e-9,
     atol: float = 1e-9,
 ) -> Array:
-    """Mean force of each axis over every `step_s`, N, (steps, n), by SciPy; its commands are held `hold_s`."""
+    """Mean force of each axis over every `step_s`, N, (steps, n), by SciPy; its commands are held
+    `hold_s`.
+    """
     from scipy.integrate import solve_ivp
 
     axes, params, supply, unit = m.axes, m.params, m.supply, m.unit

@@ -1,6 +1,8 @@
-"""The whole-body estimate on drawn machines: by what the robot believes, task by task, and what each idea of it earns.
+"""The whole-body estimate on drawn machines: by what the robot believes, task by task, and what
+each idea of it earns.
 
-Each machine commissions itself, then does every task once; every belief and every ablation sees the same recordings.
+Each machine commissions itself, then does every task once; every belief and every ablation sees the
+same recordings.
 """
 
 from __future__ import annotations
@@ -52,7 +54,8 @@ KINDS = {
 class DrawnMachines(Benchmark[int]):
     """`machines` machines drawn from the tolerances `draw`, the first with the seed `first_seed`.
 
-    `commissions`: each commissions itself first; `recordings`: a folder in which the runs are kept, and taken from.
+    `commissions`: each commissions itself first; `recordings`: a folder in which the runs are kept,
+    and taken from.
     """
 
     name = "machines"
@@ -89,7 +92,9 @@ class DrawnMachines(Benchmark[int]):
         return {"machine": case, "numbers": found, "tasks": tasks}
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
-        """Error and coverage by task and belief, what each idea earns, and how often commissioning was right."""
+        """Error and coverage by task and belief, what each idea earns, and how often commissioning
+        was right.
+        """
         every = list(answers.values())
         return {
             "machines": self.machines,
@@ -106,7 +111,9 @@ class DrawnMachines(Benchmark[int]):
 
 
 def commissioned(draw: str, seed: int, model: Path) -> dict[str, dict[str, float]]:
-    """Let a drawn machine commission itself into a model file: each number found, its interval, and the truth."""
+    """Let a drawn machine commission itself into a model file: each number found, its interval, and
+    the truth.
+    """
     from testbed.formats.yaml_files import read_mapping
     from testbed.simulation.truth_machine import TRUTH_MACHINE
     from testbed.workflows.commission import commission, recorded
@@ -142,7 +149,8 @@ def _by_belief(runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def marks(runs: Sequence[Mapping[str, float]]) -> dict[str, Any]:
-    """RMS error over all machines and of the worst one, N, and the intervals' coverage: all, moving, at rest.
+    """RMS error over all machines and of the worst one, N, and the intervals' coverage: all,
+    moving, at rest.
 
     The coverage's own interval is that of a mean over machines, which err each in its own way.
     """
@@ -167,7 +175,9 @@ def marks(runs: Sequence[Mapping[str, float]]) -> dict[str, Any]:
 
 
 def _held(machines: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, Any]:
-    """By kind of number: how many were found, how many intervals held the truth, error and half width, RMS."""
+    """By kind of number: how many were found, how many intervals held the truth, error and half
+    width, RMS.
+    """
     machines, out = list(machines), {}
     for kind, part in KINDS.items():
         numbers = [n for found in machines for name, n in found.items() if part in name]

@@ -1,4 +1,6 @@
-"""One task on one drawn machine, and what the robot may believe of that machine: its truth, its drawing, what it found."""
+"""One task on one drawn machine, and what the robot may believe of that machine: its truth, its
+drawing, what it found.
+"""
 
 from __future__ import annotations
 
@@ -45,10 +47,12 @@ ABLATIONS: dict[str, tuple[str, ...]] = {
 }
 """The drawing board's belief with one idea of the estimate switched off."""
 PUBLISHED = ("friction", "modified_kbf")
-"""The paper's (7), and its filter on it, beside every belief's own estimate on the drawing board."""
+"""The paper's (7), and its filter on it, beside every belief's own estimate on the drawing
+board.
+"""
 LEFT_OUT_S, Z90, MOVING_M_S, AROUND = 1.0, 1.645, 3.0e-3, 25
-"""The first second, in which everything starts from nothing, is not scored. A piston moves where it does so over as
-many samples to both sides."""
+"""The first second, in which everything starts from nothing, is not scored. A piston moves where it
+does so over as many samples to both sides."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,9 @@ def chain_belief(
 def estimates(
     scenario: Scenario, series: Series, model: Path | None, ablations: bool
 ) -> Iterator[tuple[str, Array, Array | None]]:
-    """Name of a belief or of a method, its foot loads (4, n), and their standard deviation (4, n) where it says one."""
+    """Name of a belief or of a method, its foot loads (4, n), and their standard deviation (4, n)
+    where it says one.
+    """
     for name, own in beliefs(scenario, model).items():
         rows = replay_rows(series.data, chain_belief(own, scenario, series.rope_directions))
         yield name, rows["estimate"]["own"].T, rows["estimate_own"]["sd"].T
@@ -127,7 +133,9 @@ def estimates(
 
 
 def sums(error: Array, sd: Array | None, moving: NDArray[np.bool_]) -> dict[str, float]:
-    """Samples, squared error, and how many the 90 % interval holds; those of moving pistons apart; all (4, n)."""
+    """Samples, squared error, and how many the 90 % interval holds; those of moving pistons apart;
+    all (4, n).
+    """
     out: dict[str, float] = {}
     for prefix, mask in (("", np.ones_like(moving)), ("moving_", moving)):
         out[f"{prefix}samples"] = int(mask.sum())
@@ -179,7 +187,9 @@ def read_kept(file: Path) -> Series:
 
 
 def recorder(folder: Path | None, name: str) -> Callable[[Scenario], Series]:
-    """Simulates, or reads what a former run of that name left in the folder; None: nothing is kept."""
+    """Simulates, or reads what a former run of that name left in the folder; None: nothing is
+    kept.
+    """
     if folder is None:
         return simulate
     file = folder / f"{name}.npz"

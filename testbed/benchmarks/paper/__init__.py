@@ -1,1 +1,3 @@
-"""The paper's experiments, one figure a file: each a pure function from nothing to data and judged claims."""
+"""The paper's experiments, one figure a file: each a pure function from nothing to data and judged
+claims.
+"""

@@ -21,7 +21,8 @@ TABLES = {"II": "4", "III": "8", "IV": "12"}
 
 
 def chosen(names: Sequence[str]) -> list[str]:
-    """Figures asked for by number or by table ('6', 'III'), in the paper's order, each once; all for none.
+    """Figures asked for by number or by table ('6', 'III'), in the paper's order, each once; all
+    for none.
 
     Raises InputError for one that the paper's experiments do not have.
     """
@@ -44,7 +45,9 @@ def experiment(figure: str, machine: SetName = DEFAULT) -> Experiment:
 
 @dataclass(frozen=True)
 class Paper(Benchmark[str]):
-    """`figures` by number or table ('6', 'III'), all for none, on a machine. Raises InputError for what there is not."""
+    """`figures` by number or table ('6', 'III'), all for none, on a machine. Raises InputError for
+    what there is not.
+    """
 
     name = "paper"
     noun = "figures"

@@ -1,10 +1,12 @@
-"""Figure 5 on one leg: after a raising step the one-chamber force decays towards the true weight while positions hold.
+"""Figure 5 on one leg: after a raising step the one-chamber force decays towards the true weight
+while positions hold.
 
-The carried mass rides on a vertical cylinder (x its extension, m; load along -x); a position loop holds it within a
-tolerance.
-While the leg rises, the oil that leaves chamber B through its edge to the tank holds a back pressure there; the valve
-shuts on it. If its shut edges leak more to the tank than from the supply, that back pressure drains within tens of
-seconds, and chamber A, which carries weight plus pB A_B, falls towards the weight. With edges that leak alike it stays.
+The carried mass rides on a vertical cylinder (x its extension, m; load along -x); a position loop
+holds it within a tolerance.
+While the leg rises, the oil that leaves chamber B through its edge to the tank holds a back
+pressure there; the valve shuts on it. If its shut edges leak more to the tank than from the supply,
+that back pressure drains within tens of seconds, and chamber A, which carries weight plus pB A_B,
+falls towards the weight. With edges that leak alike it stays.
 """
 
 from __future__ import annotations
@@ -55,7 +57,9 @@ class Moment(Record):
 
 @dataclass(frozen=True)
 class Decay:
-    """One raising step: one-chamber force (1), N, and position, m, over time, s; and what became of them."""
+    """One raising step: one-chamber force (1), N, and position, m, over time, s; and what became of
+    them.
+    """
 
     t_s: Array
     one_chamber_n: Array
@@ -86,7 +90,9 @@ def hold_loop(
     tolerance: float,
     moments: Any,
 ) -> None:
-    """Follow the references of `moments`, a Moment a millisecond, by a valve shut within the tolerance."""
+    """Follow the references of `moments`, a Moment a millisecond, by a valve shut within the
+    tolerance.
+    """
     p, rod = params[0], given[0]
     position, rate = moments[0].reference, 0.0
     for k in range(moments.shape[0]):
@@ -110,7 +116,9 @@ def hold_loop(
 def raising_step(
     changes: Mapping[str, float], without: Sequence[str] = (), seconds: float = 40.0
 ) -> Decay:
-    """One step of 20 mm, then `seconds` of holding; `changes` of the parameter file, parts left out by name."""
+    """One step of 20 mm, then `seconds` of holding; `changes` of the parameter file, parts left out
+    by name.
+    """
     machine = chosen().machine(changes)
     params = axis_parameters(machine)[2:3].copy()
     unit = unit_parameters(machine)

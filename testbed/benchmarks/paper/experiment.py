@@ -1,4 +1,6 @@
-"""What an experiment of the paper comes to: claims with a stated criterion, plots and tables as plain data."""
+"""What an experiment of the paper comes to: claims with a stated criterion, plots and tables as
+plain data.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement, the range [low, high] in which it counts as borne out, and what was measured."""
+    """One statement, the range [low, high] in which it counts as borne out, and what was
+    measured.
+    """
 
     figure: str
     claim: str
@@ -79,7 +83,9 @@ def between(figure: str, claim: str, low: float, high: float, measured: float, u
 
 @dataclass(frozen=True)
 class Line:
-    """One curve: `style` is matplotlib's ('-', '--', '.', 'o'); `colour` a number of the palette."""
+    """One curve: `style` is matplotlib's ('-', '--', '.', 'o'); `colour` a number of the
+    palette.
+    """
 
     x: Array
     y: Array

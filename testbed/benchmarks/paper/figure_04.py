@@ -26,14 +26,17 @@ K_PA_PER_V = 2.0e6
 CELL_AT_M = 0.2
 PRESS_M, PRESS_M_S, PRESSES = 0.013, 2.5e-3, 3
 STAIR_M, STAIR_S = 1.0e-3, 12.0
-"""Before that, loads held one after the other, 1 kN apart and rising: what the regression is made on. They are held as
-long as figure 5's heights, so that figures 5 and 6 stand under the same calibration (assumed: not published)."""
+"""Before that, loads held one after the other, 1 kN apart and rising: what the regression is made
+on. They are held as long as figure 5's heights, so that figures 5 and 6 stand under the same
+calibration (assumed: not published)."""
 LEVELS = round(PRESS_M / STAIR_M) + 1
 
 
 @dataclass(frozen=True)
 class Regression:
-    """The paper's regression (2) on one leg: load cell pressure F / A_A against V_A; a (1), b (V), R2 (1)."""
+    """The paper's regression (2) on one leg: load cell pressure F / A_A against V_A; a (1), b (V),
+    R2 (1).
+    """
 
     a: float
     b: float
@@ -58,13 +61,17 @@ def held_samples(trace: Trace) -> NDArray[np.intp]:
 
 
 def explained_n(trace: Trace, held: NDArray[np.intp]) -> float:
-    """The largest b that a frame and a back pressure explain, N: m g and the mean of pB A_B over the held loads."""
+    """The largest b that a frame and a back pressure explain, N: m g and the mean of pB A_B over
+    the held loads.
+    """
     back = float(np.mean(trace.pressure_b_pa[held])) * trace.area_b_m2
     return MASS_KG * GRAVITY_M_S2 + back
 
 
 def straight_line(volts: Array, load_n: Array, area_m2: float) -> Regression:
-    """Least squares of F / (k A_A) = a V + b. For load_n = k A_A (a V + b) it returns a and b, R2 = 1."""
+    """Least squares of F / (k A_A) = a V + b. For load_n = k A_A (a V + b) it returns a and b, R2 =
+    1.
+    """
     y = load_n / (K_PA_PER_V * area_m2)
     a, b = np.polyfit(volts, y, 1)
     rest = y - a * volts - b

@@ -53,7 +53,9 @@ class Raised:
 
 
 def scenario(without: Sequence[str] = (), changes: Mapping[str, float] | None = None) -> Scenario:
-    """The robot on its belly on even ground, without ropes; three steps of 50 mm, the first lifts it off."""
+    """The robot on its belly on even ground, without ropes; three steps of 50 mm, the first lifts
+    it off.
+    """
     return checked(
         Scenario,
         {
@@ -84,7 +86,9 @@ def scenario(without: Sequence[str] = (), changes: Mapping[str, float] | None = 
 
 
 def raised(without: Sequence[str] = (), changes: Mapping[str, float] | None = None) -> Raised:
-    """Run it with `changes` of roboclimber.yaml. Raises SimulationFault where the world breaks down."""
+    """Run it with `changes` of roboclimber.yaml. Raises SimulationFault where the world breaks
+    down.
+    """
     simulation = Simulation(scenario(without, changes))
     try:
         data, truth = simulation.run_block(round((START_S + STEPS * EVERY_S) * RECORD_HZ))
@@ -104,7 +108,9 @@ def raised(without: Sequence[str] = (), changes: Mapping[str, float] | None = No
 
 
 def holds(run: Raised) -> list[slice]:
-    """The rest after each step, from 0.5 s after the set point stands to just before the next step."""
+    """The rest after each step, from 0.5 s after the set point stands to just before the next
+    step.
+    """
     out = []
     for k in range(STEPS):
         first = START_S + k * EVERY_S + STEP_M / SPEED_M_S + 0.5
@@ -113,7 +119,9 @@ def holds(run: Raised) -> list[slice]:
 
 
 def drift_n(force_n: Array, hold: slice) -> float:
-    """Change over a hold, N: mean of its last second less mean of its first half second; negative: it decays."""
+    """Change over a hold, N: mean of its last second less mean of its first half second; negative:
+    it decays.
+    """
     part = force_n[hold]
     return float(part[-RECORD_HZ:].mean() - part[: RECORD_HZ // 2].mean())
 
@@ -126,7 +134,9 @@ def half_time_s(force_n: Array, hold: slice) -> float:
 
 
 def approach(run: Raised, a: float, shift_n: float) -> float:
-    """Error of the calibrated one-chamber sum at the end of a hold over that at its start (means over the holds)."""
+    """Error of the calibrated one-chamber sum at the end of a hold over that at its start (means
+    over the holds).
+    """
     error = [a * run.one_n[h] + shift_n - run.true_n[h] for h in holds(run)]
     first = float(np.mean([abs(e[: RECORD_HZ // 2].mean()) for e in error]))
     return float(np.mean([abs(e[-RECORD_HZ:].mean()) for e in error])) / first

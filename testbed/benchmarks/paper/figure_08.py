@@ -40,7 +40,9 @@ VISCOUS_FROM_M_S = 0.015
 
 
 def speeds_both_ways() -> Array:
-    """Set points (n), m: each speed out and back at three places of the stroke, soft ramps between."""
+    """Set points (n), m: each speed out and back at three places of the stroke, soft ramps
+    between.
+    """
     parts, at = [np.full(500, PLACES_M[0])], PLACES_M[0]
     for place in PLACES_M:
         way = np.linspace(at, place, max(int(abs(place - at) / TRANSIT_M_S * RATE_HZ), 2))
@@ -79,7 +81,8 @@ def velocity(trace: Trace) -> Array:
 
 
 def by_speed(trace: Trace) -> tuple[Array, Array, Array]:
-    """(speed m/s, friction N, position m) at plateaus: means of 0.1 s in which the set point has one speed.
+    """(speed m/s, friction N, position m) at plateaus: means of 0.1 s in which the set point has
+    one speed.
 
     Friction is (3) plus the frame's weight, as nothing accelerates there.
     """
@@ -98,7 +101,8 @@ def by_speed(trace: Trace) -> tuple[Array, Array, Array]:
 
 
 def slopes_apart(v: Array, f: Array) -> float:
-    """Difference of the slopes of |friction| (N) over |speed| (m/s) out and in, over its standard error, 1.
+    """Difference of the slopes of |friction| (N) over |speed| (m/s) out and in, over its standard
+    error, 1.
 
     Of plateaus above VISCOUS_FROM_M_S, where the Stribeck part has faded.
     """
@@ -112,7 +116,9 @@ def slopes_apart(v: Array, f: Array) -> float:
 
 
 def stribeck_drop(parameters: Array) -> float:
-    """Friction of one side at 1 mm/s less its minimum up to 0.12 m/s, N: above 0 where the curve first falls."""
+    """Friction of one side at 1 mm/s less its minimum up to 0.12 m/s, N: above 0 where the curve
+    first falls.
+    """
     speeds = np.linspace(0.001, 0.12, 400)
     level = curve(parameters, speeds)
     return float(level[0] - level.min())

@@ -17,7 +17,9 @@ SLOW_M_S = 5.0e-3
 
 
 def external_force(trace: Trace) -> Array:
-    """(7) with the frame's weight taken out: (pA - alpha pB) A_A + m g - F_f(v), N; v from the encoder."""
+    """(7) with the frame's weight taken out: (pA - alpha pB) A_A + m g - F_f(v), N; v from the
+    encoder.
+    """
     friction = friction_force(identified().identification.model.friction, velocity(trace))
     return np.asarray(trace.two_chamber_n + WEIGHT_N - friction)
 

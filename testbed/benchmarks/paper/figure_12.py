@@ -29,7 +29,9 @@ TRIED_N = (75.0, 100.0, 150.0, 200.0, 300.0, 450.0, 600.0)
 
 
 def locked_out(step_n: float, seed: int) -> bool:
-    """Whether the modified filter still misses more than half of a true step two seconds after it."""
+    """Whether the modified filter still misses more than half of a true step two seconds after
+    it.
+    """
     tuning = Tuning()
     noise = np.random.default_rng([6, seed]).normal(0.0, 60.0, 3000)
     z = 1000.0 + noise + step_n * (np.arange(3000) >= 1000)
@@ -39,7 +41,8 @@ def locked_out(step_n: float, seed: int) -> bool:
 
 def experiment() -> Experiment:
     """Filter figure 11's force; the truth is zero."""
-    # from a quarter of a cycle on: a filter that starts at rest would take its first estimate from a peak
+    # from a quarter of a cycle on: a filter that starts at rest would take its first estimate from
+    # a peak
     trace, tuning = in_the_air(), Tuning()
     at_rest = external_force(trace)
     trace = trace.after(float(trace.time_s[0]) + 2.5)
@@ -54,7 +57,8 @@ def experiment() -> Experiment:
         "hold_samples": tuning.hold_samples,
     }
     own = persistent.run(z, **robust)
-    # the filters answer some hundredths of a second late: the peaks belong to the slow stretch and what follows it
+    # the filters answer some hundredths of a second late: the peaks belong to the slow stretch and
+    # what follows it
     slow = np.convolve(np.abs(v) < SLOW_M_S, np.ones(301), "same") > 0.5
     peaks = [float(np.abs(x[slow]).max()) for x in (plain, modified)]
     tried = {e: modified_kbf(z, q, r, e) for e in TRIED_N}

@@ -1,4 +1,6 @@
-"""One vertical joint with its 91.7 kg frame, valve, oil and sensors: the bench on which the paper's figures are run."""
+"""One vertical joint with its 91.7 kg frame, valve, oil and sensors: the bench on which the paper's
+figures are run.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ from testbed.world.switches import switch_off
 Array = NDArray[np.float64]
 RATE_HZ = 1000.0
 STEPS = 4
-"""Steps of frame and oil in one sample: the oil column and the load cell are stiff against 91.7 kg."""
+"""Steps of frame and oil in one sample: the oil column and the load cell are stiff against 91.7
+kg.
+"""
 COLD_DEGC = 20.0
 """The paper's oil was cold (A); the parameter file's viscous friction holds at this temperature."""
 MASS_KG = 91.7
@@ -60,7 +64,9 @@ class Cell(Record):
 
 @dataclass(frozen=True)
 class Trace:
-    """What happened on the bench at RATE_HZ, truth and (gauge) readings, SI; `force_n` is (3) from true pressures."""
+    """What happened on the bench at RATE_HZ, truth and (gauge) readings, SI; `force_n` is (3) from
+    true pressures.
+    """
 
     time_s: Array
     reference_m: Array
@@ -106,9 +112,11 @@ def run(
     cell_at_m: float = 10.0,
     seed: int = 0,
 ) -> Trace:
-    """The leg follows `reference_m` (n at RATE_HZ) by its position loop; a load cell waits at `cell_at_m`.
+    """The leg follows `reference_m` (n at RATE_HZ) by its position loop; a load cell waits at
+    `cell_at_m`.
 
-    `changes`: parameters of roboclimber.yaml by dotted path; `without`: parts of the hydraulics left out.
+    `changes`: parameters of roboclimber.yaml by dotted path; `without`: parts of the hydraulics
+    left out.
     """
     machine = chosen().machine(changes)
     params = axis_parameters(machine)[[VERTICAL_AXIS]].copy()

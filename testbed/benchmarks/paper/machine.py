@@ -1,4 +1,6 @@
-"""Which machine the paper's experiments run on: the default one, another set of numbers, or one with changes."""
+"""Which machine the paper's experiments run on: the default one, another set of numbers, or one
+with changes.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The search for one circuit under which figures 4, 5, 6 and 9 hold together.
 
-`python -m testbed.benchmarks.paper.search SECONDS [SEED]` draws circuits from RANGES, keeps those that pass figures 4, 6
-and 9 on the bench and then figure 5 on the robot, and prints every one that holds. What each figure fixes:
-`testbed lab paper-sensitivity` (sensitivity.py).
+`python -m testbed.benchmarks.paper.search SECONDS [SEED]` draws circuits from RANGES, keeps those
+that pass figures 4, 6 and 9 on the bench and then figure 5 on the robot, and prints every one that
+holds. What each figure fixes: `testbed lab paper-sensitivity` (sensitivity.py).
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "valve.holding_a": (0.0, 1.0),
     "power_unit.supply_kind": (0.0, 1.0),
 }
-"""Number of the machine -> range in which handbooks and other machines leave it, in the same unit."""
+"""Number of the machine -> range in which handbooks and other machines leave it, in the same
+unit.
+"""
 KINDS = ("valve.holding_a", "power_unit.supply_kind")
 """Numbers that are one end of their range or the other."""
 FIT_SHARE = 0.05
@@ -100,7 +102,9 @@ def bench(circuit: Mapping[str, float]) -> Bench:
 
 
 def decay(circuit: Mapping[str, float], found: Bench) -> tuple[float, float]:
-    """Figure 5 on the robot: mean change over a hold (N), error at its end over that at its start (1)."""
+    """Figure 5 on the robot: mean change over a hold (N), error at its end over that at its start
+    (1).
+    """
     with changed(circuit):
         robot = raised()
     change = float(np.mean([drift_n(found.a * robot.one_n, hold) for hold in holds(robot)]))
@@ -114,7 +118,9 @@ def inferred() -> dict[str, float]:
 
 
 def draw(rng: np.random.Generator) -> dict[str, float]:
-    """A circuit from RANGES: evenly in the logarithm, kinds by a coin; the rest as in the default machine."""
+    """A circuit from RANGES: evenly in the logarithm, kinds by a coin; the rest as in the default
+    machine.
+    """
     out = inferred()
     for path, (low, high) in RANGES.items():
         if path in KINDS:
@@ -125,7 +131,9 @@ def draw(rng: np.random.Generator) -> dict[str, float]:
 
 
 def whole(circuit: Mapping[str, float]) -> dict[str, float]:
-    """With the numbers that go with others: both hoses alike, an accumulator where the supply is constant."""
+    """With the numbers that go with others: both hoses alike, an accumulator where the supply is
+    constant.
+    """
     out, hose, kind = dict(circuit), "oil.hose_capacity_m3_pa", "power_unit.supply_kind"
     if hose in out:
         out["oil.hose_capacity_b_m3_pa"] = out[hose]
@@ -135,7 +143,9 @@ def whole(circuit: Mapping[str, float]) -> dict[str, float]:
 
 
 def search(seconds: float, seed: int = 0) -> Iterator[tuple[dict[str, float], Bench, float]]:
-    """Circuits under which the four figures hold, as they are found: numbers, bench, figure 5's ratio."""
+    """Circuits under which the four figures hold, as they are found: numbers, bench, figure 5's
+    ratio.
+    """
     rng, end = np.random.default_rng(seed), time.monotonic() + seconds
     while time.monotonic() < end:
         circuit = draw(rng)

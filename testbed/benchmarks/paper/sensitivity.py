@@ -1,4 +1,6 @@
-"""What each figure fixes of the inferred circuit, and what it leaves open: every number at both ends of its range."""
+"""What each figure fixes of the inferred circuit, and what it leaves open: every number at both
+ends of its range.
+"""
 
 from __future__ import annotations
 

@@ -1,20 +1,23 @@
-"""When a piston behind a valve sticks and slips: the condition, and a map of it beside the simulation.
+"""When a piston behind a valve sticks and slips: the condition, and a map of it beside the
+simulation.
 
-The valve sets the mean speed v; mass m rides on the oil's spring k. Sliding, a small change of speed dv meets friction
-with the bristle's lag (friction.py, linear in dv; s = i w, lambda = K v / g, g(v) the Stribeck curve, K, D stiffness
-and damping of the bristle, sigma the viscous part):
+The valve sets the mean speed v; mass m rides on the oil's spring k. Sliding, a small change of
+speed dv meets friction with the bristle's lag (friction.py, linear in dv; s = i w, lambda = K v /
+g, g(v) the Stribeck curve, K, D stiffness and damping of the bristle, sigma the viscous part):
 
     dF / dv = sigma + g'(v) (lambda / (s + lambda)) (1 + s D / K)
 
 At the resonance w = sqrt(k / m) its real part, with the oil's own damping, is the net damping
 
-    N(v) = sigma + c_oil + g'(v) (lambda^2 + lambda w^2 D / K) / (lambda^2 + w^2),   c_oil = sum_i k_i^2 C_i / (A_i w)^2
+    N(v) = sigma + c_oil + g'(v) (lambda^2 + lambda w^2 D / K) / (lambda^2 + w^2),   c_oil = sum_i
+    k_i^2 C_i / (A_i w)^2
 
-C_i: leakage and valve slope of chamber i, k_i its spring. Stick-slip grows where N < 0: the falling curve must be
-steeper than viscous friction and oil damping, |g'| > sigma + c_oil, and the bristle must follow within a swing,
-lambda > w: the piston has to pass the pre-sliding length g / K in less than m's swing on the oil takes per radian.
-The first bounds the speed from above, the second from below. N < 0 is necessary for it; whether the swing grows until
-the piston stands is up to the position loop, the hoses and the valve, which N leaves out.
+C_i: leakage and valve slope of chamber i, k_i its spring. Stick-slip grows where N < 0: the falling
+curve must be steeper than viscous friction and oil damping, |g'| > sigma + c_oil, and the bristle
+must follow within a swing, lambda > w: the piston has to pass the pre-sliding length g / K in less
+than m's swing on the oil takes per radian. The first bounds the speed from above, the second from
+below. N < 0 is necessary for it; whether the swing grows until the piston stands is up to the
+position loop, the hoses and the valve, which N leaves out.
 """
 
 from __future__ import annotations
@@ -50,7 +53,9 @@ def slow_reversals(cycles: int = 2, speed_m_s: float = 1.0e-3, travel_m: float =
 
 
 def stick_slips(speed_m_s: Array, wanted_m_s: float) -> int:
-    """Times at which the piston stands (below 10 % of the wanted speed) and then slips (above 200 % of it)."""
+    """Times at which the piston stands (below 10 % of the wanted speed) and then slips (above 200 %
+    of it).
+    """
     count, stuck = 0, False
     for v in np.abs(speed_m_s) / wanted_m_s:
         if v < 0.1:
@@ -63,16 +68,19 @@ def stick_slips(speed_m_s: Array, wanted_m_s: float) -> int:
 def slips_at(
     speed_m_s: float, changes: Mapping[str, float] | None = None, seconds: float = 4.0
 ) -> int:
-    """Stick-slips while the leg goes out for `seconds` and back once at `speed_m_s`, true speed, the start left out."""
+    """Stick-slips while the leg goes out for `seconds` and back once at `speed_m_s`, true speed,
+    the start left out.
+    """
     trace = run(slow_reversals(1, speed_m_s, seconds * speed_m_s), changes, seed=9).after(1.5)
     return stick_slips(trace.speed_m_s, speed_m_s)
 
 
 def back_pressures_pa(p: Machine) -> tuple[float, float]:
-    """Gauge pressures of A and B while the frame goes out in the air at an even speed, friction left out.
+    """Gauge pressures of A and B while the frame goes out in the air at an even speed, friction
+    left out.
 
-    The same opening meters A_A v from the supply and A_B v to the tank: pB - pt = ratio^2 (ps - pA), while
-    pA A_A - pB A_B = -m g.
+    The same opening meters A_A v from the supply and A_B v to the tank: pB - pt = ratio^2 (ps -
+    pA), while pA A_A - pB A_B = -m g.
     """
     unit, valve, cylinder = p.power_unit, p.valve, p.vertical_cylinder
     area_a = math.pi / 4 * cylinder.bore_m**2
@@ -89,7 +97,9 @@ def back_pressures_pa(p: Machine) -> tuple[float, float]:
 
 
 def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = None) -> float:
-    """N(v) of the vertical cylinder going out, N s/m; negative: steady sliding gives way to stick-slip."""
+    """N(v) of the vertical cylinder going out, N s/m; negative: steady sliding gives way to
+    stick-slip.
+    """
     p = chosen().machine(changes)
     cyl, seal, oil, valve = p.vertical_cylinder, p.seal, p.oil, p.valve
     area_a = math.pi / 4 * cyl.bore_m**2
@@ -128,7 +138,9 @@ def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = No
 
 
 def seal_of(pre_sliding_m: float, static_n: float) -> dict[str, float]:
-    """Changes of roboclimber.yaml: pre-sliding length at G_N, and break-away above Coulomb friction both ways."""
+    """Changes of roboclimber.yaml: pre-sliding length at G_N, and break-away above Coulomb friction
+    both ways.
+    """
     return {
         "seal.bristle_stiffness_n_m": G_N / pre_sliding_m,
         "vertical_cylinder.static_out_n": static_n,
@@ -137,7 +149,9 @@ def seal_of(pre_sliding_m: float, static_n: float) -> dict[str, float]:
 
 
 def sensitivity(oil: Mapping[str, float], title: str) -> Table:
-    """Speeds with sustained stick-slip, simulated and by the condition, over pre-sliding length and break-away."""
+    """Speeds with sustained stick-slip, simulated and by the condition, over pre-sliding length and
+    break-away.
+    """
     rows = []
     for pre in PRE_SLIDING_M:
         row = [f"{pre * 1e6:.0f}"]

@@ -1,8 +1,9 @@
-"""A second, independent simulator of one vertical leg: the source of rigs for testing the diagnosis blind.
+"""A second, independent simulator of one vertical leg: the source of rigs for testing the diagnosis
+blind.
 
-It shares no law with `testbed.laws` or `testbed.effects`: friction is an elasto-plastic bristle with a bent Stribeck
-curve, the orifice is smoothed in another way, oil is counted in semi-implicit steps of their own length, and every
-effect exists in two forms, the contract's formula and another.
+It shares no law with `testbed.laws` or `testbed.effects`: friction is an elasto-plastic bristle
+with a bent Stribeck curve, the orifice is smoothed in another way, oil is counted in semi-implicit
+steps of their own length, and every effect exists in two forms, the contract's formula and another.
 """
 
 from __future__ import annotations
@@ -246,7 +247,9 @@ def _level(p: Any, x: float, v: float, pa: float, pb: float, load: float, aged: 
 def _bristle(
     p: Any, v: float, z: float, slip: Array, level: float, h: float
 ) -> tuple[float, float]:
-    """(friction without its viscous part, bend); `slip`: bends of four elements, for the other form."""
+    """(friction without its viscous part, bend); `slip`: bends of four elements, for the other
+    form.
+    """
     if p.pre_k > 0.0 and p.pre_form == 1.0:
         # Four elements that slip one after the other.
         friction = 0.0
@@ -308,7 +311,8 @@ def simulate(
     """One recording: rows of COLUMNS at the sampling instants, shape (n, 7).
 
     `leg`: the record of `parameters`.
-    `target`, `target_rate`: desired position m and speed m/s a sample; `temperature`: oil, degC a sample.
+    `target`, `target_rate`: desired position m and speed m/s a sample; `temperature`: oil, degC a
+    sample.
     """
     p = leg[0]
     n = len(target)

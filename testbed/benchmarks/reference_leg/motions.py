@@ -1,4 +1,6 @@
-"""Motions of the reference rigs: what a bench engineer would drive, drawn at random within the stroke."""
+"""Motions of the reference rigs: what a bench engineer would drive, drawn at random within the
+stroke.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ def target(
     ground_m: float,
     rng: np.random.Generator,
 ) -> Array:
-    """Desired position in m, one a sample, shape (n,). `ground_m`: where the load cell is met in press motions."""
+    """Desired position in m, one a sample, shape (n,). `ground_m`: where the load cell is met in
+    press motions.
+    """
     t = np.arange(round(seconds * rate_hz)) / rate_hz
     middle = stroke_m * rng.uniform(0.4, 0.6)
     if kind == "multisine":

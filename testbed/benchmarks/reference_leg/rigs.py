@@ -1,4 +1,6 @@
-"""Random rigs of the reference leg: geometry, friction, sensors, motions and what is hidden in them."""
+"""Random rigs of the reference leg: geometry, friction, sensors, motions and what is hidden in
+them.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,8 @@ Draw = Callable[[np.random.Generator, float], dict[str, float]]
 
 @dataclass(frozen=True)
 class Hides:
-    """An effect as this leg has it: the effect's parameter, this leg's number for it, and how its numbers are drawn.
+    """An effect as this leg has it: the effect's parameter, this leg's number for it, and how its
+    numbers are drawn.
 
     `parameter` is empty where no number of this leg says the same as a parameter of the effect.
     """
@@ -137,7 +140,9 @@ KERNEL: dict[str, Hides] = {
         },
     ),
 }
-"""Named effects that live in the physics: numbers for the kernel at a strength (1 = well visible)."""
+"""Named effects that live in the physics: numbers for the kernel at a strength (1 = well
+visible).
+"""
 
 SENSORS: dict[str, Hides] = {
     "sensor.gain_a": Hides(

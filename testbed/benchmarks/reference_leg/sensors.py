@@ -1,4 +1,6 @@
-"""The sensors of the reference rigs: noise, converter steps, range, encoder, and the sensor effects."""
+"""The sensors of the reference rigs: noise, converter steps, range, encoder, and the sensor
+effects.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,3 @@
-"""The soak: the testbed tried with bad intent, by a seeded mutator, random actions and kills at random moments."""
+"""The soak: the testbed tried with bad intent, by a seeded mutator, random actions and kills at
+random moments.
+"""

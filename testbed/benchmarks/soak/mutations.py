@@ -18,7 +18,9 @@ Tree = dict[str, Any]
 
 
 def mutated(tree: Tree, rng: np.random.Generator) -> Tree:
-    """A copy of the tree with one to three changes: another value, another size, a key less or one too many."""
+    """A copy of the tree with one to three changes: another value, another size, a key less or one
+    too many.
+    """
     found = copy.deepcopy(tree)
     for _ in range(int(rng.integers(1, 4))):
         holders = _holders(found)

@@ -1,8 +1,10 @@
-"""One trial each: a command on a spoilt file, a kill in the middle of the work, random actions in an environment.
+"""One trial each: a command on a spoilt file, a kill in the middle of the work, random actions in
+an environment.
 
-A trial's answer names what went wrong, or is empty. A command may do what it was told (0, or 3 where an expectation
-was not met), refuse (2) or find that the simulation broke down (1), each but the first with one line; a traceback, a
-fault of the testbed, silence or no end within the time limit is wrong.
+A trial's answer names what went wrong, or is empty. A command may do what it was told (0, or 3
+where an expectation was not met), refuse (2) or find that the simulation broke down (1), each but
+the first with one line; a traceback, a fault of the testbed, silence or no end within the time
+limit is wrong.
 """
 
 from __future__ import annotations
@@ -108,7 +110,9 @@ def spoilt_recording(folder: Path, rng: np.random.Generator) -> tuple[str, str]:
 
 
 def killed_run(folder: Path, rng: np.random.Generator) -> tuple[str, str]:
-    """A run is killed at a random moment: what is there can be read, and the folder can be used again."""
+    """A run is killed at a random moment: what is there can be read, and the folder can be used
+    again.
+    """
     out = folder / "run"
     _killed(rng, "run", "stand_slope_45", "--duration", "60", "--out", str(out))
     wrong = _not_whole(out) if any((out / "truth.parquet").glob("part-*")) else ""
@@ -133,7 +137,9 @@ def killed_sweep(folder: Path, rng: np.random.Generator) -> tuple[str, str]:
 
 
 def random_actions(folder: Path, rng: np.random.Generator) -> tuple[str, str]:
-    """An environment takes random actions until its episode ends: what it shows stays finite and in its bounds."""
+    """An environment takes random actions until its episode ends: what it shows stays finite and in
+    its bounds.
+    """
     from testbed.envs import ENVIRONMENTS, make
 
     name = sorted(ENVIRONMENTS)[int(rng.integers(len(ENVIRONMENTS)))]

@@ -1,9 +1,9 @@
 """Speed of the whole loop against the bare engine, measured in one process, alternating.
 
-Bare: the same URDF standing on all four feet on the same kind of ground (level, for without ropes it would slide),
-held by the engine's own position motors and limits, 50 solver iterations, `stepSimulation` alone. Times are processor
-times of the thread, so that other work on the machine does not count. Full: the scenario
-`drill_slope_45` while it drills, everything on and recorded.
+Bare: the same URDF standing on all four feet on the same kind of ground (level, for without ropes
+it would slide), held by the engine's own position motors and limits, 50 solver iterations,
+`stepSimulation` alone. Times are processor times of the thread, so that other work on the machine
+does not count. Full: the scenario `drill_slope_45` while it drills, everything on and recorded.
 """
 
 from __future__ import annotations
@@ -21,12 +21,16 @@ from testbed.scenario.scenario import Scenario, load_scenario
 ROUNDS = 15
 STEPS = 300
 SETTLE = 8000
-"""Steps before the bare engine is timed: just after landing its solver finds less to do (85 instead of 125 us)."""
+"""Steps before the bare engine is timed: just after landing its solver finds less to do (85 instead
+of 125 us).
+"""
 ROUGH = ("terrain.kind=heightfield", "terrain.roughness_m=0.03")
 
 
 def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
-    """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of paired ratios."""
+    """All figures; times in microseconds per 1 ms step (medians over rounds), ratios are medians of
+    paired ratios.
+    """
     from testbed.benchmarks.speed.environments import against_bare
     from testbed.benchmarks.speed.parts import fresh_process
 
@@ -65,7 +69,9 @@ def table(found: dict[str, Any]) -> Table:
 def alternate(
     jobs: dict[str, Callable[[], Any]], rounds: int, steps: int
 ) -> dict[str, list[float]]:
-    """Microseconds per call of each job, one figure a round, the jobs taking turns within a round."""
+    """Microseconds per call of each job, one figure a round, the jobs taking turns within a
+    round.
+    """
     times: dict[str, list[float]] = {name: [] for name in jobs}
     for _ in range(rounds):
         for name, job in jobs.items():
@@ -129,7 +135,9 @@ def _hydraulics() -> Any:
 
 
 def _parts(world: Any, steps: int) -> dict[str, float]:
-    """Where the time of a full step goes, microseconds: each part called alone on the running world."""
+    """Where the time of a full step goes, microseconds: each part called alone on the running
+    world.
+    """
     from testbed.world import between
 
     m = world.machine

@@ -1,4 +1,6 @@
-"""How fast the environments step: against the bare engine at the same rate, and two processes against one."""
+"""How fast the environments step: against the bare engine at the same rate, and two processes
+against one.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +17,11 @@ STEP_MS = 20
 
 
 def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[str, float]:
-    """Environment steps a second over what the bare engine would reach, both on processor time, taking turns.
+    """Environment steps a second over what the bare engine would reach, both on processor time,
+    taking turns.
 
-    `ratio` is the median over rounds of (bare engine's time for the same simulated time) / (environment's time).
+    `ratio` is the median over rounds of (bare engine's time for the same simulated time) /
+    (environment's time).
     """
     from testbed import envs
 
@@ -47,7 +51,9 @@ def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[st
 
 
 def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str, float]:
-    """Steps a second of two asynchronous workers over those of one, by the clock; medians over rounds."""
+    """Steps a second of two asynchronous workers over those of one, by the clock; medians over
+    rounds.
+    """
     from testbed import envs
 
     rates: dict[int, list[float]] = {1: [], 2: []}

@@ -26,7 +26,8 @@ print(json.dumps([first, peak_memory_mb()]))
 def peak_memory_mb() -> float:
     """Most memory that this process has held, MB.
 
-    Not ru_maxrss where it can be helped: Linux hands a parent's peak on to the process that it starts.
+    Not ru_maxrss where it can be helped: Linux hands a parent's peak on to the process that it
+    starts.
     """
     try:
         status = Path("/proc/self/status").read_text()
@@ -39,7 +40,9 @@ def peak_memory_mb() -> float:
 
 
 def fresh_process() -> dict[str, float]:
-    """Seconds from the start of a process to its first step (kernels cached) and its peak memory after 2 s, MB."""
+    """Seconds from the start of a process to its first step (kernels cached) and its peak memory
+    after 2 s, MB.
+    """
     out = subprocess.run(
         [sys.executable, "-c", _FRESH, repr(time.time())],
         capture_output=True,

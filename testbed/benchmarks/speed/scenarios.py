@@ -1,7 +1,9 @@
-"""Speed of whole scenarios against the bare engine: every step of a run, from its first to its last.
+"""Speed of whole scenarios against the bare engine: every step of a run, from its first to its
+last.
 
-The bare engine takes its turns between the run's blocks, so that both see the same machine; see bench.py for what it
-does. Rows are written into memory, as a run's are before the recorder stores them.
+The bare engine takes its turns between the run's blocks, so that both see the same machine; see
+bench.py for what it does. Rows are written into memory, as a run's are before the recorder stores
+them.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ BOUND_EVEN, BOUND_UNEVEN = 0.8, 1.6
 
 
 def scenario_speeds(names: Iterable[str]) -> list[dict[str, Any]]:
-    """Per scenario: microseconds per step, full and bare, their ratio and what it must not pass on this ground."""
+    """Per scenario: microseconds per step, full and bare, their ratio and what it must not pass on
+    this ground.
+    """
     bare = bare_engine(())
     try:
         return [_speed(name, bare) for name in names]

@@ -32,7 +32,8 @@ CONTROLLERS: dict[str, Callable[[], Controller]] = {
 
 
 def controller(name: str | type[Any] | Controller, field: str = "controller") -> Controller:
-    """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained `policy.npz`.
+    """A fresh controller: a name of the table, `FILE.py:Class` for one of your own, or a trained
+    `policy.npz`.
 
     A class is made, an object stays as it is. Raises InputError with the names there are.
     """
@@ -51,5 +52,7 @@ def controller(name: str | type[Any] | Controller, field: str = "controller") ->
 
 
 def distribution(belief: Robot, rope_directions_in_body: Array, chosen: Controller) -> Distribution:
-    """The layer that shares the load out the way `chosen` plans it. Rope directions (2, 3) at the start, body frame."""
+    """The layer that shares the load out the way `chosen` plans it. Rope directions (2, 3) at the
+    start, body frame.
+    """
     return Distribution(Statics(belief.model, belief.machine, rope_directions_in_body), chosen)

@@ -1,7 +1,9 @@
-"""The quadratic program's plan plus what somebody wants beyond it, and what that somebody may look at.
+"""The quadratic program's plan plus what somebody wants beyond it, and what that somebody may look
+at.
 
-An agent that learns sees what a Controller sees, as one vector: the plan, how far the measured forces are off it, what
-the measured forces lack of balancing the load (wrong estimates show there), and its own last orders.
+An agent that learns sees what a Controller sees, as one vector: the plan, how far the measured
+forces are off it, what the measured forces lack of balancing the load (wrong estimates show there),
+and its own last orders.
 """
 
 from __future__ import annotations
@@ -80,7 +82,9 @@ class Corrected(Quadratic):
         self._posture: tuple[Array, list[bool], Array] = np.empty(0), [], np.empty(0)
 
     def order(self, action: Array) -> None:
-        """Take an action (6,) in [-1, 1]: normal loads of fl fr rl rr and pulls of the left and right rope."""
+        """Take an action (6,) in [-1, 1]: normal loads of fl fr rl rr and pulls of the left and
+        right rope.
+        """
         self.load_n, self.pull_n = SHARE_N * action[: len(LEGS)], PULL_N * action[len(LEGS) :]
 
     def plan(self, now: Balance) -> Plan:
@@ -97,7 +101,9 @@ class Corrected(Quadratic):
         return replace(plan, forces=wanted)
 
     def _borne(self, now: Balance) -> Array:
-        """(12, 6) the smallest forces of the stance feet that bear a unit wrench; worked out once a posture."""
+        """(12, 6) the smallest forces of the stance feet that bear a unit wrench; worked out once a
+        posture.
+        """
         balance, stance, borne = self._posture
         if balance is not now.balance or stance != now.stance.tolist():
             borne = np.asarray(
@@ -107,7 +113,9 @@ class Corrected(Quadratic):
         return borne
 
     def view(self) -> Array:
-        """(len(VIEW),) what the agent sees after the last plan, each row from [low, high] to [-1, 1], clipped."""
+        """(len(VIEW),) what the agent sees after the last plan, each row from [low, high] to [-1,
+        1], clipped.
+        """
         off = np.zeros(UNKNOWNS) if self._measured is None else self._measured - self._planned
         raw = np.concatenate(
             [self._planned, off, self._lacks, [self._thrust_n], self.load_n, self.pull_n]

@@ -1,14 +1,19 @@
-"""From wanted foot forces to valves and ropes: the part that every force-distributing controller shares.
+"""From wanted foot forces to valves and ropes: the part that every force-distributing controller
+shares.
 
-Twelve joints, six ways for the body to move: the other six combinations only squeeze the feet against each other
-(one internal force shifts load between the diagonals, five squeeze along the ground). Encoders say nothing of
-them: 0.1 mm is a kilonewton. So the position loops keep the six motions, and in the rest the measured forces rule:
+Twelve joints, six ways for the body to move: the other six combinations only squeeze the feet
+against each other (one internal force shifts load between the diagonals, five squeeze along the
+ground). Encoders say nothing of
+them: 0.1 mm is a kilonewton. So the position loops keep the six motions, and in the rest the
+measured forces rule:
 
-    e = S (forces - wanted),  S takes off what moves the body: by least squares, weighed with what friction hides
-    joint speed = gain * compliance * J^T e, plus an edge against the valve's dead band, where |J^T e| > tolerance
+    e = S (forces - wanted),  S takes off what moves the body: by least squares, weighed with what
+    friction hides joint speed = gain * compliance * J^T e, plus an edge against the valve's dead
+    band, where |J^T e| > tolerance
 
-A displacement C e of the feet changes a self-balanced force by just -e. The dead band is found by the edge: a speed
-that grows while the error stays. The ropes are hauled until their tensions are those wanted.
+A displacement C e of the feet changes a self-balanced force by just -e. The dead band is found by
+the edge: a speed that grows while the error stays. The ropes are hauled until their tensions are
+those wanted.
 """
 
 from __future__ import annotations
@@ -29,12 +34,16 @@ from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 HIDDEN: Array = np.tile([60.0, 350.0, 150.0], len(LEGS))
-"""What friction hides of the joints' forces, one standard deviation, N m, N, N (E); the vertical ones are estimated."""
+"""What friction hides of the joints' forces, one standard deviation, N m, N, N (E); the vertical
+ones are estimated.
+"""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Wanted forces (14,) in the order of Statics' unknowns, N; feasible: whether the controller found any."""
+    """Wanted forces (14,) in the order of Statics' unknowns, N; feasible: whether the controller
+    found any.
+    """
 
     forces: Array
     feasible: bool = True
@@ -43,7 +52,9 @@ class Plan:
 
 
 class Controller(Protocol):
-    """A way to share the load out between feet and ropes; one file each. One of a user's own is made without arguments."""
+    """A way to share the load out between feet and ropes; one file each. One of a user's own is
+    made without arguments.
+    """
 
     def plan(self, now: Balance) -> Plan:
         """The forces to be had, from the balance now; asked at every tick, 100 Hz."""
@@ -51,7 +62,9 @@ class Controller(Protocol):
 
 
 class Distribution:
-    """A Layer that shares the load out on top of the gait's set points, the way that `controller` plans it."""
+    """A Layer that shares the load out on top of the gait's set points, the way that `controller`
+    plans it.
+    """
 
     def __init__(self, statics: Statics, controller: Controller) -> None:
         self.controller = controller
@@ -61,7 +74,9 @@ class Distribution:
         """What it was made for."""
         self.timed = False
         self.solve_s: list[float] = []
-        """Processor time of each plan, s, if `timed`: to ask for it takes as long as a part of the plan."""
+        """Processor time of each plan, s, if `timed`: to ask for it takes as long as a part of the
+        plan.
+        """
         self._statics = statics
         self._gait: SetPoints | None = None
         """Where the gait's own set points stand."""
@@ -94,7 +109,9 @@ class Distribution:
     def _squeezed(
         self, plan: Plan, now: Balance, dt: float, begin: Array, rates: Array, position: Array
     ) -> tuple[Array, Array]:
-        """Set points (12) and rates (12) that keep the body's motion and squeeze the feet as planned."""
+        """Set points (12) and rates (12) that keep the body's motion and squeeze the feet as
+        planned.
+        """
         self._look_at_posture(now)
         measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
@@ -105,7 +122,9 @@ class Distribution:
         return position + self._whole @ (begin - position), rates
 
     def _look_at_posture(self, now: Balance) -> None:
-        """Work out anew, in another posture: which set points move the body, which forces squeeze the feet."""
+        """Work out anew, in another posture: which set points move the body, which forces squeeze
+        the feet.
+        """
         if now.inner is self._inner:
             return
         self._inner, self._jacobian = now.inner, -now.joint_map[:, :FEET].T
@@ -128,11 +147,12 @@ def _checked(plan: Plan) -> Plan:
 
 
 def self_balanced(now: Balance, jacobian: Array) -> Array:
-    """(12, 14): errors of foot forces and pulls, N -> the likeliest self-balanced error of the foot forces, N.
+    """(12, 14): errors of foot forces and pulls, N -> the likeliest self-balanced error of the foot
+    forces, N.
 
-    Ropes that pull otherwise than planned change what the feet must bear: that part is no error of theirs. Of the rest,
-    whatever moves the body is an error of the measurement; it is shared out by what each joint's friction may hide.
-    `jacobian` (12 foot directions, 12 joints).
+    Ropes that pull otherwise than planned change what the feet must bear: that part is no error of
+    theirs. Of the rest, whatever moves the body is an error of the measurement; it is shared out by
+    what each joint's friction may hide. `jacobian` (12 foot directions, 12 joints).
     """
     feet, inner = now.balance[:, :FEET], now.inner
     borne = feet.T @ np.linalg.solve(feet @ feet.T, now.balance[:, FEET:])

@@ -1,9 +1,11 @@
-"""Sharing for drilling: keep every foot loaded against the thrust that is and the thrust that may come.
+"""Sharing for drilling: keep every foot loaded against the thrust that is and the thrust that may
+come.
 
-The program of quadratic.py with what a surge of the thrust takes off each foot: with `surge_n` more of it the friction
-used is still the least. What the thrust takes off a foot follows from four equally stiff legs,
-d n / d thrust = -N^+ wrench. The drill's true reaction is not the ordered one (blows, rods, a wrong payload): the sum
-of the estimated loads says how much is missing, and a slow observer adds that to the thrust.
+The program of quadratic.py with what a surge of the thrust takes off each foot: with `surge_n` more
+of it the friction used is still the least. What the thrust takes off a foot follows from four
+equally stiff legs, d n / d thrust = -N^+ wrench. The drill's true reaction is not the ordered one
+(blows, rods, a wrong payload): the sum of the estimated loads says how much is missing, and a slow
+observer adds that to the thrust.
 """
 
 from __future__ import annotations
@@ -46,7 +48,9 @@ class DrillSharing(Quadratic):
         return taken_by_thrust(now) * self.surge_n
 
     def _observe(self, now: Balance) -> None:
-        """The feet's normal loads must balance the rest along z; what lacks is a thrust nobody ordered."""
+        """The feet's normal loads must balance the rest along z; what lacks is a thrust nobody
+        ordered.
+        """
         if not now.stance.all():
             return
         pull = now.balance[2, ROPES] @ now.measured_pull_n

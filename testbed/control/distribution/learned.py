@@ -1,6 +1,8 @@
-"""A trained correction of the quadratic program's plan: a small network of plain arrays, no learning library needed.
+"""A trained correction of the quadratic program's plan: a small network of plain arrays, no
+learning library needed.
 
-    action = clip(W3 tanh(W2 tanh(W1 view + b1) + b2) + b3, -1, 1)   every second plan (20 ms), as it was trained
+    action = clip(W3 tanh(W2 tanh(W1 view + b1) + b2) + b3, -1, 1)   every second plan (20 ms), as
+    it was trained
 
 The weights beside this file were made by the command in their entry `made_by`.
 """
@@ -28,7 +30,9 @@ EVERY = 2
 
 
 class Learned(Corrected):
-    """See the module's docstring. `weights`: an .npz of `testbed train`; raises InputError for one that is none."""
+    """See the module's docstring. `weights`: an .npz of `testbed train`; raises InputError for one
+    that is none.
+    """
 
     def __init__(self, weights: Path = SHIPPED) -> None:
         super().__init__()

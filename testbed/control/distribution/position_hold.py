@@ -1,4 +1,5 @@
-"""Position hold, the machine as built: cylinders keep their set points, ropes their lengths, loads fall as they may.
+"""Position hold, the machine as built: cylinders keep their set points, ropes their lengths, loads
+fall as they may.
 
 The baseline of the force-distributing controllers; as a Controller it never asks for anything.
 """

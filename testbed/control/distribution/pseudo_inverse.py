@@ -1,4 +1,5 @@
-"""Pseudo-inverse sharing: the smallest foot forces that balance the load, ropes kept at the pull they had at the start.
+"""Pseudo-inverse sharing: the smallest foot forces that balance the load, ropes kept at the pull
+they had at the start.
 
 f = -G^T (G G^T)^-1 (load + ropes), G (6, 12). Knows neither friction nor that feet cannot pull.
 """

@@ -1,13 +1,16 @@
-"""Sharing by a quadratic program: the highest use of friction is as low as it can be, whatever the friction is.
+"""Sharing by a quadratic program: the highest use of friction is as low as it can be, whatever the
+friction is.
 
-    min  worst * s^2 + sum_i (tx_i^2 + ty_i^2 + even * n_i^2) / mean(n)^2 + steady * |pull - last pull|^2
-    with |t_i| + doubt <= s (n_i + taken_i)   each stance foot
+    min  worst * s^2 + sum_i (tx_i^2 + ty_i^2 + even * n_i^2) / mean(n)^2 + steady * |pull - last
+    pull|^2 with |t_i| + doubt <= s (n_i + taken_i)   each stance foot
          balance, n_i >= lowest, joint forces within what the supply gives, 0 <= pull <= rating
 
-Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a foot from living on
-a few hundred newtons that nobody can be sure of. `taken` is what a surge of the thrust would take off a foot (none
-here). As s is sought and not given, no coefficient of friction has to be believed, and a plan within the cones is found
-where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it cannot be had.
+Forces in units of the load. `doubt` is what joints at rest hide of a tangential force: it keeps a
+foot from living on a few hundred newtons that nobody can be sure of. `taken` is what a surge of the
+thrust would take off a foot (none here). As s is sought and not given, no coefficient of friction
+has to be believed, and a plan within the cones is found
+where there is one: the doubt is given up as s passes what poor rock holds, the lowest load where it
+cannot be had.
 
 s * n is not linear: it is taken about the last plan; the plans of following ticks converge.
 use_program.py turns it into the arrays that daqp solves.
@@ -34,7 +37,9 @@ LOWEST_NORMAL_N = 800.0
 DOUBT_N = 600.0
 """Break-away of a radial joint at rest (E)."""
 POOR_FRICTION = 0.45
-"""Coefficient of poor rock, 0.7 of the usual (E): plans that need more are made for friction alone."""
+"""Coefficient of poor rock, 0.7 of the usual (E): plans that need more are made for friction
+alone.
+"""
 WORST = 4.0
 """Weight of the highest use of friction, against friction use squared (E)."""
 EVEN = 0.05
@@ -59,7 +64,9 @@ GIVEN_UP = 0.1
 
 @dataclass(frozen=True)
 class Constraints:
-    """low <= rows @ z <= high and below <= z <= above, balance @ z = value; z in units of `scale` N."""
+    """low <= rows @ z <= high and below <= z <= above, balance @ z = value; z in units of `scale`
+    N.
+    """
 
     rows: Array
     low: Array
@@ -86,7 +93,9 @@ class _Last:
 
 
 class Quadratic:
-    """See the module's docstring. `friction`: what `constraints` takes it to be; None is the believed machine's."""
+    """See the module's docstring. `friction`: what `constraints` takes it to be; None is the
+    believed machine's.
+    """
 
     def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
         self.friction = friction
@@ -96,7 +105,9 @@ class Quadratic:
         self._program = UseProgram(self._use_rows)
 
     def plan(self, now: Balance) -> Plan:
-        """See Controller. Where no plan balances the load without a pulling foot, nothing is asked for."""
+        """See Controller. Where no plan balances the load without a pulling foot, nothing is asked
+        for.
+        """
         rounds = 1
         if self._last is None:
             scale = _size(now.load)
@@ -163,7 +174,9 @@ class Quadratic:
         return np.asarray(z[:UNKNOWNS] * scale)
 
     def _about(self, last: _Last, scale: float, rating_n: float) -> About:
-        """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and n_0."""
+        """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and
+        n_0.
+        """
         tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
         return About(
             scale=scale,
@@ -186,7 +199,9 @@ def _size(load: Array) -> float:
 
 
 def _cones(friction: float) -> Array:
-    """Rows r with r . z <= 0: pyramids inside the friction cones; for friction 0, |t| as the pyramid measures it."""
+    """Rows r with r . z <= 0: pyramids inside the friction cones; for friction 0, |t| as the
+    pyramid measures it.
+    """
     rows = np.zeros((len(LEGS) * CONE_SIDES, UNKNOWNS))
     for leg in range(len(LEGS)):
         for side in range(CONE_SIDES):

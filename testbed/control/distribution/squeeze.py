@@ -1,4 +1,6 @@
-"""From errors of the forces to rates: how fast joints squeeze and ropes are hauled, compiled. See distribution.py."""
+"""From errors of the forces to rates: how fast joints squeeze and ropes are hauled, compiled. See
+distribution.py.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
-"""Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding friction."""
+"""Joint force errors that are left alone, N m, N, N (E): a tenth of the joints' sliding
+friction.
+"""
 GAIN_1_S = 1.8
 """Share of an error of the joint forces that is taken off in a second (E)."""
 EDGE_START: Array = np.tile([5.0e-3, 1.0e-3, 5.0e-4], len(LEGS))
@@ -25,7 +29,9 @@ EDGE_LIMIT = 6.0
 SPEED_LIMIT: Array = np.tile([2.5e-2, 5.0e-3, 4.0e-3], len(LEGS))
 """Fastest squeezing, rad/s, m/s, m/s (E)."""
 HANGING_SHARE = 0.25
-"""A foot that has less than this share of its load hangs, and seeks the ground: in the air no force tells it (E)."""
+"""A foot that has less than this share of its load hangs, and seeks the ground: in the air no force
+tells it (E).
+"""
 SEEK_M_S = 2.0e-3
 """Speed at which a hanging foot seeks the ground (E)."""
 PULL_SLEW_N_S = 4000.0
@@ -34,7 +40,9 @@ PULL_SLEW_N_S = 4000.0
 
 @njit
 def add_pull(wanted: Any, tension: Any, dt: float, pull: Any, rates: Any) -> None:
-    """Let `pull` (2) follow what is wanted (2), N; add to the ropes' rates (2) what brings the tensions (2) there."""
+    """Let `pull` (2) follow what is wanted (2), N; add to the ropes' rates (2) what brings the
+    tensions (2) there.
+    """
     step = PULL_SLEW_N_S * dt
     for k in range(pull.shape[0]):
         pull[k] += min(max(wanted[k] - pull[k], -step), step)
@@ -45,10 +53,11 @@ def add_pull(wanted: Any, tension: Any, dt: float, pull: Any, rates: Any) -> Non
 def add_squeeze(
     force: Any, compliance: Any, felt: Any, wanted: Any, dt: float, edge: Any, side: Any, rates: Any
 ) -> None:
-    """Add to the joints' rates (12) what takes `force` (12) off them, and what lets hanging feet seek the ground.
+    """Add to the joints' rates (12) what takes `force` (12) off them, and what lets hanging feet
+    seek the ground.
 
-    compliance (12) of the joints; felt, wanted (14): forces in the order of Statics' unknowns; edge, side (12): in
-    first guesses and -1, 0, 1, of the last tick, brought up to date.
+    compliance (12) of the joints; felt, wanted (14): forces in the order of Statics' unknowns;
+    edge, side (12): in first guesses and -1, 0, 1, of the last tick, brought up to date.
     """
     for i in range(rates.shape[0]):
         size = abs(force[i])

@@ -1,7 +1,8 @@
-"""The machine's balance as control sees it: feet, ropes and joints as linear maps of the forces to be shared out.
+"""The machine's balance as control sees it: feet, ropes and joints as linear maps of the forces to
+be shared out.
 
-Unknowns z (14): per foot (LEGS order) the ground's force on it along body z (normal), x, y, N; then the pulls of the
-left and right rope, N. All in the body frame, which stands parallel to the slope.
+Unknowns z (14): per foot (LEGS order) the ground's force on it along body z (normal), x, y, N; then
+the pulls of the left and right rope, N. All in the body frame, which stands parallel to the slope.
 """
 
 from __future__ import annotations
@@ -54,7 +55,9 @@ class Balance:
     """(12,) joint forces that hold the legs themselves."""
     lowest: Array
     highest: Array
-    """(12,) what the joints can exert at the supply pressure that is measured, or that the load can ask for."""
+    """(12,) what the joints can exert at the supply pressure that is measured, or that the load can
+    ask for.
+    """
     measured: Array
     """(14,) what the unknowns are now, from pressures, estimates and load pins."""
     stance: NDArray[np.bool_]
@@ -64,9 +67,13 @@ class Balance:
     thrust_n: float
     """What control ordered of the drill, N, + away from the slope; part of `load`."""
     rigid: Array
-    """(12, 6) orthonormal foot displacements (z, x, y of each foot) that move the body as a whole."""
+    """(12, 6) orthonormal foot displacements (z, x, y of each foot) that move the body as a
+    whole.
+    """
     inner: Array
-    """(12, 6) orthonormal foot displacements, or forces, that leave the body alone: the complement of `rigid`."""
+    """(12, 6) orthonormal foot displacements, or forces, that leave the body alone: the complement
+    of `rigid`.
+    """
     compliance: Array
     """(12,) of the locked joints: rad/(N m), m/N."""
     friction: float
@@ -101,7 +108,9 @@ class _Posture:
 
 
 class Statics:
-    """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards the anchors."""
+    """Makes a Balance of what is measured. `rope_directions_in_body` (2, 3): at the start, towards
+    the anchors.
+    """
 
     def __init__(self, model: RobotModel, machine: Machine, rope_directions_in_body: Array) -> None:
         self.model = model
@@ -167,7 +176,9 @@ class Statics:
         )
 
     def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
-        """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators know better."""
+        """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators
+        know better.
+        """
         z = np.empty(UNKNOWNS)
         z[ROPES] = measured.rope_tension
         joint = (measured.pressure_a * self._area_a - measured.pressure_b * self._area_b) * p.arms

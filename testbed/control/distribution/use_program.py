@@ -1,7 +1,8 @@
-"""The program of quadratic.py as the numbers that daqp takes, filled in place by compiled code: one is solved a tick.
+"""The program of quadratic.py as the numbers that daqp takes, filled in place by compiled code: one
+is solved a tick.
 
-Unknowns (15): the plan's (14) in units of the load, then s, the highest use of friction. Rows: one a side of each
-stance foot's cone, the joints (12), the balance (6).
+Unknowns (15): the plan's (14) in units of the load, then s, the highest use of friction. Rows: one
+a side of each stance foot's cone, the joints (12), the balance (6).
 """
 
 from __future__ import annotations
@@ -106,7 +107,9 @@ class Arrays(NamedTuple):
 
 
 class UseProgram:
-    """The program's arrays, and its solution. `sides` (4 * n, 14): rows of |t| of each foot, as z's linear parts."""
+    """The program's arrays, and its solution. `sides` (4 * n, 14): rows of |t| of each foot, as z's
+    linear parts.
+    """
 
     def __init__(self, sides: Array) -> None:
         self._sides = sides
@@ -176,7 +179,9 @@ def _write_costs(last: Any, about: Any, out: Any) -> None:
 
 @njit
 def _write_feet(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
-    """Bounds of the feet and a row for each side of the stance feet's cones; returns how many rows."""
+    """Bounds of the feet and a row for each side of the stance feet's cones; returns how many
+    rows.
+    """
     count, each = 0, sides.shape[0] // len(LEGS)
     lower, upper = out.lower, out.upper
     for leg in range(len(LEGS)):

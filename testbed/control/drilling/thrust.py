@@ -1,8 +1,8 @@
 """How hard the drill may press: the thrust that a stance allows before a foot leaves the slope.
 
-On 45 degrees the feet carry 28 kN and a feed of 5.5 kN is nothing to them; on 80 degrees they carry 6.8 kN in all, and
-what is left of the foot that leaves first is the bound. It is counted once, at the start stance, from the declared
-weight, ropes and posture.
+On 45 degrees the feet carry 28 kN and a feed of 5.5 kN is nothing to them; on 80 degrees they carry
+6.8 kN in all, and what is left of the foot that leaves first is the bound. It is counted once, at
+the start stance, from the declared weight, ropes and posture.
 """
 
 from __future__ import annotations
@@ -39,7 +39,9 @@ def thrust_bound(
     gravity_in_body: Array,
     rope_forces_in_body: Array,
 ) -> ThrustBound:
-    """The bound of a scenario's start stance: joints (12), gravity (3) m/s2, rope forces (2, 3) N."""
+    """The bound of a scenario's start stance: joints (12), gravity (3) m/s2, rope forces (2, 3)
+    N.
+    """
     loads = expected.solve(joints, gravity_in_body, rope_forces_in_body=rope_forces_in_body)
     kept = scenario.control.thrust_reserve
     reserve = loads.unload_reserve_n
@@ -58,7 +60,9 @@ def ordered_thrust_n(task: object) -> float:
 
 
 def thrust_events(task: object, bound: ThrustBound) -> list[dict[str, Any]]:
-    """An event for the run's list where a task asks for more than the stance has in reserve, else none."""
+    """An event for the run's list where a task asks for more than the stance has in reserve, else
+    none.
+    """
     ordered = ordered_thrust_n(task)
     if ordered <= bound.reserve_n:
         return []

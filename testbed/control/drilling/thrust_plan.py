@@ -1,4 +1,6 @@
-"""The thrust that a drill's program orders, and for how long it still rises: its controls know that beforehand."""
+"""The thrust that a drill's program orders, and for how long it still rises: its controls know that
+beforehand.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +16,18 @@ Array = NDArray[np.float64]
 
 
 def ramp_share(begun_s: float, duration_s: float, ramp_s: float) -> float:
-    """Share of a phase's forces `begun_s` after it began: they rise and fall at its edges within `ramp_s`."""
+    """Share of a phase's forces `begun_s` after it began: they rise and fall at its edges within
+    `ramp_s`.
+    """
     return min(1.0, begun_s / ramp_s, (duration_s - begun_s) / ramp_s) if ramp_s > 0.0 else 1.0
 
 
 def planned_thrust(task: object, steps: int, step_s: float) -> Array:
-    """(steps, 2): thrust ordered at the end of each step (N, + away from the slope), seconds that it still rises.
+    """(steps, 2): thrust ordered at the end of each step (N, + away from the slope), seconds that
+    it still rises.
 
-    Zeros for whatever is no list of phases: what a hole drilled through layers asks for, the rock decides.
+    Zeros for whatever is no list of phases: what a hole drilled through layers asks for, the rock
+    decides.
     """
     plan = np.zeros((steps, 2))
     if not isinstance(task, Drill):

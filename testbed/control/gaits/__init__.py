@@ -1,1 +1,3 @@
-"""Motions of the machine: standing, swaying, walking. A new one is a file here and a line in table.py."""
+"""Motions of the machine: standing, swaying, walking. A new one is a file here and a line in
+table.py.
+"""

@@ -1,7 +1,9 @@
-"""Tasks one after the other: each begins where the last one ended, and stops and turns of a walk in between.
+"""Tasks one after the other: each begins where the last one ended, and stops and turns of a walk in
+between.
 
-The time of a part is counted from its beginning. A walk stops between two of its motions, with all feet on the ground;
-to turn it is brought to its end, and a walk in the new direction makes the steps that are left.
+The time of a part is counted from its beginning. A walk stops between two of its motions, with all
+feet on the ground; to turn it is brought to its end, and a walk in the new direction makes the
+steps that are left.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ Make = Callable[[Any, BelievedStart], Gait]
 class Chain:
     """A Gait of several tasks. `make(task, start)` gives the gait of one of them.
 
-    `drill_done`: whether the drill has done its task; who steps the drill says so. `drill_began_s`: when it may begin.
+    `drill_done`: whether the drill has done its task; who steps the drill says so. `drill_began_s`:
+    when it may begin.
     """
 
     def __init__(
@@ -108,7 +111,9 @@ class Chain:
         return any(stop.at_s <= t < stop.at_s + stop.duration_s for stop in self._stops)
 
     def _turn(self, t: float) -> None:
-        """Bring the walk at work to its end where a turn is due, and put one in the new direction behind it."""
+        """Bring the walk at work to its end where a turn is due, and put one in the new direction
+        behind it.
+        """
         walk = walk_in(self._gait)
         if walk is None or not self._turns or t < self._turns[0].at_s:
             return
@@ -122,8 +127,9 @@ class Chain:
 def legs_of_walk(task: Any) -> list[Any]:
     """A walk over waypoints as walks straight from one to the next; any other task as it is.
 
-    The body of a walk of n swings goes n / 4 strides less a quarter (wave: an eighth): the last swings of a cycle have
-    their feet half a stride ahead. Strides are as long as the way needs, at most as long as asked for.
+    The body of a walk of n swings goes n / 4 strides less a quarter (wave: an eighth): the last
+    swings of a cycle have their feet half a stride ahead. Strides are as long as the way needs, at
+    most as long as asked for.
     """
     if not isinstance(task, Crawl) or not task.waypoints_m:
         return [task]

@@ -1,9 +1,11 @@
-"""What a crew lets the robot do to know itself: each foot lifted and moved in the air, then the body raised, lowered and leant.
+"""What a crew lets the robot do to know itself: each foot lifted and moved in the air, then the
+body raised, lowered and leant.
 
-On level ground, without ropes. A foot in the air carries nothing, so its cylinders show their zeros and their friction
-at several speeds; a body that moves up and down on four feet shows its weight, its ways to the sides show where that
-weight is. On its ropes the robot keeps its feet on the ground: it pulls and slackens one rope, then the other, then
-both, and moves at each pull up, down and to the sides, so that friction shows itself apart from the ropes.
+On level ground, without ropes. A foot in the air carries nothing, so its cylinders show their zeros
+and their friction at several speeds; a body that moves up and down on four feet shows its weight,
+its ways to the sides show where that weight is. On its ropes the robot keeps its feet on the
+ground: it pulls and slackens one rope, then the other, then both, and moves at each pull up, down
+and to the sides, so that friction shows itself apart from the ropes.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ from testbed.scenario.tasks import Commission
 
 Array = NDArray[np.float64]
 SHIFT_M, SHIFT_S = 0.17, 6.0
-"""How far the body goes away from the foot that is to be lifted, forward and to the side, and in what time."""
+"""How far the body goes away from the foot that is to be lifted, forward and to the side, and in
+what time.
+"""
 LIFT_M, SPEED_M_S = 0.04, 0.02
 """A foot is lifted so far before it moves, at this speed."""
 HEIGHT_M, LEAN_M, AWAY_M = 0.10, 0.05, 0.12
@@ -41,7 +45,9 @@ PULLS_M = (
     (0.0, -0.01),
     (-0.01, -0.01),
 )
-"""Rope taken in, left and right, at which the body moves; a metre is worth some 300 kN of a rope of 30 m."""
+"""Rope taken in, left and right, at which the body moves; a metre is worth some 300 kN of a rope of
+30 m.
+"""
 PULL_S, MOVE_M = 2.0, 0.03
 """The time for a change of pull; the body's ways at each."""
 
@@ -102,7 +108,9 @@ def duration_s(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = Fa
 
 
 def program(task: Commission, scale: Scale = ROBOCLIMBER, on_ropes: bool = False) -> list[Key]:
-    """The programme as keys, in order; its ways are as long as the machine is large, its times stay."""
+    """The programme as keys, in order; its ways are as long as the machine is large, its times
+    stay.
+    """
     keys = _pulling(task) if on_ropes else _lifting(task)
     if scale.length == 1.0:
         return keys

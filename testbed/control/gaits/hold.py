@@ -1,4 +1,6 @@
-"""Standing: hold the start posture, raise it in steps, lift a foot or haul a rope when the scenario says so."""
+"""Standing: hold the start posture, raise it in steps, lift a foot or haul a rope when the scenario
+says so.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +58,9 @@ class Hold:
         return {"done": reached >= self._raise.to_m, "raised_to_m": reached}
 
     def _raised(self, task: Raise, t: float) -> Array:
-        """(4) extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every `every_s`."""
+        """(4) extension of the vertical joints at time t, m: ramps of `speed_m_s`, a new one every
+        `every_s`.
+        """
         start = self._held.joints[list(VERTICAL)]
         if t <= task.start_s:
             return start
@@ -66,7 +70,9 @@ class Hold:
 
 
 def window(t: float, start: float, duration: float, edge: float) -> float:
-    """0 outside [start, start + duration], 1 inside, with cosine edges of `edge` s (or a third of the duration)."""
+    """0 outside [start, start + duration], 1 inside, with cosine edges of `edge` s (or a third of
+    the duration).
+    """
     edge = min(edge, duration / 3)
     inside = min(t - start, start + duration - t) / edge
     return float(0.5 - 0.5 * np.cos(np.pi * min(max(inside, 0.0), 1.0)))

@@ -1,4 +1,6 @@
-"""A gait of the user's own: made from the start, and its commands looked at before they are followed."""
+"""A gait of the user's own: made from the start, and its commands looked at before they are
+followed.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ SHAPES = {"joints": AXES, "joint_rates": AXES, "rope_rates_m_s": SIDES, "stance"
 def checked_gait(
     gait: str | type[Any] | Gait, start: BelievedStart, field: str = "task.file"
 ) -> Gait:
-    """A gait of the user's own: `FILE.py:Class` or a class, made from the start, or one that is made already.
+    """A gait of the user's own: `FILE.py:Class` or a class, made from the start, or one that is
+    made already.
 
     Raises InputError where it does not fit.
     """

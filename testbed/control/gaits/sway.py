@@ -1,7 +1,7 @@
 """Set points of a body that moves to and fro over standing feet: sinusoids along its three axes.
 
-All feet stay where they are, so every cylinder moves in both directions under load: what a residual needs to show
-friction, leakage and drift apart. The ropes are hauled and paid out with the body.
+All feet stay where they are, so every cylinder moves in both directions under load: what a residual
+needs to show friction, leakage and drift apart. The ropes are hauled and paid out with the body.
 """
 
 from __future__ import annotations

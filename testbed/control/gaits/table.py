@@ -26,7 +26,9 @@ from testbed.scenario.tasks import Commission, Crawl, Event, Program, Stop, Sway
 
 @dataclass(frozen=True)
 class OwnParts:
-    """What a caller brings along instead of what the scenario names: a class, an object, `FILE.py:Class`, or None."""
+    """What a caller brings along instead of what the scenario names: a class, an object,
+    `FILE.py:Class`, or None.
+    """
 
     gait: str | type[Any] | Gait | None = None
     """Made from the BelievedStart."""
@@ -38,7 +40,9 @@ NOTHING_OWN = OwnParts()
 
 
 def gait_of(scenario: Scenario, start: BelievedStart, own: OwnParts = NOTHING_OWN) -> Gait:
-    """The gait of a scenario's task or the caller's own, under the layers that the scenario asks for."""
+    """The gait of a scenario's task or the caller's own, under the layers that the scenario asks
+    for.
+    """
     task = scenario.task
     gait: Gait
     if own.gait is not None:

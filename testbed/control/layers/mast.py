@@ -1,9 +1,11 @@
-"""Keeps the mast at right angles to the slope: the vertical joints turn the body back to where it stood at first.
+"""Keeps the mast at right angles to the slope: the vertical joints turn the body back to where it
+stood at first.
 
     d extension / dt = gain (turn_y x - turn_x y),  x, y: where the foot stands in the body frame
 
-The tilt is the turn from the mean attitude of the first second, when the body lies parallel to the mean slope, about
-the body's own axes: on a steep slope a turn about its normal changes the roll angle, but tilts nothing. The four
+The tilt is the turn from the mean attitude of the first second, when the body lies parallel to the
+mean slope, about the body's own axes: on a steep slope a turn about its normal changes the roll
+angle, but tilts nothing. The four
 heights move as one plane: nothing is squeezed, no load goes from one diagonal to the other.
 """
 
@@ -32,7 +34,9 @@ MOST_M = 0.08
 
 
 class KeepMast:
-    """A Layer that adds the mast's heights to the vertical joints. `feet_in_body` (4, 3) at the start, m."""
+    """A Layer that adds the mast's heights to the vertical joints. `feet_in_body` (4, 3) at the
+    start, m.
+    """
 
     def __init__(self, feet_in_body: Array) -> None:
         self._arm = feet_in_body[:, :2] - feet_in_body[:, :2].mean(axis=0)

@@ -1,4 +1,6 @@
-"""What somebody orders by hand: speeds of the ropes, the drill's feed and the hammer's share, laid over a gait."""
+"""What somebody orders by hand: speeds of the ropes, the drill's feed and the hammer's share, laid
+over a gait.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ class Orders:
 
     def __init__(self) -> None:
         self.rope_rates_m_s: Array = np.zeros(len(SIDES))
-        """Added to the rates of the ropes' unstrained lengths, left and right; negative hauls in."""
+        """Added to the rates of the ropes' unstrained lengths, left and right; negative hauls
+        in.
+        """
         self.feed_n: float | None = None
         """See Command."""
         self.hammer = 1.0

@@ -1,9 +1,10 @@
-"""Watches the contact states: a foot that has lost its load stops the drill and is lowered until it carries again.
+"""Watches the contact states: a foot that has lost its load stops the drill and is lowered until it
+carries again.
 
 The drill waits while any foot that is meant to carry has lost its load, and for a moment
-afterwards. Most feet are back once the thrust is gone; one that is not is lowered, slowly and one at a time: through
-oil of 20 MN/m a millimetre too much takes 20 kN off its neighbours. What a foot was lowered stays. It sees the
-detector's contact states and the inner command alone.
+afterwards. Most feet are back once the thrust is gone; one that is not is lowered, slowly and one
+at a time: through oil of 20 MN/m a millimetre too much takes 20 kN off its neighbours. What a foot
+was lowered stays. It sees the detector's contact states and the inner command alone.
 """
 
 from __future__ import annotations

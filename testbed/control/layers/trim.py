@@ -1,7 +1,7 @@
 """Set points moved by hand: offsets on the vertical joints and wanted rope pulls laid over a gait.
 
-The offsets follow their goals at a limited speed; the traction devices haul or pay out in proportion to what a rope's
-measured tension lacks of its wanted pull.
+The offsets follow their goals at a limited speed; the traction devices haul or pay out in
+proportion to what a rope's measured tension lacks of its wanted pull.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 PULL_GAIN_M_S_N = 1.0e-5
-"""Rope pay-out speed per newton above the wanted pull: with 330 kN/m of rope a loop of 3.3 1/s (E)."""
+"""Rope pay-out speed per newton above the wanted pull: with 330 kN/m of rope a loop of 3.3 1/s
+(E).
+"""
 PULL_SPEED_M_S = 0.06
 """Fastest hauling of the traction devices (E)."""
 PULL_TOLERANCE_N = 50.0
@@ -30,7 +32,9 @@ OFFSET_SPEED_M_S = 0.05
 
 @njit
 def haul(tension_n: Any, wanted_n: Any, rates: Any) -> None:
-    """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions (2) there, N."""
+    """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions
+    (2) there, N.
+    """
     for k in range(rates.shape[0]):
         excess = tension_n[k] - wanted_n[k]
         if abs(excess) >= PULL_TOLERANCE_N:

@@ -1,7 +1,10 @@
-"""What this data cannot tell apart: names, and declared numbers, whose forces along these motions are the same.
+"""What this data cannot tell apart: names, and declared numbers, whose forces along these motions
+are the same.
 
-Two explanations are alike where what the one adds to the force can be made by the other, friction and the rest of the
-model giving way to both: their sensitivities are collinear once what all models share is projected out.
+Two explanations are alike where what the one adds to the force can be made by the other, friction
+and the rest of the
+model giving way to both: their sensitivities are collinear once what all models share is projected
+out.
 """
 
 from __future__ import annotations
@@ -20,7 +23,9 @@ COLLINEAR = 0.95
 
 
 def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
-    """Names, and `declared.<number>`, that could stand in the place of one name of the chosen set."""
+    """Names, and `declared.<number>`, that could stand in the place of one name of the chosen
+    set.
+    """
     problem, fit = state.problem, chosen.fit
     owners = {c.owner for c in fit.coordinates} - {name, DECLARED}
     shared = _columns(problem, fit, owners)
@@ -57,7 +62,9 @@ def _without(columns: Array, shared: Array) -> Array:
 
 
 def _reach(added: Array, other: Array) -> float:
-    """Correlation, 0 to 1, between what is added (bins, k) and its best imitation by other columns (bins, m)."""
+    """Correlation, 0 to 1, between what is added (bins, k) and its best imitation by other columns
+    (bins, m).
+    """
     size = float(np.sum(added**2))
     if not other.size or size <= 0.0:
         return 0.0

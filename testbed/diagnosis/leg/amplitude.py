@@ -1,4 +1,6 @@
-"""The amplitude of a narrow-band force: measured from its band, as its phase is known to the recording alone."""
+"""The amplitude of a narrow-band force: measured from its band, as its phase is known to the
+recording alone.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ from testbed.estimation.leg.friction import friction_n
 from testbed.recording.leg_model import EffectEntry
 
 FORM = 0.035
-"""Half of the interval of an amplitude, as a share of it, at least: smoothing damps it not exactly as reckoned."""
+"""Half of the interval of an amplitude, as a share of it, at least: smoothing damps it not exactly
+as reckoned.
+"""
 FEWEST_SAMPLES = 200
 NORMAL_90 = 1.645
 """Half of the interval that holds 90 % of a normal distribution, in standard deviations."""
@@ -41,7 +45,9 @@ def _measured(problem: Problem, entry: EffectEntry, parameter: str, at: Point) -
 
 
 def _amplitude_n(problem: Problem, at: Point) -> tuple[float, float]:
-    """(amplitude, half of its 90 % interval), N: root mean square of the band in each recording, times sqrt 2."""
+    """(amplitude, half of its 90 % interval), N: root mean square of the band in each recording,
+    times sqrt 2.
+    """
     found, weight = [], []
     for s in problem.series:
         signals = corrected(s.signals, at.effects)

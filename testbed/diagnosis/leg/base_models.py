@@ -55,7 +55,9 @@ ZERO_FORCE = (Coordinate(ZERO, "zero_n", 0.0, -1e3, 1e3, 1.0),)
 
 
 def declared(rig: Rig) -> LegModel:
-    """The declared model without friction; what is declared as null and cannot be 0 is filled from the data."""
+    """The declared model without friction; what is declared as null and cannot be 0 is filled from
+    the data.
+    """
     known = rig.known
     changes: dict[str, float] = {}
     if known.stroke_m is None:
@@ -69,8 +71,8 @@ def first_friction(
 ) -> tuple[Friction, float]:
     """(a rough friction from medians, the scale of forces in N): where the fit starts.
 
-    `bench`: the external force is known, so that friction must oppose the motion. Raises InputError where it does not,
-    or where the piston hardly moves.
+    `bench`: the external force is known, so that friction must oppose the motion. Raises InputError
+    where it does not, or where the piston hardly moves.
     """
     total, speed = [], []
     for s in series:
@@ -112,7 +114,9 @@ AGAIN_M_S = 0.02
 
 
 def _better(problem: Problem, fit: Fit) -> Fit:
-    """The fit, or the one from other Stribeck speeds where that predicts held-out blocks better: valleys are flat."""
+    """The fit, or the one from other Stribeck speeds where that predicts held-out blocks better:
+    valleys are flat.
+    """
     coordinates = [restarted(c, fit.at) for c in fit.coordinates]
     coordinates = [
         replace(c, start=AGAIN_M_S) if c.name.startswith("stribeck_speed") else c
@@ -124,7 +128,8 @@ def _better(problem: Problem, fit: Fit) -> Fit:
 
 
 def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
-    """Friction (5), a mass that is declared as null, and the nuisance; (fit, model with friction and mass).
+    """Friction (5), a mass that is declared as null, and the nuisance; (fit, model with friction
+    and mass).
 
     A bench that hardly accelerates shows no mass: there a null mass stays null.
     """
@@ -150,7 +155,8 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
 
 
 def within_tolerance(problem: Problem) -> list[Coordinate]:
-    """How far a bench's declared bore, and a drive's declared mass, are off, as shares: priors, and no findings.
+    """How far a bench's declared bore, and a drive's declared mass, are off, as shares: priors, and
+    no findings.
 
     A leg's declared numbers are those of a machine that was measured: they stay.
     """
@@ -164,8 +170,8 @@ def within_tolerance(problem: Problem) -> list[Coordinate]:
 
 
 def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
-    """The fit with declared numbers held by their tolerance as independent samples would be: correlated ones would
-    outweigh it.
+    """The fit with declared numbers held by their tolerance as independent samples would be:
+    correlated ones would outweigh it.
     """
     memory = max(np.median(list(evidence(problem, fit).memory.values())), 1.0)
     coordinates = [restarted(c, fit.at) for c in fit.coordinates]

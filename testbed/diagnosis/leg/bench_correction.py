@@ -1,8 +1,10 @@
-"""What a bench or a drive shows beyond its identified model and beyond every name, as a correction without a cause.
+"""What a bench or a drive shows beyond its identified model and beyond every name, as a correction
+without a cause.
 
-Linear in its weights, and fitted to what `identify` leaves about the mean of each run: a bench's zero wanders from run
-to run, so its level is left to `identify`. How much the weights are shrunk is what predicts runs left out best; unless
-each of these is then predicted better than by `identify`, there is no correction.
+Linear in its weights, and fitted to what `identify` leaves about the mean of each run: a bench's
+zero wanders from run to run, so its level is left to `identify`. How much the weights are shrunk is
+what predicts runs left out best; unless each of these is then predicted better than by `identify`,
+there is no correction.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ Array = npt.NDArray[np.float64]
 RIDGES = (1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3)
 """Weight of the squared weights of terms of unit size, relative to the mean squared residual's."""
 BETTER = 0.97
-"""Share of `identify`'s error to which every run left out must come down. Chosen on measured seals and one drive."""
+"""Share of `identify`'s error to which every run left out must come down. Chosen on measured seals
+and one drive.
+"""
 LEVELS = ("bias", "pressure_a", "pressure_a_2", "pressure_b", "pressure_b_2")
 """Generic terms that say nothing within a run of one pressure."""
 
@@ -45,7 +49,9 @@ class _Left:
 def bench_correction(
     problem: Problem, recordings: Sequence[Recording], identified: LegModel
 ) -> EffectEntry | None:
-    """The correction to an identified model, or None where none carries over to runs that it was not fitted on."""
+    """The correction to an identified model, or None where none carries over to runs that it was
+    not fitted on.
+    """
     runs = Runs.of(problem, recordings)
     folds = _folds(runs)
     none = np.zeros(len(_terms(runs.series[0])))
@@ -92,7 +98,9 @@ def _folds(runs: Runs) -> list[tuple[list[_Left], _Left]]:
 
 
 def _weights(left: Sequence[_Left], ridge: float) -> tuple[Array, float]:
-    """(weights of the terms, constant that keeps the mean of all), N: ridge regression about each run's mean."""
+    """(weights of the terms, constant that keeps the mean of all), N: ridge regression about each
+    run's mean.
+    """
     columns = np.vstack([run.columns - run.columns.mean(axis=0) for run in left])
     residual = np.concatenate([run.residual_n - run.residual_n.mean() for run in left])
     size = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-12)

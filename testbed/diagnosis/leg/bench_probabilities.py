@@ -1,13 +1,15 @@
-"""From signs to a distribution over sets of names, for benches and drives, which declare little of themselves.
+"""From signs to a distribution over sets of names, for benches and drives, which declare little of
+themselves.
 
-One question, a logistic regression on a few signs of the names that are left after their trials (`proof`):
+One question, a logistic regression on a few signs of the names that are left after their trials
+(`proof`):
 
     P(no name covers what is there) = L(unnamed)
-    P(this set | a name would cover it) = (1 - stray) * share of the bootstrap's draws that it wins, P(none) = stray;
-    P(none | a name would cover it) = 1 where no name passed its trials
+    P(this set | a name would cover it) = (1 - stray) * share of the bootstrap's draws that it wins,
+    P(none) = stray; P(none | a name would cover it) = 1 where no name passed its trials
 
-The numbers are in `bench_calibration.yaml`, with the simulated rigs they were fitted on and how well they do on kinds of
-law that were left out; `testbed lab fit-bench-diagnosis` fits them.
+The numbers are in `bench_calibration.yaml`, with the simulated rigs they were fitted on and how
+well they do on kinds of law that were left out; `testbed lab fit-bench-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -34,10 +36,12 @@ Names = tuple[str, ...]
 class BenchSigns:
     """What a verdict on a bench rests on.
 
-    `excess`: force residual over the sensors' floor, mean of the recordings' logarithms; `memory`: its correlation
-    time, bins; `closed`: logarithm of the error of runs left out, by `identify` over with the names that are left;
-    `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit; `repeated`: least
-    share of draws of one of them; `companion`: share by which a channel that rides along lowers what they leave;
+    `excess`: force residual over the sensors' floor, mean of the recordings' logarithms; `memory`:
+    its correlation time, bins; `closed`: logarithm of the error of runs left out, by `identify`
+    over with the names that are left;
+    `generic_gain`, `generic_fall`: what generic terms add to them; `gain`: theirs over the refit;
+    `repeated`: least share of draws of one of them; `companion`: share by which a channel that
+    rides along lowers what they leave;
     `shares`: set of names -> share of draws.
     """
 
@@ -75,7 +79,9 @@ class BenchSigns:
 
 @dataclass(frozen=True)
 class BenchCalibration:
-    """`unnamed`: sign -> weight; `stray`: share of wrong names among those that passed their trials."""
+    """`unnamed`: sign -> weight; `stray`: share of wrong names among those that passed their
+    trials.
+    """
 
     unnamed: Mapping[str, float]
     stray: float
@@ -116,7 +122,8 @@ def answer(signs_of_question: Mapping[str, float], weights: Mapping[str, float])
 
 
 def distribution(s: BenchSigns, kept: Names, c: BenchCalibration) -> dict[Names, float]:
-    """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers.
+    """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
+    name covers.
 
     Of a set that wins draws only the names count that are `kept`.
     """

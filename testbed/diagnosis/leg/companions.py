@@ -1,7 +1,9 @@
-"""Channels that ride along (a current, a temperature): does what no name explains go with one of them?
+"""Channels that ride along (a current, a temperature): does what no name explains go with one of
+them?
 
-Each is offered as a force of its own, as friction in the direction of motion and as a viscous force. It counts where
-recordings that it was not fitted on are predicted better; what it means is for the reader to say.
+Each is offered as a force of its own, as friction in the direction of motion and as a viscous
+force. It counts where recordings that it was not fitted on are predicted better; what it means is
+for the reader to say.
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ TERMS = ("force", "friction", "viscous")
 
 
 def companions(problem: Problem, fit: Fit) -> dict[str, float]:
-    """Channel -> share by which it lowers the held-out force residual, the largest first; those above LEAST_FALL."""
+    """Channel -> share by which it lowers the held-out force residual, the largest first; those
+    above LEAST_FALL.
+    """
     names = set.intersection(*(set(s.extra) for s in problem.series))
     falls = {name: _fall(problem, fit, name) for name in sorted(names)}
     told = sorted(falls.items(), key=lambda item: -item[1])

@@ -27,7 +27,9 @@ from testbed.recording.axis import Rig
 from testbed.recording.leg_model import EffectEntry, LegModel
 
 MOST_EFFECTS = {"vertical-leg": 2, "cylinder": 3, "drive": 3}
-"""How many effects are looked for: bench axes of the measured kind are less well declared than legs."""
+"""How many effects are looked for: bench axes of the measured kind are less well declared than
+legs.
+"""
 
 
 def diagnose(
@@ -35,9 +37,9 @@ def diagnose(
 ) -> Diagnosis:
     """Fit, search, judge. Nothing is fitted or chosen on `rig.verify`; it only gives the errors.
 
-    `model`: believed instead of what the rig declares; its effects are taken for granted, and what is looked for is
-    what it lacks. Raises InputError where the recordings cannot show friction (the piston does not slide both ways),
-    or for a model of another kind of rig.
+    `model`: believed instead of what the rig declares; its effects are taken for granted, and what
+    is looked for is what it lacks. Raises InputError where the recordings cannot show friction (the
+    piston does not slide both ways), or for a model of another kind of rig.
     """
     tell = progress or (lambda _: None)
     for recording in (*rig.identify, *rig.verify):
@@ -112,9 +114,10 @@ def _judged_bench(state: Search, rig: Rig) -> _Judged:
 def _after(
     state: Search, judged: _Judged, models: Mapping[str, LegModel], rig: Rig
 ) -> tuple[LegModel, tuple[EffectEntry, ...]]:
-    """(the model that the diagnosis leaves, its effects): with the named effects; or with a generic correction, where
-    nothing has a name and that carries over; or of the published form: on a bench as identified, for what has no name
-    bends a refit, whose recordings each have their own noise, more than an identification.
+    """(the model that the diagnosis leaves, its effects): with the named effects; or with a generic
+    correction, where nothing has a name and that carries over; or of the published form: on a bench
+    as identified, for what has no name bends a refit, whose recordings each have their own noise,
+    more than an identification.
     """
     problem, chosen = state.problem, judged.verdict.chosen
     if judged.verdict.kind == "effect":
@@ -132,7 +135,9 @@ def _after(
 
 
 def _identified(verdict: Verdict, model: LegModel, problem: Problem, rig: Rig) -> LegModel:
-    """The identified model of a bench, with a correction where something has no name and that predicts new runs."""
+    """The identified model of a bench, with a correction where something has no name and that
+    predicts new runs.
+    """
     if verdict.kind == "none":
         return model
     entry = bench_correction(problem, rig.identify, model)

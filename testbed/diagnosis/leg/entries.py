@@ -1,4 +1,6 @@
-"""A fit's effects as model files carry them: values with the intervals that hold the truth in 90 of 100 cases."""
+"""A fit's effects as model files carry them: values with the intervals that hold the truth in 90 of
+100 cases.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +15,9 @@ from testbed.effects import kind_of, place_of
 from testbed.recording.leg_model import EffectEntry, Parameter
 
 CAUTION, OTHER_FORM = 2.0, {"force": 0.12, "flow": 0.05}
-"""Intervals are wider than the data alone say: by this factor, and by this share of the value for what the force
-balance shows and what only flows show, as friction and sensors are never exactly what their formulas say. Set on the
-rigs that `calibration.yaml` was fitted on."""
+"""Intervals are wider than the data alone say: by this factor, and by this share of the value for
+what the force balance shows and what only flows show, as friction and sensors are never exactly
+what their formulas say. Set on the rigs that `calibration.yaml` was fitted on."""
 
 
 def memory_of(found: Evidence) -> float:
@@ -27,7 +29,8 @@ def memory_of(found: Evidence) -> float:
 def entries_of(
     fit: Fit, memory: float, by_blocks: npt.NDArray[np.float64] | None = None
 ) -> tuple[EffectEntry, ...]:
-    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the residual, bins;
+    """A fit's effects as model-file entries with 90 % intervals; `memory`: correlation time of the
+    residual, bins;
     `by_blocks`: covariance with blocks as witnesses. The wider of both counts.
     """
     variance = np.diag(fit.covariance) * max(memory, 1.0)

@@ -1,8 +1,9 @@
-"""How much better a hypothesis predicts blocks that it was not fitted on, in units of log-likelihood.
+"""How much better a hypothesis predicts blocks that it was not fitted on, in units of
+log-likelihood.
 
-Each group (a channel of one recording) has noise of unknown size, heavy tails and a memory: its likelihood is
-Student's with the scale profiled out, divided by the residual's correlation time, so that a thousand correlated samples
-do not count as a thousand witnesses.
+Each group (a channel of one recording) has noise of unknown size, heavy tails and a memory: its
+likelihood is Student's with the scale profiled out, divided by the residual's correlation time, so
+that a thousand correlated samples do not count as a thousand witnesses.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ Key = tuple[str, str]
 
 @dataclass(frozen=True)
 class Evidence:
-    """Per group: log-likelihood of the held-out residual, its scale, root mean square and correlation time (bins)."""
+    """Per group: log-likelihood of the held-out residual, its scale, root mean square and
+    correlation time (bins).
+    """
 
     log_likelihood: dict[Key, float]
     scale: dict[Key, float]
@@ -35,7 +38,9 @@ class Evidence:
     count: dict[Key, int]
 
     def gain_over(self, other: Evidence, memory: Evidence) -> float:
-        """Log-likelihood gained over `other`; correlation times are those of `memory` (the best description)."""
+        """Log-likelihood gained over `other`; correlation times are those of `memory` (the best
+        description).
+        """
         return sum(
             (value - other.log_likelihood[key]) / memory.memory[key]
             for key, value in self.log_likelihood.items()
@@ -49,9 +54,11 @@ class Evidence:
         }
 
     def largest_fall(self, other: Evidence, unsure: Mapping[str, float] | None = None) -> float:
-        """Largest relative fall of a group's scale against `other`, 0..1; groups at rest do not count.
+        """Largest relative fall of a group's scale against `other`, 0..1; groups at rest do not
+        count.
 
-        `unsure`: channel -> how uncertain what it is compared with is; that is no fault of any model.
+        `unsure`: channel -> how uncertain what it is compared with is; that is no fault of any
+        model.
         """
         least = unsure or {}
         falls = [

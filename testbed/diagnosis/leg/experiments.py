@@ -24,7 +24,8 @@ def experiments(names: Iterable[str]) -> list[tuple[str, str]]:
 
 
 def write_motion(path: Path, known: Known, seconds: float = 60.0, rate_hz: float = 100.0) -> None:
-    """A motion that parts most groups: slow strokes, small fast sinusoids and steps; columns `t` s, `position` m.
+    """A motion that parts most groups: slow strokes, small fast sinusoids and steps; columns `t` s,
+    `position` m.
 
     Raises InputError for an ending other than .csv or .parquet, or a place that cannot be written.
     """

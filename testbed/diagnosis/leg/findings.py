@@ -26,7 +26,9 @@ LEAST_PROBABILITY = 5e-4
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Everything about one rig: the search, the verdict, the three models and their errors on `verify`."""
+    """Everything about one rig: the search, the verdict, the three models and their errors on
+    `verify`.
+    """
 
     rig: Rig
     problem: Problem
@@ -37,9 +39,13 @@ class Diagnosis:
     entries: tuple[EffectEntry, ...]
     errors: Errors
     proof: Proof | None = None
-    """Of a bench or a drive: which names passed their trials, and the errors of recordings left out."""
+    """Of a bench or a drive: which names passed their trials, and the errors of recordings left
+    out.
+    """
     companions: Mapping[str, float] = field(default_factory=dict)
-    """Channel that rides along -> share by which it lowers what the names leave, whatever the verdict."""
+    """Channel that rides along -> share by which it lowers what the names leave, whatever the
+    verdict.
+    """
 
     @property
     def left_out(self) -> list[LeftOut]:
@@ -66,8 +72,8 @@ def as_json(d: Diagnosis) -> dict[str, Any]:
 
 
 def trials_json(proof: Proof) -> dict[str, Any]:
-    """Names that passed their trials (whatever the verdict), share of resampled rigs that would name each again, names
-    refused with the reason, errors of runs left out, N.
+    """Names that passed their trials (whatever the verdict), share of resampled rigs that would
+    name each again, names refused with the reason, errors of runs left out, N.
     """
     return {
         "passed": list(proof.kept.names),
@@ -149,7 +155,9 @@ def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
 
 
 def write_findings(d: Diagnosis, out: Path) -> None:
-    """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
+    """Write findings.json and the three model files. Raises InputError where `out` cannot be
+    written.
+    """
     make_folder(out)
     write_json(out / "findings.json", as_json(d))
     write_models(d.models, out)

@@ -1,4 +1,6 @@
-"""Robust least squares over groups of unlike noise, and its linearised leave-blocks-out prediction."""
+"""Robust least squares over groups of unlike noise, and its linearised leave-blocks-out
+prediction.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +20,17 @@ HUBER = 3.0
 FEWEST_BINS = 20
 """Of a group, without which its noise is not known and it does not count."""
 RESCALED = 12
-"""Iterations in which the noise of the groups is estimated anew; then it stays, so that a fit comes to an end."""
+"""Iterations in which the noise of the groups is estimated anew; then it stays, so that a fit comes
+to an end.
+"""
 FOLDS = 8
 LEAST_GAIN = 0.3
-"""A fall of the cost, in units of log-likelihood of bins that are far from independent, that ends a fit."""
+"""A fall of the cost, in units of log-likelihood of bins that are far from independent, that ends a
+fit.
+"""
 TRIES = 10
-"""Steps tried in one iteration, each eight times as damped as the one before: far from the answer all but the shortest
-may lead uphill."""
+"""Steps tried in one iteration, each eight times as damped as the one before: far from the answer
+all but the shortest may lead uphill."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +82,9 @@ FLOORS = {"force": 1e-3, "flow": 1e-8, "supply": 10.0}
 def weights(
     problem: Problem, residual: dict[str, Array], scale: dict[str, Array]
 ) -> dict[str, Array]:
-    """Square roots of the weights of each bin: 1 / noise, less for outliers (Huber), 0 for empty bins."""
+    """Square roots of the weights of each bin: 1 / noise, less for outliers (Huber), 0 for empty
+    bins.
+    """
     out = {}
     for channel, r in residual.items():
         layout = problem.layout[channel]
@@ -109,7 +117,8 @@ def jacobian(
     fixed: Point,
     at_zero: dict[str, Array],
 ) -> dict[str, Array]:
-    """Differences forward (backward at an upper bound), channel by channel; exact where friction enters straight.
+    """Differences forward (backward at an upper bound), channel by channel; exact where friction
+    enters straight.
 
     A coordinate that does not move a channel has a zero column.
     """
@@ -135,7 +144,9 @@ def jacobian(
 def _exact(
     problem: Problem, coordinates: Sequence[Coordinate], theta: Array, fixed: Point
 ) -> dict[int, Array]:
-    """Index of a coordinate -> its column of the force's Jacobian, for friction that enters straight."""
+    """Index of a coordinate -> its column of the force's Jacobian, for friction that enters
+    straight.
+    """
     friction = {j: c.name for j, c in enumerate(coordinates) if c.owner == "friction"}
     wanted = {j: STRAIGHT.index(name) for j, name in friction.items() if name in STRAIGHT}
     if not wanted:
@@ -153,7 +164,9 @@ def solve(
     scale: dict[str, Array] | None = None,
     rescale: bool = True,
 ) -> Fit:
-    """Levenberg-Marquardt with bounds, robust weights and group noise that is re-estimated on the way."""
+    """Levenberg-Marquardt with bounds, robust weights and group noise that is re-estimated on the
+    way.
+    """
     channels = problem.channels()
     theta = start_vector(coordinates)
     low, high = _bounds(coordinates)
@@ -214,7 +227,8 @@ def _bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
 def _step(h: Array, g: Array, theta: Array, low: Array, high: Array) -> Array:
     """-h^-1 g with the coordinates held that stand at a bound and would go beyond it.
 
-    To clip a step that they were part of would leave the others where they make sense with them only.
+    To clip a step that they were part of would leave the others where they make sense with them
+    only.
     """
     free = np.ones(len(g), dtype=bool)
     while True:
@@ -227,7 +241,8 @@ def _step(h: Array, g: Array, theta: Array, low: Array, high: Array) -> Array:
 
 
 def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extra: int) -> float:
-    """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra` more coordinates.
+    """Fall of the cost, against the fit `at`, that one Gauss-Newton step promises after `extra`
+    more coordinates.
 
     The Jacobian of the shared coordinates is the fit's own; only the new columns are computed.
     """
@@ -253,10 +268,11 @@ def _started(coordinates: Sequence[Coordinate], theta: Array, at: Fit) -> Point:
 
 
 def block_covariance(problem: Problem, fit: Fit) -> Array:
-    """Covariance (k, k) of the fitted coordinates that takes whole blocks of time as witnesses, not bins.
+    """Covariance (k, k) of the fitted coordinates that takes whole blocks of time as witnesses, not
+    bins.
 
-    H^-1 (sum of g_b g_b') H^-1 with the cost's gradient g_b over block b: what is left inside a block may be as
-    coloured, and as unlike in size from block to block, as it likes.
+    H^-1 (sum of g_b g_b') H^-1 with the cost's gradient g_b over block b: what is left inside a
+    block may be as coloured, and as unlike in size from block to block, as it likes.
     """
     h, _, unit = normal_equations(problem, fit)
     w = weights(problem, fit.residual, fit.scale)
@@ -272,7 +288,9 @@ def block_covariance(problem: Problem, fit: Fit) -> Array:
 
 
 def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:
-    """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of the scales."""
+    """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of
+    the scales.
+    """
     unit = np.array([c.scale for c in fit.coordinates])
     h, g = _normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
     prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
@@ -322,8 +340,8 @@ def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
 def held_out(
     problem: Problem, fit: Fit, ridge: float = 1e-6, by_recording: bool = False
 ) -> dict[str, Array]:
-    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in turn, or every
-    recording is a fold of its own.
+    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in
+    turn, or every recording is a fold of its own.
 
     Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
     """

@@ -1,4 +1,6 @@
-"""What sensors and encoder alone leave, propagated through the same smoothing and the same velocity estimate."""
+"""What sensors and encoder alone leave, propagated through the same smoothing and the same velocity
+estimate.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ def white_noise(values: Array) -> float:
 
 
 def load_cell_noise_n(recording: Recording) -> float:
-    """Standard deviation of a load cell's noise: as declared, or else what is white in its column; 0 without one."""
+    """Standard deviation of a load cell's noise: as declared, or else what is white in its column;
+    0 without one.
+    """
     reference, values = recording.header.reference_force, recording.reference_force_n
     if reference is None or reference.kind != "load-cell" or values is None:
         return 0.0
@@ -50,7 +54,9 @@ def rate_gain(rate_hz: float, width_s: float) -> float:
 def force_floor_n(
     series: Series, recording: Recording, friction: Friction, width_s: float
 ) -> Array:
-    """A realisation of the encoder's error in the force and of the pressures' noise, N, shape (n,)."""
+    """A realisation of the encoder's error in the force and of the pressures' noise, N, shape
+    (n,).
+    """
     known = series.signals.known
     v = series.signals.velocity_m_s
     slope = np.where(v > 0, friction.viscous_plus_n_s_m, friction.viscous_minus_n_s_m)
@@ -129,10 +135,11 @@ def _floor(out: dict[Key, float], key: Key, binned: tuple[Array, Array], noise: 
 
 
 def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
-    """A realisation of what encoder, pressure sensors and load cell do to the estimated force, N, shape (n,).
+    """A realisation of what encoder, pressure sensors and load cell do to the estimated force, N,
+    shape (n,).
 
-    The recording's own smoothed channels are taken as the truth, read through its sensors again and estimated; the
-    estimate from the channels themselves is subtracted.
+    The recording's own smoothed channels are taken as the truth, read through its sensors again and
+    estimated; the estimate from the channels themselves is subtracted.
     """
     rng = np.random.default_rng(2)
     signals = signals_of(recording, model.known)
@@ -156,7 +163,8 @@ def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
     noisy: Array = estimate(replace(recording, **read), model).force_n  # type: ignore[arg-type]
     quiet: Array = estimate(replace(recording, header=header, **truth), model).force_n  # type: ignore[arg-type]
     noise = np.asarray(noisy - quiet, dtype=np.float64)
-    # Where noise decides on which side of a set the force lies, the difference is the set's width, not noise.
+    # Where noise decides on which side of a set the force lies, the difference is the set's width,
+    # not noise.
     limit = 6.0 * 1.48 * float(np.median(np.abs(noise)))
     noise = np.clip(noise, -limit, limit)
     noise = noise + load_cell_noise_n(recording) * rng.standard_normal(len(noise))

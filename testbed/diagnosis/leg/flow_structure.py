@@ -1,7 +1,9 @@
-"""Is there structure left in the flow balances? What linear terms without a name would explain of them.
+"""Is there structure left in the flow balances? What linear terms without a name would explain of
+them.
 
-Only terms that hold none of the residual's own noise: metered flows, position and pressures, not the velocity and not
-the pressures' rates (with those, residual and terms together would reproduce the encoder's noise).
+Only terms that hold none of the residual's own noise: metered flows, position and pressures, not
+the velocity and not the pressures' rates (with those, residual and terms together would reproduce
+the encoder's noise).
 """
 
 from __future__ import annotations
@@ -18,12 +20,14 @@ from testbed.estimation.leg.flow import edge_flow
 
 Array = npt.NDArray[np.float64]
 TERMS = ("in", "out", "in_2", "out_2", "position", "one", "pressure_a", "pressure_b", "late")
-"""Of each chamber: metered in and out, their squares, along the stroke, constant, pressures, rate of metered flow."""
+"""Of each chamber: metered in and out, their squares, along the stroke, constant, pressures, rate
+of metered flow.
+"""
 
 
 def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
-    """(held-out log-likelihood that linear terms in both flow balances add to a fit, largest relative fall of a
-    moving group's noise); (0, 0) without flow balances.
+    """(held-out log-likelihood that linear terms in both flow balances add to a fit, largest
+    relative fall of a moving group's noise); (0, 0) without flow balances.
     """
     if "flow" not in fit.residual:
         return 0.0, 0.0
@@ -36,7 +40,9 @@ def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
 
 
 def _columns(s: Series) -> Array:
-    """Binned terms of one recording, chamber A before B; shape (2 * bins, 2 * terms), m3/s and of order one."""
+    """Binned terms of one recording, chamber A before B; shape (2 * bins, 2 * terms), m3/s and of
+    order one.
+    """
     k, signals, o = s.signals.known, s.signals, s.opening
     pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
     assert o is not None and pa is not None and pb is not None

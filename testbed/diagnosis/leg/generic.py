@@ -1,4 +1,6 @@
-"""A generic correction for what has no name: kept only where it carries over to motions that it was not fitted on."""
+"""A generic correction for what has no name: kept only where it carries over to motions that it was
+not fitted on.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +18,14 @@ from testbed.effects.unnamed import UNNAMED
 SIZES_N = (10.0, 40.0, 160.0)
 """Standard deviations of the terms' weights before the data: the smaller, the more is shrunk."""
 LEAST, MOST_WORSE = 0.03, 0.01
-"""What recordings left out must gain in the mean, and what none of them may lose, of the residual's scale."""
+"""What recordings left out must gain in the mean, and what none of them may lose, of the residual's
+scale.
+"""
 
 
 def correction(problem: Problem, refit: Fit) -> Fit | None:
-    """The refit with generic terms, shrunk so that each recording is predicted best from the others; None if no size
-    of shrinking predicts them better.
+    """The refit with generic terms, shrunk so that each recording is predicted best from the
+    others; None if no size of shrinking predicts them better.
     """
     before = _by_recording(problem, refit)
     best: tuple[float, Fit] | None = None
@@ -47,7 +51,9 @@ def _shrunk(problem: Problem, refit: Fit, size_n: float) -> Fit:
 
 
 def _memory(problem: Problem, fit: Fit) -> float:
-    """Samples that count as one: the prior has to weigh as much as it would against independent ones."""
+    """Samples that count as one: the prior has to weigh as much as it would against independent
+    ones.
+    """
     found = of_residual(problem, fit.residual)
     return float(np.median([v for k, v in found.memory.items() if k[0] == "force"] or [1.0]))
 

@@ -112,7 +112,9 @@ def narrowed(
 
 
 def promise(problem: Problem, before: Fit, effect: Effect) -> float:
-    """Fall of the robust cost that one linearised step with the effect promises (best of its starts)."""
+    """Fall of the robust cost that one linearised step with the effect promises (best of its
+    starts).
+    """
     observed = problem.observed(before.at.friction, before)
     told = effect.promise(observed)
     if told is not None:

@@ -19,7 +19,9 @@ RIDGE = 1e-8
 def with_terms(
     problem: Problem, fit: Fit, channel: str, names: Sequence[str], columns: Array
 ) -> Fit:
-    """The fit with columns (bins, k) of one channel of its residual as linear terms, after one step: exact for them."""
+    """The fit with columns (bins, k) of one channel of its residual as linear terms, after one
+    step: exact for them.
+    """
     columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-30)
     extra = tuple(Coordinate(channel, n, 0.0, -1.0, 1.0, 1.0, moves=(channel,)) for n in names)
     jacobian = {

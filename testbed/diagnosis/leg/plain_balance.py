@@ -1,4 +1,6 @@
-"""The force residual in one compiled pass, where friction has no memory: most of a fit's time goes here."""
+"""The force residual in one compiled pass, where friction has no memory: most of a fit's time goes
+here.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +66,9 @@ def plain_rows(s: Series, balance: Balance, friction: Friction) -> PlainRows:
 
 @njit
 def binned_error_n(rows: PlainRows, width: int) -> Array:
-    """Estimated less known external force, mean over the used samples of each bin; shape (n // width,)."""
+    """Estimated less known external force, mean over the used samples of each bin; shape (n //
+    width,).
+    """
     out = np.empty(len(rows.total_n) // width)
     for b in range(len(out)):
         total, count = 0.0, 0
@@ -86,7 +90,8 @@ def binned_error_n(rows: PlainRows, width: int) -> Array:
 
 @njit
 def binned_columns(rows: PlainRows, width: int) -> Array:
-    """Derivatives of `binned_error_n` for the numbers of (5) that enter straight; shape (n // width, 6).
+    """Derivatives of `binned_error_n` for the numbers of (5) that enter straight; shape (n //
+    width, 6).
 
     Viscous, Coulomb and Stribeck number of extension, then of retraction.
     """

@@ -17,11 +17,13 @@ from testbed.recording.leg_model import Friction, LegModel
 
 Array = npt.NDArray[np.float64]
 FRICTION, NUISANCE, ZERO, DECLARED = "friction", "nuisance", "zero", "declared"
-"""Owners of coordinates that are no effects: equation (5), a valve's edge, the sensors' common zero, and how far a
-declared number is off, as a share of it (its name is the number's)."""
+"""Owners of coordinates that are no effects: equation (5), a valve's edge, the sensors' common
+zero, and how far a declared number is off, as a share of it (its name is the number's)."""
 FRICTION_NAMES = tuple(Friction.model_fields)
 STRAIGHT = tuple(name for name in FRICTION_NAMES if "speed" not in name)
-"""Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of retraction."""
+"""Numbers of equation (5) that enter straight: viscous, Coulomb, Stribeck of extension, then of
+retraction.
+"""
 STRIBECK_M_S, TYPICAL_STRIBECK_M_S = (5e-4, 0.3), 0.01
 """Bounds and middle of the Stribeck speeds."""
 MOST = 1e6
@@ -54,10 +56,14 @@ class Point:
     zero_n: float = 0.0
     """Of the sensors together, as a force downwards; see base_models.ZERO_FORCE."""
     off: Mapping[str, float] = field(default_factory=dict)
-    """Declared number -> share by which the machine's is larger; see base_models.within_tolerance."""
+    """Declared number -> share by which the machine's is larger; see
+    base_models.within_tolerance.
+    """
 
     def model(self, base: LegModel) -> LegModel:
-        """The base model with this friction, this zero and these declared numbers, and no effect of these."""
+        """The base model with this friction, this zero and these declared numbers, and no effect of
+        these.
+        """
         changes: dict[str, Any] = {"friction": self.friction}
         if self.zero_n != 0.0:
             changes["force_offset_n"] = base.force_offset_n + self.zero_n

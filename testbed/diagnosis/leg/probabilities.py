@@ -1,17 +1,19 @@
 """From signs to a distribution over sets of names, for legs whose sensors and valve are declared.
 
-Five questions L, each a logistic regression on a few signs, and rivalry among sets of the same size:
+Five questions L, each a logistic regression on a few signs, and rivalry among sets of the same
+size:
 
     P(no name covers it) = 1 - (1 - L(left)) (1 - L(generic)) (1 - L(flow terms))
     P(an effect | a name would cover it) = L(presence),   P(a second one | an effect) = L(second)
     P(this set | its size) ~ (1 + (behind the leader) / (slack + share * leader's gain)) ^ -power
 
 A question may be answered wrongly however clear its signs are: instead of L, the probability is
-missed + (1 - missed - ghost) L, with the rates at which a sure "no" and a sure "yes" turn out to be wrong.
+missed + (1 - missed - ghost) L, with the rates at which a sure "no" and a sure "yes" turn out to be
+wrong.
 
-The last falls as a power, not exponentially: the noise's model is not exact, and a leader far ahead may still be the
-wrong name for a law of another form. The numbers are in `calibration.yaml`, with the rigs they were fitted on;
-`testbed lab fit-diagnosis` fits them.
+The last falls as a power, not exponentially: the noise's model is not exact, and a leader far ahead
+may still be the wrong name for a law of another form. The numbers are in `calibration.yaml`, with
+the rigs they were fitted on; `testbed lab fit-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -31,8 +33,9 @@ Names = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Calibration:
-    """Question -> sign -> weight; `rivals`: slack, share, power for single effects, power for larger sets; `lapses`:
-    rates at which a sure "no" (`..._missed`) and a sure "yes" (`..._ghost`) are wrong, for LAPSING.
+    """Question -> sign -> weight; `rivals`: slack, share, power for single effects, power for
+    larger sets; `lapses`: rates at which a sure "no" (`..._missed`) and a sure "yes" (`..._ghost`)
+    are wrong, for LAPSING.
     """
 
     left: Mapping[str, float]
@@ -85,8 +88,9 @@ def presence_signs(s: Signs) -> dict[str, float]:
 def second_signs(s: Signs) -> dict[str, float]:
     """What tells whether there is a second effect beside the first.
 
-    What a strong first effect's own formula leaves over looks like a small second one: hence the first one's gain, and
-    what is left even with the second, and whether others in its place would gain almost as much.
+    What a strong first effect's own formula leaves over looks like a small second one: hence the
+    first one's gain, and what is left even with the second, and whether others in its place would
+    gain almost as much.
     """
     first, second = s.first or s.refit, s.second or s.refit
     return {
@@ -111,8 +115,9 @@ def _alone(s: Signs) -> float:
 
 
 FORCE_LEFT, FLOW_LEFT = (2.5, 0.05), (2.0, 0.03)
-"""Noise over the sensors' floor that a sound leg may leave, as its friction and its valve are never quite the formulas;
-and the share of what there was that a named effect of another form may leave on top."""
+"""Noise over the sensors' floor that a sound leg may leave, as its friction and its valve are never
+quite the formulas; and the share of what there was that a named effect of another form may leave on
+top."""
 
 
 def left_signs(s: Signs) -> dict[str, float]:
@@ -130,8 +135,8 @@ def left_signs(s: Signs) -> dict[str, float]:
 
 
 def generic_signs(s: Signs) -> dict[str, float]:
-    """The same, told by generic terms of the force balance: they gain, and not little beside what names gained; or they
-    alone gain more than the names do.
+    """The same, told by generic terms of the force balance: they gain, and not little beside what
+    names gained; or they alone gain more than the names do.
     """
     generic = max(s.generic_gain, 0.5)
     share = generic / (generic + max(s.best.gain, 0.5))
@@ -146,8 +151,9 @@ def generic_signs(s: Signs) -> dict[str, float]:
 
 
 AHEAD, FLOW_GAIN, FLOW_FALL = 5.0, 1000.0, 0.3
-"""Log-likelihood that generic terms may lead names by for nothing; and what linear terms gain, and how far they lower
-the noise, in the flow balances of a sound leg, whose edges and spool are never quite the formulas."""
+"""Log-likelihood that generic terms may lead names by for nothing; and what linear terms gain, and
+how far they lower the noise, in the flow balances of a sound leg, whose edges and spool are never
+quite the formulas."""
 
 
 def flow_terms_signs(s: Signs) -> dict[str, float]:
@@ -168,7 +174,9 @@ def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
 
 
 def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
-    """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no name covers."""
+    """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
+    name covers.
+    """
     covered = (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
     missing = c.lapsed(
         "unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(s), c.flow_terms))

@@ -1,6 +1,8 @@
-"""The residuals of one rig as a function of friction, nuisance and effect parameters, in bins and groups.
+"""The residuals of one rig as a function of friction, nuisance and effect parameters, in bins and
+groups.
 
-A group is one channel (force, flow A, flow B, supply) of one recording; each group has its own noise.
+A group is one channel (force, flow A, flow B, supply) of one recording; each group has its own
+noise.
 """
 
 from __future__ import annotations
@@ -84,7 +86,9 @@ class Problem:
         return {}
 
     def observed(self, friction: Friction, fit: Fitted | None = None) -> Observed:
-        """What the recordings show with this friction, as effects are asked about it; with `fit` what it leaves, too."""
+        """What the recordings show with this friction, as effects are asked about it; with `fit`
+        what it leaves, too.
+        """
         return Observed(
             kind=self.kind,
             known=self.base.known,
@@ -125,9 +129,11 @@ class Problem:
         return np.concatenate([_force_one(s, balance, model.friction) for s, balance in rows])
 
     def straight_columns(self, model: LegModel, effects: Sequence[Active]) -> Array | None:
-        """d(force residual) / d(`points.STRAIGHT`), shape (bins, 6): friction's levels and viscous numbers enter straight.
+        """d(force residual) / d(`points.STRAIGHT`), shape (bins, 6): friction's levels and viscous
+        numbers enter straight.
 
-        None where they do not: the friction has a memory, or bends with the load, or a band is taken out.
+        None where they do not: the friction has a memory, or bends with the load, or a band is
+        taken out.
         """
         parts = []
         for s, balance in zip(self.series, self._balances(model, effects), strict=True):
@@ -156,7 +162,9 @@ class Problem:
         return self._balanced[1]
 
     def _signals(self, effects: Sequence[Active]) -> list[Signals]:
-        """Corrected signals of every series; the last correction is kept, as most parameters leave sensors alone."""
+        """Corrected signals of every series; the last correction is kept, as most parameters leave
+        sensors alone.
+        """
         sensors = [a for a in effects if a.effect.overrides("correct")]
         key = [(a.effect.name, dict(a.values)) for a in sensors]
         if self._corrected is None or self._corrected[0] != key:

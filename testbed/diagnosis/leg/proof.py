@@ -1,12 +1,16 @@
-"""Which of the names that a search found may be said: each has to pass three trials, and the set as a whole a fourth.
+"""Which of the names that a search found may be said: each has to pass three trials, and the set as
+a whole a fourth.
 
-1. The 90 % interval of its size excludes zero (and what the tolerance of a declared number would explain).
+1. The 90 % interval of its size excludes zero (and what the tolerance of a declared number would
+explain).
 2. With it, recordings left out are predicted better than by the best identified model without it.
-3. A repeat of the rig would name it again: it is in the best set of at least REPEATED of the bootstrap's draws.
+3. A repeat of the rig would name it again: it is in the best set of at least REPEATED of the
+bootstrap's draws.
 4. No recording left out is predicted worse than `identify` predicts it, by more than WORSE.
 
-A name that fails is taken out, the least repeated first, and the others are tried again. One whose size is unknown
-because further shapes stand beside it is tried with the plain law of its name first.
+A name that fails is taken out, the least repeated first, and the others are tried again. One whose
+size is unknown because further shapes stand beside it is tried with the plain law of its name
+first.
 """
 
 from __future__ import annotations
@@ -28,13 +32,15 @@ from testbed.recording.leg_model import EffectEntry, LegModel
 
 REPEATED = 0.8
 BETTER, WORSE = 0.99, 1.02
-"""To what share of the error without it a name has to bring the error of runs left out, and how much worse than
-`identify` a run may become."""
+"""To what share of the error without it a name has to bring the error of runs left out, and how
+much worse than `identify` a run may become."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One name before its trials: `repeated`, share of draws; `run_error`, of runs left out with it over without it."""
+    """One name before its trials: `repeated`, share of draws; `run_error`, of runs left out with it
+    over without it.
+    """
 
     excludes_zero: bool
     repeated: float
@@ -54,7 +60,8 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The set that is left, `won` by share of draws, why others are not said, and the errors of runs left out.
+    """The set that is left, `won` by share of draws, why others are not said, and the errors of
+    runs left out.
 
     `run_errors`: `identify`, `refit`, `after` -> run -> N.
     """
@@ -118,14 +125,17 @@ class _RunErrors:
         return self.known[names]
 
     def without(self, candidate: Candidate, name: str, identified: RunErrors) -> float:
-        """Overall error with all names, over that of the better of `identify` and of the set without one of them."""
+        """Overall error with all names, over that of the better of `identify` and of the set
+        without one of them.
+        """
         rest = self.of(without(self.state, candidate, name))
         return overall(self.of(candidate)) / max(min(overall(rest), overall(identified)), 1e-12)
 
 
 def worse_than(state: Search, candidate: Candidate, identified: LegModel) -> bool:
-    """Whether the force of blocks left out is worse with a set than as identified; never where none of its names shows
-    in the force. Of a leg's recordings often only one shows an effect at all, so blocks are left out and not runs.
+    """Whether the force of blocks left out is worse with a set than as identified; never where none
+    of its names shows in the force. Of a leg's recordings often only one shows an effect at all, so
+    blocks are left out and not runs.
     """
     problem = state.problem
     if not any("force" in by_name(name).seen_in for name in candidate.names):
@@ -185,7 +195,9 @@ def trial(state: Search, kept: Candidate, name: str, won: Mapping[Names, float])
 
 
 def _excludes_zero(state: Search, fit: Fit, entry: EffectEntry) -> bool:
-    """Whether the size of an effect, its first parameter, is known to be none that the model has without it."""
+    """Whether the size of an effect, its first parameter, is known to be none that the model has
+    without it.
+    """
     effect = by_name(entry.name)
     size = entry.parameters.get(effect.required[0])
     if size is None or size.interval90 is None:

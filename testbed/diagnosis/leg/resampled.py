@@ -1,7 +1,9 @@
-"""Would a repeat of the rig be named the same? A bootstrap over recordings, and over blocks of time within them.
+"""Would a repeat of the rig be named the same? A bootstrap over recordings, and over blocks of time
+within them.
 
-Nothing is refitted: every set that was tried keeps its held-out residuals, and what is drawn anew is which blocks bear
-witness. A set wins a draw that predicts it best, each of its names having earned what the search asks for.
+Nothing is refitted: every set that was tried keeps its held-out residuals, and what is drawn anew
+is which blocks bear witness. A set wins a draw that predicts it best, each of its names having
+earned what the search asks for.
 """
 
 from __future__ import annotations
@@ -18,10 +20,11 @@ Names = frozenset[str]
 
 
 def wins(state: Search, recordings_too: bool = True) -> dict[Names, float]:
-    """Set of names (empty: none) -> share of the draws that it wins, adding up to 1; only sets that win any.
+    """Set of names (empty: none) -> share of the draws that it wins, adding up to 1; only sets that
+    win any.
 
-    `recordings_too`: recordings are drawn anew as well as blocks; not where each is a motion of its own kind, without
-    which an effect cannot be seen at all.
+    `recordings_too`: recordings are drawn anew as well as blocks; not where each is a motion of its
+    own kind, without which an effect cannot be seen at all.
     """
     sets = list(state.tried)
     scores = np.stack([_by_block(state, state.tried[names]) for names in sets])
@@ -37,7 +40,9 @@ def share_of(name: str, won: dict[Names, float]) -> float:
 
 
 def _by_block(state: Search, candidate: Candidate) -> Array:
-    """Held-out log-likelihood of every block at the correlation times of the best description, shape (blocks,)."""
+    """Held-out log-likelihood of every block at the correlation times of the best description,
+    shape (blocks,).
+    """
     problem, known = state.problem, candidate.evidence
     memory = (state.best or state.refit).evidence.memory
     residual = held_out(problem, candidate.fit)

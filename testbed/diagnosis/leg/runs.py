@@ -1,7 +1,8 @@
-"""Prediction of whole recordings that nothing was fitted on: each of `identify` is left out in turn, and all refitted.
+"""Prediction of whole recordings that nothing was fitted on: each of `identify` is left out in
+turn, and all refitted.
 
-Folds of blocks share their motion with what they are predicted from; a recording of another level or another motion
-does not. A rig with one recording is cut into QUARTERS of its time.
+Folds of blocks share their motion with what they are predicted from; a recording of another level
+or another motion does not. A rig with one recording is cut into QUARTERS of its time.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ RunErrors = Mapping[Any, float]
 
 
 def runs_of(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """The recordings that are left out in turn: those there are, or the quarters of the only one."""
+    """The recordings that are left out in turn: those there are, or the quarters of the only
+    one.
+    """
     if len(recordings) > 1:
         return tuple(recordings)
     (whole,) = recordings

@@ -1,4 +1,6 @@
-"""The search through sets of effects: a refit first, then one effect, its shapes, another, and exchanges."""
+"""The search through sets of effects: a refit first, then one effect, its shapes, another, and
+exchanges.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +22,21 @@ MOST_UNLIKELY = 10.0
 LEAST_FALL = 0.012
 """Relative fall of some group's noise that it has to bring."""
 FITTED_FIRST, FITTED_THEN = 9, 5
-"""How many of the effects that promise most are fitted in full: as a first effect, as a further one."""
+"""How many of the effects that promise most are fitted in full: as a first effect, as a further
+one.
+"""
 SHAPED_BY_PROMISE = 2
-"""How many of the effects that promise most get their shapes as a first effect, whatever their plain law gains."""
+"""How many of the effects that promise most get their shapes as a first effect, whatever their
+plain law gains.
+"""
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A set of effects, fitted: `gain` over the refit in held-out log-likelihood (filled against a common memory)."""
+    """A set of effects, fitted: `gain` over the refit in held-out log-likelihood (filled against a
+    common memory).
+    """
 
     names: tuple[str, ...]
     fit: Fit
@@ -47,7 +55,9 @@ class Search:
     best: Candidate | None = None
 
     def gain(self, candidate: Candidate, memory: Evidence | None = None) -> float:
-        """Held-out log-likelihood over the refit, at the correlation times of the best description."""
+        """Held-out log-likelihood over the refit, at the correlation times of the best
+        description.
+        """
         best = memory or (self.best or self.refit).evidence
         return candidate.evidence.gain_over(self.refit.evidence, best) - self.price(candidate)
 
@@ -66,8 +76,8 @@ class Search:
 
 
 def _unlikely(candidate: Candidate, problem: Problem) -> float:
-    """On one leg of four, whose rivals often explain the same: half the square of standard deviations by which a
-    parameter leaves its prior range, at most MOST_UNLIKELY each.
+    """On one leg of four, whose rivals often explain the same: half the square of standard
+    deviations by which a parameter leaves its prior range, at most MOST_UNLIKELY each.
     """
     if problem.kind != "robot":
         return 0.0
@@ -90,9 +100,11 @@ def search(
     progress: Progress | None = None,
     hypotheses: tuple[list[Effect], list[LeftOut]] | None = None,
 ) -> Search:
-    """Forward through sets of up to `most` effects, each step with exchanges; all candidates are kept.
+    """Forward through sets of up to `most` effects, each step with exchanges; all candidates are
+    kept.
 
-    `hypotheses`: (effects to try, effects left out), by default those that the problem's channels can show.
+    `hypotheses`: (effects to try, effects left out), by default those that the problem's channels
+    can show.
     """
     tell = progress or (lambda _: None)
     effects, left_out = hypotheses or available(problem)
@@ -113,7 +125,9 @@ def search(
 
 
 def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate | None:
-    """The best set with one more effect, its shapes fitted where they help; None if nothing helps."""
+    """The best set with one more effect, its shapes fitted where they help; None if nothing
+    helps.
+    """
     most = FITTED_FIRST if not current.names else FITTED_THEN
     options = [_add(state, current, effect) for effect in _promising(state, current, effects, most)]
     ranked = sorted(options, key=lambda c: -_between(c, current, state))
@@ -138,7 +152,9 @@ def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate
 
 
 def _promising(state: Search, current: Candidate, effects: list[Effect], most: int) -> list[Effect]:
-    """The effects with the largest linearised promise; those that are far from linear are always tried."""
+    """The effects with the largest linearised promise; those that are far from linear are always
+    tried.
+    """
     rest = [e for e in effects if e.name not in current.names]
     promised = {e.name: promise(state.problem, current.fit, e) for e in rest}
     first = sorted(rest, key=lambda e: -promised[e.name])[:most]
@@ -184,7 +200,9 @@ def _shape(state: Search, candidate: Candidate) -> Candidate:
 
 
 def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidate:
-    """Each effect but the last is taken out and every other one tried in its place, the last being kept."""
+    """Each effect but the last is taken out and every other one tried in its place, the last being
+    kept.
+    """
     best = pair
     for out in pair.names[:-1]:
         rest = tuple(n for n in best.names if n != out)

@@ -1,4 +1,6 @@
-"""A rig's recordings as the fit sees them: smoothed channels at a moderate rate, bins, blocks, masks."""
+"""A rig's recordings as the fit sees them: smoothed channels at a moderate rate, bins, blocks,
+masks.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +23,9 @@ Mask = npt.NDArray[np.bool_]
 RATE_HZ = 250.0
 SLOW_S = 0.02
 GAP_STEPS, GAP_S, BESIDE_GAP_S = 3.5, 0.02, 0.06
-"""Samples farther apart than so many usual steps, and than this, have a gap between them; what is left out beside it.
-A straight line across a gap is a motion at one speed that nobody saw, with a jerk at both ends."""
+"""Samples farther apart than so many usual steps, and than this, have a gap between them; what is
+left out beside it. A straight line across a gap is a motion at one speed that nobody saw, with a
+jerk at both ends."""
 BIN = 3
 """Samples at RATE_HZ that are averaged into one residual."""
 BLOCK_S = 2.5
@@ -33,7 +36,9 @@ UNTOUCHED = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """One recording. `trusted`: direction of friction is certain; `clear`: nothing saturated or missing; (n,)."""
+    """One recording. `trusted`: direction of friction is certain; `clear`: nothing saturated or
+    missing; (n,).
+    """
 
     name: str
     signals: Signals
@@ -85,7 +90,9 @@ class Series:
         return total / np.maximum(count, 1.0), count
 
     def encoder_noise_n(self) -> Array:
-        """What the encoder's steps alone do to the force of each bin: local root mean square, N, shape (bins,)."""
+        """What the encoder's steps alone do to the force of each bin: local root mean square, N,
+        shape (bins,).
+        """
         mass = self.signals.known.moving_mass_kg or 0.0
         everywhere = np.ones(len(self.signals.time_s), dtype=np.bool_)
         force = self.binned(mass * self.acceleration_noise_m_s2, everywhere)[0]
@@ -104,12 +111,16 @@ class Series:
 
 
 def smoothing_s(rate_hz: float) -> float:
-    """Standard deviation of the smoothing of channels sampled at a rate: a little more than one sample, at least."""
+    """Standard deviation of the smoothing of channels sampled at a rate: a little more than one
+    sample, at least.
+    """
     return max(WIDTH_S, 1.2 / rate_hz)
 
 
 def in_gaps(sampled_s: Array, time_s: Array) -> Mask:
-    """Which of `time_s` (n,) lie in a gap of the samples, or so near to one that smoothing carries it there."""
+    """Which of `time_s` (n,) lie in a gap of the samples, or so near to one that smoothing carries
+    it there.
+    """
     steps = np.diff(sampled_s)
     far = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
     out = np.zeros(len(time_s), dtype=np.bool_)
@@ -135,7 +146,8 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
     signals = signals_of(recording, known, step=step).with_(place=recording.name)
     width = smoothing_s(rate) * rate
     once = smooth(signals.acceleration_m_s2, SLOW_S * signals.rate_hz)
-    # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not shrunk.
+    # Twice the Gaussian less the Gaussian twice: flat to fourth order, so the motion itself is not
+    # shrunk.
     slow = 2.0 * once - smooth(once, SLOW_S * signals.rate_hz)
     if recording.position_resolution_m > 0.0:
         signals = signals.with_(slow_acceleration_m_s2=slow)

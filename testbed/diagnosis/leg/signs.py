@@ -1,4 +1,6 @@
-"""The few numbers from which a verdict is made: what each set of names gains, what it leaves, what carries over."""
+"""The few numbers from which a verdict is made: what each set of names gains, what it leaves, what
+carries over.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +17,15 @@ from testbed.diagnosis.leg.unexplained import Unexplained
 
 @dataclass(frozen=True)
 class SetSigns:
-    """One set of names against the set before it (a single effect: the refit; a pair: the best single effect).
+    """One set of names against the set before it (a single effect: the refit; a pair: the best
+    single effect).
 
-    `gain`: held-out log-likelihood over the refit; `more`: over the set before; `fall`: largest relative fall of a
-    group's noise from the set before; `carried`: log-likelihood gained where each recording is predicted from the
-    others; `worst`: relative growth of the noise of the recording that suffers most then.
-    `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of that kind.
+    `gain`: held-out log-likelihood over the refit; `more`: over the set before; `fall`: largest
+    relative fall of a group's noise from the set before; `carried`: log-likelihood gained where
+    each recording is predicted from the others; `worst`: relative growth of the noise of the
+    recording that suffers most then.
+    `force`, `flow`: largest noise over the floor of the sensors that the set leaves in a group of
+    that kind.
     """
 
     names: tuple[str, ...]
@@ -35,10 +40,10 @@ class SetSigns:
 
 @dataclass(frozen=True)
 class Signs:
-    """`refit`, `first`, `second`: no effect, the best single one, the best larger set; `gains`: every set that was
-    tried with its gain. `generic_*`: what generic terms add to the best set, `alone_gain`: to the refit; `flow_*`: what
-    linear terms add to the best set's flow balances. `memory`: correlation time of what the
-    best set leaves of the force, bins.
+    """`refit`, `first`, `second`: no effect, the best single one, the best larger set; `gains`:
+    every set that was tried with its gain. `generic_*`: what generic terms add to the best set,
+    `alone_gain`: to the refit; `flow_*`: what linear terms add to the best set's flow balances.
+    `memory`: correlation time of what the best set leaves of the force, bins.
     """
 
     refit: SetSigns
@@ -127,7 +132,9 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
 
 
 def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:
-    """What the encoder's rounding does to the force of the effects that are believed in, N: a part of the floor."""
+    """What the encoder's rounding does to the force of the effects that are believed in, N: a part
+    of the floor.
+    """
     at = candidate.fit.at
     return sum(a.effect.floor_n(a.values, at.friction, found.encoder_m) for a in at.effects)
 

@@ -1,4 +1,6 @@
-"""What the best set of names leaves unexplained: excess over the sensors' floor, and what generic terms find."""
+"""What the best set of names leaves unexplained: excess over the sensors' floor, and what generic
+terms find.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,9 @@ from testbed.effects.unnamed import UNNAMED, basis
 from testbed.recording.axis import Recording
 
 SEAL_SPEED_M_S, SEAL_RISE = 0.04, 0.3
-"""Fastest Stribeck speed of a seal that slides in oil, and the share of Coulomb friction from which its rise is fitted:
-with a freer one, the published friction imitates a drag that grows with the square of the speed."""
+"""Fastest Stribeck speed of a seal that slides in oil, and the share of Coulomb friction from which
+its rise is fitted: with a freer one, the published friction imitates a drag that grows with the
+square of the speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +30,10 @@ class Unexplained:
     """`excess_best`: group -> residual scale over floor of the best set; `floors`: the floors.
     `encoder_m`: standard deviation of the encoder's rounding.
 
-    `generic_gain`: held-out log-likelihood that the generic terms add to the best set; `generic_fall`: relative fall.
-    `alone_gain`: what they add to the refit without any name. `flow_gain`, `flow_fall`: what linear terms add to the
-    best set's flow balances.
+    `generic_gain`: held-out log-likelihood that the generic terms add to the best set;
+    `generic_fall`: relative fall.
+    `alone_gain`: what they add to the refit without any name. `flow_gain`, `flow_fall`: what linear
+    terms add to the best set's flow balances.
     """
 
     excess_best: dict[Key, float]
@@ -64,9 +68,11 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
 
 
 def _generic(problem: Problem, before: Candidate) -> Candidate:
-    """A set with the generic terms, friction being a seal's, or as it was where that predicts better.
+    """A set with the generic terms, friction being a seal's, or as it was where that predicts
+    better.
 
-    Beside bristles, which take long to compute and hold the friction's shape themselves, only as it was.
+    Beside bristles, which take long to compute and hold the friction's shape themselves, only as it
+    was.
     """
     held = any(by_name(name).replaces_friction for name in before.names)
     starts = (False,) if held else (True, False)
@@ -76,7 +82,9 @@ def _generic(problem: Problem, before: Candidate) -> Candidate:
 
 
 def fit_generic(problem: Problem, at: Fit, seal: bool) -> Fit:
-    """A fit with the generic terms; `seal`: its Stribeck effect starts, and stays, like a seal's."""
+    """A fit with the generic terms; `seal`: its Stribeck effect starts, and stays, like a
+    seal's.
+    """
     coordinates = [restarted(c, at.at) for c in at.coordinates]
     if seal:
         coordinates = [_like_a_seal(c, at.at) for c in coordinates]

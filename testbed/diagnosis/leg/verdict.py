@@ -1,10 +1,12 @@
-"""From evidence to a verdict: probabilities over sets of names, refusal, and groups that the data cannot tell apart.
+"""From evidence to a verdict: probabilities over sets of names, refusal, and groups that the data
+cannot tell apart.
 
-For legs with declared sensors and valve the probabilities come from `probabilities`, whose numbers are fitted on rigs of the
-independent reference leg (`testbed evaluate-diagnosis` judges on others); no number was fitted to an outside recording.
-Three constants of the balances were chosen on outside rigs, which are therefore no blind test of them: the orifice's
-smoothing (0.5 bar), the command's lead (0.75 sample), the pre-sliding travel (0.12 mm). Benches and drives, which
-declare less, have numbers of their own (`bench_probabilities`) and every name on trial (`proof`); so has a leg of the
+For legs with declared sensors and valve the probabilities come from `probabilities`, whose numbers
+are fitted on rigs of the independent reference leg (`testbed evaluate-diagnosis` judges on others);
+no number was fitted to an outside recording. Three constants of the balances were chosen on outside
+rigs, which are therefore no blind test of them: the orifice's smoothing (0.5 bar), the command's
+lead (0.75 sample), the pre-sliding travel (0.12 mm). Benches and drives, which declare less, have
+numbers of their own (`bench_probabilities`) and every name on trial (`proof`); so has a leg of the
 robot (`diagnosis.robot.probabilities`).
 """
 
@@ -24,21 +26,27 @@ from testbed.diagnosis.leg.unexplained import Unexplained
 from testbed.recording.leg_model import LegModel
 
 TEMPERATURE = {"vertical-leg": 8.0, "cylinder": 8.0, "drive": 8.0, "robot": 2.5}
-"""Log-likelihood that counts as one unit of belief between rival sets: the noise's model is not exact."""
+"""Log-likelihood that counts as one unit of belief between rival sets: the noise's model is not
+exact.
+"""
 AMBIGUOUS = 3.0
 """A rival within so many units of belief of the chosen name is reported as not told apart."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """`kind`: effect, none or unnamed. `hypotheses`: (names, probability), adding up to 1, best first."""
+    """`kind`: effect, none or unnamed. `hypotheses`: (names, probability), adding up to 1, best
+    first.
+    """
 
     kind: str
     chosen: Candidate
     hypotheses: tuple[tuple[tuple[str, ...], float], ...]
     ambiguous: dict[str, tuple[str, ...]]
     goes_with: Mapping[str, float] = field(default_factory=dict)
-    """Channels that ride along and go with what has no name -> share by which they lower the residual."""
+    """Channels that ride along and go with what has no name -> share by which they lower the
+    residual.
+    """
 
     def probability(self, name: str) -> float:
         """Probability that the effect is there: of all sets that hold it."""
@@ -48,8 +56,9 @@ class Verdict:
 def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     """The distribution over sets and the verdict on a leg with declared sensors and valve.
 
-    A name whose interval contains zero, that a resampled rig would not name, or with which the foot's force is predicted
-    worse than by the `identified` model, hands its probability to the sets without it. Blocks are drawn anew within
+    A name whose interval contains zero, that a resampled rig would not name, or with which the
+    foot's force is predicted worse than by the `identified` model, hands its probability to the
+    sets without it. Blocks are drawn anew within
     their recordings: each of a leg's is a motion of its own kind.
     """
     weights = distribution(signs(state, found), calibration())
@@ -69,8 +78,8 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
 def _without(
     state: Search, weights: Mapping[tuple[str, ...], float], failed: Names
 ) -> dict[tuple[str, ...], float]:
-    """The weights with those of sets that hold a failed name given to the sets without it, where those were tried, or
-    else to none.
+    """The weights with those of sets that hold a failed name given to the sets without it, where
+    those were tried, or else to none.
     """
     out: dict[tuple[str, ...], float] = {}
     for names, weight in weights.items():

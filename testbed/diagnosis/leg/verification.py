@@ -1,4 +1,6 @@
-"""Errors on recordings that nothing was fitted on: before, identify, refit, after, and the floor of the sensors."""
+"""Errors on recordings that nothing was fitted on: before, identify, refit, after, and the floor of
+the sensors.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +26,17 @@ STAGES = ("before", "identify", "refit", "after")
 
 @dataclass(frozen=True)
 class Errors:
-    """Root mean squares over moving samples: recording -> quantity -> stage (or `floor`) -> value; and the counts."""
+    """Root mean squares over moving samples: recording -> quantity -> stage (or `floor`) -> value;
+    and the counts.
+    """
 
     by_recording: dict[str, dict[str, dict[str, float]]]
     samples: dict[str, int]
 
     def total(self, quantity: str) -> dict[str, float]:
-        """Over all recordings, weighted by their moving samples; empty where the rig does not have the quantity."""
+        """Over all recordings, weighted by their moving samples; empty where the rig does not have
+        the quantity.
+        """
         rows = [
             (self.samples[n], r[quantity]) for n, r in self.by_recording.items() if quantity in r
         ]
@@ -57,7 +63,9 @@ def errors(
     models: Mapping[str, LegModel],
     with_flow: bool,
 ) -> Errors:
-    """Errors of the models of all STAGES on `recordings` (their prepared `series` give the floor)."""
+    """Errors of the models of all STAGES on `recordings` (their prepared `series` give the
+    floor).
+    """
     table: dict[str, dict[str, dict[str, float]]] = {}
     samples: dict[str, int] = {}
     for recording, s in zip(recordings, series, strict=True):
@@ -114,7 +122,9 @@ def rms(values: Array) -> float:
 
 
 def closed_share(found: Errors, quantity: str = "force_n", against: str = "refit") -> float | None:
-    """Share of the closable squared error closed, averaged over recordings where refit > 1.1 floor; None if none."""
+    """Share of the closable squared error closed, averaged over recordings where refit > 1.1 floor;
+    None if none.
+    """
     shares = []
     for row in found.by_recording.values():
         e = row.get(quantity)

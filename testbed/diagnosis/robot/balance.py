@@ -1,8 +1,10 @@
-"""The 18 equations of motion of the measured robot: what its six balances of the body and its swinging feet miss.
+"""The 18 equations of motion of the measured robot: what its six balances of the body and its
+swinging feet miss.
 
-Twelve of the equations are the joints': cylinder force less friction through the linkage, less what weight and inertia
-of the frames ask for (Pinocchio's inverse dynamics), is what the ground does to the foot. Six are the body's: feet,
-ropes and drill must carry weight and inertia. A foot in the air carries nothing: its three forces must vanish.
+Twelve of the equations are the joints': cylinder force less friction through the linkage, less what
+weight and inertia of the frames ask for (Pinocchio's inverse dynamics), is what the ground does to
+the foot. Six are the body's: feet, ropes and drill must carry weight and inertia. A foot in the air
+carries nothing: its three forces must vanish.
 """
 
 from __future__ import annotations
@@ -39,8 +41,8 @@ class BodyBalance:
 
     seen: RobotSeen
     missing: Array
-    """(n, 18) wrench on the body (6), N and N m about its origin, then forces of the four feet (12) where they hang in
-    the air, N; 0 where they stand.
+    """(n, 18) wrench on the body (6), N and N m about its origin, then forces of the four feet (12)
+    where they hang in the air, N; 0 where they stand.
     """
     by_force: Array
     """(n, 18, 12) the same by each cylinder's force."""
@@ -127,7 +129,9 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
 
 @dataclass(frozen=True, eq=False)
 class OtherSigns:
-    """What effects look at beside the equations of motion: oil, supply, lines of the piston forces (12,)."""
+    """What effects look at beside the equations of motion: oil, supply, lines of the piston forces
+    (12,).
+    """
 
     oils: Sequence[Oil]
     supply: Supply
@@ -145,7 +149,9 @@ def _side_coefficient(axis: Axis) -> float:
 
 
 def _side_loads(foot_force: Array) -> Array:
-    """(n, 12) force across each rod: a vertical frame takes the foot's force along the slope, a radial one its load."""
+    """(n, 12) force across each rod: a vertical frame takes the foot's force along the slope, a
+    radial one its load.
+    """
     out = np.zeros((len(foot_force), len(LEGS), JOINTS_A_LEG))
     out[:, :, 1] = np.abs(foot_force[:, :, 2])
     out[:, :, 2] = np.linalg.norm(foot_force[:, :, :2], axis=2)
@@ -186,7 +192,8 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
     arm[list(ROTATION)] = robot.linkage.moment_arm_m(joint[list(ROTATION)])
     change = np.concatenate([np.zeros(3), bins.turning[k], bins.joint_acceleration[k]])
     speed = np.concatenate([np.zeros(6), bins.joint_rate[k]])
-    # The unit's specific force is acceleration less gravity in one: gravity against it, the origin without acceleration.
+    # The unit's specific force is acceleration less gravity in one: gravity against it, the origin
+    # without acceleration.
     asked = robot.model.inverse_dynamics(joint, speed, change, -lift)
     feet, whole = robot.model.feet(joint)
     free = measured.force_n[k] * arm - asked[6:]
@@ -220,7 +227,9 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
 
 
 def _side_slopes(force: Array) -> Array:
-    """(3, 3) change of the force across a leg's rods (rotation, radial, vertical) by its foot's force (3)."""
+    """(3, 3) change of the force across a leg's rods (rotation, radial, vertical) by its foot's
+    force (3).
+    """
     level = max(float(np.hypot(force[0], force[1])), 1.0)
     return np.array(
         [[0.0, 0.0, 0.0], [0.0, 0.0, np.sign(force[2])], [force[0] / level, force[1] / level, 0.0]]
@@ -232,7 +241,9 @@ def _each(bins: Bins) -> Iterator[tuple[Array, Array]]:
 
 
 def _by_joint(robot: Robot, measured: Measured) -> Array:
-    """(n, 18, 12) by differences in some bins, straight lines between them: postures change slowly."""
+    """(n, 18, 12) by differences in some bins, straight lines between them: postures change
+    slowly.
+    """
     n = measured.bins.count
     some = np.unique(np.concatenate([np.arange(0, n, EVERY), [n - 1]]))
     out = np.empty((len(some), 18, len(AXES)))
@@ -270,7 +281,9 @@ def areas(machine: Machine) -> tuple[Array, Array]:
 
 
 def _friction(bins: Bins, machine: Machine) -> tuple[Array, Array, Array]:
-    """Dry friction of the sense of sliding, viscous friction with its sign, and half width at rest, (n, 12) each, N."""
+    """Dry friction of the sense of sliding, viscous friction with its sign, and half width at rest,
+    (n, 12) each, N.
+    """
     dry, viscous, spread = (np.zeros((bins.count, len(AXES))) for _ in range(3))
     for i, axis in enumerate(machine.axes.values()):
         c, seal = axis.cylinder, axis.seal
@@ -292,7 +305,9 @@ def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
 
 
 def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
-    """(n, 4) whether a foot hangs in the air: not meant to carry all along, and drawn up off where it stood."""
+    """(n, 4) whether a foot hangs in the air: not meant to carry all along, and drawn up off where
+    it stood.
+    """
     height = bins.extension_m[:, 2::3]
     out = np.zeros((bins.count, len(LEGS)), dtype=bool)
     for leg in range(len(LEGS)):
@@ -305,7 +320,9 @@ def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
 
 
 def _slope_frames(rotation: Array, bins: Bins) -> Array:
-    """(n, 3, 3) rows: x up the slope, y to the left, z off it, in the body frame: the slope on which it stood first."""
+    """(n, 3, 3) rows: x up the slope, y to the left, z off it, in the body frame: the slope on
+    which it stood first.
+    """
     pitch = float(np.median(bins.attitude_rad[:10, 1]))
     slope = rotation_from_attitude(np.array([0.0, pitch, 0.0]))
     return np.asarray(np.einsum("ji,njk->nik", slope, rotation))

@@ -1,4 +1,6 @@
-"""A recording of the whole robot in bins of a tenth of a second: what its sensors read, and how its pistons moved."""
+"""A recording of the whole robot in bins of a tenth of a second: what its sensors read, and how its
+pistons moved.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ from testbed.robot.robot import Robot
 Array = npt.NDArray[np.float64]
 BIN_S = 0.1
 EDGE_S = 0.02
-"""An encoder's reading at the edge of a bin is the mean of this long: a tenth of a count is left of its steps."""
+"""An encoder's reading at the edge of a bin is the mean of this long: a tenth of a count is left of
+its steps.
+"""
 SETTLING_S = 0.6
 """The start's transients are left out."""
 REST_M_S, SLIDE_M_S = 0.0012, 0.004
@@ -26,7 +30,9 @@ REST_M_S, SLIDE_M_S = 0.0012, 0.004
 
 @dataclass(frozen=True, eq=False)
 class Bins:
-    """Means over n bins, AXES order, SI; `joint_*` of the encoders (m, rad), the others of the pistons (m)."""
+    """Means over n bins, AXES order, SI; `joint_*` of the encoders (m, rad), the others of the
+    pistons (m).
+    """
 
     time_s: Array
     joint: Array

@@ -1,9 +1,10 @@
 """`testbed diagnose RUN`: what the whole robot has and its model lacks, and where.
 
-A recording's measurements are held against the believed machine in four kinds of balances (groups.py). A sound machine
-leaves in them what its tolerances and its noise make; every effect at every place would leave its own signature beside
-it. The evidence for each of them, for two together, and for something that no name covers (hypotheses.py) becomes a
-distribution (probabilities.py); what is named must also predict what was kept back.
+A recording's measurements are held against the believed machine in four kinds of balances
+(groups.py). A sound machine leaves in them what its tolerances and its noise make; every effect at
+every place would leave its own signature beside it. The evidence for each of them, for two
+together, and for something that no name covers (hypotheses.py) becomes a distribution
+(probabilities.py); what is named must also predict what was kept back.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Verdict:
-    """`kind`: effect, none or unnamed. `chosen`: the likeliest set; `hypotheses`: (names, probability), best first."""
+    """`kind`: effect, none or unnamed. `chosen`: the likeliest set; `hypotheses`: (names,
+    probability), best first.
+    """
 
     kind: str
     chosen: Hypothesis
@@ -56,8 +59,8 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class RobotDiagnosis:
-    """What was found on one run. `errors`: group -> stage (`before`, `refit`, `after`) -> RMS of what is missing on the
-    part kept back (N, m3/s, m or Pa).
+    """What was found on one run. `errors`: group -> stage (`before`, `refit`, `after`) -> RMS of
+    what is missing on the part kept back (N, m3/s, m or Pa).
     """
 
     name: str
@@ -89,10 +92,12 @@ def diagnose_robot(
     granted: Mapping[str, Mapping[str, float]] | None = None,
     progress: Progress | None = None,
 ) -> RobotDiagnosis:
-    """`data`: columns of the run's recording (never its truth); `robot`: as it believes itself to be; `ropes_in_world`
+    """`data`: columns of the run's recording (never its truth); `robot`: as it believes itself to
+    be; `ropes_in_world`
     (2, 3): unit vectors towards the anchors as surveyed.
 
-    `granted`: effect at its place -> parameters that the model has already; what is looked for is what it lacks.
+    `granted`: effect at its place -> parameters that the model has already; what is looked for is
+    what it lacks.
     """
     tell = progress or (lambda _: None)
     tell("holding the measurements against the machine")
@@ -142,7 +147,9 @@ def _verdict(
 
 
 def _ambiguous(chosen: Hypothesis, tried: Sequence[Hypothesis]) -> dict[str, tuple[str, ...]]:
-    """For each chosen name, those that could stand in its place within AMBIGUOUS units of belief."""
+    """For each chosen name, those that could stand in its place within AMBIGUOUS units of
+    belief.
+    """
     limit = AMBIGUOUS / float(calibration()["share"])
     out = {}
     for name in chosen.names:
@@ -190,7 +197,9 @@ def _without(weights: Mapping[Names, float], failed: Mapping[str, str]) -> dict[
 
 
 def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float]:
-    """RMS of what a group misses on the part kept back: as believed, with tolerances refitted, with the effects too."""
+    """RMS of what a group misses on the part kept back: as believed, with tolerances refitted, with
+    the effects too.
+    """
     group = balances.raw[key]
     kept = group.time_s >= _until(group)
     refit, after = group.unpredicted(_until(group), _scaled(balances, chosen.names))
@@ -199,7 +208,9 @@ def _errors(balances: Balances, chosen: Hypothesis, key: str) -> dict[str, float
 
 
 def _predicts(balances: Balances, names: Sequence[str]) -> float:
-    """Ln of the Bayes factor of a set against a sound machine on the part kept back, predicted from the rest."""
+    """Ln of the Bayes factor of a set against a sound machine on the part kept back, predicted from
+    the rest.
+    """
     scaled = _scaled(balances, names)
     groups = [
         group

@@ -1,9 +1,11 @@
-"""Evidence in a linear model with Gaussian noise: how much better a balance is explained with an effect than without.
+"""Evidence in a linear model with Gaussian noise: how much better a balance is explained with an
+effect than without.
 
-A group of balances (the body's, one cylinder's oil, the feet's places) is a vector y = X b + e, e ~ N(0, C). C holds the
-sensors' noise, friction that nobody knows, and everything that a sound machine may differ by within its tolerances
-(their columns times their standard deviations). With a prior b ~ N(0, W) for an effect's numbers the evidence against
-"sound" has a closed form (Bayes factor of two Gaussian models):
+A group of balances (the body's, one cylinder's oil, the feet's places) is a vector y = X b + e, e ~
+N(0, C). C holds the sensors' noise, friction that nobody knows, and everything that a sound machine
+may differ by within its tolerances (their columns times their standard deviations). With a prior b
+~ N(0, W) for an effect's numbers the evidence against "sound" has a closed form (Bayes factor of
+two Gaussian models):
 
     ln B = g' (H + W^-1)^-1 g / 2 - ln det(I + W H) / 2,     g = X' C^-1 y,  H = X' C^-1 X
 
@@ -26,7 +28,9 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Whitened:
-    """A group of balances divided by its noise: `missing` (rows,) and columns (rows, k), both with unit covariance."""
+    """A group of balances divided by its noise: `missing` (rows,) and columns (rows, k), both with
+    unit covariance.
+    """
 
     missing: Array
     columns: Mapping[str, Array]
@@ -71,8 +75,9 @@ class RawGroup:
         return whiten(self.missing, columns, self.noise + self.tolerated @ self.tolerated.T)
 
     def predicts(self, until_s: float, signatures: Sequence[Signature]) -> float:
-        """Ln of the Bayes factor that these effects (of prior size 1) have against a sound machine in predicting what
-        comes after `until_s` from what is before, and the other way round: evidence of the whole over that of a part.
+        """Ln of the Bayes factor that these effects (of prior size 1) have against a sound machine
+        in predicting what comes after `until_s` from what is before, and the other way round:
+        evidence of the whole over that of a part.
         """
         columns = [self.rows_of(change) for s in signatures for change in s.values()]
         if not columns:
@@ -93,8 +98,8 @@ class RawGroup:
         return 0.5 * gain - 0.5 * float(np.linalg.slogdet(scaled)[1])
 
     def unpredicted(self, until_s: float, signatures: Sequence[Signature]) -> tuple[float, float]:
-        """RMS of what is missing after `until_s`, predicted from what is before by a sound machine's tolerances alone,
-        and with these effects beside them (their numbers free).
+        """RMS of what is missing after `until_s`, predicted from what is before by a sound
+        machine's tolerances alone, and with these effects beside them (their numbers free).
         """
         learnt = self.time_s < until_s
         effects = [c for s in signatures for c in s.values()]

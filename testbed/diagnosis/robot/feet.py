@@ -1,7 +1,9 @@
-"""The feet's places: a foot that stands does not move, so encoders and attitude must agree on where it is.
+"""The feet's places: a foot that stands does not move, so encoders and attitude must agree on where
+it is.
 
-In the frame of the slope, turned by the measured attitude, every standing foot is at its own place plus the body's way,
-which is the same for all four. What is left says that a foot slipped or sank, or that an encoder's zero is elsewhere.
+In the frame of the slope, turned by the measured attitude, every standing foot is at its own place
+plus the body's way, which is the same for all four. What is left says that a foot slipped or sank,
+or that an encoder's zero is elsewhere.
 """
 
 from __future__ import annotations
@@ -29,8 +31,8 @@ PLACE_M, WAY_M = 5.0, 5.0
 GIVES_M_N = 1.5e-7
 """A ground of 7 MN/m gives by this under a newton, more or less (E)."""
 SLIPS_AT, SLIP_M, ROLLS = 0.25, 4.0e-3, 0.15
-"""A foot that uses more friction than this may slip, by so much from bin to bin, and by this share of it off the slope:
-a sound machine on its ground may, too (E).
+"""A foot that uses more friction than this may slip, by so much from bin to bin, and by this share
+of it off the slope: a sound machine on its ground may, too (E).
 """
 TILT_RAD = 2.0e-4
 """Noise of the inertial unit in a bin (E)."""
@@ -38,7 +40,9 @@ TILT_RAD = 2.0e-4
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """Rows of the group: place (m) of a standing foot along one axis of the slope's frame in one bin."""
+    """Rows of the group: place (m) of a standing foot along one axis of the slope's frame in one
+    bin.
+    """
 
     bins: npt.NDArray[np.int64]
     legs: npt.NDArray[np.int64]

@@ -19,7 +19,9 @@ QUANTITIES = {FORCES: "force_n", "feet": "foot_place_m", "supply": "supply_pa"}
 
 
 def as_json(d: RobotDiagnosis) -> dict[str, Any]:
-    """The contents of findings.json; an effect has a `place` beside its name, a hypothesis is `name@place`."""
+    """The contents of findings.json; an effect has a `place` beside its name, a hypothesis is
+    `name@place`.
+    """
     told = [(names, p) for names, p in d.verdict.hypotheses if p >= LEAST_PROBABILITY]
     total = sum(p for _, p in told)
     return {
@@ -55,7 +57,8 @@ def _effect(d: RobotDiagnosis, found: Found) -> dict[str, Any]:
 
 
 def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelFile]:
-    """`before`, `refit` and `after`: what was believed, and that with what was found. Of a robot nothing is refitted
+    """`before`, `refit` and `after`: what was believed, and that with what was found. Of a robot
+    nothing is refitted
     that all machines share: its numbers are commissioning's.
     """
     new = tuple(
@@ -66,7 +69,9 @@ def models(d: RobotDiagnosis, believed: RobotModelFile) -> dict[str, RobotModelF
 
 
 def write_findings(d: RobotDiagnosis, believed: RobotModelFile, out: Path) -> None:
-    """Write findings.json and the three model files. Raises InputError where `out` cannot be written."""
+    """Write findings.json and the three model files. Raises InputError where `out` cannot be
+    written.
+    """
     make_folder(out)
     write_json(out / "findings.json", as_json(d))
     for stage, name in FILES.items():
@@ -81,7 +86,9 @@ FILES: Mapping[str, str] = {
 
 
 def summary_rows(d: RobotDiagnosis) -> tuple[list[str], list[list[str]]]:
-    """(header, rows) of a short table: effects with their places, and what is missing on the part kept back."""
+    """(header, rows) of a short table: effects with their places, and what is missing on the part
+    kept back.
+    """
     rows = []
     for found in d.found:
         numbers = ", ".join(

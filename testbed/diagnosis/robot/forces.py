@@ -1,4 +1,6 @@
-"""The forces' group: the body's six balances and the swinging feet's, with all that a sound machine leaves in them."""
+"""The forces' group: the body's six balances and the swinging feet's, with all that a sound machine
+leaves in them.
+"""
 
 from __future__ import annotations
 
@@ -20,24 +22,30 @@ from testbed.machine.names import AXES
 Array = npt.NDArray[np.float64]
 BODY = "body"
 WHITE_N, WHITE_N_M, WHITE_FOOT_N = 60.0, 60.0, 60.0
-"""What a bin's balances miss by noise of its own: sensors' noise, accelerations, the bins' edges; and as much that lasts
-as long as MEMORY_S (E)."""
+"""What a bin's balances miss by noise of its own: sensors' noise, accelerations, the bins' edges;
+and as much that lasts as long as MEMORY_S (E)."""
 SLIDING_SHARE, REST_SHARE, QUICK_SHARE = 0.08, 0.5, 0.02
-"""Friction while sliding is known to this share beyond its tolerances, at rest to this share of its set; and anew in
-each bin."""
+"""Friction while sliding is known to this share beyond its tolerances, at rest to this share of its
+set; and anew in each bin."""
 MEMORY_S, REST_MEMORY_S = 1.0, 20.0
 """For how long friction deviates while sliding, and at rest under the same load."""
 NEWS_SHARE, NEWS_N = 0.3, 20.0
-"""At rest another load, by this share of dry friction, is a new deviation; below NEWS_N it is noise."""
+"""At rest another load, by this share of dry friction, is a new deviation; below NEWS_N it is
+noise.
+"""
 TURNING_SHARE, TURNING_BINS = 0.5, 2
 """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
 SIDE = 0.2
 """Friction by side load that a sound machine may have, share of it."""
 VERTICAL = tuple(range(2, len(AXES), 3))
 HELD_THRUST = 0.8
-"""Share of the thrust that stuck vertical cylinders may take up by friction, until they break away (E)."""
+"""Share of the thrust that stuck vertical cylinders may take up by friction, until they break away
+(E).
+"""
 HELD_ALIKE, HELD_EACH = 2.0, 0.5
-"""Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three (B)."""
+"""Stiffness of a stuck seal over that of its oil column, common and each one's own: up to three
+(B).
+"""
 HAMMER_SHARE = 0.04
 
 
@@ -79,8 +87,8 @@ def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, floa
 
 
 def _held_back(seen: RobotSeen) -> Iterator[tuple[Change, float]]:
-    """What stuck seals take up of changing loads before they break away: as springs beside the oil's, of all alike and
-    of each.
+    """What stuck seals take up of changing loads before they break away: as springs beside the
+    oil's, of all alike and of each.
     """
     piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
     stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
@@ -163,8 +171,8 @@ def noise_of(balance: BodyBalance) -> Array:
 
 
 def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
-    """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by changing loads, of
-    which a stuck seal takes up its part.
+    """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by
+    changing loads, of which a stuck seal takes up its part.
     """
     piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
     step = float(seen.time_s[1] - seen.time_s[0])
@@ -179,7 +187,9 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
 
 
 def turns(direction: Array) -> Array:
-    """(n, 12) how far a piston turns round about a bin: half the span of its sense over the bins beside it, 0 to 1."""
+    """(n, 12) how far a piston turns round about a bin: half the span of its sense over the bins
+    beside it, 0 to 1.
+    """
     n = len(direction)
     beside = [np.clip(np.arange(n) + k, 0, n - 1) for k in range(-TURNING_BINS, TURNING_BINS + 1)]
     near = np.array([direction[index] for index in beside])

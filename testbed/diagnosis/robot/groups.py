@@ -1,7 +1,7 @@
 """All balances of a recording, divided by their noise: what every hypothesis is held against.
 
-Groups: `forces` (the body's six balances and the swinging feet's), `oil <axis>` (two chambers), `feet` (places of
-standing feet) and `supply`. Groups are taken as independent of each other.
+Groups: `forces` (the body's six balances and the swinging feet's), `oil <axis>` (two chambers),
+`feet` (places of standing feet) and `supply`. Groups are taken as independent of each other.
 """
 
 from __future__ import annotations
@@ -49,7 +49,9 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Balances:
-    """A recording's balances: `raw` and `groups` (divided by their noise) by group, `candidates` by name."""
+    """A recording's balances: `raw` and `groups` (divided by their noise) by group, `candidates` by
+    name.
+    """
 
     bins: Bins
     body: BodyBalance
@@ -64,8 +66,9 @@ def balances_of(
     ropes_in_world: Array,
     granted: Mapping[str, Mapping[str, float]],
 ) -> Balances:
-    """Measure a recording's columns against the believed robot; `ropes_in_world` (2, 3) as surveyed. `granted`: effect
-    at its place -> parameters that are believed already, beside the robot's numbers.
+    """Measure a recording's columns against the believed robot; `ropes_in_world` (2, 3) as
+    surveyed. `granted`: effect at its place -> parameters that are believed already, beside the
+    robot's numbers.
     """
     machine = robot.machine
     frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)

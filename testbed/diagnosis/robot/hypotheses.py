@@ -1,6 +1,8 @@
-"""Every hypothesis about a recording, by its evidence: nothing, one effect at one place, two of them, or no name.
+"""Every hypothesis about a recording, by its evidence: nothing, one effect at one place, two of
+them, or no name.
 
-Gram matrices over all candidates are added up once; a hypothesis then costs a factorisation of a few numbers.
+Gram matrices over all candidates are added up once; a hypothesis then costs a factorisation of a
+few numbers.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ KEPT = 60
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A set of effects at their places, with the evidence for it and what it makes of their numbers."""
+    """A set of effects at their places, with the evidence for it and what it makes of their
+    numbers.
+    """
 
     names: tuple[str, ...]
     log_factor: float
@@ -98,7 +102,9 @@ class Ledger:
         return singles[:KEPT] + pairs[:KEPT]
 
     def _too_free(self, names: tuple[str, ...]) -> bool:
-        """Whether a pair could explain anything: it holds no name, or two courses in time of one kind."""
+        """Whether a pair could explain anything: it holds no name, or two courses in time of one
+        kind.
+        """
         sizes = [len(self.balances.candidates[n].signature) for n in names]
         courses = min(sizes) > MOST_NUMBERS and len({kind_of(n) for n in names}) == 1
         return courses or any(is_unexplained(n) for n in names)
@@ -118,8 +124,8 @@ class Ledger:
 
 
 def log_twice_above(sure: float) -> float:
-    """Ln of twice the probability that a number is above 0 that lies `sure` standard deviations above it: what the
-    evidence of a number gains or loses that must not be negative.
+    """Ln of twice the probability that a number is above 0 that lies `sure` standard deviations
+    above it: what the evidence of a number gains or loses that must not be negative.
     """
     above = 0.5 * math.erfc(-sure / math.sqrt(2.0))
     return math.log(2.0 * above) if above > 0.0 else -0.5 * sure**2

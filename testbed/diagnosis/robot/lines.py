@@ -1,4 +1,6 @@
-"""Narrow lines in the spectra of the twelve piston forces: what shakes a piston at one frequency."""
+"""Narrow lines in the spectra of the twelve piston forces: what shakes a piston at one
+frequency.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +25,17 @@ MEDIAN_OF_POWER = 0.69
 SURE = 100.0
 """Power over its neighbourhood's from which a line is surely one."""
 RESTLESS, LEAST_N = 10.0, 60.0
-"""Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so large (E)."""
+"""Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so
+large (E).
+"""
 LEARNT_SHARE = 0.65
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """The strongest line of one axis. `parts` (2, 2): cosine and sine amplitude, N, in the first part of the run and in
-    the rest; `variance` (2): of each of them; `amplitude_n`: 0 where it is not surely one.
+    """The strongest line of one axis. `parts` (2, 2): cosine and sine amplitude, N, in the first
+    part of the run and in the rest; `variance` (2): of each of them; `amplitude_n`: 0 where it is
+    not surely one.
     """
 
     frequency_hz: float

@@ -1,8 +1,10 @@
 """The oil of twelve cylinders: what the flow balance of each chamber misses, as means over bins.
 
-    Q + (leaks) -+ A v - V (1/beta) dp/dt = 0,   Q of the declared valve, its edges and its load-holding valve
+    Q + (leaks) -+ A v - V (1/beta) dp/dt = 0,   Q of the declared valve, its edges and its
+    load-holding valve
 
-Volumes and compressed oil are differences over a bin, so no derivative is taken; the valve's flow is a mean of samples.
+Volumes and compressed oil are differences over a bin, so no derivative is taken; the valve's flow
+is a mean of samples.
 """
 
 from __future__ import annotations
@@ -49,20 +51,26 @@ STEP, READING_STEP_PA = 1e-3, 2.0e4
 
 @dataclass(frozen=True, eq=False)
 class Oil:
-    """One cylinder's oil in n bins; arrays (n, 2) are of chambers A and B, m3/s into the chamber."""
+    """One cylinder's oil in n bins; arrays (n, 2) are of chambers A and B, m3/s into the
+    chamber.
+    """
 
     pressure_pa: Array
     missing: Array
-    """Believed inflow less what the chamber took up: + where more is believed to enter than it got."""
+    """Believed inflow less what the chamber took up: + where more is believed to enter than it
+    got.
+    """
     from_supply: Array
     """Believed flow from the supply; `to_tank` likewise (negative)."""
     to_tank: Array
     by_spool: Array
-    """What the balance misses by a spool that is one whole travel less far out than believed; `by_...` likewise by one
-    unit of what the model lacks.
+    """What the balance misses by a spool that is one whole travel less far out than believed;
+    `by_...` likewise by one unit of what the model lacks.
     """
     by_pressure: Array
-    """What it may miss by pressures that are off by PRESSURE_OFF_PA: much through a wide opening with little drop."""
+    """What it may miss by pressures that are off by PRESSURE_OFF_PA: much through a wide opening
+    with little drop.
+    """
     by_reading: Array
     """By a sensor that reads 1 Pa too much."""
     void: Array
@@ -168,7 +176,9 @@ def _valve(
     pressures: tuple[Array, ...],
     tank: float,
 ) -> tuple[Array, Array]:
-    """Flow into a chamber (0: A, 1: B) from the supply and to the tank (negative), m3/s, sample by sample."""
+    """Flow into a chamber (0: A, 1: B) from the supply and to the tank (negative), m3/s, sample by
+    sample.
+    """
     valve, joint = axis.valve, axis.joint
     own, supply = pressures[chamber], pressures[2]
     way = 1.0 if chamber == 0 else -1.0
@@ -185,12 +195,16 @@ def _valve(
 
 @njit
 def root(drop: Array) -> Array:
-    """Sqrt of a pressure drop with its sign, smooth through zero as the orifice is (laws/orifice.py)."""
+    """Sqrt of a pressure drop with its sign, smooth through zero as the orifice is
+    (laws/orifice.py).
+    """
     return drop / np.sqrt(np.sqrt(drop * drop + LAMINAR_DROP_PA * LAMINAR_DROP_PA))
 
 
 def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
-    """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may differ by."""
+    """(change (n, 2), standard deviation) of everything that a sound cylinder's oil and valve may
+    differ by.
+    """
     valve, declared = axis.valve, axis.oil
     for k in range(2):
         alone = np.zeros(2)
@@ -253,7 +267,9 @@ def noise_of(oil: Oil, time_s: Array) -> Array:
 
 
 SUPPLY_WHITE_PA, SUPPLY_SLOW_PA, SUPPLY_S = 5.0e4, 1.0e5, 1.0
-"""What the supply pressure of a sound unit misses: noise, and slowly, by its pump and accumulator (E)."""
+"""What the supply pressure of a sound unit misses: noise, and slowly, by its pump and accumulator
+(E).
+"""
 DRAWN_SHARE = 0.05
 """... and by this share of itself while all its flow is drawn."""
 
@@ -280,7 +296,9 @@ class Supply:
 
 
 def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
-    """The group of the power unit. A load-sensing one stands its margin above the highest load of the open ports."""
+    """The group of the power unit. A load-sensing one stands its margin above the highest load of
+    the open ports.
+    """
     unit = machine.power_unit
     top = unit.supply_pressure_pa
     believed, by_pressure = np.full(bins.count, top), np.full(bins.count, top)
@@ -305,4 +323,6 @@ def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
 
 
 SET_SHARE, SENSING_SHARE, OPEN_M3_S = 0.01, 0.3, 1.0e-7
-"""A set pressure is set to this share; a load-sensing margin holds to that share from bin to bin (E)."""
+"""A set pressure is set to this share; a load-sensing margin holds to that share from bin to bin
+(E).
+"""

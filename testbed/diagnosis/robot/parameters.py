@@ -1,4 +1,6 @@
-"""The parameters of effects that were found, with intervals, from the numbers of their signatures."""
+"""The parameters of effects that were found, with intervals, from the numbers of their
+signatures.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ class Found:
 
 
 def found_in(balances: Balances, chosen: Hypothesis, width: float) -> tuple[Found, ...]:
-    """The effects of a hypothesis. `width`: by how much wider the intervals are than the linear model says."""
+    """The effects of a hypothesis. `width`: by how much wider the intervals are than the linear
+    model says.
+    """
     out, first = [], 0
     for name in chosen.names:
         candidate = balances.candidates[name]

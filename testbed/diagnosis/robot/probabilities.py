@@ -1,14 +1,16 @@
 """From evidence to a distribution over sets of names.
 
-Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py), which is exact for the linear model
-and its noise; neither is exact for the machine. So evidence counts by a share of itself, and a price stands against
-every step away from a sound machine:
+Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py), which is exact for
+the linear model and its noise; neither is exact for the machine. So evidence counts by a share of
+itself, and a price stands against every step away from a sound machine:
 
-    score(none) = 0,   score(set) = share ln B - price(size),   score(no name) = share' ln B - price(unnamed)
+    score(none) = 0,   score(set) = share ln B - price(size),   score(no name) = share' ln B -
+    price(unnamed)
 
-and probabilities go as exp(score). Errors of any course in time fit what is wrong with the model itself, too: their
-evidence counts by less (share'). Sets that hold what no name covers, or a tolerance of any workshop far beyond its
-size, count as `unnamed`. The numbers are in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
+and probabilities go as exp(score). Errors of any course in time fit what is wrong with the model
+itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
+tolerance of any workshop far beyond its size, count as `unnamed`. The numbers are in
+`calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
@@ -68,7 +70,9 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, float]) -> dict[Names,
 
 
 def has_names(names: Names) -> bool:
-    """Whether every effect of a set is one that a model may lack: not unexplained, no tolerance of any workshop."""
+    """Whether every effect of a set is one that a model may lack: not unexplained, no tolerance of
+    any workshop.
+    """
     return not any(is_unexplained(n) or by_name(kind_of(n)).is_tolerance for n in names)
 
 

@@ -16,7 +16,9 @@ NEEDED = OF_BODY
 
 
 def through_amplifier(command: Array, time_s: Array, valve: Valve) -> Array:
-    """What reaches the spool's loop of a command, shape (n,): the declared amplifier lag, then the declared play."""
+    """What reaches the spool's loop of a command, shape (n,): the declared amplifier lag, then the
+    declared play.
+    """
     period = float(np.median(np.diff(time_s)))
     keep = float(np.exp(-period / valve.amplifier_lag_s))
     return np.asarray(_lag_and_play(command, keep, valve.hysteresis), dtype=np.float64)

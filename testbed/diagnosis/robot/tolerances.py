@@ -1,4 +1,6 @@
-"""By how much a sound machine may differ from its drawing: standard deviations of the workshop's tolerances."""
+"""By how much a sound machine may differ from its drawing: standard deviations of the workshop's
+tolerances.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +13,8 @@ FILE = "workshop"
 
 
 def standard_deviation(number: str, drawing: float = 0.0) -> float:
-    """How far the number of that name (`*` for each) lies from `middle`, root mean square over drawn machines; 0 where
-    no tolerance names it.
+    """How far the number of that name (`*` for each) lies from `middle`, root mean square over
+    drawn machines; 0 where no tolerance names it.
     """
     found = _table().get(number)
     if found is None:
@@ -25,7 +27,9 @@ def standard_deviation(number: str, drawing: float = 0.0) -> float:
 
 
 def middle(number: str, drawing: float) -> float:
-    """What the number may be expected to be: the middle of its tolerance, which need not be the drawing's."""
+    """What the number may be expected to be: the middle of its tolerance, which need not be the
+    drawing's.
+    """
     found = _table().get(number)
     if found is None or found.chance < 1.0:
         return drawing

@@ -1,7 +1,8 @@
-"""What no name covers: an error of any course in time at one cylinder, at the body or in one cylinder's oil.
+"""What no name covers: an error of any course in time at one cylinder, at the body or in one
+cylinder's oil.
 
-These stand beside the named effects as hypotheses of the same kind, with many more numbers, so the evidence prefers a
-name wherever one of them fits.
+These stand beside the named effects as hypotheses of the same kind, with many more numbers, so the
+evidence prefers a name wherever one of them fits.
 """
 
 from __future__ import annotations
@@ -37,7 +38,9 @@ class Unexplained(Effect):
 
 
 class UnexplainedForce(Unexplained):
-    """At one cylinder: a constant, a course in time, and one that turns with the direction of motion."""
+    """At one cylinder: a constant, a course in time, and one that turns with the direction of
+    motion.
+    """
 
     kind = f"{UNNAMED}.force"
     places = AXES

@@ -1,9 +1,9 @@
 """Ways to press a drill: as the handbook says, as the stance allows, and as the rock answers.
 
-The adaptive one knows the law of penetration (laws/penetration.py) but not the rock: from feed and rate it infers how
-much energy the rock takes, layer by layer, and presses as hard as is best for what it believes. How much of the stance's
-reserve it may use it finds out as it goes: less after a foot that came near to losing its load, slowly more while all
-carry.
+The adaptive one knows the law of penetration (laws/penetration.py) but not the rock: from feed and
+rate it infers how much energy the rock takes, layer by layer, and presses as hard as is best for
+what it believes. How much of the stance's reserve it may use it finds out as it goes: less after a
+foot that came near to losing its load, slowly more while all carry.
 """
 
 from __future__ import annotations
@@ -79,7 +79,9 @@ class Drill:
 
 
 def action_of(feed_n: float, hammer: float = 1.0) -> Vector:
-    """The action that orders a feed and a share of the hammer, and leaves ropes and stance alone."""
+    """The action that orders a feed and a share of the hammer, and leaves ropes and stance
+    alone.
+    """
     action = HANDBOOK.copy()
     action[0] = np.clip((feed_n - FEED_N) / FEED_RANGE_N, -1.0, 1.0)
     action[1] = np.clip(2.0 * hammer - 1.0, -1.0, 1.0)

@@ -1,9 +1,11 @@
-"""Agents that keep a stance: one hauls what still holds, one also stands ready for a rope that may part.
+"""Agents that keep a stance: one hauls what still holds, one also stands ready for a rope that may
+part.
 
-Both know from the foot loads what the slope pulls down: W = N tan(slope), N the sum of the foot loads in the first step.
-With both ropes pulling c W the feet have (c - 1) W to hold up the slope; in the moment in which one of them parts,
-(1 - c / 2) W down the slope. The secure pull makes the larger of the two as small as can be, c = 4/3, and leaves the feet
-a part of the least friction that has to be reckoned with.
+Both know from the foot loads what the slope pulls down: W = N tan(slope), N the sum of the foot
+loads in the first step. With both ropes pulling c W the feet have (c - 1) W to hold up the slope;
+in the moment in which one of them parts, (1 - c / 2) W down the slope. The secure pull makes the
+larger of the two as small as can be, c = 4/3, and leaves the feet a part of the least friction that
+has to be reckoned with.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ from testbed.machine.names import LEGS, SIDES
 
 Array = NDArray[np.float64]
 ROPE_N_M = 2.5e5
-"""Stiffness that a rope of some thirty metres is hauled with (D: 327 kN/m at 30 m, less what the feet give)."""
+"""Stiffness that a rope of some thirty metres is hauled with (D: 327 kN/m at 30 m, less what the
+feet give).
+"""
 STEP_S = 0.1
 SLACK_SHARE = 0.25
 """A rope with less than this share of its first tension holds no more."""
@@ -28,9 +32,13 @@ MOST_N = 3.0e4
 
 DIAGONAL = np.array([1.0, -1.0, -1.0, 1.0])
 EVEN_SHARE, EVENING = 0.1, 0.3
-"""Share of the load by which one diagonal may carry more than the other, and how fast the rest is evened out (E)."""
+"""Share of the load by which one diagonal may carry more than the other, and how fast the rest is
+evened out (E).
+"""
 LEAST_FRICTION, USED_SHARE = 0.3, 0.7
-"""Friction that has to be reckoned with on wet rock (D), and the share of it that may be used up the slope (E)."""
+"""Friction that has to be reckoned with on wet rock (D), and the share of it that may be used up
+the slope (E).
+"""
 REACTION_S = 0.3
 """Time in which a lack of pull is to be made up for (E)."""
 
@@ -41,7 +49,9 @@ def secure_share(slope: float, least_friction: float) -> float:
 
 
 class Hauling:
-    """Hauls the rope that is left when the other holds no more, and hauls back one that has slipped."""
+    """Hauls the rope that is left when the other holds no more, and hauls back one that has
+    slipped.
+    """
 
     reaction_s = REACTION_S
     """Time in which a lack of pull is made up for."""
@@ -72,7 +82,9 @@ class Hauling:
         return self._slope_n
 
     def _raised(self, loads: Array) -> Array:
-        """Increments of the vertical set points (4) as actions, from the feet's loads (4), N: none."""
+        """Increments of the vertical set points (4) as actions, from the feet's loads (4), N:
+        none.
+        """
         return np.zeros(len(loads))
 
     def _ready(self, tension: Array) -> Array:
@@ -81,7 +93,9 @@ class Hauling:
 
 
 class Secure(Hauling):
-    """The same, and pulls so that the feet can hold what comes when either rope parts; see the module's docstring."""
+    """The same, and pulls so that the feet can hold what comes when either rope parts; see the
+    module's docstring.
+    """
 
     def __init__(self, least_friction: float = LEAST_FRICTION) -> None:
         super().__init__()
@@ -93,7 +107,9 @@ class Secure(Hauling):
         return np.full(len(SIDES), 0.5 * share * self._slope_n)
 
     def _raised(self, loads: Array) -> Array:
-        """Both diagonals are to carry alike: only then do all four feet hold against a turn on one rope."""
+        """Both diagonals are to carry alike: only then do all four feet hold against a turn on one
+        rope.
+        """
         uneven = float(DIAGONAL @ loads) / max(float(loads.sum()), 1.0)
         if abs(uneven) < EVEN_SHARE:
             return np.zeros(len(loads))

@@ -2,11 +2,13 @@
 
 A detector is any class with
 
-    update(sample) -> scores (4,): the higher, the surer that the foot has lost its load (`sample`: sample.py)
+    update(sample) -> scores (4,): the higher, the surer that the foot has lost its load (`sample`:
+    sample.py)
 
-and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss` sets it) and
-`start(dt_s)`, called before the first sample with the seconds between two. Causal, no truth. The same object serves live
-and over a recording, sample by sample. Numbers and threshold live in the detector's own file.
+and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
+sets it) and `start(dt_s)`, called before the first sample with the seconds between two. Causal, no
+truth. The same object serves live and over a recording, sample by sample. Numbers and threshold
+live in the detector's own file.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ class Detector(Protocol):
 
 
 class CompiledDetector:
-    """A detector from a compiled `step(sample, foot, numbers, state, dt_s) -> score`, one foot at a time."""
+    """A detector from a compiled `step(sample, foot, numbers, state, dt_s) -> score`, one foot at a
+    time.
+    """
 
     name: ClassVar[str]
     text: ClassVar[str]
@@ -90,7 +94,9 @@ def start(detector: Any, dt_s: float) -> None:
 
 
 def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
-    """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better itself."""
+    """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better
+    itself.
+    """
     if hasattr(detector, "scores"):
         return np.asarray(detector.scores(samples))
     return np.array([detector.update(sample) for sample in samples]).reshape(-1, len(LEGS))

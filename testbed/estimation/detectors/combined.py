@@ -1,13 +1,15 @@
-"""The testbed's own detector: the mean of three loads that err in different ways, over a few milliseconds.
+"""The testbed's own detector: the mean of three loads that err in different ways, over a few
+milliseconds.
 
-They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set), `own` (memory that
-drifts to the middle), `carried` (followed through the oil, signals.py). Each is wrong by up to the break-away force,
-seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of them. The score is
-how far it lies below zero, N.
+They differ in the friction of a piston that hardly moves: none (`balance`, the middle of the set),
+`own` (memory that drifts to the middle), `carried` (followed through the oil, signals.py). Each is
+wrong by up to the break-away force,
+seldom all the same way: at equal recall the mean calls half as many loaded feet lost as the best of
+them. The score is how far it lies below zero, N.
 
-A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the whole machine weighs.
-Friction can tell them apart by no more than the break-away force: what they differ from `own` beyond that, over many
-seconds, is taken for the sensor's and given back.
+A sensor that drifts moves `balance` and `carried` without end, while `own` is held by what the
+whole machine weighs. Friction can tell them apart by no more than the break-away force: what they
+differ from `own` beyond that, over many seconds, is taken for the sensor's and given back.
 """
 
 from __future__ import annotations

@@ -1,12 +1,16 @@
-"""What detectors look at beside the estimates: loads that follow from this sample's measurements, causal, four feet.
+"""What detectors look at beside the estimates: loads that follow from this sample's measurements,
+causal, four feet.
 
-`carried` is a load with the friction of a piston that hardly moves. The oil tells how far it moves, long before the
+`carried` is a load with the friction of a piston that hardly moves. The oil tells how far it moves,
+long before the
 encoder does: with flows Q of the valve (spool followed from the command) and its leaks,
 
-    dx = (k_A Q_A dt / A_A - k_B Q_B dt / A_B - dFp) / k_oil,   k_i = beta_i A_i^2 / V_i,   k_oil = k_A + k_B
+    dx = (k_A Q_A dt / A_A - k_B Q_B dt / A_B - dFp) / k_oil,   k_i = beta_i A_i^2 / V_i,   k_oil =
+    k_A + k_B
 
-and friction follows as a spring that slips: F_f = clip(F_f + k_seal dx, -g_minus, g_plus). A foot that has lost more
-than twice the break-away force has slipped, so that its friction is known again, whatever it was before.
+and friction follows as a spring that slips: F_f = clip(F_f + k_seal dx, -g_minus, g_plus). A foot
+that has lost more than twice the break-away force has slipped, so that its friction is known again,
+whatever it was before.
 """
 
 from __future__ import annotations
@@ -124,7 +128,9 @@ def _valve_of(machine: Machine, axis: Axis) -> NDArray[Any]:
 
 @njit
 def gravity_along(attitude: Any, gravity: float) -> float:
-    """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch, yaw."""
+    """Gravity along extension of the vertical joints (-z of the body), m/s2, at roll, pitch,
+    yaw.
+    """
     return float(gravity * math.cos(attitude[1]) * math.cos(attitude[0]))
 
 
@@ -159,7 +165,9 @@ def flows(spool: float, pa: float, pb: float, supply: float, valve: Any) -> tupl
 
 @njit
 def held_share(opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Any) -> float:
-    """Share of the oil that leaves a port which a load-holding valve lets through; pressures over the tank's."""
+    """Share of the oil that leaves a port which a load-holding valve lets through; pressures over
+    the tank's.
+    """
     if not opened:
         return 0.0
     return float(outlet_share(kind, load_pa, pilot_pa, valve.setting, valve.pilot_ratio))
@@ -175,7 +183,8 @@ def oil_travel(
     valve: Any,
     dt: float,
 ) -> float:
-    """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the module's docstring.
+    """How far (m) the piston moved while the pressures changed by `change` (A, B; Pa): see the
+    module's docstring.
 
     state: OilState; c: Cylinder; valve: Valve.
     """

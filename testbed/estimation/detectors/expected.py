@@ -1,4 +1,6 @@
-"""Expected against estimated: the share of the load that statics expect and the pressures do not show."""
+"""Expected against estimated: the share of the load that statics expect and the pressures do not
+show.
+"""
 
 from __future__ import annotations
 

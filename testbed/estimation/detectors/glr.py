@@ -1,8 +1,9 @@
-"""Generalised likelihood ratio with the colour of the noise: whitened, then tested over several window lengths.
+"""Generalised likelihood ratio with the colour of the noise: whitened, then tested over several
+window lengths.
 
-The estimate's error is coloured (hammering, the oil's own ring): L - m = c1 (..)_-1 + c2 (..)_-2 + e, e white. For the
-whitened y = L - c1 L_-1 - c2 L_-2 a mean m gives c m, c = 1 - c1 - c2. Over the last n samples, with the mean M that
-fits best,
+The estimate's error is coloured (hammering, the oil's own ring): L - m = c1 (..)_-1 + c2 (..)_-2 +
+e, e white. For the whitened y = L - c1 L_-1 - c2 L_-2 a mean m gives c m, c = 1 - c1 - c2. Over the
+last n samples, with the mean M that fits best,
 
     T_n = n / (2 s^2) [(c M - c max(M, m0))^2 - (c M - c min(M, m1))^2],   score = max over n
 

@@ -1,9 +1,10 @@
-"""A small network, trained on the benchmark's tuning scenes alone, on what views.py shows it of a foot.
+"""A small network, trained on the benchmark's tuning scenes alone, on what views.py shows it of a
+foot.
 
     score = w_2 tanh(W_1 tanh(W_0 view + b_0) + b_1) + b_2
 
-the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in learned.npz beside this
-file; `testbed lab train-detector` makes them.
+the log of the odds that the foot has lost its contact, smoothed over SMOOTH_S. The weights lie in
+learned.npz beside this file; `testbed lab train-detector` makes them.
 """
 
 from __future__ import annotations
@@ -100,7 +101,9 @@ def _judge(samples: Any, numbers: Any, memories: Any, dt: float, scores: Any) ->
 
 @njit
 def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, out: Any) -> None:
-    """For training every so many-th view of samples (n,) -> (n // every, 4, len(VIEW)); scale: ViewNumbers (1,)."""
+    """For training every so many-th view of samples (n,) -> (n // every, 4, len(VIEW)); scale:
+    ViewNumbers (1,).
+    """
     views = np.empty((len(LEGS), len(VIEW)))
     for n in range(samples.shape[0]):
         look(samples[n].row, samples[n].derived, scale[0], memories, dt, views)
@@ -109,7 +112,9 @@ def views_over(samples: Any, scale: Any, memories: Any, dt: float, every: int, o
 
 
 class Learned:
-    """See the module. `scale`: another machine's numbers, by name; 294.3 N are 0.03 of a quarter of 4 t (B)."""
+    """See the module. `scale`: another machine's numbers, by name; 294.3 N are 0.03 of a quarter of
+    4 t (B).
+    """
 
     name, text = "learned", "small network on memories of all feet"
     threshold = 0.0

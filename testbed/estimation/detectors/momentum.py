@@ -1,8 +1,10 @@
-"""Momentum observer (De Luca) on the sliding frame: the external force without differentiating the velocity.
+"""Momentum observer (De Luca) on the sliding frame: the external force without differentiating the
+velocity.
 
     r = K ( integral (balance - F_f(v) - r) dt - m v ),   dr/dt = K (F_ext - r)
 
-balance = pA A_A - pB A_B + m g, F_f the published friction (5), F_ext the ground's push. The score is -r, N.
+balance = pA A_A - pB A_B + m g, F_f the published friction (5), F_ext the ground's push. The score
+is -r, N.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Two models at once: `carries` (the load walks at random, and is no less than m0) and `lost` (the load is zero).
+"""Two models at once: `carries` (the load walks at random, and is no less than m0) and `lost` (the
+load is zero).
 
-Each predicts the next estimate; Bayes' rule and a small chance of changing over between them give the odds. Loads are
-judged with the spread s of estimates, a walk of q N a sample. The score is the log of the odds of `lost`, in nats.
+Each predicts the next estimate; Bayes' rule and a small chance of changing over between them give
+the odds. Loads are judged with the spread s of estimates, a walk of q N a sample. The score is the
+log of the odds of `lost`, in nats.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ class ModelState(Record):
 
 @njit
 def changed_over(odds: float, chance: float) -> float:
-    """Log odds after one sample in which either model may have become the other with this chance."""
+    """Log odds after one sample in which either model may have become the other with this
+    chance.
+    """
     lost = 1.0 / (1.0 + math.exp(-odds))
     lost = lost * (1.0 - chance) + (1.0 - lost) * chance
     return math.log(lost / (1.0 - lost))

@@ -15,9 +15,11 @@ from testbed.recording.rows import DataRow
 
 
 class Sample(Record):
-    """One sample, four feet (fl, fr, rl, rr): every column of `data` by name, and what follows from it.
+    """One sample, four feet (fl, fr, rl, rr): every column of `data` by name, and what follows from
+    it.
 
-    `sample.row.estimate.own` (4,) N, `sample.row.pressure_a` (12,) Pa, `sample.derived.carried` (4,) N.
+    `sample.row.estimate.own` (4,) N, `sample.row.pressure_a` (12,) Pa, `sample.derived.carried`
+    (4,) N.
     """
 
     row = part(DataRow, "what was measured, estimated and ordered")
@@ -32,7 +34,9 @@ class Watch:
         self._last = Derived.zeros()
 
     def samples(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """The next rows (n,) of DataRow, with their estimates, as `Sample` (n,); fields by name: `samples[k].row`."""
+        """The next rows (n,) of DataRow, with their estimates, as `Sample` (n,); fields by name:
+        `samples[k].row`.
+        """
         out = Sample.zeros(len(rows))
         out["row"] = rows
         _derive_all(out, self._belief, self._state, self._last)

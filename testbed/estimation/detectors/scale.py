@@ -1,4 +1,6 @@
-"""The scale of a foot: as its machine declares it, or from its recorded force alone where nobody does."""
+"""The scale of a foot: as its machine declares it, or from its recorded force alone where nobody
+does.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +13,17 @@ Array = npt.NDArray[np.float64]
 ENDS = (0.5, 99.5)
 """Percentiles between which the force lies, but for outliers (E)."""
 WINDOW_S, CALM = 0.2, 0.2
-"""The force is at rest in this share of the record's windows of this length: those in which it moves least (E)."""
+"""The force is at rest in this share of the record's windows of this length: those in which it
+moves least (E).
+"""
 NOISE_TO_BREAKAWAY = 3.0
 """So many standard deviations at rest count as break-away force (E)."""
 
 
 def nominal_load_n(force_n: Array) -> float:
-    """Median of the force (n,), N, where the foot carries: above the middle of its range. Never 0."""
+    """Median of the force (n,), N, where the foot carries: above the middle of its range. Never
+    0.
+    """
     finite = force_n[np.isfinite(force_n)]
     if not finite.size:
         return 1.0
@@ -28,7 +34,9 @@ def nominal_load_n(force_n: Array) -> float:
 
 
 def breakaway_n(force_n: Array, time_s: Array) -> float:
-    """The error at rest that the noise of the force (n,) shows, N; what friction holds still cannot be seen in it."""
+    """The error at rest that the noise of the force (n,) shows, N; what friction holds still cannot
+    be seen in it.
+    """
     finite = np.isfinite(force_n)
     force, time = force_n[finite], time_s[finite]
     if len(time) < 2:

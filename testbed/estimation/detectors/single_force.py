@@ -1,17 +1,22 @@
-"""Contact of one foot from one force, whatever its size: a hysteresis above a flight level that is learnt on the way.
+"""Contact of one foot from one force, whatever its size: a hysteresis above a flight level that is
+learnt on the way.
 
-Nothing here is in newtons: every bound is a share of the foot's nominal load or a multiple of the noise that is seen.
+Nothing here is in newtons: every bound is a share of the foot's nominal load or a multiple of the
+noise that is seen.
 
-    load      force, smoothed just as much as its noise asks for; a step that the noise cannot explain is followed at once
-    lost      load below the flight level + a loss's share of the nominal load + how far the level may have drifted
-    loaded    load above the level of this flight + a loss's share of the nominal load, or the break-away force; until
+    load      force, smoothed just as much as its noise asks for; a step that the noise cannot
+    explain is followed at once lost      load below the flight level + a loss's share of the
+    nominal load + how far the level may have drifted loaded    load above the level of this flight
+    + a loss's share of the nominal load, or the break-away force; until
               it has risen clearly further, falling back is the same flight still
 
-The flight level (what the force reads in the air: a zero offset, friction) is learnt from every flight. How far it may
-have moved by the next one starts with the break-away force, and is then what it moved from flight to flight.
+The flight level (what the force reads in the air: a zero offset, friction) is learnt from every
+flight. How far it may have moved by the next one starts with the break-away force, and is then what
+it moved from flight to flight.
 
-A sample that is no number, or no later than the one before, changes nothing: the state holds. Gaps are bridged in the
-same way; the smoothing and the dwell go by the time that has passed, not by the count of samples.
+A sample that is no number, or no later than the one before, changes nothing: the state holds. Gaps
+are bridged in the same way; the smoothing and the dwell go by the time that has passed, not by the
+count of samples.
 """
 
 from __future__ import annotations
@@ -70,23 +75,33 @@ JUMP = 5.0
 NOISE_S = 0.5
 """Time constant of the noise's estimate (E)."""
 MEAN_TO_SD = 0.8862
-"""Mean size of the difference of two samples of white noise to its standard deviation: sqrt(pi) / 2."""
+"""Mean size of the difference of two samples of white noise to its standard deviation: sqrt(pi) /
+2.
+"""
 DWELL_S = 0.004
-"""So long a load must contradict the state; one sample is enough where they come more slowly (E)."""
+"""So long a load must contradict the state; one sample is enough where they come more slowly
+(E).
+"""
 MARGIN_SD = 4.0
 """The bounds lie so many standard deviations of the smoothed noise further out (E)."""
 BACK = 0.6
-"""A foot that touches down slowly is lost again only when it has gone back so far of the way to the flight level (E)."""
+"""A foot that touches down slowly is lost again only when it has gone back so far of the way to the
+flight level (E).
+"""
 NEARLY, FALLEN_S = 0.8, 0.05
 """... or when it has been below this share of the way for so long, s (E)."""
 FALL_S, RISE_S = 0.02, 1.0
 """The level of a flight follows a falling and a rising load with these time constants (E)."""
 FIRST_SPREAD, LEAST_SPREAD, MOST_SPREAD = 0.12, 0.02, 0.30
-"""How far a flight level may move, shares of the nominal load: before any flight was seen, at least, at most (E)."""
+"""How far a flight level may move, shares of the nominal load: before any flight was seen, at
+least, at most (E).
+"""
 HIGHEST_BOUND = 0.4
 """A load above this share of the nominal load is never a loss (E)."""
 MOVED, FORGET = 1.5, 0.5
-"""The spread is this multiple of what the level last moved, and shrinks to this share by every flight (E)."""
+"""The spread is this multiple of what the level last moved, and shrinks to this share by every
+flight (E).
+"""
 FIRST_TRUST, TRUST = 0.8, 0.5
 """So much of a flight's own level goes into that of the flights so far (E)."""
 SHORTEST_FLIGHT_S = 0.05
@@ -108,7 +123,9 @@ class ForceSample:
 
 
 class SingleForce:
-    """The contact state of feet from their forces. A Detector of `ForceSample`: a score of 1 is lost, 0 loaded."""
+    """The contact state of feet from their forces. A Detector of `ForceSample`: a score of 1 is
+    lost, 0 loaded.
+    """
 
     name: ClassVar[str] = "single_force"
     text: ClassVar[str] = "hysteresis above the flight level, learnt from one force"

@@ -1,7 +1,8 @@
-"""The combined detector (combined.py) over as long as a loss must last: of those shipped the one of least cost.
+"""The combined detector (combined.py) over as long as a loss must last: of those shipped the one of
+least cost.
 
-A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms follow the word of the
-definition (estimation/losses.py), which waits for as long.
+A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
+follow the word of the definition (estimation/losses.py), which waits for as long.
 """
 
 from __future__ import annotations

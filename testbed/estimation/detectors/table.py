@@ -45,7 +45,8 @@ BEST = Steady.name
 def detector_of(name: str, field: str = "detector") -> Any:
     """A fresh detector by its name, or an object of the class that `FILE.py:Class` names.
 
-    Raises InputError for an unknown name, a file or class that is not there or does not fit (Detector).
+    Raises InputError for an unknown name, a file or class that is not there or does not fit
+    (Detector).
     """
     if is_user_class(name):
         return load_object(name, Detector, field=field)

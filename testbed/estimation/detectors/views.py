@@ -1,8 +1,9 @@
-"""What the learned detector looks at: forty numbers a foot, made of this sample and of short memories of the last ones.
+"""What the learned detector looks at: forty numbers a foot, made of this sample and of short
+memories of the last ones.
 
-Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is safe, alike on machines of
-any weight. What moves on a short time scale tells a foot in the air from one that bears little: on the ground it feels
-the drill and the other feet, in the air it does not.
+Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is safe,
+alike on machines of any weight. What moves on a short time scale tells a foot in the air from one
+that bears little: on the ground it feels the drill and the other feet, in the air it does not.
 """
 
 from __future__ import annotations
@@ -49,7 +50,9 @@ VIEW = (
     "force aside",
 )
 LATE_S, SEEN_S, STIR_S = 3.0, 0.02, (0.03, 0.15)
-"""Time constants: of what a foot bore of late; of commands; of how much a load is stirred, s (E)."""
+"""Time constants: of what a foot bore of late; of commands; of how much a load is stirred, s
+(E).
+"""
 FAST_S, MEANT_S = 0.1, 0.3
 
 

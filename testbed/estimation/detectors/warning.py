@@ -1,17 +1,20 @@
-"""Early warning: the load is low for this foot, falls, and will soon be gone before anything known ends its fall.
+"""Early warning: the load is low for this foot, falls, and will soon be gone before anything known
+ends its fall.
 
-A critically damped alpha-beta filter gives level L and slope V of each foot's load, and the rate of the ordered thrust.
-What the thrust may explain of a fall, at most `kappa` of its rate, ends when the thrust stops rising, which the drill's
-program knows beforehand; the rest may go on. A warning is raised where
+A critically damped alpha-beta filter gives level L and slope V of each foot's load, and the rate of
+the ordered thrust. What the thrust may explain of a fall, at most `kappa` of its rate, ends when
+the thrust stops rising, which the drill's program knows beforehand; the rest may go on. A warning
+is raised where
 
     L + V_thrust min(look_thrust, rising, left) + V_rest min(look, left) < warn at,
     V_rest = min(V + kappa max(thrust rate, 0), 0),  V_thrust = V - V_rest
 
-`left` is the time until the foot across has nothing left to give: (L_o - gone) / -V_o, 0 where it is gone. Feet across
-from each other share a twist and fall together; once one hangs free the other bears what statics give it, and its fall
-ends. So only the first of them is warned of.
+`left` is the time until the foot across has nothing left to give: (L_o - gone) / -V_o, 0 where it
+is gone. Feet across from each other share a twist and fall together; once one hangs free the other
+bears what statics give it, and its fall ends. So only the first of them is warned of.
 
-A warning stands for two seconds at least, and until the load is back. The score is 1 while it stands, else 0.
+A warning stands for two seconds at least, and until the load is back. The score is 1 while it
+stands, else 0.
 """
 
 from __future__ import annotations
@@ -96,8 +99,8 @@ NUMBERS: Mapping[str, float] = MappingProxyType(
         "least": 1600.0,
     }
 )
-"""On means of five milliseconds of the own estimate; set on a hundred tuning scenes so that four fifths
-of the gradual losses are warned of in time (benchmarks/contact_loss/warning_numbers.py)."""
+"""On means of five milliseconds of the own estimate; set on a hundred tuning scenes so that four
+fifths of the gradual losses are warned of in time (benchmarks/contact_loss/warning_numbers.py)."""
 NUMBERS_ON_TRUTH: Mapping[str, float] = MappingProxyType(
     {**NUMBERS, "smooth": 0.06, "share": 0.25, "warn_at": 350.0, "gone": 20.0}
 )

@@ -1,7 +1,9 @@
-"""What every scalar filter is made of: a compiled step over one sample, and that step over an array.
+"""What every scalar filter is made of: a compiled step over one sample, and that step over an
+array.
 
-A filter is a file: `Numbers` (its constants) and a compiled `step(state, z, numbers) -> x`, which takes one sample z (N)
-and changes its state in place. `run = over(step, State, Numbers)` filters an array.
+A filter is a file: `Numbers` (its constants) and a compiled `step(state, z, numbers) -> x`, which
+takes one sample z (N) and changes its state in place. `run = over(step, State, Numbers)` filters an
+array.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ def _loop(state: Any, z: Any, numbers: Any, x: Any) -> None:
 
 
 def over(step: Any, state: type[Record], numbers: type[Record]) -> Run:
-    """`run(z, **numbers) -> x`: a step over z (n,) in N, starting from nothing, with its constants by name."""
+    """`run(z, **numbers) -> x`: a step over z (n,) in N, starting from nothing, with its constants
+    by name.
+    """
     compiled = njit_over(_loop, step)
 
     def run(z: Array, **constants: float) -> Array:

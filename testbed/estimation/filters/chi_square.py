@@ -1,7 +1,7 @@
 """A rival: Kalman filter with a chi-square gate on the innovation.
 
-A sample is used only if e^2 / (P + Q + R) <= limit. The gate widens as P grows, by Q a sample: for a step of several kN
-and the Q of a smooth filter that takes minutes.
+A sample is used only if e^2 / (P + Q + R) <= limit. The gate widens as P grows, by Q a sample: for
+a step of several kN and the Q of a smooth filter that takes minutes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""A rival: Kalman filter with Huber's weight: beyond c standard deviations an innovation pulls linearly less.
+"""A rival: Kalman filter with Huber's weight: beyond c standard deviations an innovation pulls
+linearly less.
 
 R is replaced by R |r| / c where |r| = |e| / sqrt(P + Q + R) > c.
 """

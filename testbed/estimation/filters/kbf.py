@@ -49,7 +49,9 @@ def only_predict(state: Any, q: float) -> float:
 
 @njit
 def start(state: Any, z: float, r: float) -> float:
-    """The first sample is the first estimate, known as well as one measurement: P = R; no number starts nothing."""
+    """The first sample is the first estimate, known as well as one measurement: P = R; no number
+    starts nothing.
+    """
     if not np.isfinite(z):
         return 0.0
     state.value, state.variance, state.started = z, r, 1.0

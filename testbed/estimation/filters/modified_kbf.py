@@ -1,7 +1,8 @@
 """The paper's modified KBF (6, Fig. 10): the state update is skipped while |z_k - x_(k-1)| > e_max.
 
-P goes on being propagated, P = P + Q. As published the gate is constant: after a true step of the force above
-e_max every later sample is rejected too, for ever (lock-out). Kept as it is, to be shown.
+P goes on being propagated, P = P + Q. As published the gate is constant: after a true step of the
+force above e_max every later sample is rejected too, for ever (lock-out). Kept as it is, to be
+shown.
 """
 
 from __future__ import annotations

@@ -1,11 +1,15 @@
 """The testbed's own filter: a gate that cannot lock out, because what persists is believed.
 
 Three rules on top of the KBF:
-1. A sample outside the gate is not used, but counted. A spike ends before `hold` samples in a row stood outside on one
-   side, and leaves no mark; a true step goes on, and then the samples that were held back become the estimate at once.
-2. A load that has just jumped is likely to go on moving: for a while afterwards Q is as large as R, the gate follows
+1. A sample outside the gate is not used, but counted. A spike ends before `hold` samples in a row
+stood outside on one
+   side, and leaves no mark; a true step goes on, and then the samples that were held back become
+   the estimate at once.
+2. A load that has just jumped is likely to go on moving: for a while afterwards Q is as large as R,
+the gate follows
    the larger innovation variance, and three samples outside are enough.
-3. Outliers are rare by definition. Where more than a share of the last samples was outside (hammering), it is the
+3. Outliers are rare by definition. Where more than a share of the last samples was outside
+(hammering), it is the
    load that moves: every sample is used, with rule 2's gain. So no input can be rejected for good.
 """
 
@@ -25,7 +29,9 @@ WHOLE = 0.5
 """Counts are whole numbers kept as floats: beyond this, at least one."""
 
 FORGET = 0.8
-"""What a sample inside the gate leaves of the count of those outside, as noise may interrupt a small step."""
+"""What a sample inside the gate leaves of the count of those outside, as noise may interrupt a
+small step.
+"""
 LIVELY_HOLD = 3.0
 """Samples in a row outside the gate that are enough while the load is lively."""
 LIVELY_DECAY = 1.0 - 1.0 / 60.0

@@ -29,7 +29,9 @@ def kbf(z: NDArray[np.float64], q_n2: float, r_n2: float) -> NDArray[np.float64]
 def modified_kbf(
     z: NDArray[np.float64], q_n2: float, r_n2: float, e_max_n: float
 ) -> NDArray[np.float64]:
-    """The modified KBF (6, Fig. 10) over z[n] in N: no state update while |z_k - x_(k-1)| > e_max."""
+    """The modified KBF (6, Fig. 10) over z[n] in N: no state update while |z_k - x_(k-1)| >
+    e_max.
+    """
     kf = _random_walk(float(z[0]), q_n2, r_n2)
     x = np.empty(z.size)
     x[0] = z[0]

@@ -1,4 +1,6 @@
-"""A rival: Kalman filter whose innovation is cut off at +-limit: a far sample pulls, but no more than a near one."""
+"""A rival: Kalman filter whose innovation is cut off at +-limit: a far sample pulls, but no more
+than a near one.
+"""
 
 from __future__ import annotations
 

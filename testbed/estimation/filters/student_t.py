@@ -1,6 +1,8 @@
-"""A rival: Kalman filter for Student-t noise of nu degrees of freedom, by variational updates of the noise's scale.
+"""A rival: Kalman filter for Student-t noise of nu degrees of freedom, by variational updates of
+the noise's scale.
 
-Repeat: R_k = R (nu + (e^2 + P_k) / R) / (nu + 1), e = z - x_k; update (x_k, P_k) from the prior with R_k.
+Repeat: R_k = R (nu + (e^2 + P_k) / R) / (nu + 1), e = z - x_k; update (x_k, P_k) from the prior
+with R_k.
 """
 
 from __future__ import annotations

@@ -21,7 +21,9 @@ from testbed.estimation.filters.base import Run
 
 @dataclass(frozen=True)
 class Filter:
-    """A filter as it is compared: `constant` is the one of its own that it may choose, from `values`."""
+    """A filter as it is compared: `constant` is the one of its own that it may choose, from
+    `values`.
+    """
 
     name: str
     run: Run
@@ -43,7 +45,9 @@ class Filter:
         r_n2: float,
         constants: dict[str, float] | None = None,
     ) -> NDArray[np.float64]:
-        """Filter z[n] in N with this Q and R and one of its choices (the first one where none is given)."""
+        """Filter z[n] in N with this Q and R and one of its choices (the first one where none is
+        given).
+        """
         chosen = self.choices[0] if constants is None else constants
         return self.run(z_n, process_variance=q_n2, measurement_variance=r_n2, **chosen)
 

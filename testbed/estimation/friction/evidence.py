@@ -1,8 +1,10 @@
-"""What recordings say about friction: one row for every few hundredths of a second in which the piston slides.
+"""What recordings say about friction: one row for every few hundredths of a second in which the
+piston slides.
 
 A row is a speed and the force that is left of the balance without friction,
     y = pA A_A - pB A_B + m (g cos(inclination) - a) - F_ref = F_f(v),
-with F_ref = 0 in the air. Rows lie further apart than the smoothing reaches, so that their errors are independent.
+with F_ref = 0 in the air. Rows lie further apart than the smoothing reaches, so that their errors
+are independent.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ MINIMUM_ROWS = 40
 
 @dataclass(frozen=True)
 class Evidence:
-    """Rows (m,): signed speed m/s, force left over N, acceleration m/s2, pressures Pa, number of the recording.
+    """Rows (m,): signed speed m/s, force left over N, acceleration m/s2, pressures Pa, number of
+    the recording.
 
     A pressure that was not recorded is 0.
     """
@@ -58,7 +61,9 @@ class Evidence:
 
 
 def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
-    """Rows of all recordings together. Raises InputError naming the recording that cannot serve, and why."""
+    """Rows of all recordings together. Raises InputError naming the recording that cannot serve,
+    and why.
+    """
     parts = [_rows(r, known, i) for i, r in enumerate(recordings)]
     evidence = Evidence(
         *(np.concatenate([getattr(p, f) for p in parts]) for f in Evidence.__dataclass_fields__)
@@ -80,7 +85,8 @@ def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     check_chambers(recording)
     check_alive(recording)
     signals = signals_of(recording, known, SMOOTHING_S)
-    # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of rows can see
+    # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of
+    # rows can see
     v = np.gradient(signals.position_m) * signals.rate_hz
     a = np.gradient(v) * signals.rate_hz
     mass = known.moving_mass_kg or 0.0
@@ -99,7 +105,9 @@ def _rows(recording: Recording, known: Known, number: int) -> Evidence:
 
 
 CLOSES = 0.3
-"""Share of a load cell's force that friction may leave unexplained; a turned sign leaves more than all of it."""
+"""Share of a load cell's force that friction may leave unexplained; a turned sign leaves more than
+all of it.
+"""
 
 
 def check_closes(residual_n: float, recordings: Sequence[Recording]) -> None:
@@ -119,10 +127,11 @@ def check_closes(residual_n: float, recordings: Sequence[Recording]) -> None:
 
 
 def check_opposes(velocity_m_s: Array, force_n: Array, place: Path | None = None) -> None:
-    """Refuse rows in which friction would drive the piston instead of braking it: a sign is turned round.
+    """Refuse rows in which friction would drive the piston instead of braking it: a sign is turned
+    round.
 
-    Judged by its power. A constant force (a weight, a zero) helps one way what it takes the other, and is taken out;
-    inertia gives back what it takes.
+    Judged by its power. A constant force (a weight, a zero) helps one way what it takes the other,
+    and is taken out; inertia gives back what it takes.
     """
     way = np.sign(velocity_m_s)
     constant = 0.5 * sum(float(np.median(force_n[way == side])) for side in (1.0, -1.0))
@@ -148,7 +157,9 @@ def smoothed_reference(recording: Recording, time_s: Array) -> Array:
 
 
 def steadily_sliding(v: Array, rate_hz: float) -> NDArray[np.bool_]:
-    """Fast enough, and not within REVERSAL_S of a sample that is not, a change of direction or an end."""
+    """Fast enough, and not within REVERSAL_S of a sample that is not, a change of direction or an
+    end.
+    """
     from scipy.ndimage import binary_erosion
 
     reach = round(REVERSAL_S * rate_hz)
@@ -158,7 +169,9 @@ def steadily_sliding(v: Array, rate_hz: float) -> NDArray[np.bool_]:
 
 
 def unsaturated(recording: Recording, time_s: Array) -> NDArray[np.bool_]:
-    """Samples of the grid `time_s` with neither sensor at the end of its range within 30 samples, shape (n,)."""
+    """Samples of the grid `time_s` with neither sensor at the end of its range within 30 samples,
+    shape (n,).
+    """
     bad = (recording.saturated_a | recording.saturated_b).astype(np.float64)
     if not bad.any():
         return np.ones(len(time_s), dtype=np.bool_)
@@ -179,7 +192,8 @@ def check_chambers(recording: Recording) -> None:
 
 
 def check_alive(recording: Recording, moving: bool = True) -> None:
-    """Refuse channels that say nothing: a constant position, a pressure that never changes or is clipped throughout.
+    """Refuse channels that say nothing: a constant position, a pressure that never changes or is
+    clipped throughout.
 
     `moving` = False lets a position pass that stays (a leg pressed on a load cell).
     Raises InputError with the recording, the channel and where it happens.
@@ -211,7 +225,8 @@ def check_alive(recording: Recording, moving: bool = True) -> None:
 def check_not_stuck(
     recording: Recording, name: str, values: Array, saturated: NDArray[np.bool_]
 ) -> None:
-    """Refuse a pressure that repeats one value to the last bit for more than a second while the piston travels 5 mm.
+    """Refuse a pressure that repeats one value to the last bit for more than a second while the
+    piston travels 5 mm.
 
     Raises InputError with the time at which the sensor froze.
     """

@@ -1,9 +1,11 @@
-"""Friction (5) identified from recordings: eight parameters with 90 % intervals, and which of them are not shown.
+"""Friction (5) identified from recordings: eight parameters with 90 % intervals, and which of them
+are not shown.
 
-A rig with recordings in the air is identified on those alone, all else as declared. A rig without any (a bench with a
-load cell, a drive) is identified on all of `identify`, together with what it leaves undeclared: its mass, and the
-constant force of a sensor's zero. What it declares (bore, rod, mass) moves within its tolerance at most, and is
-reported. There the parts of (5) that do not help to predict a recording set aside are left out.
+A rig with recordings in the air is identified on those alone, all else as declared. A rig without
+any (a bench with a load cell, a drive) is identified on all of `identify`, together with what it
+leaves undeclared: its mass, and the constant force of a sensor's zero. What it declares (bore, rod,
+mass) moves within its tolerance at most, and is reported. There the parts of (5) that do not help
+to predict a recording set aside are left out.
 """
 
 from __future__ import annotations
@@ -51,7 +53,9 @@ class Identified:
 
 @dataclass(frozen=True)
 class Identification:
-    """What an identification found: the model, its parameters, the residual per side in N, rows used, recordings."""
+    """What an identification found: the model, its parameters, the residual per side in N, rows
+    used, recordings.
+    """
 
     model: LegModel
     parameters: tuple[Identified, ...]
@@ -82,7 +86,9 @@ class Identification:
 
 
 def identify_rig(rig: Rig) -> Identification:
-    """Identify a rig on its `identify` recordings. Raises InputError where they cannot serve, naming which and why."""
+    """Identify a rig on its `identify` recordings. Raises InputError where they cannot serve,
+    naming which and why.
+    """
     free = [r for r in rig.identify if r.is_free]
     return identify(free or list(rig.identify), rig.known, rig.kind)
 
@@ -90,7 +96,9 @@ def identify_rig(rig: Rig) -> Identification:
 def identify(
     recordings: Sequence[Recording], known: Known, kind: str = "vertical-leg"
 ) -> Identification:
-    """Identify from given recordings whose external force is known (0 N in the air, or a load cell's)."""
+    """Identify from given recordings whose external force is known (0 N in the air, or a load
+    cell's).
+    """
     evidence = gather(recordings, known)
     taken = take_out(evidence, known, kind)
     evidence = taken.evidence
@@ -160,8 +168,9 @@ def _parameters(name: str, side: Side, evidence: Evidence) -> list[Identified]:
 def _unseen(side: Side, low: Array, high: Array, speed: Array) -> list[str]:
     """Why a parameter is not shown by the motion, '' where it is.
 
-    A force counts as shown when its interval is narrower than a quarter of the friction's mean; the viscous one
-    at the highest speed; the Stribeck speed when its interval spans less than a factor 4 and F_s0 is not 0.
+    A force counts as shown when its interval is narrower than a quarter of the friction's mean; the
+    viscous one at the highest speed; the Stribeck speed when its interval spans less than a factor
+    4 and F_s0 is not 0.
     """
     mean = max(float(np.mean(curve(side.value, speed))), 1e-9)
     slow, fast = np.quantile(speed, [0.02, 0.98])

@@ -1,7 +1,9 @@
-"""One side of equation (5), F = sigma v + F_c0 + F_s0 exp(-v / c_s): the best four parameters, and how sure they are.
+"""One side of equation (5), F = sigma v + F_c0 + F_s0 exp(-v / c_s): the best four parameters, and
+how sure they are.
 
-Given c_s the rest is linear, so that the posterior is a mixture of Gaussians over a grid of c_s (log-uniform prior
-between C_LOW and C_HIGH), cut off at sigma, F_c0, F_s0 >= 0. Its spread covers what Wald intervals
+Given c_s the rest is linear, so that the posterior is a mixture of Gaussians over a grid of c_s
+(log-uniform prior between C_LOW and C_HIGH), cut off at sigma, F_c0, F_s0 >= 0. Its spread covers
+what Wald intervals
 miss: where the motion does not show the Stribeck speed, the interval is as wide as the prior.
 """
 
@@ -16,7 +18,9 @@ Array = NDArray[np.float64]
 C_LOW, C_HIGH, C_COUNT = 1e-3, 5e-2, 50
 DRAWS, FEWEST = 3000, 400
 PRIOR_FACTOR = 3.0
-"""Forces are expected within this many times the mean friction (one standard deviation): weak, but proper."""
+"""Forces are expected within this many times the mean friction (one standard deviation): weak, but
+proper.
+"""
 FADED = 3.0
 """At so many Stribeck speeds its part has faded to a twentieth."""
 HUBER = 2.5
@@ -25,15 +29,17 @@ MAX_LAG = 60
 
 @dataclass(frozen=True)
 class Side:
-    """(sigma N s/m, F_c0 N, F_s0 N, c_s m/s): least squares `value` (4,), posterior `draws` (k, 4), residual N."""
+    """(sigma N s/m, F_c0 N, F_s0 N, c_s m/s): least squares `value` (4,), posterior `draws` (k, 4),
+    residual N.
+    """
 
     value: Array
     draws: Array
     parts: tuple[bool, bool, bool]
     residual_n: float
     inflation: float
-    """`parts`: which of viscous, Coulomb and Stribeck part were fitted. `inflation`: variance of a mean of many rows
-    over what independent rows would have, 1 where the model is complete."""
+    """`parts`: which of viscous, Coulomb and Stribeck part were fitted. `inflation`: variance of a
+    mean of many rows over what independent rows would have, 1 where the model is complete."""
 
 
 def fit_side(
@@ -42,7 +48,9 @@ def fit_side(
     parts: tuple[bool, bool, bool] = (True, True, True),
     seed: int = 0,
 ) -> Side:
-    """Fit rows (m,) of |v| > 0 and the friction force against it; a part left out is 0; draws are of all of (5)."""
+    """Fit rows (m,) of |v| > 0 and the friction force against it; a part left out is 0; draws are
+    of all of (5).
+    """
     grid = np.geomspace(C_LOW, C_HIGH, C_COUNT)
     # Below that the Stribeck part has faded before the slowest row: any size of it would fit.
     grid = grid[grid >= min(float(np.quantile(speed_m_s, 0.02)) / FADED, C_HIGH)]
@@ -76,7 +84,9 @@ def _design(speed: Array, c: float) -> Array:
 def _least_squares(
     speed: Array, force: Array, weight: Array, grid: Array, parts: tuple[bool, bool, bool]
 ) -> Array:
-    """The best (4,), none negative: c_s on the grid, then between its neighbours by a parabola in log c_s."""
+    """The best (4,), none negative: c_s on the grid, then between its neighbours by a parabola in
+    log c_s.
+    """
     fits = [_constrained(_design(speed, c) * parts, force, weight) for c in grid]
     cost = np.array([f[1] for f in fits])
     k = int(np.argmin(cost))
@@ -106,7 +116,9 @@ def _constrained(x: Array, y: Array, weight: Array) -> tuple[Array, float]:
 def _draw(
     speed: Array, force: Array, weight: Array, scale: Array, variance: float, seed: int
 ) -> Array:
-    """Posterior draws (DRAWS, 4) under flat-ish priors, log-uniform c_s and sigma, F_c0, F_s0 >= 0."""
+    """Posterior draws (DRAWS, 4) under flat-ish priors, log-uniform c_s and sigma, F_c0, F_s0 >=
+    0.
+    """
     rng = np.random.default_rng(seed)
     problem = _Linear(speed, force, weight, 1.0 / (PRIOR_FACTOR * scale) ** 2, variance)
     grid = np.geomspace(C_LOW, C_HIGH, C_COUNT)
@@ -127,7 +139,8 @@ def _draw(
     if len(allowed) >= FEWEST:
         allowed = allowed[:DRAWS]
         return np.column_stack([theta[allowed], grid[which[allowed]]])
-    # next to nothing is allowed: draws are moved to the nearest allowed point in the metric of their own precision
+    # next to nothing is allowed: draws are moved to the nearest allowed point in the metric of
+    # their own precision
     few = slice(0, FEWEST)
     moved = [_nearest_allowed(t, roots[k]) for t, k in zip(theta[few], which[few], strict=True)]
     return np.column_stack([np.array(moved), grid[which[few]]])
@@ -144,7 +157,9 @@ def _nearest_allowed(theta: Array, root: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Linear:
-    """The linear problem that remains for a given c_s: Gaussian rows, Gaussian prior of precision `prior` (3,)."""
+    """The linear problem that remains for a given c_s: Gaussian rows, Gaussian prior of precision
+    `prior` (3,).
+    """
 
     speed: Array
     force: Array
@@ -180,7 +195,9 @@ class _Linear:
 
 
 def correlation_inflation(residual: Array) -> float:
-    """1 + 2 sum of the residual's autocorrelations up to the first pair that is not positive (Geyer); at least 1."""
+    """1 + 2 sum of the residual's autocorrelations up to the first pair that is not positive
+    (Geyer); at least 1.
+    """
     r = residual - residual.mean()
     power = float(r @ r)
     if power <= 0.0 or len(r) < 10:

@@ -1,13 +1,16 @@
-"""What a rig leaves undeclared or declares within a tolerance (mass, bore, rod, a zero), identified with friction (5).
+"""What a rig leaves undeclared or declares within a tolerance (mass, bore, rod, a zero), identified
+with friction (5).
 
-A number that is declared is a prior, not a free number: it may move by its tolerance (one standard deviation), never by
-more than MOST of them, and moves at all only where that helps to predict recordings that were set aside. What is
-declared as null, and the constant force of a sensor's zero, is free.
+A number that is declared is a prior, not a free number: it may move by its tolerance (one standard
+deviation), never by more than MOST of them, and moves at all only where that helps to predict
+recordings that were set aside. What is declared as null, and the constant force of a sensor's zero,
+is free.
 
-All of it is linear for given Stribeck speeds. Asymmetric Coulomb friction cannot be told from a constant force in
-motion, so the Coulomb part counts as equal both ways here. At nearly one speed the viscous and Stribeck parts are a
-constant too and would take on what belongs to the area or the zero: they are fitted only where the speeds span a
-factor SPAN, and stay only if they help to predict recordings that were set aside.
+All of it is linear for given Stribeck speeds. Asymmetric Coulomb friction cannot be told from a
+constant force in motion, so the Coulomb part counts as equal both ways here. At nearly one speed
+the viscous and Stribeck parts are a constant too and would take on what belongs to the area or the
+zero: they are fitted only where the speeds span a factor SPAN, and stay only if they help to
+predict recordings that were set aside.
 """
 
 from __future__ import annotations
@@ -34,9 +37,13 @@ PARTS: dict[str, tuple[bool, bool, bool]] = {
 """Forms of (5), the simplest first: (viscous, Coulomb, Stribeck part)."""
 SPAN = 5.0
 WORTH = 0.98
-"""A richer form, or moved declared numbers, have to lower the error on what was set aside to this share."""
+"""A richer form, or moved declared numbers, have to lower the error on what was set aside to this
+share.
+"""
 MOST = 3.0
-"""Tolerances by which a declared number may move at most: data that want more contradict the declaration."""
+"""Tolerances by which a declared number may move at most: data that want more contradict the
+declaration.
+"""
 ACCELERATES_M_S2 = 0.05
 """Standard deviation of the acceleration below which no mass shows."""
 
@@ -45,8 +52,10 @@ ACCELERATES_M_S2 = 0.05
 class Unknown:
     """One number that may differ from what is declared, and how the rows' force changes with it.
 
-    `column` (m,): change of the force left over per unit. `width`: one tolerance, infinite where nothing is declared.
-    `low`: least change that leaves a number that can be. A `bore_m` or `rod_m` changes as its area, m2.
+    `column` (m,): change of the force left over per unit. `width`: one tolerance, infinite where
+    nothing is declared.
+    `low`: least change that leaves a number that can be. A `bore_m` or `rod_m` changes as its area,
+    m2.
     """
 
     name: str
@@ -62,7 +71,9 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Used:
-    """A number that identification changed or found: declared (None: null), used, and by how many tolerances apart."""
+    """A number that identification changed or found: declared (None: null), used, and by how many
+    tolerances apart.
+    """
 
     name: str
     unit: str
@@ -82,7 +93,9 @@ class Used:
 
 @dataclass(frozen=True)
 class TakenOut:
-    """Numbers with what was found, the zero's force N, rows without either, form of friction, what was changed."""
+    """Numbers with what was found, the zero's force N, rows without either, form of friction, what
+    was changed.
+    """
 
     known: Known
     offset_n: float
@@ -92,7 +105,9 @@ class TakenOut:
 
 
 def take_out(evidence: Evidence, known: Known, kind: str) -> TakenOut:
-    """Fit friction together with what may differ from the declaration; as given where nothing may."""
+    """Fit friction together with what may differ from the declaration; as given where nothing
+    may.
+    """
     free, within = unknowns(evidence, known, kind)
     if not free and not within:
         return TakenOut(known, 0.0, evidence, "stribeck")
@@ -116,7 +131,9 @@ def take_out(evidence: Evidence, known: Known, kind: str) -> TakenOut:
 
 
 def unknowns(evidence: Evidence, known: Known, kind: str) -> tuple[list[Unknown], list[Unknown]]:
-    """(what is not declared at all, what is declared within a tolerance). A leg on a bench counts as declared."""
+    """(what is not declared at all, what is declared within a tolerance). A leg on a bench counts
+    as declared.
+    """
     free: list[Unknown] = []
     within: list[Unknown] = []
     mass = known.moving_mass_kg
@@ -165,7 +182,8 @@ def _used(unknown: Unknown, known: Known, change: float) -> Used:
 def choose_form(evidence: Evidence, unknown: Sequence[Unknown]) -> str:
     """The simplest form that predicts what is set aside as well as any.
 
-    "coulomb" at once where the speeds of one direction span too little to tell the parts of (5) apart.
+    "coulomb" at once where the speeds of one direction span too little to tell the parts of (5)
+    apart.
     """
     for sign in (1.0, -1.0):
         speeds = sign * evidence.velocity_m_s[sign * evidence.velocity_m_s > 0.0]
@@ -180,7 +198,9 @@ def choose_form(evidence: Evidence, unknown: Sequence[Unknown]) -> str:
 
 
 def held_out(evidence: Evidence, unknown: Sequence[Unknown], form: str) -> float:
-    """Sum of squared errors, N2, on what was set aside in turn: each recording, or quarters of the only one."""
+    """Sum of squared errors, N2, on what was set aside in turn: each recording, or quarters of the
+    only one.
+    """
     groups = evidence.recording
     if len(np.unique(groups)) == 1:
         groups = np.arange(len(evidence)) * 4 // len(evidence)
@@ -200,7 +220,9 @@ class Joint:
 
 
 def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) -> Joint:
-    """The best robust joint fit on the rows `use` (m,); friction not negative, the unknown within their tolerances."""
+    """The best robust joint fit on the rows `use` (m,); friction not negative, the unknown within
+    their tolerances.
+    """
     v, y = evidence.velocity_m_s, evidence.force_n
     viscous, _, stribeck = PARTS[form]
     plus = v > 0.0
@@ -227,9 +249,11 @@ def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) ->
 
 
 def _robust(x: Array, y: Array, widths: Array, bounds: tuple[Array, Array]) -> tuple[Array, float]:
-    """Bounded least squares with Huber weights and a Gaussian prior of zero mean: coefficients (k,), cost.
+    """Bounded least squares with Huber weights and a Gaussian prior of zero mean: coefficients
+    (k,), cost.
 
-    A row counts as much as an independent one would: correlated residuals weigh less against the prior.
+    A row counts as much as an independent one would: correlated residuals weigh less against the
+    prior.
     """
     count = x.shape[1]
     free = np.full(count, np.inf)
@@ -247,7 +271,9 @@ def _robust(x: Array, y: Array, widths: Array, bounds: tuple[Array, Array]) -> t
 def _reweighted(
     x: Array, y: Array, widths: Array, bounds: tuple[Array, Array], variance: float
 ) -> tuple[Array, Array]:
-    """(coefficients (k,), Huber weights (m,)) of bounded least squares beside a prior, N2 the rows' variance."""
+    """(coefficients (k,), Huber weights (m,)) of bounded least squares beside a prior, N2 the rows'
+    variance.
+    """
     from scipy.optimize import lsq_linear
 
     weight, theta = np.ones(len(y)), np.zeros(x.shape[1])

@@ -1,4 +1,6 @@
-"""The believed force balance of a leg: everything but friction, and friction that depends on the load it reveals."""
+"""The believed force balance of a leg: everything but friction, and friction that depends on the
+load it reveals.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +60,9 @@ def without_friction_n(signals: Signals, terms: ForceTerms) -> Array:
 
 
 def external_n(rest_n: Any, direction: Any, terms: ForceTerms) -> Array:
-    """F_ext from rest_n = F_ext + direction * friction of the load; a fixed point, exact for exponent 1."""
+    """F_ext from rest_n = F_ext + direction * friction of the load; a fixed point, exact for
+    exponent 1.
+    """
     c, e = terms.load_coefficient, terms.load_exponent
     if c == 0.0:
         return np.asarray(rest_n, dtype=np.float64)

@@ -1,6 +1,7 @@
 """The flow balances of both chambers of a leg, with what the effects make of them.
 
-    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt,   r_B = Q_B + A_B v + q_AB - V_B (1/beta) dpB/dt
+    r_A = Q_A - A_A v - q_AB - q_hose - V_A (1/beta) dpA/dt,   r_B = Q_B + A_B v + q_AB - V_B
+    (1/beta) dpB/dt
 
 in m3/s, zero where the model is right.
 """
@@ -34,7 +35,9 @@ SMOOTH_DROP_PA = 5e4
 
 @dataclass(frozen=True)
 class Edge:
-    """A metering edge: its gain against the plate, and the drop below which its flow grows straight, Pa."""
+    """A metering edge: its gain against the plate, and the drop below which its flow grows
+    straight, Pa.
+    """
 
     gain: float = 1.0
     smooth_pa: float = SMOOTH_DROP_PA
@@ -61,11 +64,15 @@ def flow_terms(signals: Signals, effects: Sequence[Active]) -> FlowTerms:
 
 
 COMMAND_LEAD_SAMPLES = 0.75
-"""A row's command already acts in the sampling interval that the row closes: measured on recordings of a sound leg."""
+"""A row's command already acts in the sampling interval that the row closes: measured on recordings
+of a sound leg.
+"""
 
 
 def spool(command: Array, rate_hz: float, natural_frequency_hz: float, damping: float) -> Array:
-    """Spool position (-1..1), shape (n,): exact second-order response to a command held between samples."""
+    """Spool position (-1..1), shape (n,): exact second-order response to a command held between
+    samples.
+    """
     step = second_order(2.0 * np.pi * natural_frequency_hz, damping, 1.0 / rate_hz)
     late = _following(np.asarray(command, dtype=np.float64), *step)
     index = np.arange(len(command), dtype=np.float64)
@@ -74,7 +81,9 @@ def spool(command: Array, rate_hz: float, natural_frequency_hz: float, damping: 
 
 @njit
 def _following(command: Array, yy: float, yr: float, ry: float, rr: float) -> Array:
-    """Position (n,) of a second-order system that starts at rest on its command, held between samples."""
+    """Position (n,) of a second-order system that starts at rest on its command, held between
+    samples.
+    """
     out = np.empty(command.size)
     y, rate = command[0], 0.0
     for k in range(command.size):
@@ -93,7 +102,9 @@ def edge_flow(
     rated_drop_pa: float,
     smooth_pa: float = SMOOTH_DROP_PA,
 ) -> Any:
-    """Q = rated |o| sign(dp) sqrt(|dp| / rated drop), smooth near dp = 0; m3/s; for one sample or shape (n,)."""
+    """Q = rated |o| sign(dp) sqrt(|dp| / rated drop), smooth near dp = 0; m3/s; for one sample or
+    shape (n,).
+    """
     return (
         rated_m3_s
         * np.abs(open_)
@@ -109,7 +120,8 @@ def smoothed_opening(spool_: Array, deadband: float, width_samples: float, step:
 def flow_balance(
     signals: Signals, terms: FlowTerms, open_: Array, edge: Edge = Edge()
 ) -> FlowBalance:
-    """Residuals for signals whose sensors are already corrected; `open_` from `smoothed_opening` on the same grid.
+    """Residuals for signals whose sensors are already corrected; `open_` from `smoothed_opening` on
+    the same grid.
 
     `edge` is what a valve's plate does not say to the last per cent.
     """
@@ -259,7 +271,9 @@ def _filled(value: Array | float, shape: tuple[int, ...]) -> Array:
 def _held(
     flow: float, opened: bool, kind: float, load_pa: float, pilot_pa: float, valve: Valve
 ) -> float:
-    """What a load-holding valve lets through of the flow into its chamber; pressures over the tank's."""
+    """What a load-holding valve lets through of the flow into its chamber; pressures over the
+    tank's.
+    """
     if flow > 0.0:
         return flow
     if not opened:

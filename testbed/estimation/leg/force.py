@@ -1,8 +1,8 @@
 """The external force of one leg from a recording and a believed model: a value, and a set at rest.
 
-Where the piston moves, friction is known and so is the force. Around a reversal and at rest friction is a set; there
-the value is the one nearest to the forces before and after that friction allows, so that no jump of the friction's
-sign leaks into the force of the moving samples beside it.
+Where the piston moves, friction is known and so is the force. Around a reversal and at rest
+friction is a set; there the value is the one nearest to the forces before and after that friction
+allows, so that no jump of the friction's sign leaks into the force of the moving samples beside it.
 """
 
 from __future__ import annotations
@@ -32,25 +32,30 @@ Mask = npt.NDArray[np.bool_]
 MOVING_M_S = 3e-3
 """Faster than this the direction of friction is certain (the contract's limit for scoring)."""
 SLIDING_M_S, SLIDING_S = 4e-4, 0.05
-"""A piston that goes on faster than this in one direction for longer slides, though slowly: friction's side is known.
-(A quick reversal is slow for a moment too, but does not slide.)"""
+"""A piston that goes on faster than this in one direction for longer slides, though slowly:
+friction's side is known. (A quick reversal is slow for a moment too, but does not slide.)"""
 MARGIN_S = 0.008
 """Time around a reversal in which the smoothed velocity does not tell the direction of friction."""
 FUSED_MARGIN_S = 0.002
 FUSED_WIDTH_S = 0.002
-"""The same, and the smoothing of every channel, where the oil tells the quick part of the velocity."""
+"""The same, and the smoothing of every channel, where the oil tells the quick part of the
+velocity.
+"""
 OUTPUT_WIDTH_S = 0.006
 QUICK_WIDTH_S = 0.0015
 QUICK_FUSED_WIDTH_S, QUICK_OUTPUT_WIDTH_S = 0.001, 0.0005
 QUICK_TRAVEL_M = 0.0
 QUICK_SPAN_N = 500.0
-"""A force that changes by more within 30 ms is followed with the quick widths instead of OUTPUT_WIDTH_S: channels and
-output each QUICK_WIDTH_S, or the other two where the oil tells the velocity."""
+"""A force that changes by more within 30 ms is followed with the quick widths instead of
+OUTPUT_WIDTH_S: channels and output each QUICK_WIDTH_S, or the other two where the oil tells the
+velocity."""
 
 
 @dataclass(frozen=True)
 class ForceEstimate:
-    """External force along the axis, N, positive when the ground pushes the foot up; one row a sample, shape (n,)."""
+    """External force along the axis, N, positive when the ground pushes the foot up; one row a
+    sample, shape (n,).
+    """
 
     time_s: Array
     force_n: Array
@@ -68,7 +73,9 @@ class ForceEstimate:
 
 
 def estimate(recording: Recording, model: LegModel, causal: bool = False) -> ForceEstimate:
-    """External force from a recording. Raises InputError for a model with an unknown effect or parameter."""
+    """External force from a recording. Raises InputError for a model with an unknown effect or
+    parameter.
+    """
     build(model.effects)
     by_oil = (
         fused(recording, model, FUSED_WIDTH_S)
@@ -96,12 +103,15 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
 
 
 def unseen_travel_m(recording: Recording) -> float:
-    """Distance behind a reversal within which this recording's encoder does not show how friction builds up, m."""
+    """Distance behind a reversal within which this recording's encoder does not show how friction
+    builds up, m.
+    """
     return min(SOUND_BEND_M, 1.2 * recording.position_resolution_m)
 
 
 def share_of_quick(force_n: Array, rate_hz: float) -> Array:
-    """Share of the less smoothed estimate, 0 to 1, shape (n,): 1 where the force itself changes within 20 ms.
+    """Share of the less smoothed estimate, 0 to 1, shape (n,): 1 where the force itself changes
+    within 20 ms.
 
     Noise and ringing do not raise it, a landing or lifting foot does.
     """
@@ -162,8 +172,8 @@ def trusted(
     causal: bool = False,
     speed_m_s: float = MOVING_M_S,
 ) -> Mask:
-    """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a reversal, and far enough
-    behind it for friction to have built up on the new side.
+    """Samples whose friction is certain, shape (n,): fast enough, not within a margin of a
+    reversal, and far enough behind it for friction to have built up on the new side.
     """
     from scipy.ndimage import binary_erosion
 
@@ -180,7 +190,9 @@ def trusted(
 
 
 def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Mask:
-    """Samples of slow slides that last, shape (n,); a causal estimate could not know that they will."""
+    """Samples of slow slides that last, shape (n,); a causal estimate could not know that they
+    will.
+    """
     from scipy.ndimage import binary_opening
 
     slow = trusted(velocity_m_s, rate_hz, MARGIN_S, travel_m, speed_m_s=SLIDING_M_S)
@@ -191,7 +203,9 @@ def slow_slides(velocity_m_s: Array, rate_hz: float, travel_m: float) -> Mask:
 
 
 def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
-    """Distance moved since the velocity last changed its sign, m, shape (n,); the start counts as far from one."""
+    """Distance moved since the velocity last changed its sign, m, shape (n,); the start counts as
+    far from one.
+    """
     travel = np.cumsum(np.abs(velocity_m_s)) * period_s
     sign = velocity_m_s > 0.0
     turned = np.concatenate([[False], sign[1:] != sign[:-1]])
@@ -202,8 +216,9 @@ def _travel_since_reversal(velocity_m_s: Array, period_s: float) -> Array:
 
 
 def _fill(raw: Array, good: Mask, width: float, causal: bool) -> Array:
-    """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground feels the load that
-    it had when it stopped, and the first samples behind a gap may already belong to a foot that lifts.
+    """`raw` averaged over good samples near by. Over gaps it is held: a foot at rest on firm ground
+    feels the load that it had when it stopped, and the first samples behind a gap may already
+    belong to a foot that lifts.
     """
     if not good.any():
         return np.zeros_like(raw)
@@ -229,7 +244,9 @@ def narrow_band(
     harmonics: int = 1,
     amplitude: float = np.inf,
 ) -> Array:
-    """The narrow-band part of a force around a frequency and its multiples, N, shape (n,): local amplitude, phase."""
+    """The narrow-band part of a force around a frequency and its multiples, N, shape (n,): local
+    amplitude, phase.
+    """
     rate = signals.rate_hz
     seconds = signals.time_s - signals.time_s[0]
     chunk = max(1, round(0.1 * rate))

@@ -36,6 +36,8 @@ def conditions_over(signals: Signals, terms: ForceTerms) -> tuple[Array, Array, 
 
 
 def breakaway_n(friction: Friction, signals: Signals, terms: ForceTerms) -> tuple[Array, Array]:
-    """(low, high) of the friction at rest, N, shape (n,): [-(F_c + F_s) backwards, (F_c + F_s) forwards]."""
+    """(low, high) of the friction at rest, N, shape (n,): [-(F_c + F_s) backwards, (F_c + F_s)
+    forwards].
+    """
     factor, extra, _ = conditions_over(signals, terms)
     return break_away_over(friction, factor, extra)

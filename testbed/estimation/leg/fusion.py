@@ -1,13 +1,14 @@
 """Quick velocity from the oil, slow velocity from the encoder.
 
-The encoder's steps leave 2 mm/s of noise at 3 ms, the chambers' flow balances fifty times less; the flow balances are
-wrong by a per cent in the mean, the encoder is not. So each gives what it knows best:
+The encoder's steps leave 2 mm/s of noise at 3 ms, the chambers' flow balances fifty times less; the
+flow balances are wrong by a per cent in the mean, the encoder is not. So each gives what it knows
+best:
 
     v = slow part of v_encoder + quick part of v_oil,
     v_oil = mean of (Q_A - q_AB - V_A/beta dpA/dt) / A_A and -(Q_B + q_AB - V_B/beta dpB/dt) / A_B.
 
-Where the believed flow balance does not agree with the encoder (a valve or an oil that is not what the model says), the
-oil's share fades out.
+Where the believed flow balance does not agree with the encoder (a valve or an oil that is not what
+the model says), the oil's share fades out.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
 """Position, velocity and acceleration from an encoder that steps.
 
-Between two steps the true position is only known to lie within one count, but at a step it is known to the sampling
-time: the position is first drawn through the steps (at low speed this is ten times finer than the count), then
-smoothed. Zero-phase: a Gaussian of standard deviation `width_s`; causal: a one-sided kernel of the same variance.
+Between two steps the true position is only known to lie within one count, but at a step it is known
+to the sampling
+time: the position is first drawn through the steps (at low speed this is ten times finer than the
+count), then smoothed. Zero-phase: a Gaussian of standard deviation `width_s`; causal: a one-sided
+kernel of the same variance.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ def through_steps(time_s: Array, position_m: Array, resolution_m: float) -> Arra
     """Position drawn straight through the middles of the encoder's steps, shape (n,), m.
 
 
-    At rest, between two equal edges, it stays where it was. A continuous position (resolution 0) is returned as it is.
+    At rest, between two equal edges, it stays where it was. A continuous position (resolution 0) is
+    returned as it is.
     """
     if resolution_m <= 0.0:
         return position_m
@@ -31,7 +34,8 @@ def through_steps(time_s: Array, position_m: Array, resolution_m: float) -> Arra
         return position_m.copy()
     knots_t = 0.5 * (time_s[at] + time_s[at + 1])
     knots_x = 0.5 * (position_m[at] + position_m[at + 1])
-    # A long pause between two steps is a rest at the lower step's level, not a slow glide: the count's middle is held.
+    # A long pause between two steps is a rest at the lower step's level, not a slow glide: the
+    # count's middle is held.
     pause = np.flatnonzero(np.diff(knots_t) > PAUSE_S)
     inner = np.concatenate([knots_t[pause] + 0.05, knots_t[pause + 1] - 0.05])
     held = np.concatenate([position_m[at[pause] + 1], position_m[at[pause] + 1]])
@@ -66,7 +70,9 @@ def smooth(values: Array, width_samples: float, derivative: int = 0) -> Array:
 
 
 def smooth_causal(values: Array, width_samples: float) -> Array:
-    """Two equal one-pole low-passes in a row: their impulse response has standard deviation `width_samples`."""
+    """Two equal one-pole low-passes in a row: their impulse response has standard deviation
+    `width_samples`.
+    """
     pole = float(np.exp(-np.sqrt(2.0) / max(width_samples, 0.3)))
     return np.asarray(
         _twice_low_passed(np.asarray(values, dtype=np.float64), pole), dtype=np.float64
@@ -87,7 +93,9 @@ def _twice_low_passed(values: Array, pole: float) -> Array:
 def motion(
     position_m: Array, rate_hz: float, width_s: float, causal: bool = False
 ) -> tuple[Array, Array, Array]:
-    """Smoothed position m, velocity m/s, acceleration m/s2, each of shape (n,), from a uniform grid."""
+    """Smoothed position m, velocity m/s, acceleration m/s2, each of shape (n,), from a uniform
+    grid.
+    """
     width = width_s * rate_hz
     if causal:
         x = smooth_causal(position_m, width)
@@ -106,7 +114,9 @@ END_FIT_S = 0.06
 
 
 def _carried_on(position_m: Array, pad: int, window: int) -> Array:
-    """The series with `pad` samples before and behind it, from parabolas through its first and last samples."""
+    """The series with `pad` samples before and behind it, from parabolas through its first and last
+    samples.
+    """
     window = min(window, len(position_m))
     index = np.arange(window, dtype=np.float64)
     before = np.polyval(np.polyfit(index, position_m[:window], 2), np.arange(-pad, 0))
@@ -117,9 +127,11 @@ def _carried_on(position_m: Array, pad: int, window: int) -> Array:
 def encoder_noise(
     position_m: Array, rate_hz: float, resolution_m: float, width_s: float
 ) -> tuple[Array, Array]:
-    """Errors of velocity (m/s) and acceleration (m/s2) that the encoder's steps alone leave, each of shape (n,).
+    """Errors of velocity (m/s) and acceleration (m/s2) that the encoder's steps alone leave, each
+    of shape (n,).
 
-    `position_m`: a smooth position taken as the truth; it is read through an encoder again and estimated as usual.
+    `position_m`: a smooth position taken as the truth; it is read through an encoder again and
+    estimated as usual.
     """
     if resolution_m <= 0.0:
         return np.zeros_like(position_m), np.zeros_like(position_m)

@@ -12,7 +12,9 @@ from testbed.recording.known import Known
 
 Array = npt.NDArray[np.float64]
 WIDTH_S = 0.005
-"""Standard deviation of the smoothing that every channel shares; beyond it the encoder's acceleration is noise."""
+"""Standard deviation of the smoothing that every channel shares; beyond it the encoder's
+acceleration is noise.
+"""
 
 
 def grid(recording: Recording) -> tuple[Array, float]:
@@ -33,7 +35,9 @@ def signals_of(
     causal: bool = False,
     step: int = 1,
 ) -> Signals:
-    """All channels smoothed alike; every `step`-th sample is kept. `known` overrides what the recording declares."""
+    """All channels smoothed alike; every `step`-th sample is kept. `known` overrides what the
+    recording declares.
+    """
     time, rate = grid(recording)
     width_s = max(width_s, 1.2 / rate)
 

@@ -1,8 +1,10 @@
-"""One cylinder, live and compiled: pressures, encoder and command -> its force without friction, and friction as a set.
+"""One cylinder, live and compiled: pressures, encoder and command -> its force without friction,
+and friction as a set.
 
-The piston's force less friction drives the joint: F = pA A_A - pB A_B + F_end - F_f. Friction is (5), thinned by the
-oil's warmth, with what the machine's file declares beside it: more of it out on the stroke, under pressure, under side
-load and after a rest. Where the piston may be at rest it is a set; friction_at_rest.py names the likeliest value in it.
+The piston's force less friction drives the joint: F = pA A_A - pB A_B + F_end - F_f. Friction is
+(5), thinned by the oil's warmth, with what the machine's file declares beside it: more of it out on
+the stroke, under pressure, under side load and after a rest. Where the piston may be at rest it is
+a set; friction_at_rest.py names the likeliest value in it.
 """
 
 from __future__ import annotations
@@ -37,7 +39,9 @@ END_FORCE_N = 4.0e4
 
 
 class AxisBelief(Record):
-    """What is believed of one axis: its cylinder, and what the machine's file declares beside it."""
+    """What is believed of one axis: its cylinder, and what the machine's file declares beside
+    it.
+    """
 
     cylinder = part(Cylinder, "cylinder, seals, sensors")
     encoder_resolution = quantity("m", "one count of the encoder, as extension")
@@ -92,7 +96,9 @@ class Decisions(Record):
 
 
 class Loads(NamedTuple):
-    """What acts on a rod: along and across it, N; and whether its friction at rest is followed by its history."""
+    """What acts on a rod: along and across it, N; and whether its friction at rest is followed by
+    its history.
+    """
 
     along: float
     across: float
@@ -101,7 +107,9 @@ class Loads(NamedTuple):
 
 @njit
 def cushion_n(x: float, v: float, belief: Any) -> float:
-    """Declared end cushion, N along extension: a damper growing over the last stretch before either end."""
+    """Declared end cushion, N along extension: a damper growing over the last stretch before either
+    end.
+    """
     length, damping = belief.end_cushion_length, belief.end_cushion_damping
     if length <= 0.0:
         return 0.0
@@ -150,7 +158,9 @@ def step_axis(
     belief: Any,
     state: Any,
 ) -> None:
-    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m, valve command 1."""
+    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m, valve
+    command 1.
+    """
     reading_a, reading_b, reading_m, command = readings
     dt, c, seen = decisions.dt, belief.cylinder, state.encoder
     pa = true_pressure(reading_a, c.sensor_a, state.time)
@@ -192,7 +202,9 @@ def step_axis(
 
 @njit
 def spread_n(v: float, width: float, friction: Any, now: Conditions, decisions: Any) -> float:
-    """Standard deviation of friction, N: sliding at v (m/s), or somewhere in a set of this width (N)."""
+    """Standard deviation of friction, N: sliding at v (m/s), or somewhere in a set of this width
+    (N).
+    """
     out, back = friction.sides[EXTENDING], friction.sides[RETRACTING]
     level = 0.5 * (friction_size(abs(v), out, now) + friction_size(abs(v), back, now))
     slope = max(out.viscous, back.viscous) * now.thinning

@@ -1,6 +1,8 @@
-"""What the live chain believes of one machine, for people; chain.py makes the record of the compiled step from it.
+"""What the live chain believes of one machine, for people; chain.py makes the record of the
+compiled step from it.
 
-Built from the machine's parameter file and, where there are any, from the effects of a believed model file.
+Built from the machine's parameter file and, where there are any, from the effects of a believed
+model file.
 """
 
 from __future__ import annotations
@@ -42,7 +44,9 @@ NOT_LIVE = {
 
 @dataclass(frozen=True)
 class Leg:
-    """One vertical cylinder as believed, SI; what is 0 is not there. Measured = (1 + gain) p + zero + drift t."""
+    """One vertical cylinder as believed, SI; what is 0 is not there. Measured = (1 + gain) p + zero
+    + drift t.
+    """
 
     area_a_m2: float
     area_b_m2: float
@@ -78,7 +82,9 @@ class Leg:
         return self.mass_kg + self.extra_mass_kg
 
     def write(self, cylinder: Any) -> None:
-        """Put these numbers into a record `Cylinder`; what other seals add to friction stays as it is there."""
+        """Put these numbers into a record `Cylinder`; what other seals add to friction stays as it
+        is there.
+        """
         cylinder["area_a"], cylinder["area_b"] = self.area_a_m2, self.area_b_m2
         cylinder["stroke"] = self.stroke_m
         cylinder["dead_volume_a"] = self.dead_volume_a_m3
@@ -105,8 +111,8 @@ class Leg:
     def with_effect(self, entry: EffectEntry) -> Leg:
         """This leg with a named effect of a model file added.
 
-        Raises InputError for an effect that no live estimate knows, and for one with a shape that is not its plain
-        law's: its first number alone would be worse than none.
+        Raises InputError for an effect that no live estimate knows, and for one with a shape that
+        is not its plain law's: its first number alone would be worse than none.
         """
         effect = by_name(entry.name)
         if not effect.live:
@@ -135,8 +141,8 @@ class Leg:
 class Tuning:
     """How the chain filters and decides; N, s, m/s.
 
-    `kbf_q_n2`, `kbf_r_n2`, `e_max_n` are the paper's Q, R, e_max: constants found by trial and error there and
-    not public; these give a time constant of about 20 ms at 1 kHz.
+    `kbf_q_n2`, `kbf_r_n2`, `e_max_n` are the paper's Q, R, e_max: constants found by trial and
+    error there and not public; these give a time constant of about 20 ms at 1 kHz.
     """
 
     kbf_q_n2: float = 9.0
@@ -154,7 +160,9 @@ class Tuning:
     contact_off_n: float = 900.0
     contact_dwell_s: float = 0.02
     lost_dwell_s: float = 0.0
-    """A load at or below `off` for this long is a lost foot; it was set with the detectors' benchmark."""
+    """A load at or below `off` for this long is a lost foot; it was set with the detectors'
+    benchmark.
+    """
 
     def scaled(self, machine: Machine) -> Tuning:
         """The same for a machine of another size and other transducers."""
@@ -180,17 +188,23 @@ SLOWEST_S = 0.0051
 
 @dataclass(frozen=True)
 class Believed:
-    """Everything the chain is built from: four legs (fl, fr, rl, rr), the step, the encoder, the tuning."""
+    """Everything the chain is built from: four legs (fl, fr, rl, rr), the step, the encoder, the
+    tuning.
+    """
 
     legs: tuple[Leg, Leg, Leg, Leg]
     valves: NDArray[Any]
-    """Valve and oil of each leg as the contact detector believes them: records `Valve` (detectors/derived.py), (4,)."""
+    """Valve and oil of each leg as the contact detector believes them: records `Valve`
+    (detectors/derived.py), (4,).
+    """
     dt_s: float = 1.0e-3
     encoder_resolution_m: float = 1.0e-4
     gravity_m_s2: float = GRAVITY_M_S2
     tuning: Tuning = field(default_factory=Tuning)
     body: NDArray[Any] | None = None
-    """The whole machine as body_belief.body_of gives it; None: each vertical cylinder is estimated by itself."""
+    """The whole machine as body_belief.body_of gives it; None: each vertical cylinder is estimated
+    by itself.
+    """
     supply_pa: float = 9.0e6
     """Supply pressure where none is measured, gauge."""
 
@@ -216,10 +230,11 @@ class Believed:
     def from_machine(
         cls, machine: Machine, dt_s: float, effects: Sequence[EffectEntry] = ()
     ) -> Believed:
-        """The belief that a parameter file gives: the same vertical cylinder on all legs, plus believed effects.
+        """The belief that a parameter file gives: the same vertical cylinder on all legs, plus
+        believed effects.
 
-        An effect with a `place` (`fl` or `fl_vertical`) concerns that leg alone, one without concerns all.
-        Raises InputError where the file lacks a number.
+        An effect with a `place` (`fl` or `fl_vertical`) concerns that leg alone, one without
+        concerns all. Raises InputError where the file lacks a number.
         """
         four = [_declared_leg(machine, leg) for leg in LEGS]
         found = cls._of(four, effects, dt_s, machine)
@@ -227,9 +242,11 @@ class Believed:
 
     @classmethod
     def from_model(cls, model: LegModel, dt_s: float, machine: Machine) -> Believed:
-        """The belief that a model file gives, the same on all four legs save for effects with a place.
+        """The belief that a model file gives, the same on all four legs save for effects with a
+        place.
 
-        `machine`: for what a leg's model does not hold. Raises InputError for what would change nothing.
+        `machine`: for what a leg's model does not hold. Raises InputError for what would change
+        nothing.
         """
         k = model.known
         for name, reason in NOT_LIVE.items():

@@ -1,4 +1,6 @@
-"""What the whole-body estimate (whole_body.py) believes of the machine, and how sure it is of what."""
+"""What the whole-body estimate (whole_body.py) believes of the machine, and how sure it is of
+what.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +30,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class OwnTuning:
-    """How sure the estimator is of what, and which of its ideas are on. All numbers assumed (E) and chosen on runs
-    that no result is taken from; see `testbed estimators`.
+    """How sure the estimator is of what, and which of its ideas are on. All numbers assumed (E) and
+    chosen on runs that no result is taken from; see `testbed estimators`.
 
-    `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation of friction at rest,
-    as a share of its set's half width; `*_keep_s`: for how long a deviation lasts (the balance's own shorter than
-    friction's: else it takes what a stuck piston hides for an error of the weight).
+    `friction_share`: sliding friction is known to this share; `rest_share`: one standard deviation
+    of friction at rest, as a share of its set's half width; `*_keep_s`: for how long a deviation
+    lasts (the balance's own shorter than friction's: else it takes what a stuck piston hides for an
+    error of the weight).
     """
 
     rich: bool = True
@@ -49,7 +52,9 @@ class OwnTuning:
     weighs: bool = True
     """Weight, centre of mass, ropes, load pins and the inertial unit's bracket are learnt."""
     robust: bool = True
-    """A zero far beyond its expected size is set free, so that one bad sensor carries the blame alone."""
+    """A zero far beyond its expected size is set free, so that one bad sensor carries the blame
+    alone.
+    """
     every: int = 5
     observer_rad_s: float = 60.0
     rest_m_s: float = 0.001
@@ -105,11 +110,14 @@ def body_of(
     sure: Uncertainty | None = None,
     effects: Sequence[EffectEntry] = (),
 ) -> NDArray[Any]:
-    """One record `BodyBelief`, shape (1,): `machine`, `model` as believed, `legs` the four vertical cylinders.
+    """One record `BodyBelief`, shape (1,): `machine`, `model` as believed, `legs` the four vertical
+    cylinders.
 
-    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as surveyed at the start;
-    zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's tolerances. `effects`: of
-    cylinders, believed at the axis of their place, those of vertical ones in `legs` already.
+    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
+    surveyed at the start;
+    zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's
+    tolerances. `effects`: of cylinders, believed at the axis of their place, those of vertical ones
+    in `legs` already.
     """
     t = OwnTuning() if tuning is None else tuning
     linkage = RotationLinkage.from_machine(machine)
@@ -196,7 +204,9 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
 def _declare(
     out: Any, axis: Axis, linkage: RotationLinkage, effects: Sequence[EffectEntry]
 ) -> None:
-    """One AxisBelief as the machine declares it, with believed effects where they are not the vertical legs'."""
+    """One AxisBelief as the machine declares it, with believed effects where they are not the
+    vertical legs'.
+    """
     c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
     area_a = 0.25 * math.pi * c.bore_m**2
     leg = Leg(

@@ -1,15 +1,18 @@
-"""The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters -> contact state.
+"""The paper's chain, live on all four feet: pressures -> cylinder force -> foot load -> filters ->
+contact state.
 
     one_chamber  = pA A_A                                                                   (1)
     two_chamber  = pA A_A - pB A_B                                                          (3)
-    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with (5)
-    kbf, modified_kbf = the paper's filters on `friction`                                   (6)
-    own          = the same balance with friction as a set at rest (friction_at_rest.py names the likeliest value in
-                   it), through a gate that cannot lock out; where the whole machine is believed (body_belief.py), from
-                   all twelve cylinders and the body's balance (whole_body.py), with the foot's force in three axes
+    friction     = pA A_A - pB A_B - F_f(v) + m g cos(inclination) - m a                    (7) with
+    (5) kbf, modified_kbf = the paper's filters on `friction`                                   (6)
+    own          = the same balance with friction as a set at rest (friction_at_rest.py names the
+    likeliest value in
+                   it), through a gate that cannot lock out; where the whole machine is believed
+                   (body_belief.py), from all twelve cylinders and the body's balance
+                   (whole_body.py), with the foot's force in three axes
 
-All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled call a step, on the
-row that has just been measured.
+All in N along the vertical joint's axis, positive when the ground pushes the foot up. One compiled
+call a step, on the row that has just been measured.
 """
 
 from __future__ import annotations
@@ -50,7 +53,8 @@ NEEDED = (
 class EstimatorChain:
     """The estimators of a run: `step` once per control period, on the running row.
 
-    `belief` (ChainBelief) and `state` (ChainState), both of shape (1,), serve a compiled caller of `step_chain`.
+    `belief` (ChainBelief) and `state` (ChainState), both of shape (1,), serve a compiled caller of
+    `step_chain`.
     """
 
     def __init__(self, believed: Believed) -> None:
@@ -102,8 +106,9 @@ def belief_of(believed: Believed) -> NDArray[Any]:
 def rows_of(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any]:
     """A whole-robot recording's columns (n rows each) as DataRow records (n,), without estimates.
 
-    Needs NEEDED, and the valve commands of all legs or of none; takes oil temperature, supply pressure, ropes, rates,
-    stance and what the drill's controls know where they are there. Raises InputError naming the column that is missing.
+    Needs NEEDED, and the valve commands of all legs or of none; takes oil temperature, supply
+    pressure, ropes, rates, stance and what the drill's controls know where they are there. Raises
+    InputError naming the column that is missing.
     """
     valves = tuple(f"valve_{leg}_vertical" for leg in LEGS)
     for name in NEEDED + (valves if any(valve in columns for valve in valves) else ()):
@@ -128,7 +133,9 @@ def rows_of(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any]:
 
 
 def replay_rows(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any]:
-    """The chain over a recording's columns: DataRow records (n,) with every estimate. Raises as `rows_of`."""
+    """The chain over a recording's columns: DataRow records (n,) with every estimate. Raises as
+    `rows_of`.
+    """
     rows, chain = rows_of(columns, believed), EstimatorChain(believed)
     replay_chain(rows, chain.belief, chain.state)
     return rows
@@ -137,8 +144,9 @@ def replay_rows(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any
 def learnt_over(
     columns: Mapping[str, Array], believed: Believed
 ) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
-    """What the whole-body estimate has learnt at the end of a recording, by names of its `Constants`: how far each is
-    from the believed, its standard deviation, and that of before. Raises as `rows_of`.
+    """What the whole-body estimate has learnt at the end of a recording, by names of its
+    `Constants`: how far each is from the believed, its standard deviation, and that of before.
+    Raises as `rows_of`.
     """
     rows, chain = rows_of(columns, believed), EstimatorChain(believed)
     replay_chain(rows, chain.belief, chain.state)
@@ -167,7 +175,9 @@ ESTIMATED = frozenset(
 
 
 def forces(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:
-    """`t`, and per leg `force_<leg>_n` with `_low` and `_high`: what `testbed estimate` writes of a robot recording."""
+    """`t`, and per leg `force_<leg>_n` with `_low` and `_high`: what `testbed estimate` writes of a
+    robot recording.
+    """
     if "t" not in columns:
         raise InputError("the recording has no such column", field="t")
     estimates = replay(columns, believed)

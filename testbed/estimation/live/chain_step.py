@@ -1,4 +1,6 @@
-"""The compiled step of the live chain (see chain.py): four legs, one call, nothing allocated but for the whole body."""
+"""The compiled step of the live chain (see chain.py): four legs, one call, nothing allocated but
+for the whole body.
+"""
 
 from __future__ import annotations
 
@@ -93,7 +95,8 @@ class ChainState(Record):
 def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     """One leg, one step, from the measured part of a DataRow to its estimates.
 
-    Corrects the pressures for believed sensor errors first; published columns (1), (3) use them corrected too.
+    Corrects the pressures for believed sensor errors first; published columns (1), (3) use them
+    corrected too.
     """
     axis, dt = VERTICAL[leg], belief.dt
     mine = belief.legs[leg]
@@ -134,7 +137,9 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
 
 @njit
 def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, float]) -> None:
-    """Write one vertical cylinder's own estimate, N, into the row; `interval`: low, high, standard deviation."""
+    """Write one vertical cylinder's own estimate, N, into the row; `interval`: low, high, standard
+    deviation.
+    """
     low, high, sd = interval
     row.estimate.own[leg] = row.own.z[leg] = load
     row.estimate_own.low[leg], row.estimate_own.high[leg] = low, high
@@ -146,7 +151,8 @@ def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, floa
 def standard_deviation(
     width: float, v: float, variance: float, thinning: float, leg: int, belief: Any
 ) -> float:
-    """Of `own`, N: sensors' accuracy through the areas, friction's uncertainty, speed, acceleration, the set's width.
+    """Of `own`, N: sensors' accuracy through the areas, friction's uncertainty, speed,
+    acceleration, the set's width.
 
     At rest friction spreads over its set by friction_at_rest.SPREAD of the half width.
     """
@@ -164,10 +170,11 @@ def standard_deviation(
 
 @njit
 def step_chain(row: Any, belief: Any, state: Any) -> None:
-    """All four legs, one step: reads the measured part of a DataRow and writes its estimates and contact states.
+    """All four legs, one step: reads the measured part of a DataRow and writes its estimates and
+    contact states.
 
-    Attitude, rates, specific force, ropes, stance and what the drill's controls know serve the whole body's balance,
-    where one is believed. The vertical joints extend along -z of the body.
+    Attitude, rates, specific force, ropes, stance and what the drill's controls know serve the
+    whole body's balance, where one is believed. The vertical joints extend along -z of the body.
     """
     for leg in range(4):
         step_leg(row, leg, belief, state.legs[leg])

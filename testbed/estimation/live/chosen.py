@@ -1,7 +1,8 @@
-"""The foot loads by any estimator: what a scenario's `estimator.method` names, row by row on the running row.
+"""The foot loads by any estimator: what a scenario's `estimator.method` names, row by row on the
+running row.
 
-Its loads take the place of the whole-body estimate in the row (`estimate.own` and its interval): control, supervisor,
-detectors and the recording's columns `estimate_own_<leg>` see them.
+Its loads take the place of the whole-body estimate in the row (`estimate.own` and its interval):
+control, supervisor, detectors and the recording's columns `estimate_own_<leg>` see them.
 """
 
 from __future__ import annotations
@@ -20,14 +21,17 @@ Z90 = 1.645
 
 
 class ChosenEstimator:
-    """An estimator that fills the row's loads; `dt_s` lies between two rows. Raises InputError as estimator_of."""
+    """An estimator that fills the row's loads; `dt_s` lies between two rows. Raises InputError as
+    estimator_of.
+    """
 
     def __init__(self, name: str, dt_s: float) -> None:
         self._name, self._estimator = name, estimator_of(name, "estimator.method")
         start(self._estimator, dt_s)
 
     def estimate(self, rows: NDArray[Any]) -> None:
-        """Put the loads, low and high of DataRow `rows` (1,) in the place of the whole-body estimate.
+        """Put the loads, low and high of DataRow `rows` (1,) in the place of the whole-body
+        estimate.
 
         Raises InputError for a load that is no number: nothing could stand on it.
         """

@@ -28,8 +28,8 @@ class ContactState(Record):
 def step(state: Any, load: float, dt: float, limits: Any) -> float:
     """The contact state after one sample of dt (s) with this load (N, or minus a detector's score).
 
-    Loaded once load >= on has lasted its dwell, lost once load <= off has; in between it stays, also with a load that
-    is no number.
+    Loaded once load >= on has lasted its dwell, lost once load <= off has; in between it stays,
+    also with a load that is no number.
     """
     loaded = state.contact > SET
     contradicts = load <= limits.off if loaded else load >= limits.on

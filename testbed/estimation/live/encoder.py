@@ -1,7 +1,9 @@
-"""Speed and acceleration from a quantised encoder, live: a third-order observer and a record of the last counts.
+"""Speed and acceleration from a quantised encoder, live: a third-order observer and a record of the
+last counts.
 
-The encoder steps by 0.1 mm, so one count within 1 ms would read as 0.1 m/s. The observer (a Butterworth pattern of
-three poles) gives v and a; the counts themselves say whether the piston moves, and which way.
+The encoder steps by 0.1 mm, so one count within 1 ms would read as 0.1 m/s. The observer (a
+Butterworth pattern of three poles) gives v and a; the counts themselves say whether the piston
+moves, and which way.
 """
 
 from __future__ import annotations
@@ -42,8 +44,9 @@ def observe(
 ) -> None:
     """Take one reading (m) of an encoder with counts of `resolution` (m) into the state.
 
-    Extension, speed and acceleration are predicted over dt (s) with constant acceleration and corrected with gains
-    2 w dt, 2 w^2 dt, w^3 dt. `w` = 60 rad/s keeps the ripple of 0.1 mm steps below 2 mm/s and 0.15 m/s2.
+    Extension, speed and acceleration are predicted over dt (s) with constant acceleration and
+    corrected with gains 2 w dt, 2 w^2 dt, w^3 dt. `w` = 60 rad/s keeps the ripple of 0.1 mm steps
+    below 2 mm/s and 0.15 m/s2.
     """
     if not np.isfinite(reading):  # a reading is missing: coast
         state.since_count += dt
@@ -63,7 +66,9 @@ def observe(
 
 @njit
 def count_changes(state: Any, reading: float, resolution: float, dt: float) -> None:
-    """Keep when the reading last changed, in which sense, and for how many counts running in that sense."""
+    """Keep when the reading last changed, in which sense, and for how many counts running in that
+    sense.
+    """
     counts = (reading - state.last_reading) / resolution
     state.since_count += dt
     if abs(counts) < HALF_COUNT:
@@ -76,7 +81,8 @@ def count_changes(state: Any, reading: float, resolution: float, dt: float) -> N
 
 @njit
 def bounded_speed(state: Any, resolution: float, rest_m_s: float) -> float:
-    """The observer's speed in m/s, no faster than the silence of the encoder allows: |v| <= 1.5 count / silence.
+    """The observer's speed in m/s, no faster than the silence of the encoder allows: |v| <= 1.5
+    count / silence.
 
     Exactly 0 once that bound is below `rest`: a piston that shows no count stands still.
     """
@@ -88,9 +94,9 @@ def bounded_speed(state: Any, resolution: float, rest_m_s: float) -> float:
 def sliding(state: Any, resolution: float, slow_m_s: float, fast_m_s: float) -> float:
     """How surely the piston slides in `state.sense`: 0 (may be at rest) .. 1 (slides).
 
-    One count to and fro is no motion: two counts running in one sense are asked for. Then the time between them, or
-    since the last one if that is longer, bounds the speed, 0 below `slow`, 1 above `fast`. A count that is overdue by
-    more than the last gap tells of a stop.
+    One count to and fro is no motion: two counts running in one sense are asked for. Then the time
+    between them, or since the last one if that is longer, bounds the speed, 0 below `slow`, 1 above
+    `fast`. A count that is overdue by more than the last gap tells of a stop.
     """
     if state.run < COUNT_AND_HALF:
         return 0.0

@@ -1,4 +1,6 @@
-"""Expected foot loads, live: posture from the encoders, attitude, rope tensions and what the drill's controls know."""
+"""Expected foot loads, live: posture from the encoders, attitude, rope tensions and what the
+drill's controls know.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,8 @@ Array = NDArray[np.float64]
 class Expectation:
     """The believed machine's foot loads along the vertical joints, N (4), from measurements alone.
 
-    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as surveyed at the start
-    (a 30 m rope turns by less than 2 degrees a metre climbed).
+    `rope_directions_in_world` (2, 3): unit vectors from the traction devices to the anchors, as
+    surveyed at the start (a 30 m rope turns by less than 2 degrees a metre climbed).
     """
 
     def __init__(self, loads: ExpectedLoads, rope_directions_in_world: Array) -> None:
@@ -34,7 +36,8 @@ class Expectation:
         drill: Array,
         standing: Array,
     ) -> Array:
-        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill (KNOWN).
+        """Loads (4), N: position (12), gravity (3) in body, tensions (2), roll pitch yaw (3), drill
+        (KNOWN).
 
         `standing` (4): 1 for a foot that is meant to carry, 0 for one in the air.
         """

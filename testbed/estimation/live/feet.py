@@ -1,13 +1,14 @@
-"""The contact states of any number of feet from their forces alone, sample by sample or over a recording.
+"""The contact states of any number of feet from their forces alone, sample by sample or over a
+recording.
 
 From a real controller:
 
     feet = Feet(SingleForce(), nominal_load_n=np.array([20.0]), breakaway_n=np.array([1.0]))
     states = feet.update(t, force_n)      # (k,): 1 loaded, 0 contact lost
 
-Samples may come late, twice, with gaps or with forces that are no number: a sample no later than the one before is left
-out, a force that is no number leaves its foot as it is. The state then holds; `known` says whether it still rests on
-something.
+Samples may come late, twice, with gaps or with forces that are no number: a sample no later than
+the one before is left out, a force that is no number leaves its foot as it is. The state then
+holds; `known` says whether it still rests on something.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ class Feet:
         return np.asarray(states[0])
 
     def over(self, time_s: Array, force_n: Array) -> tuple[Array, Flags]:
-        """`update` over the next samples, times (n,), forces (n, k): states, and whether they are known, (n, k)."""
+        """`update` over the next samples, times (n,), forces (n, k): states, and whether they are
+        known, (n, k).
+        """
         latest = np.maximum.accumulate(np.append(self._t, time_s))
         force_n = np.where((time_s > latest[:-1])[:, None], force_n, np.nan)
         seen = np.where(np.isfinite(force_n), time_s[:, None], -np.inf)
@@ -85,7 +88,8 @@ class Feet:
 
 
 def force_detector(name: str, loss_share: float = LOSS_SHARE) -> Any:
-    """A detector of forces by name or as `FILE.py:Class`; the shipped one calls feet below this share of their load lost.
+    """A detector of forces by name or as `FILE.py:Class`; the shipped one calls feet below this
+    share of their load lost.
 
     Raises InputError for any other name.
     """

@@ -1,15 +1,18 @@
 """The friction of a piston at rest: which value in the set is the likeliest, live.
 
 Three things are known of it beside its bounds:
-- It remembers: right after a stop it is what it was while sliding; creep and leakage let it drift towards the middle
-  of the set within about half a second. (Behind load-holding valves the oil lets it stay, yet a drift over 2 s makes
+- It remembers: right after a stop it is what it was while sliding; creep and leakage let it drift
+  towards the middle of the set within about half a second. (Behind load-holding valves the oil lets
+  it stay, yet a drift over 2 s makes
   the foot loads of a crawl worse: what is remembered longer is wrong for longer, too.)
-- While the valve is shut, the oil tells how far the piston is bent away: a load that changes by dF moves it by dx, the
-  oil answers with k_oil dx = -dFp, k_oil = beta (A_A^2 / V_A + A_B^2 / V_B), the seal with k_seal dx. So friction
-  changes by -(k_seal / k_oil) dFp, and the load by more than the pressures show. This is far below one encoder count.
-- While the valve is open, oil flows into a chamber and the pressures change against friction, not against the load:
-  friction takes a share OPEN_SHARE of dFp with it (the rest moves the piston), if that is the way the valve pushes: a
-  piston that is about to slide keeps its friction when the pressures fall again.
+- While the valve is shut, the oil tells how far the piston is bent away: a load that changes by dF
+  moves it by dx, the oil answers with k_oil dx = -dFp, k_oil = beta (A_A^2 / V_A + A_B^2 / V_B),
+  the seal with k_seal dx. So friction changes by -(k_seal / k_oil) dFp, and the load by more than
+  the pressures show. This is far below one encoder count.
+- While the valve is open, oil flows into a chamber and the pressures change against friction, not
+  against the load: friction takes a share OPEN_SHARE of dFp with it (the rest moves the piston), if
+  that is the way the valve pushes: a piston that is about to slide keeps its friction when the
+  pressures fall again.
 """
 
 from __future__ import annotations
@@ -51,7 +54,9 @@ SMOOTH_S = 0.004
 SHUT_S = 0.03
 """Over this time a valve counts as shut."""
 SPREAD = 0.4
-"""One standard deviation at rest as a share of the set's half width: what drift and vibration leave of it."""
+"""One standard deviation at rest as a share of the set's half width: what drift and vibration leave
+of it.
+"""
 
 
 def numbers(
@@ -72,10 +77,13 @@ def step(
     ratio: float,
     numbers: Any,
 ) -> float:
-    """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N; `ratio` = k_seal / k_oil;
-    `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut; `numbers`: RestNumbers.
+    """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N; `ratio` = k_seal /
+    k_oil;
+    `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut; `numbers`:
+    RestNumbers.
 
-    While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three rules apply.
+    While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three
+    rules apply.
     """
     middle, dt = 0.5 * (low + high), numbers.dt
     if not np.isfinite(piston):  # a sample is missing: nothing is learnt from it

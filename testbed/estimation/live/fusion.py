@@ -1,17 +1,21 @@
 """What the whole-body estimate learns, and the Kalman filter that learns it. Compiled.
 
-A cylinder's force is off by its sensors' zero and by what its friction differs from the believed: by a constant for each
-way it slides, by a share of the load across the rod, and by what friction does beside that. The body's balance is off by
-weight and centre of mass that are not those of the drawing, by ropes and load pins, and by the inertial unit's bracket.
-`Unknowns` names all of it; most are constants, known beforehand to the tolerances of a machine as built or to the
-intervals of its commissioning, and one filter keeps what is learnt of them together with how sure it is. What nothing
-shows stays as wide as it was. Three things are observed (whole_body.py):
-- the body's balance: foot forces, weight, ropes and drill add up to nothing, forces and moments (6 equations);
-- a foot in the air carries nothing (3 equations a leg): moving both ways, this tells the zero from friction;
+A cylinder's force is off by its sensors' zero and by what its friction differs from the believed:
+by a constant for each way it slides, by a share of the load across the rod, and by what friction
+does beside that. The body's balance is off by weight and centre of mass that are not those of the
+drawing, by ropes and load pins, and by the inertial unit's bracket. `Unknowns` names all of it;
+most are constants, known beforehand to the tolerances of a machine as built or to the intervals of
+its commissioning, and one filter keeps what is learnt of them together with how sure it is. What
+nothing shows stays as wide as it was. Three things are observed (whole_body.py):
+- the body's balance: foot forces, weight, ropes and drill add up to nothing, forces and moments (6
+  equations);
+- a foot in the air carries nothing (3 equations a leg): moving both ways, this tells the zero from
+  friction;
 - friction stays in its set: the deviation is cut off at its ends.
-`balance` is what the balance is off by for a moment: it fades within a fraction of a second, so that a thousand balances
-do not make a certainty. Zeros have heavy tails: where a cylinder's force stays off by more than friction hides, its zero is set
-free until that one sensor carries the blame, not all of them.
+`balance` is what the balance is off by for a moment: it fades within a fraction of a second, so
+that a thousand balances do not make a certainty. Zeros have heavy tails: where a cylinder's force
+stays off by more than friction hides, its zero is set free until that one sensor carries the blame,
+not all of them.
 """
 
 from __future__ import annotations
@@ -102,7 +106,9 @@ class Fusion(Record):
 
 @njit
 def is_freed(fusion: Any, i: int) -> bool:
-    """Whether cylinder i's force is off by more than friction hides, so that its sensors must carry the blame."""
+    """Whether cylinder i's force is off by more than friction hides, so that its sensors must carry
+    the blame.
+    """
     return bool(fusion.sizes.tail > 0.0 and fusion.pinned[i] > fusion.sizes.tail)
 
 
@@ -135,7 +141,9 @@ def fade(fusion: Any, i: int, kept: float) -> None:
 
 @njit
 def predict(fusion: Any) -> None:
-    """One step on: deviations and errors of the balance fade, and spread out to their expected sizes."""
+    """One step on: deviations and errors of the balance fade, and spread out to their expected
+    sizes.
+    """
     p, sizes = fusion.p, fusion.sizes
     for i in range(12):
         d, z, spread = DEVIATION + i, ZERO + i, sizes.spread[i] ** 2
@@ -153,11 +161,11 @@ def predict(fusion: Any) -> None:
 
 @njit
 def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) -> float:
-    """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it fits. Returns y - h . x
-    over its standard deviation.
+    """Learn from h . x = y with variance r; beyond `gate` standard deviations r grows until it
+    fits. Returns y - h . x over its standard deviation.
 
-    Where it does not learn, constants are considered (Schmidt), but for zeros that are set free: they stay as they are,
-    and what is not known of them is not known of the others either.
+    Where it does not learn, constants are considered (Schmidt), but for zeros that are set free:
+    they stay as they are, and what is not known of them is not known of the others either.
     """
     x, p = fusion.x, fusion.p
     ph, gain = np.zeros(N), np.zeros(N)
@@ -185,8 +193,9 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
 
 @njit
 def stay_in_sets(fusion: Any) -> None:
-    """Bring deviations back to the ends of their sets. What they lose, the balance's own error and zeros that are set
-    free take, each by how unsure it is, so that what was observed stays explained.
+    """Bring deviations back to the ends of their sets. What they lose, the balance's own error and
+    zeros that are set free take, each by how unsure it is, so that what was observed stays
+    explained.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
     for i in range(12):

@@ -1,4 +1,6 @@
-"""The contact state by any detector: what a scenario's `estimator.detector` names, sample by sample on the running row."""
+"""The contact state by any detector: what a scenario's `estimator.detector` names, sample by sample
+on the running row.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,8 @@ DWELL_ON_S = 0.02
 class Judge:
     """A detector that fills the row's contact states; `belief`: the chain's, shape (1,).
 
-    `field`: where the name stood. Raises InputError for a detector that is not there, or that has no threshold.
+    `field`: where the name stood. Raises InputError for a detector that is not there, or that has
+    no threshold.
     """
 
     def __init__(self, name: str, belief: NDArray[Any], field: str = "estimator.detector") -> None:
@@ -42,7 +45,9 @@ class Judge:
 
 
 def limits_of(detector: Any, field: str) -> Any:
-    """The hysteresis of a contact state on minus a detector's score. Raises InputError where it has no threshold."""
+    """The hysteresis of a contact state on minus a detector's score. Raises InputError where it has
+    no threshold.
+    """
     threshold = getattr(detector, "threshold", None)
     if not isinstance(threshold, int | float):
         raise InputError(
@@ -55,8 +60,8 @@ def limits_of(detector: Any, field: str) -> Any:
 
 
 def limits_at(threshold: float, dwell_on_s: float = DWELL_ON_S) -> NDArray[Any]:
-    """The hysteresis, ContactLimits (1,), of minus a score: lost from this threshold on, loaded again once the score
-    has been below it for so long.
+    """The hysteresis, ContactLimits (1,), of minus a score: lost from this threshold on, loaded
+    again once the score has been below it for so long.
     """
     return ContactLimits.one(
         on=np.nextafter(-threshold, np.inf), off=-threshold, dwell_on=dwell_on_s, dwell_off=0.0

@@ -1,14 +1,17 @@
-"""The whole robot's estimates and contact words from a real controller, sample by sample, whatever comes late or not at all.
+"""The whole robot's estimates and contact words from a real controller, sample by sample, whatever
+comes late or not at all.
 
-    stream = Stream(believed)                     # the estimators' belief, as `testbed estimate` builds it
-    row = DataRow.zeros()                         # fill in what was measured, by name
+    stream = Stream(believed)                     # the estimators' belief, as `testbed estimate`
+    builds it row = DataRow.zeros()                         # fill in what was measured, by name
     row["t"], row["pressure_a"][:] = ...
-    told = stream.update(row)                     # the row with estimates: told["estimate"]["own"], told["contact"]
+    told = stream.update(row)                     # the row with estimates: told["estimate"]["own"],
+    told["contact"]
 
-It is the code of a run and of a recording, and gives the same numbers where every sample comes. A sample no later than
-the one before is left out. Where samples are missing, what was measured before and after is joined by straight lines as
-soon as the next one comes. A number that is missing (nan) stays what it was last. After a gap longer than LONGEST_GAP_S
-everything starts anew. `known` says which feet's words still rest on something.
+It is the code of a run and of a recording, and gives the same numbers where every sample comes. A
+sample no later than the one before is left out. Where samples are missing, what was measured before
+and after is joined by straight lines as soon as the next one comes. A number that is missing (nan)
+stays what it was last. After a gap longer than LONGEST_GAP_S everything starts anew. `known` says
+which feet's words still rest on something.
 """
 
 from __future__ import annotations
@@ -61,7 +64,9 @@ class Stream:
         return np.asarray(self._told["t"][0] - self._seen_s <= KNOWN_S, dtype=bool)
 
     def update(self, row: NDArray[Any]) -> NDArray[Any]:
-        """One sample: DataRow (1,) -> DataRow (1,) with its estimates; the last one where it comes too late."""
+        """One sample: DataRow (1,) -> DataRow (1,) with its estimates; the last one where it comes
+        too late.
+        """
         now = np.array(DataRow.as_table(row)[0])
         time_s = now[0]
         if not np.isfinite(time_s) or (self._last is not None and time_s <= self._last[0]):

@@ -1,7 +1,9 @@
-"""How sure a robot is of what it believes of itself: a machine's tolerances as built, or what its commissioning left.
+"""How sure a robot is of what it believes of itself: a machine's tolerances as built, or what its
+commissioning left.
 
-`Uncertainty` gives the standard deviation of a number by its name in the tolerance file (workshop.yaml): a path of the
-machine, or effect@place.parameter. `constants` makes of these what the whole-body estimate does not know beforehand.
+`Uncertainty` gives the standard deviation of a number by its name in the tolerance file
+(workshop.yaml): a path of the machine, or effect@place.parameter. `constants` makes of these what
+the whole-body estimate does not know beforehand.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ from testbed.scenario.drawn import Tolerance, tolerances
 WORKSHOP = "workshop"
 """The tolerance file of a machine of which nothing else is said."""
 CHAMBER_PA = 4.0e6
-"""About what stands in a chamber under load (E): what a sensor's gain and bow make of it counts as its zero."""
+"""About what stands in a chamber under load (E): what a sensor's gain and bow make of it counts as
+its zero.
+"""
 LOAD_N = 8.0e3
 """About what a vertical cylinder carries (E)."""
 OFF_MIDDLE = 0.25
@@ -33,7 +37,9 @@ HOLDS = 1.0 / 3.290
 
 
 def spread_of(tolerance: Tolerance) -> tuple[float, float]:
-    """Mean and standard deviation of a tolerance's draw; where not every machine has it, of all machines."""
+    """Mean and standard deviation of a tolerance's draw; where not every machine has it, of all
+    machines.
+    """
     low, high = tolerance.range
     middle = 0.5 * (low + high)
     variance = (high - low) ** 2 / (24.0 if tolerance.spread == "triangular" else 12.0)
@@ -45,7 +51,9 @@ def spread_of(tolerance: Tolerance) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Standard deviations of a machine's numbers: by `draw`, the name of a tolerance file, but for those in `found`."""
+    """Standard deviations of a machine's numbers: by `draw`, the name of a tolerance file, but for
+    those in `found`.
+    """
 
     draw: str | None = None
     """None: whatever is believed is believed exactly."""
@@ -67,7 +75,9 @@ class Uncertainty:
         return float(abs(scale) * spread_of(tolerance)[1])
 
     def expected(self, machine: Machine) -> dict[str, float]:
-        """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing -> what to expect."""
+        """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing ->
+        what to expect.
+        """
         out = {}
         for number, tolerance in self._tolerances.items():
             if number in self.found:
@@ -81,7 +91,9 @@ class Uncertainty:
 
 
 def constants(sure: Uncertainty, machine: Machine) -> NDArray[Any]:
-    """Standard deviations of what the whole-body estimate takes for constant, one record `Constants`, shape (1,)."""
+    """Standard deviations of what the whole-body estimate takes for constant, one record
+    `Constants`, shape (1,).
+    """
     out = Constants.zeros()
     known = out[0]
 
@@ -116,7 +128,9 @@ def areas_m2(axis: Axis) -> tuple[float, float]:
 
 
 def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
-    """What the sensors of an axis, and its bore, may add to its force at about the pressures of its work, N."""
+    """What the sensors of an axis, and its bore, may add to its force at about the pressures of its
+    work, N.
+    """
     at = axis.name
 
     def sd(number: str) -> float:
@@ -140,7 +154,9 @@ def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
 
 
 def friction_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> tuple[float, float]:
-    """What dry friction may be off by out and in, N, but for what the load across the rod makes of it."""
+    """What dry friction may be off by out and in, N, but for what the load across the rod makes of
+    it.
+    """
 
     def sd(path: str) -> float:
         return sure.sd(f"axes.{axis.name}.{path}", machine)

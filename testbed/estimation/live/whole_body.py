@@ -1,8 +1,10 @@
-"""The whole-body estimate, live and compiled: three cylinders of each leg -> three-dimensional foot force -> body.
+"""The whole-body estimate, live and compiled: three cylinders of each leg -> three-dimensional foot
+force -> body.
 
-Every step (1 kHz): axis.py gives each cylinder's force; the legs' equations of motion (robot/loads/foot_forces.py:
-weight and inertia of the frames, linkage) turn three cylinder forces into the ground's force on the foot. Every so many
-steps fusion.py learns what the cylinders' forces are off by. Forces are ground on foot, body frame, N.
+Every step (1 kHz): axis.py gives each cylinder's force; the legs' equations of motion
+(robot/loads/foot_forces.py: weight and inertia of the frames, linkage) turn three cylinder forces
+into the ground's force on the foot. Every so many steps fusion.py learns what the cylinders' forces
+are off by. Forces are ground on foot, body frame, N.
 """
 
 from __future__ import annotations
@@ -126,7 +128,9 @@ class BodyState(Record):
 
 @njit
 def expect_sizes(row: Any, body: Any, state: Any) -> None:
-    """How large what is to be learnt may be by now, from the means since the last balance, into fusion.sizes."""
+    """How large what is to be learnt may be by now, from the means since the last balance, into
+    fusion.sizes.
+    """
     sizes, means, dt = state.fusion.sizes, state.means, body.every * body.decisions.dt
     warm = row.oil_temperature - body.calibrated_at
     sizes.dt, sizes.tail = dt, body.tail
@@ -154,8 +158,8 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
 
 @njit
 def take_means(body: Any, state: Any) -> Any:
-    """Turn the sums into means; returns the body's angular acceleration (3), rad/s2. News of a piston at rest: the
-    change of its mean force.
+    """Turn the sums into means; returns the body's angular acceleration (3), rad/s2. News of a
+    piston at rest: the change of its mean force.
     """
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
     turning, started = np.zeros(3), state.started != 0.0
@@ -188,7 +192,9 @@ def take_means(body: Any, state: Any) -> Any:
 
 @njit
 def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
-    """One fusion: what the cylinders' forces are off by, from the means since the last one; arms (12) m/rad or 1."""
+    """One fusion: what the cylinders' forces are off by, from the means since the last one; arms
+    (12) m/rad or 1.
+    """
     first, fusion = state.started == 0.0, state.fusion
     turning = take_means(body, state)
     expect_sizes(row, body, state)
@@ -237,7 +243,9 @@ def learn_in_air(k: int, map_: Any, body: Any, state: Any) -> None:
 
 @njit
 def weigh_cylinder(i: int, weight: float, axis: Any, h: Any) -> None:
-    """How the unknowns of cylinder i, by `weight`, make up a force that is seen: into the row h (N) of an observation."""
+    """How the unknowns of cylinder i, by `weight`, make up a force that is seen: into the row h (N)
+    of an observation.
+    """
     h[fu.ZERO + i] = h[fu.DEVIATION + i] = weight
     h[fu.OUT + i] = weight * max(axis.use, 0.0)
     h[fu.BACK + i] = weight * min(axis.use, 0.0)
@@ -275,10 +283,11 @@ def leg_variance(p: Any, h: Any, k: int) -> float:
 
 @njit
 def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, state: Any) -> None:
-    """The six equations: feet that carry, weight, ropes and drill add up to nothing but the balance's own error.
+    """The six equations: feet that carry, weight, ropes and drill add up to nothing but the
+    balance's own error.
 
-    Constants are learnt from those of them that vertical cylinders make up, while these slide and no drill pushes: at
-    rest friction hides as much as there is to learn, and hides it for long.
+    Constants are learnt from those of them that vertical cylinders make up, while these slide and
+    no drill pushes: at rest friction hides as much as there is to learn, and hides it for long.
     """
     rows = np.zeros((6, fu.N))
     wrench = weigh_body(row, turning, body, state, rows)
@@ -308,7 +317,9 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
 
 @njit
 def weigh_body(row: Any, turning: Any, body: Any, state: Any, rows: Any) -> Any:
-    """Wrench (6) of weight, ropes and drill as believed, and into rows (6, N) what makes it differ from the true one."""
+    """Wrench (6) of weight, ropes and drill as believed, and into rows (6, N) what makes it differ
+    from the true one.
+    """
     means, roll, pitch = state.means, body.unit_roll, body.unit_pitch
     attitude, felt, tension = row.attitude, means.specific_force, means.rope_tension
     view = view_of(attitude, felt, roll, pitch, body.gravity)
@@ -332,7 +343,9 @@ def weigh_body(row: Any, turning: Any, body: Any, state: Any, rows: Any) -> Any:
 
 @njit
 def weigh_rope(k: int, view: View, tension: float, body: Any, rows: Any) -> None:
-    """What rope k's wrench is off by, into rows (6, N): direction, load pin, height at which it pulls."""
+    """What rope k's wrench is off by, into rows (6, N): direction, load pin, height at which it
+    pulls.
+    """
     if tension <= 0.0:
         return
     along, left, up = np.empty(3), np.zeros(3), np.zeros(3)
@@ -373,7 +386,9 @@ def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
 
 @njit
 def step_body(row: Any, body: Any, state: Any) -> None:
-    """One step of all: reads the measured part of a DataRow, writes its own estimates (N); BodyBelief, BodyState."""
+    """One step of all: reads the measured part of a DataRow, writes its own estimates (N);
+    BodyBelief, BodyState.
+    """
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkage, extension, arms)
     joints, lift = state.joints, state.motion.lift
@@ -433,7 +448,9 @@ def gather(row: Any, force: Any, state: Any) -> None:
 
 @njit
 def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
-    """What is learnt taken off the legs' forces (4, 3), filtered, with its uncertainty, into the row."""
+    """What is learnt taken off the legs' forces (4, 3), filtered, with its uncertainty, into the
+    row.
+    """
     map_, own, interval = np.empty((3, 3)), row.own, row.estimate_own
     for k in range(4):
         leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k], map_)

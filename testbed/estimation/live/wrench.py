@@ -1,4 +1,5 @@
-"""Forces on the body and where they act: feet, weight, ropes, drill, as wrenches about the body's origin. Compiled.
+"""Forces on the body and where they act: feet, weight, ropes, drill, as wrenches about the body's
+origin. Compiled.
 
 A wrench (6) is a force and its moment about the body's origin, body frame, N and N m.
 """
@@ -25,7 +26,9 @@ def gravity_in_body(attitude: Any, gravity: float, out: Any) -> None:
 
 @njit
 def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
-    """A vector (3), in place, into the body frame from an inertial unit that is mounted Ry(pitch) Rx(roll)."""
+    """A vector (3), in place, into the body frame from an inertial unit that is mounted Ry(pitch)
+    Rx(roll).
+    """
     if roll == 0.0 and pitch == 0.0:
         return
     x, y, z = vector[0], vector[1], vector[2]
@@ -37,7 +40,9 @@ def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
 
 @njit
 def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
-    """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint positions q (3)."""
+    """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint
+    positions q (3).
+    """
     rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
     fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
@@ -64,7 +69,9 @@ def add_force(wrench: Any, force: Any, point: Any) -> None:
 
 
 class View(NamedTuple):
-    """How the body is seen to lie and to accelerate: by the inertial unit, as it is believed to be turned on the body."""
+    """How the body is seen to lie and to accelerate: by the inertial unit, as it is believed to be
+    turned on the body.
+    """
 
     rotation: Any
     """Body to world (3, 3)."""
@@ -76,8 +83,8 @@ class View(NamedTuple):
 
 @njit
 def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravity: float) -> View:
-    """What an inertial unit that is turned by roll and pitch shows of the body; attitude (3) and specific_force (3)
-    are its readings.
+    """What an inertial unit that is turned by roll and pitch shows of the body; attitude (3) and
+    specific_force (3) are its readings.
     """
     turned, seen, down = np.empty(3), np.empty(3), np.empty(3)
     for k in range(3):
@@ -93,9 +100,9 @@ def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravi
 def other_wrench(row: Any, view: View, turning: Any, tension: Any, body: Any) -> Any:
     """Wrench (6) of weight, inertia, ropes and drill.
 
-    row: DataRow (posture, what the drill's controls know); tension (2) of the ropes, N. The view's specific force and
-    `turning` (3) rad/s2 (angular acceleration) carry the body and the inner links; frames and feet stand still and
-    carry gravity alone.
+    row: DataRow (posture, what the drill's controls know); tension (2) of the ropes, N. The view's
+    specific force and `turning` (3) rad/s2 (angular acceleration) carry the body and the inner
+    links; frames and feet stand still and carry gravity alone.
     """
     wrench, force = np.zeros(6), np.empty(3)
     for k in range(3):
@@ -142,7 +149,9 @@ def add_links(wrench: Any, leg: Any, q: Any, view: View) -> None:
 
 @njit
 def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
-    """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and store."""
+    """Wrench (6) += what the drill's controls know: thrust, torque, rods in the hole, mast and
+    store.
+    """
     force, point = np.zeros(3), np.empty(3)
     for k in range(3):
         point[k] = body.drill_point[k]

@@ -1,1 +1,3 @@
-"""What is wrong with a recording: its clock, its sensors, and its signs and scales against the laws of the machine."""
+"""What is wrong with a recording: its clock, its sensors, and its signs and scales against the laws
+of the machine.
+"""

@@ -1,8 +1,10 @@
-"""Signs and scales of forces: the one change of sign, scale or place that would make the force balance close.
+"""Signs and scales of forces: the one change of sign, scale or place that would make the force
+balance close.
 
-Friction opposes motion. Written out, pA A_A - pB A_B + m (g cos(inclination) - a) - F_ext must look like
-C sign(v) + sigma v with C, sigma >= 0. A recording in which it does not, but would with one channel turned round,
-scaled by a unit's factor or exchanged for the other chamber's, has that channel wrong. What no single change mends is
+Friction opposes motion. Written out, pA A_A - pB A_B + m (g cos(inclination) - a) - F_ext must look
+like C sign(v) + sigma v with C, sigma >= 0. A recording in which it does not, but would with one
+channel turned round, scaled by a unit's factor or exchanged for the other chamber's, has that
+channel wrong. What no single change mends is
 left to the diagnosis: it may be an effect.
 """
 
@@ -24,8 +26,9 @@ SAME_SCALE = 0.7, 1.4
 """Factors between which both have the same scale."""
 
 WORST, MENDED = 0.008, 0.5
-"""What is left of the balance, as a share of its forces, that calls for a change; and to which share of that a change
-must bring it. Effects that a model lacks leave a few per cent and are mended by no change of sign or scale."""
+"""What is left of the balance, as a share of its forces, that calls for a change; and to which
+share of that a change must bring it. Effects that a model lacks leave a few per cent and are mended
+by no change of sign or scale."""
 ALIKE = 1.25
 """Changes that mend the balance nearly as well as the best are named beside it."""
 SCALES = {"bar": 1e5, "kPa": 1e3, "MPa": 1e6, "psi": 6894.76}
@@ -40,7 +43,9 @@ Change = dict[str, float]
 
 
 def _zero(y: Array, speed: Array, most: float) -> float:
-    """The constant force between both directions, at most `most`: sensors' zeros, a bore a little off."""
+    """The constant force between both directions, at most `most`: sensors' zeros, a bore a little
+    off.
+    """
     ways = [y[speed > 0.0], y[speed < 0.0]]
     if min(len(way) for way in ways) < FEW // 4:
         return 0.0
@@ -49,7 +54,9 @@ def _zero(y: Array, speed: Array, most: float) -> float:
 
 @dataclass(frozen=True)
 class Suspect:
-    """One change that could be called for: of which channel, what that would mean, what to do then."""
+    """One change that could be called for: of which channel, what that would mean, what to do
+    then.
+    """
 
     channel: str
     what: str
@@ -59,13 +66,17 @@ class Suspect:
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """The terms of one axis' balance, N, (n,): chambers or actuator, weight, inertia and external force."""
+    """The terms of one axis' balance, N, (n,): chambers or actuator, weight, inertia and external
+    force.
+    """
 
     even: Even
     known: Known
 
     def left_over(self, change: Change) -> tuple[Array, Array, float]:
-        """(y (n,), speed (n,), typical size of the forces): what friction has to explain after a change."""
+        """(y (n,), speed (n,), typical size of the forces): what friction has to explain after a
+        change.
+        """
         series, known = self.even.series, self.known
         turned = change.get("position", 1.0)
         a, b = series.get("pressure_a"), series.get("pressure_b")
@@ -109,7 +120,9 @@ class Forces:
 
 
 def suspects(forces: Forces, names: Mapping[str, str]) -> Iterator[Suspect]:
-    """Every single change that could be called for; `names`: name in the balance -> channel of the recording."""
+    """Every single change that could be called for; `names`: name in the balance -> channel of the
+    recording.
+    """
     here = set(forces.even.series)
     for name, label in names.items():
         if name in here:

@@ -47,11 +47,15 @@ SUPPLY_UNITS = {1e5: "bar", 1e3: "kPa", 1e6: "MPa", 6894.76: "psi"}
 SHORTEST_M = -0.02
 """A robot's cylinder whose encoder reads less is turned round; a zero is seldom off by so much."""
 BESIDE_SUPPLY = 1.5
-"""A cylinder's pressure above so many times the supply's is not in the same unit (a lifted load adds some tenths)."""
+"""A cylinder's pressure above so many times the supply's is not in the same unit (a lifted load
+adds some tenths).
+"""
 
 
 def check_recording(place: str | Path) -> Checked:
-    """Check a recording of any rig. Raises InputError only where there is no recording to look at."""
+    """Check a recording of any rig. Raises InputError only where there is no recording to look
+    at.
+    """
     folder = Path(place)
     try:
         raw = read_raw(folder)
@@ -295,7 +299,9 @@ def _foot(raw: Raw, header: FootHeader) -> Iterator[Finding]:
 
 
 def _robot(raw: Raw) -> Iterator[Finding]:
-    """Each of the twelve axes against supply and valve, the four vertical ones against the load that control expects."""
+    """Each of the twelve axes against supply and valve, the four vertical ones against the load
+    that control expects.
+    """
     supply = raw.series.get("supply_pressure")
     nominal = None if supply is None else float(np.median(supply))
     for axis in AXES:

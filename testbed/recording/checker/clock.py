@@ -1,4 +1,6 @@
-"""The clock of a recording: times that stand still or run back, gaps, jumps, another rate than declared."""
+"""The clock of a recording: times that stand still or run back, gaps, jumps, another rate than
+declared.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ LONG_GAP_S = 0.1
 """A longer gap is more than a hiccup of a logger that is not hard in time."""
 RATE_OFF = 0.05
 JUMPED = 0.35
-"""Where the position moved on by less than this share of what its speed asks for, only the clock has jumped."""
+"""Where the position moved on by less than this share of what its speed asks for, only the clock
+has jumped.
+"""
 BESIDE_S = 0.03
 """Stretch before and after a gap from which the speed is read."""
 
@@ -126,7 +130,9 @@ def _gaps(raw: Raw) -> Iterator[Finding]:
 
 
 def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
-    """Whether the position at a long step goes on by one usual step only, though it moves at both sides."""
+    """Whether the position at a long step goes on by one usual step only, though it moves at both
+    sides.
+    """
     position = raw.series.get("position")
     if position is None:
         return False

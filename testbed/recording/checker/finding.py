@@ -15,7 +15,8 @@ HEADS = ("severity", "channel", "when, s", "what", "evidence", "what to do")
 class Finding:
     """What is wrong, where and when, with the numbers that show it and what to do about it.
 
-    `error`: the recording cannot be used as it is. `warning`: some of it cannot, or only with care. `note`: good to
+    `error`: the recording cannot be used as it is. `warning`: some of it cannot, or only with care.
+    `note`: good to
     know. `from_s`, `to_s`: None where it concerns the whole recording.
     """
 

@@ -1,8 +1,10 @@
 """Sign and scale of the motion against the valve: oil that flows in moves the piston out.
 
-    v = sqrt((ps - pA) / drop) Q_rated o / A_A (extending),  v = sqrt((ps - pB) / drop) Q_rated o / A_B (retracting)
+    v = sqrt((ps - pA) / drop) Q_rated o / A_A (extending),  v = sqrt((ps - pB) / drop) Q_rated o /
+    A_B (retracting)
 
-with o the opening beyond the deadband; springs of oil and the spool's delay are left out, so that only factors count.
+with o the opening beyond the deadband; springs of oil and the spool's delay are left out, so that
+only factors count.
 """
 
 from __future__ import annotations
@@ -72,7 +74,9 @@ def _opening(command: Array, deadband: float) -> Array:
 
 
 def _speed(even: Even, known: Known, opening: Array) -> Array | None:
-    """Speed that the valve's flow makes, m/s (n,); None where what it takes is not declared or recorded."""
+    """Speed that the valve's flow makes, m/s (n,); None where what it takes is not declared or
+    recorded.
+    """
     a, b = even.series.get("pressure_a"), even.series.get("pressure_b")
     supply, flow = known.supply_pressure_nominal_pa, known.valve_rated_flow_m3_s
     drop = known.valve_rated_drop_per_edge_pa

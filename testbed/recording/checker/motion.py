@@ -1,4 +1,6 @@
-"""Position, speed and acceleration on an even grid, rough but without surprises: for signs and scales only."""
+"""Position, speed and acceleration on an even grid, rough but without surprises: for signs and
+scales only.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ MOVING_M_S = 3e-3
 
 @dataclass(frozen=True, eq=False)
 class Even:
-    """Channels (n,) of one axis on an even grid, smoothed alike, SI; `command` as it was held, not smoothed."""
+    """Channels (n,) of one axis on an even grid, smoothed alike, SI; `command` as it was held, not
+    smoothed.
+    """
 
     rate_hz: float
     speed_m_s: Array
@@ -30,7 +34,9 @@ class Even:
 
 
 def even(raw: Raw, names: Mapping[str, str], position: str = "position") -> Even:
-    """The channels `names` (name here -> quantity) of one axis; `position` gives speed and acceleration."""
+    """The channels `names` (name here -> quantity) of one axis; `position` gives speed and
+    acceleration.
+    """
     from scipy.ndimage import gaussian_filter1d
 
     time = raw.time_s

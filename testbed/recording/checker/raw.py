@@ -28,7 +28,9 @@ REFERENCE = "reference_force"
 
 @dataclass(frozen=True, eq=False)
 class Raw:
-    """Columns (n,) in SI by quantity, pressures through their calibration; nothing is left out or put right."""
+    """Columns (n,) in SI by quantity, pressures through their calibration; nothing is left out or
+    put right.
+    """
 
     name: str
     rig: str
@@ -49,7 +51,8 @@ class Raw:
 def read_raw(place: str | Path) -> Raw:
     """Read a recording of any rig without looking at its values.
 
-    Raises InputError for a header that cannot be understood, or a table that lacks a declared column.
+    Raises InputError for a header that cannot be understood, or a table that lacks a declared
+    column.
     """
     folder = recording_folder(place)
     file = folder / "recording.yaml"

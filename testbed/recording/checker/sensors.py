@@ -1,4 +1,6 @@
-"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, of another resolution."""
+"""Each channel by itself: values that are no numbers, clipped, frozen, out of all range, of another
+resolution.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +22,17 @@ SAME_RESOLUTION = 0.6, 1.6
 SENSED = ("pressure_", "supply", "actuator", "force", REFERENCE)
 """Channels whose noise shows whether the sensor is alive and within its range."""
 CLIPPED_SHARE, CLIPPED_RUN = 0.002, 6
-"""A noisy channel that stands at its extreme in this share of the samples, and so many in a row, is clipped."""
+"""A noisy channel that stands at its extreme in this share of the samples, and so many in a row, is
+clipped.
+"""
 NOISY = 0.6
-"""A channel that repeats itself in less than this share of the steps is noisy: a long repetition means something."""
+"""A channel that repeats itself in less than this share of the steps is noisy: a long repetition
+means something.
+"""
 FROZEN_S, FROZEN_TIMES = 0.2, 4.0
-"""A frozen channel repeats one value for this long, and for so many times what its noise would ever do by chance."""
+"""A frozen channel repeats one value for this long, and for so many times what its noise would ever
+do by chance.
+"""
 REVERSED_M = 2e-3
 """Travel both ways that no constant valve command can have made."""
 JUMP_TIMES = 6.0
@@ -92,7 +100,8 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
             "the sensor is dead or not connected: leave the channel out",
         )
         return
-    # A value repeats by chance with the share seen outside the longest run: so long is the longest run of chance.
+    # A value repeats by chance with the share seen outside the longest run: so long is the longest
+    # run of chance.
     longest = int(np.argmax(length))
     outside = len(values) - int(length[longest])
     repeats = (np.sum(length - 1) - (length[longest] - 1)) / max(outside, 1)
@@ -182,7 +191,9 @@ def _travel(raw: Raw, start: int, stop: int) -> float:
 
 
 def check_clipped(raw: Raw) -> Iterator[Finding]:
-    """Channels at the end of their declared range, or that stand at their extreme as no noisy channel does."""
+    """Channels at the end of their declared range, or that stand at their extreme as no noisy
+    channel does.
+    """
     for name, values in raw.series.items():
         if not name.startswith(SENSED):
             continue
@@ -281,4 +292,6 @@ _PLAUSIBLE: tuple[tuple[str | tuple[str, ...], float, float, str, str], ...] = (
     ("attitude_", -6.4, 6.4, "is hardly in rad", "declare unit deg"),
     ("rope_tension_", -500.0, 1e6, "a rope does not push", "turn its sign, or put its zero right"),
 )
-"""Prefix of the quantity, lowest and highest plausible value, what is wrong beyond them, what to do."""
+"""Prefix of the quantity, lowest and highest plausible value, what is wrong beyond them, what to
+do.
+"""

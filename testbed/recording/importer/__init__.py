@@ -1,1 +1,3 @@
-"""Recordings from other tools' files: CSV, Parquet, MCAP, with a map that says which column is what."""
+"""Recordings from other tools' files: CSV, Parquet, MCAP, with a map that says which column is
+what.
+"""

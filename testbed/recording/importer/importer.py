@@ -1,7 +1,8 @@
 """`testbed import`: a recording folder from another tool's file and a map of its columns.
 
-The map is YAML: quantity -> `{column, unit, scale, offset, ..}`, beside `rig`, `known` and `reference_force` as in
-recording.yaml. A column becomes `scale * column + offset` in `unit`, then SI; a pressure in V keeps its calibration.
+The map is YAML: quantity -> `{column, unit, scale, offset, ..}`, beside `rig`, `known` and
+`reference_force` as in recording.yaml. A column becomes `scale * column + offset` in `unit`, then
+SI; a pressure in V keeps its calibration.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ class ReferenceSource(ReferenceForce):
 
 
 def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Findings:
-    """Write the recording `out` from `file` by the map; what is wrong with it. `out` is there whole or not at all.
+    """Write the recording `out` from `file` by the map; what is wrong with it. `out` is there whole
+    or not at all.
 
     Raises InputError for a file, a map or a place that cannot be used.
     """
@@ -145,7 +147,9 @@ def _header(
 
 
 def _accepted(folder: Path, map_file: Path) -> None:
-    """See that a reader takes the header. Raises InputError that names the map in place of what was written."""
+    """See that a reader takes the header. Raises InputError that names the map in place of what was
+    written.
+    """
     try:
         read_raw(folder)
     except InputError as error:

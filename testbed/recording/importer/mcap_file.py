@@ -1,7 +1,9 @@
-"""Columns from an MCAP file of JSON messages: `/topic.field.sub`, list entries by number: `/joint.position.0`.
+"""Columns from an MCAP file of JSON messages: `/topic.field.sub`, list entries by number:
+`/joint.position.0`.
 
-Messages of several topics come at different times: rows are the messages of the topic from which most columns come;
-the others are drawn straight between their messages. `log_time` and `publish_time` are ns since the first message.
+Messages of several topics come at different times: rows are the messages of the topic from which
+most columns come; the others are drawn straight between their messages. `log_time` and
+`publish_time` are ns since the first message.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ CLOCKS = ("log_time", "publish_time")
 
 
 def read_mcap(path: Path, wanted: Collection[str]) -> dict[str, Array]:
-    """The `wanted` columns (n,). Raises InputError where the package is missing, or the file, a topic or a field."""
+    """The `wanted` columns (n,). Raises InputError where the package is missing, or the file, a
+    topic or a field.
+    """
     try:
         from mcap.exceptions import McapError
         from mcap.reader import make_reader

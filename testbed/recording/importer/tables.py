@@ -1,4 +1,6 @@
-"""Tables as other tools write them: columns of numbers by name, whatever the separator or container."""
+"""Tables as other tools write them: columns of numbers by name, whatever the separator or
+container.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,8 @@ _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
 def read_any(path: Path, wanted: Collection[str]) -> dict[str, Array]:
-    """The `wanted` columns (n,) of a CSV, Parquet or MCAP file; a cell that is empty or no number is NaN.
+    """The `wanted` columns (n,) of a CSV, Parquet or MCAP file; a cell that is empty or no number
+    is NaN.
 
     Raises InputError: no such file, an ending that is not known, a column that is not there.
     """

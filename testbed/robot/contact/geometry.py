@@ -1,4 +1,6 @@
-"""Compiled: from legs and normals to contact axes, to the contact solver, and back to what a foot reports."""
+"""Compiled: from legs and normals to contact axes, to the contact solver, and back to what a foot
+reports.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ Array = NDArray[np.float64]
 
 @njit
 def contact_axes(normals: Array) -> Array:
-    """Rotations (n, 3, 3) whose columns are the normal, a tangent near body x and a tangent near body y.
+    """Rotations (n, 3, 3) whose columns are the normal, a tangent near body x and a tangent near
+    body y.
 
     A normal along body x has no tangent near it: NaN.
     """
@@ -46,7 +49,8 @@ def contact_maps(
 ) -> Array:
     """Wrenches (n, 6, 3) about the point `about` (3,) of unit forces along the contact axes.
 
-    The foot's sphere touches at its centre (underside + radius along the leg's axis) less radius along the normal.
+    The foot's sphere touches at its centre (underside + radius along the leg's axis) less radius
+    along the normal.
     """
     maps = np.empty((undersides.shape[0], 6, 3))
     for i in range(undersides.shape[0]):
@@ -68,7 +72,8 @@ def contact_maps(
 
 @njit
 def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: Array) -> Array:
-    """Compliances (n, 3, 3) m/N in contact axes: joints (12,) through the Jacobians (n, 3, 12), plus `extra` (n, 3, 3).
+    """Compliances (n, 3, 3) m/N in contact axes: joints (12,) through the Jacobians (n, 3, 12),
+    plus `extra` (n, 3, 3).
 
     `extra` is in the body frame: the ground's and the frame's.
     """
@@ -102,7 +107,9 @@ def _moved(wrench: Array, point: Array) -> Array:
 
 @njit
 def _move_gradient(gradient: Array, point: Array) -> None:
-    """To the derivative by a wrench about the origin, from that by the wrench about `point` (transpose of `_moved`)."""
+    """To the derivative by a wrench about the origin, from that by the wrench about `point`
+    (transpose of `_moved`).
+    """
     gradient[0] -= gradient[4] * point[2] - gradient[5] * point[1]
     gradient[1] -= gradient[5] * point[0] - gradient[3] * point[2]
     gradient[2] -= gradient[3] * point[1] - gradient[4] * point[0]
@@ -112,7 +119,9 @@ def _move_gradient(gradient: Array, point: Array) -> None:
 def _in_body(
     axes: Array, frames: Array, forces: Array, per_height: Array, per_load: Array
 ) -> tuple[Array, ...]:
-    """Forces (n, 3) in the body frame, and loads (n,), loads per height (n, n), per wrench (n, 6) along `axes`."""
+    """Forces (n, 3) in the body frame, and loads (n,), loads per height (n, n), per wrench (n, 6)
+    along `axes`.
+    """
     n = forces.shape[0]
     in_body, load = np.zeros((n, 3)), np.zeros(n)
     by_height, by_wrench = np.zeros((n, n)), np.zeros((n, 6))
@@ -164,11 +173,13 @@ class Ground(NamedTuple):
 def feet_under_load(
     load: Array, centre: Array, legs: Legs, ground: Ground, push: Array
 ) -> tuple[Array, ...]:
-    """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which reserves are counted.
+    """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which
+    reserves are counted.
 
-    Solved about the centre of mass `centre` (3,), so that a load the feet cannot balance pushes it away, not over.
-    Returns forces in the body frame, normal, tangential, vertical loads, friction use, touching (0 or 1), vertical
-    loads per height and per wrench, reserves, missing wrench, Newton steps (1,).
+    Solved about the centre of mass `centre` (3,), so that a load the feet cannot balance pushes it
+    away, not over. Returns forces in the body frame, normal, tangential, vertical loads, friction
+    use, touching (0 or 1), vertical loads per height and per wrench, reserves, missing wrench,
+    Newton steps (1,).
     """
     n, friction = ground.friction.shape[0], ground.friction
     axes = np.empty((n, 3))

@@ -1,7 +1,8 @@
-"""Compiled: the force of one elastic foot that never pulls and whose friction is bounded, in contact axes.
+"""Compiled: the force of one elastic foot that never pulls and whose friction is bounded, in
+contact axes.
 
-Contact axes are (normal, two tangents). With compliance C (3 x 3) and strain u the force minimises 1/2 f.C f - f.u over
-f_n >= 0, |f_t| <= bound. If the foot touches, the normal is eliminated,
+Contact axes are (normal, two tangents). With compliance C (3 x 3) and strain u the force minimises
+1/2 f.C f - f.u over f_n >= 0, |f_t| <= bound. If the foot touches, the normal is eliminated,
 
     (C_tt - C_tn C_nt / C_nn + g) f_t = u_t - C_tn u_n / C_nn,
 
@@ -20,7 +21,9 @@ Array = NDArray[np.float64]
 
 @njit
 def _slide_multiplier(compliance: Array, strain: Array, bound: float) -> float:
-    """The g >= 0 for which |(compliance + g)^-1 strain| = bound (2 x 2, positive definite), by Newton from below."""
+    """The g >= 0 for which |(compliance + g)^-1 strain| = bound (2 x 2, positive definite), by
+    Newton from below.
+    """
     a, b, c = compliance[0, 0], compliance[0, 1], compliance[1, 1]
     g = 0.0
     for _ in range(50):
@@ -31,7 +34,8 @@ def _slide_multiplier(compliance: Array, strain: Array, bound: float) -> float:
         )
         size = np.sqrt(fx * fx + fy * fy)
         mx, my = ((c + g) * fx - b * fy) / det, ((a + g) * fy - b * fx) / det
-        # Newton on 1 / size, nearly linear in g, concave: it approaches the root from below without overshoot.
+        # Newton on 1 / size, nearly linear in g, concave: it approaches the root from below without
+        # overshoot.
         step = (size / bound - 1.0) * size * size / (fx * mx + fy * my)
         g += step
         if step <= 1e-13 * g:
@@ -43,7 +47,9 @@ def _slide_multiplier(compliance: Array, strain: Array, bound: float) -> float:
 def _tangential(
     compliance: Array, strain: Array, bound: float, force: Array, slope: Array, pull: Array
 ) -> bool:
-    """Fill the tangential force (2,), its slope by strain (2, 2) and by the bound (2,); true if the foot slides."""
+    """Fill the tangential force (2,), its slope by strain (2, 2) and by the bound (2,); true if the
+    foot slides.
+    """
     if bound <= 0.0:
         for row in range(2):
             force[row] = pull[row] = slope[row, 0] = slope[row, 1] = 0.0
@@ -76,9 +82,11 @@ def _tangential(
 def foot_reaction(
     compliance: Array, strain: Array, bound: float, friction: float, force: Array, slope: Array
 ) -> tuple[bool, bool]:
-    """Force of one foot and its slope by the strain, in contact axes (normal, two tangents); (touches, slides).
+    """Force of one foot and its slope by the strain, in contact axes (normal, two tangents);
+    (touches, slides).
 
-    The friction bound N is held fixed in the force; with friction > 0 the slope lets it follow the normal force.
+    The friction bound N is held fixed in the force; with friction > 0 the slope lets it follow the
+    normal force.
     """
     c0, c1, c2 = compliance[0, 0], compliance[1, 0], compliance[2, 0]
     reduced, pushed = np.empty((2, 2)), np.empty(2)

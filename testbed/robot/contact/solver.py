@@ -1,15 +1,19 @@
-"""Compiled: a rigid body on elastic, unilateral feet with Coulomb friction, in equilibrium with a given wrench.
+"""Compiled: a rigid body on elastic, unilateral feet with Coulomb friction, in equilibrium with a
+given wrench.
 
-Unknown is the body's small displacement d = (translation t, rotation r) about a point, best the centre of mass. A foot
-at p with compliance C (3, 3) and free height h along the ground's normal n is deformed by u = h n - (t + r x p); its
-force f is the one that minimises the complementary energy 1/2 f.C f - f.u over the forces a foot can have: f.n >= 0
-(it never pulls) and |f tangential| <= friction * f.n. Equilibrium: sum of the feet's wrenches + load = 0.
+Unknown is the body's small displacement d = (translation t, rotation r) about a point, best the
+centre of mass. A foot at p with compliance C (3, 3) and free height h along the ground's normal n
+is deformed by u = h n - (t + r x p); its force f is the one that minimises the complementary energy
+1/2 f.C f - f.u over the forces a foot can have: f.n >= 0 (it never pulls) and |f tangential| <=
+friction * f.n. Equilibrium: sum of the feet's wrenches + load = 0.
 
-For given friction bounds this is one convex problem in six variables, solved by Newton's method with a line search
-(each foot: release what pulls, let slide what slides, in closed form); the bounds then follow the normal loads until
-they agree (Coulomb: sliding does not lift a foot, unlike the associated cone). A soft spring SUPPORT on the body makes
-the problem solvable when the feet cannot balance the load: what it carries is the missing wrench, the least possible
-for the normal loads found.
+For given friction bounds this is one convex problem in six variables, solved by Newton's method
+with a line search
+(each foot: release what pulls, let slide what slides, in closed form); the bounds then follow the
+normal loads until
+they agree (Coulomb: sliding does not lift a foot, unlike the associated cone). A soft spring
+SUPPORT on the body makes the problem solvable when the feet cannot balance the load: what it
+carries is the missing wrench, the least possible for the normal loads found.
 """
 
 from __future__ import annotations
@@ -29,7 +33,9 @@ Array = NDArray[np.float64]
 MOST_STEPS = 60
 """Newton steps for one set of friction bounds."""
 SUPPORT = 0.1
-"""Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; carries 1e-3 N where the feet balance."""
+"""Stiffness of the body's soft support, N/m and N m/rad: 1e-8 of a foot's; carries 1e-3 N where the
+feet balance.
+"""
 
 
 class Feet(NamedTuple):
@@ -118,7 +124,9 @@ def _add_stiffness(map_: Array, slope: Array, stiffness: Array) -> None:
 
 @njit
 def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
-    """Solve stiffness step = residual (6 x 6, symmetric positive definite) by Cholesky, in place of `stiffness`."""
+    """Solve stiffness step = residual (6 x 6, symmetric positive definite) by Cholesky, in place of
+    `stiffness`.
+    """
     for i in range(6):
         for j in range(i + 1):
             total = stiffness[i, j]
@@ -141,7 +149,9 @@ def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
 def _newton(
     move: Array, scale: float, load: Array, feet: Feet, bounds: Array, balance: Balance
 ) -> int:
-    """Move the body to equilibrium for given friction bounds (fills `move`, `balance`); returns Newton steps."""
+    """Move the body to equilibrium for given friction bounds (fills `move`, `balance`); returns
+    Newton steps.
+    """
     frozen, step, start = np.zeros(bounds.shape[0]), np.empty(6), np.empty(6)
     potential = _evaluate(move, load, feet, bounds, frozen, balance)
     for taken in range(MOST_STEPS):
@@ -198,7 +208,9 @@ def _inverse(matrix: Array) -> Array:
 def _sensitivities(
     maps: Array, slopes: Array, active: NDArray[np.bool_], stiffness: Array
 ) -> tuple[Array, Array]:
-    """Forces per free height (n, 3, n) N/m and per load wrench (n, 3, 6), contact axes, at the solution."""
+    """Forces per free height (n, 3, n) N/m and per load wrench (n, 3, 6), contact axes, at the
+    solution.
+    """
     n = maps.shape[0]
     inverse = _inverse(stiffness)
     per_load, per_height, stiff = np.zeros((n, 3, 6)), np.zeros((n, 3, n)), np.zeros((3, 6))
@@ -235,10 +247,11 @@ def _sensitivities(
 def solve_contacts(
     load: Array, feet: Feet, friction: Array
 ) -> tuple[Balance, Array, Array, Array, int]:
-    """Feet in equilibrium with `load` (6,), force and moment about the point that `feet.maps` have, N and N m.
+    """Feet in equilibrium with `load` (6,), force and moment about the point that `feet.maps` have,
+    N and N m.
 
-    friction (n,). Returns the balance found, the missing wrench (6,), forces per height (n, 3, n) N/m and per load
-    wrench (n, 3, 6), Newton steps.
+    friction (n,). Returns the balance found, the missing wrench (6,), forces per height (n, 3, n)
+    N/m and per load wrench (n, 3, 6), Newton steps.
     """
     n = friction.shape[0]
     move = np.zeros(6)
@@ -269,7 +282,9 @@ def solve_contacts(
 def _settle(
     bounds: Array, friction: Array, active: NDArray[np.bool_], balance: Balance, scale: float
 ) -> bool:
-    """Set the friction bounds by the normal loads found; whether those that matter have not changed."""
+    """Set the friction bounds by the normal loads found; whether those that matter have not
+    changed.
+    """
     settled = True
     for i in range(bounds.shape[0]):
         # A bound matters where the foot slides, or would slide with the bound it ought to have.

@@ -1,9 +1,10 @@
 """How much a foot gives: the oil columns of its three cylinders in series with the ground.
 
-A locked cylinder is a spring of the two oil volumes, k = beta (A_A^2 / V_A + A_B^2 / V_B), V_A = dead + A_A x,
-V_B = dead + A_B (stroke - x). Through the leg's Jacobian J (3 x 3) its compliance reaches the foot: J diag(1/k) J^T.
-Use it where positions are those of the unloaded cylinders; where positions are measured under load they contain the
-oil's give already, and only the ground (and frame) is left.
+A locked cylinder is a spring of the two oil volumes, k = beta (A_A^2 / V_A + A_B^2 / V_B), V_A =
+dead + A_A x, V_B = dead + A_B (stroke - x). Through the leg's Jacobian J (3 x 3) its compliance
+reaches the foot: J diag(1/k) J^T. Use it where positions are those of the unloaded cylinders; where
+positions are measured under load they contain the oil's give already, and only the ground (and
+frame) is left.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from testbed.robot.linkage import RotationLinkage, joint_to_cylinder, stroke_m
 
 Array = NDArray[np.float64]
 WORKING_PRESSURE_PA = 4.0e6
-"""Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with its load)."""
+"""Gauge pressure at which the oil's modulus is taken: 15 kN on the 70 mm bore (a foot's share with
+its load).
+"""
 
 
 class OilColumns:
@@ -49,8 +52,8 @@ class OilColumns:
     ) -> Array:
         """Stiffness (12,) of the locked cylinders at extensions (12,), N/m (module docstring).
 
-        pressures_pa: gauge pressures (12,), (12,) of chambers A and B where they are known: oil with air in it is
-        softer at low pressure. Without them it is that of WORKING_PRESSURE_PA.
+        pressures_pa: gauge pressures (12,), (12,) of chambers A and B where they are known: oil
+        with air in it is softer at low pressure. Without them it is that of WORKING_PRESSURE_PA.
         """
         extensions = np.asarray(extensions_m, dtype=float)
         volume_a = self._dead_a + self._area_a * extensions
@@ -63,7 +66,8 @@ class OilColumns:
     def joint_compliance(
         self, positions: ArrayLike, pressures_pa: tuple[Array, Array] | None = None
     ) -> Array:
-        """Compliance (12,) of the locked joints at joint positions (12,): rad/(N m) for rotation, else m/N.
+        """Compliance (12,) of the locked joints at joint positions (12,): rad/(N m) for rotation,
+        else m/N.
 
         pressures_pa: see stiffness_n_m.
         """

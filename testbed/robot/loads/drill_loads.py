@@ -1,8 +1,8 @@
 """What the drill and its rods do to the machine, as far as its own controls know it.
 
-Controls order the feed and the torque, and count the rods: how many hang in the hole, how many stand in the mast, how
-many are left in the store. A rod on its way from the store to the hole moves its weight across the platform, and in
-the hole a part of that weight lies on the hole's wall.
+Controls order the feed and the torque, and count the rods: how many hang in the hole, how many
+stand in the mast, how many are left in the store. A rod on its way from the store to the hole moves
+its weight across the platform, and in the hole a part of that weight lies on the hole's wall.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ Array = NDArray[np.float64]
 
 
 def rods_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:
-    """Weight of the rods on the machine (6,), body frame, beyond what the store carried at the start.
+    """Weight of the rods on the machine (6,), body frame, beyond what the store carried at the
+    start.
 
-    `known`: a DrillKnown or a row with its fields; gravity (3,) m/s2. The string in the hole hangs on the feed by its
-    part along the hole; what stands in the mast, and what the store gains or loses, acts with all its weight at its
-    place.
+    `known`: a DrillKnown or a row with its fields; gravity (3,) m/s2. The string in the hole hangs
+    on the feed by its part along the hole; what stands in the mast, and what the store gains or
+    loses, acts with all its weight at its place.
     """
     gravity = np.asarray(gravity_in_body, dtype=float)
     in_hole, in_mast = float(known["rods_in_hole"]), float(known["rods_in_mast"])
@@ -36,6 +37,8 @@ def rods_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Ar
 
 
 def known_wrench(model: RobotModel, known: Any, gravity_in_body: ArrayLike) -> Array:
-    """Everything of the drill that controls know of (6,): `known` as in `rods_wrench`, gravity (3,) in the body frame."""
+    """Everything of the drill that controls know of (6,): `known` as in `rods_wrench`, gravity (3,)
+    in the body frame.
+    """
     ordered = drill_wrench(model, float(known["ordered_thrust"]), float(known["ordered_torque"]))
     return ordered + rods_wrench(model, known, gravity_in_body)

@@ -1,15 +1,19 @@
-"""Foot forces from the legs' own motion: what the ground must have pushed for each leg to move as it did.
+"""Foot forces from the legs' own motion: what the ground must have pushed for each leg to move as
+it did.
 
-A leg hangs on the body by three driven joints and touches the ground with its foot alone, so its three joint-space
-equations of motion give the three components of the ground's force. With the engine's velocities before and after a
-step and its masses this is the contact force of that step to rounding (tested against the engine's contact points),
-without fetching contacts. In the body frame, e_r along the radial joint, e_z up, f_i = m_i (a_i - g):
+A leg hangs on the body by three driven joints and touches the ground with its foot alone, so its
+three joint-space equations of motion give the three components of the ground's force. With the
+engine's velocities before and after a step and its masses this is the contact force of that step to
+rounding (tested against the engine's contact points), without fetching contacts. In the body frame,
+e_r along the radial joint, e_z up, f_i = m_i (a_i - g):
 
     along the vertical joint (-e_z):   -e_z . f_3                 = tau_3 - e_z . F
     along the radial joint (e_r):       e_r . (f_2 + f_3)         = tau_2 + e_r . F
-    about the rotation axis (e_z):      e_z . sum(rho_i x f_i + d/dt I_i w) = tau_1 + e_z . (rho_F x F)
+    about the rotation axis (e_z):      e_z . sum(rho_i x f_i + d/dt I_i w) = tau_1 + e_z . (rho_F x
+    F)
 
-rho_F is where the ground touches the foot. The normal force is taken along the ground's normal there.
+rho_F is where the ground touches the foot. The normal force is taken along the ground's normal
+there.
 """
 
 from __future__ import annotations
@@ -84,10 +88,11 @@ def turn_z(angle: float, x: float, y: float) -> tuple[float, float]:
 def link_force(
     leg: Any, i: int, first: int, joints: Any, bodies: Any, force: Any, rho: Any
 ) -> float:
-    """Force m (a - g) of link i (0..2) into `force`, its centre from the hip into `rho`; returns e_z . d/dt (I w).
+    """Force m (a - g) of link i (0..2) into `force`, its centre from the hip into `rho`; returns
+    e_z . d/dt (I w).
 
-    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one BodyMotion, in
-    the body frame.
+    leg: LegNumbers; joints: JointMotion, of which this leg's begin at `first`; bodies: array of one
+    BodyMotion, in the body frame.
     """
     body = bodies[0]
     turn, out, down = joints.position[first], joints.position[first + 1], joints.position[first + 2]
@@ -133,7 +138,9 @@ def link_force(
 
 @njit
 def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
-    """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body to world."""
+    """BodyMotion `world` of the world frame into bodies[0] of the body frame; rotation (3, 3) body
+    to world.
+    """
     body = bodies[0]
     for k in range(3):
         w = alpha = lift = 0.0
@@ -150,10 +157,12 @@ def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
 def foot_forces(
     legs: Any, joints: Any, rotation: Any, motion: Any, normals: Any, out: Any, out_normal: Any
 ) -> None:
-    """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's normal (4).
+    """Force of the ground on each foot (4, 3), world frame, N, and its part along its ground's
+    normal (4).
 
-    legs (4) LegNumbers; joints (JointMotion) and rotation (3, 3) before the step, accelerations over it; motion:
-    BodyMotion in the world frame over the step; normals (4, 3) of the ground, world frame.
+    legs (4) LegNumbers; joints (JointMotion) and rotation (3, 3) before the step, accelerations
+    over it; motion: BodyMotion in the world frame over the step; normals (4, 3) of the ground,
+    world frame.
     """
     bodies = np.empty(1, BODY_MOTION)
     in_body_frame(rotation, motion, bodies)

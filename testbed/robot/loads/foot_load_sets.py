@@ -1,9 +1,11 @@
-"""Expected loads with what is known of the footing: measured under load, or known by its deviation alone.
+"""Expected loads with what is known of the footing: measured under load, or known by its deviation
+alone.
 
-Three of the four loads' combinations are fixed by equilibrium; the fourth, an internal force that loads one diagonal
-and unloads the other, by heights and compliances. A
-tenth of a millimetre decides hundreds of newtons, so an encoder cannot tell it: then a load is an interval. Where the
-feet's heights under load are known exactly (a survey, a simulator), it is a number.
+Three of the four loads' combinations are fixed by equilibrium; the fourth, an internal force that
+loads one diagonal and unloads the other, by heights and compliances. A
+tenth of a millimetre decides hundreds of newtons, so an encoder cannot tell it: then a load is an
+interval. Where the feet's heights under load are known exactly (a survey, a simulator), it is a
+number.
 """
 
 from __future__ import annotations
@@ -23,15 +25,19 @@ LEAST_SLOPE = 1e-9
 Array = NDArray[np.float64]
 NORMAL_QUANTILE_90 = 1.645
 FRICTION_HOLD_N = 150.0
-"""Standard deviation of what the cylinders' friction holds of the internal force (E; seen in thirty simulated stands)."""
+"""Standard deviation of what the cylinders' friction holds of the internal force (E; seen in thirty
+simulated stands).
+"""
 
 
 def heights_under_load(
     expected: ExpectedLoads, positions: ArrayLike, normals: ArrayLike | None = None
 ) -> Array:
-    """(4,) heights, m, at which flat ground meets feet whose joint positions (12) were measured under load.
+    """(4,) heights, m, at which flat ground meets feet whose joint positions (12) were measured
+    under load.
 
-    normals (4, 3): the ground's, in the body frame; default body z. Add the true heights of ground that is not flat.
+    normals (4, 3): the ground's, in the body frame; default body z. Add the true heights of ground
+    that is not flat.
     """
     up = (
         np.tile([0.0, 0.0, 1.0], (len(LEGS), 1))
@@ -51,8 +57,9 @@ def loads_of_measured_posture(
 ) -> FootLoads:
     """Loads of a posture measured under load, ground heights given (see heights_under_load).
 
-    The joints' give is in their positions already, so only the ground gives. A further load changes the joints too:
-    sensitivities and reserves are those of joints, oil and ground together, at these loads.
+    The joints' give is in their positions already, so only the ground gives. A further load changes
+    the joints too: sensitivities and reserves are those of joints, oil and ground together, at
+    these loads.
     """
     heights = np.asarray(heights_m, dtype=float)
     now = expected.solve(
@@ -85,9 +92,9 @@ def load_interval_n(
 ) -> tuple[Array, Array]:
     """Ends (4,), (4,) of each foot's vertical load, N, between which it lies nine times in ten.
 
-    The feet's height errors are independent and normal with the given deviation; only their part along the internal force
-    matters, widened by what the cylinders' friction may hold of it. Lifting feet and sliding ones are reckoned with by
-    solving at both ends.
+    The feet's height errors are independent and normal with the given deviation; only their part
+    along the internal force matters, widened by what the cylinders' friction may hold of it.
+    Lifting feet and sliding ones are reckoned with by solving at both ends.
     """
     internal = internal_force_of(expected.model.foot_positions_m(positions)[:, :2])
     given = acts.get("joint_compliance")
@@ -102,7 +109,9 @@ def load_interval_n(
 
 
 def internal_force_of(feet_xy: Array) -> Array:
-    """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr and rl."""
+    """(4,) loads of size 1 on feet (4, 2) that have neither sum nor moment: + on fl and rr, - on fr
+    and rl.
+    """
     null = np.linalg.svd(np.vstack([np.ones(len(LEGS)), feet_xy.T]))[2][3]
     return np.asarray(null * np.sign(null[0]))
 

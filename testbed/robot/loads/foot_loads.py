@@ -1,8 +1,10 @@
 """Expected foot loads: what each foot should carry, from weight, posture, ropes and drill.
 
-Four feet and six equations: on a plane the normal loads have one degree of freedom that equilibrium leaves open (an
-internal force: one diagonal against the other). Compliance and the feet's free heights decide it, so every answer comes with its
-sensitivity to height errors. A foot never pulls; friction is Coulomb's.
+Four feet and six equations: on a plane the normal loads have one degree of freedom that equilibrium
+leaves open (an
+internal force: one diagonal against the other). Compliance and the feet's free heights decide it,
+so every answer comes with its sensitivity to height errors. A foot never pulls; friction is
+Coulomb's.
 
 Wrenches are force and moment about the body's origin, body frame, N and N m, acting on the machine.
 """
@@ -47,8 +49,8 @@ class FootLoads:
     load_per_wrench: Array
     """(4, 6): change of vertical load i by a wrench on the body, N/N and N/(N m)."""
     reserve_n: Array
-    """(4,) further push away from the slope, along the drill axis, at which a foot leaves, if friction holds until
-    then and no other foot leaves before; infinite if it never does."""
+    """(4,) further push away from the slope, along the drill axis, at which a foot leaves, if
+    friction holds until then and no other foot leaves before; infinite if it never does."""
     missing_wrench: Array
     """(6,) wrench that the feet cannot balance; about zero when `balanced`."""
     balanced: bool
@@ -57,7 +59,9 @@ class FootLoads:
 
     @property
     def unloads_first(self) -> str | None:
-        """The leg whose foot leaves first under a push along the drill axis (None: no foot would)."""
+        """The leg whose foot leaves first under a push along the drill axis (None: no foot
+        would).
+        """
         first = int(np.argmin(self.reserve_n))
         return LEGS[first] if np.isfinite(self.reserve_n[first]) else None
 
@@ -69,7 +73,9 @@ class FootLoads:
 
 @dataclass(frozen=True)
 class Footing:
-    """What the feet stand on, if not four patches of the believed ground on one plane; body frame."""
+    """What the feet stand on, if not four patches of the believed ground on one plane; body
+    frame.
+    """
 
     in_contact: ArrayLike | None = None
     """(4,), false for a swinging foot."""
@@ -83,14 +89,17 @@ PLANE = Footing()
 
 
 def point_wrench(force_in_body: ArrayLike, point_in_body: ArrayLike) -> Array:
-    """Wrench (6,) about the body's origin of a force (3,) N at a point (3,) m; both in the body frame."""
+    """Wrench (6,) about the body's origin of a force (3,) N at a point (3,) m; both in the body
+    frame.
+    """
     fx, fy, fz = np.asarray(force_in_body, dtype=float).tolist()
     x, y, z = np.asarray(point_in_body, dtype=float).tolist()
     return np.array([fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
 
 
 def drill_wrench(model: RobotModel, thrust_n: float, torque_n_m: float = 0.0) -> Array:
-    """Reaction of drilling on the machine (6,): thrust + pushes it away from the slope, torque about the drill axis.
+    """Reaction of drilling on the machine (6,): thrust + pushes it away from the slope, torque
+    about the drill axis.
 
     `torque_n_m` is what the rock does to the machine, + about body z.
     """
@@ -107,7 +116,9 @@ def external_wrench(
     rope_forces_in_body: ArrayLike | None,
     drill: ArrayLike | None,
 ) -> Array:
-    """Everything that acts on the machine but the feet, (6,): weight, payload, ropes (2, 3) and drill wrench (6,)."""
+    """Everything that acts on the machine but the feet, (6,): weight, payload, ropes (2, 3) and
+    drill wrench (6,).
+    """
     load = -model.gravity_forces(positions, gravity_in_body)[:6]
     if payload is not None:
         weight = payload.mass_kg * np.asarray(gravity_in_body, dtype=float)
@@ -121,7 +132,9 @@ def external_wrench(
 
 
 class ExpectedLoads:
-    """Solves for the expected foot loads of one machine; a call takes about a tenth of a millisecond."""
+    """Solves for the expected foot loads of one machine; a call takes about a tenth of a
+    millisecond.
+    """
 
     def __init__(
         self,
@@ -131,7 +144,9 @@ class ExpectedLoads:
         friction: float | None = None,
         ground_compliance_m_n: float | None = None,
     ) -> None:
-        """Believed friction and ground compliance (m/N, per foot) come from the machine unless given."""
+        """Believed friction and ground compliance (m/N, per foot) come from the machine unless
+        given.
+        """
         self.model = model
         self.friction = float(machine.ground.friction if friction is None else friction)
         nominal = 1.0 / machine.ground.stiffness_n_m
@@ -157,10 +172,11 @@ class ExpectedLoads:
     ) -> FootLoads:
         """Foot loads at joint positions (12,) under gravity (3,) m/s2 in the body frame.
 
-        rope_forces_in_body (2, 3) N at the attachment points; drill_wrench_in_body (6,); height_m (4,): how far the
-        ground under a foot stands proud of the plane through the unloaded feet, along the normal; joint_compliance
-        (12,), default the locked oil columns (zeros: joints held rigidly, or positions measured under load). If no
-        equilibrium exists, `balanced` is false and `missing_wrench` says what the feet cannot balance.
+        rope_forces_in_body (2, 3) N at the attachment points; drill_wrench_in_body (6,); height_m
+        (4,): how far the ground under a foot stands proud of the plane through the unloaded feet,
+        along the normal; joint_compliance (12,), default the locked oil columns (zeros: joints held
+        rigidly, or positions measured under load). If no equilibrium exists, `balanced` is false
+        and `missing_wrench` says what the feet cannot balance.
         """
         model = self.model
         load = external_wrench(

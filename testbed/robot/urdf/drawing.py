@@ -1,4 +1,6 @@
-"""What each link looks like: primitives that draw the machine; nothing here has mass or touches anything."""
+"""What each link looks like: primitives that draw the machine; nothing here has mass or touches
+anything.
+"""
 
 from __future__ import annotations
 
@@ -138,7 +140,9 @@ def _rod_store(p: Machine) -> list[Shape]:
 
 
 def _traction(p: Machine) -> list[Shape]:
-    """Two gripping jaws on rails behind a sheave; the rope leaves towards +x at the link's origin."""
+    """Two gripping jaws on rails behind a sheave; the rope leaves towards +x at the link's
+    origin.
+    """
     drawn = [
         box((0.56, 0.18, 0.05), (-0.32, 0.0, -0.13), "orange"),
         box((0.06, 0.20, 0.16), (-0.05, 0.0, -0.08), "orange"),

@@ -1,4 +1,6 @@
-"""A URDF as it is drawn: the shapes of its links and how each link hangs on its parent. Meshes are left out."""
+"""A URDF as it is drawn: the shapes of its links and how each link hangs on its parent. Meshes are
+left out.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ PLAIN = "grey"
 
 @dataclass(frozen=True, eq=False)
 class Hanging:
-    """How a link hangs on its parent: frame at rest (3, 3; 3, m) and the axis (3,) of its motion, in that frame."""
+    """How a link hangs on its parent: frame at rest (3, 3; 3, m) and the axis (3,) of its motion,
+    in that frame.
+    """
 
     name: str
     kind: str
@@ -31,7 +35,9 @@ class Hanging:
     axis: Array
 
     def pose(self, positions: Array) -> tuple[Array, Array]:
-        """Translations (n, 3) m and rotations (n, 3, 3) of the child in its parent at joint positions (n), m or rad."""
+        """Translations (n, 3) m and rotations (n, 3, 3) of the child in its parent at joint
+        positions (n), m or rad.
+        """
         slid = positions if self.kind == "prismatic" else np.zeros_like(positions)
         turned = positions if self.kind in ("revolute", "continuous") else np.zeros_like(positions)
         places = self.origin_m + slid[:, None] * (self.rotation @ self.axis)

@@ -1,11 +1,12 @@
 """The machine's URDF, generated from its numbers.
 
-`python -m testbed.robot.urdf.generate` rewrites urdf/roboclimber.urdf; `testbed machine FOLDER` draws one of a folder.
+`python -m testbed.robot.urdf.generate` rewrites urdf/roboclimber.urdf; `testbed machine FOLDER`
+draws one of a folder.
 
-Frames: `body` has its origin at the platform's centre (x up the slope, y left, z away from the ground).
-A leg's `rotation` and `radial` links lie at hip height with x outward; `vertical` is on the foot's axis;
-`<leg>_foot` has its origin on the plate's underside; `traction_<side>` where the rope pulls; `drill_mast`
-on the drill axis at the mast's lower end.
+Frames: `body` has its origin at the platform's centre (x up the slope, y left, z away from the
+ground). A leg's `rotation` and `radial` links lie at hip height with x outward; `vertical` is on
+the foot's axis; `<leg>_foot` has its origin on the plate's underside; `traction_<side>` where the
+rope pulls; `drill_mast` on the drill axis at the mast's lower end.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part: mass kg, homogeneous box (edges m) about `centre_m`, what of it touches the ground."""
+    """A rigid part: mass kg, homogeneous box (edges m) about `centre_m`, what of it touches the
+    ground.
+    """
 
     name: str
     mass_kg: float

@@ -1,7 +1,9 @@
-"""Fixed links welded into what carries them: the same machine with fewer bodies for an engine to step.
+"""Fixed links welded into what carries them: the same machine with fewer bodies for an engine to
+step.
 
-Masses, centres and full inertias are added exactly; the result is written in principal axes, so that nothing is lost
-to an engine that knows diagonal inertias only. Links named in `keep` stay apart.
+Masses, centres and full inertias are added exactly; the result is written in principal axes, so
+that nothing is lost to an engine that knows diagonal inertias only. Links named in `keep` stay
+apart.
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ def ballasted(
     masses: Sequence[tuple[float, Sequence[float]]],
     shift_m: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> str:
-    """URDF text whose link `body` carries point masses, kg, at points (3) of its frame, m, besides what it had.
+    """URDF text whose link `body` carries point masses, kg, at points (3) of its frame, m, besides
+    what it had.
 
     `shift_m` (3): by how much the body's own centre of mass lies elsewhere.
     """
@@ -52,7 +55,9 @@ def ballasted(
 
 
 def rehung(text: str, shifts_m: Mapping[str, Sequence[float]]) -> str:
-    """URDF text whose legs hang elsewhere: leg -> shift (3) of its rotation joint, body frame, m."""
+    """URDF text whose legs hang elsewhere: leg -> shift (3) of its rotation joint, body frame,
+    m.
+    """
     robot = ET.fromstring(text)
     for joint in robot.findall("joint"):
         leg, _, kind = str(joint.get("name")).partition("_")

@@ -22,7 +22,8 @@ COLOURS: dict[str, tuple[float, float, float]] = {
 
 @dataclass(frozen=True)
 class Shape:
-    """One primitive in its link's frame: centre m, roll-pitch-yaw rad; `size` as URDF has it for its kind.
+    """One primitive in its link's frame: centre m, roll-pitch-yaw rad; `size` as URDF has it for
+    its kind.
 
     box: edges (x, y, z); cylinder: (radius, length) along its own z; sphere: (radius,). All m.
     """
@@ -35,7 +36,9 @@ class Shape:
 
 
 def box(size: Vector, centre: Vector, colour: str, yaw: float = 0.0) -> Shape:
-    """A box with its edges along the link's axes unless turned by `yaw` rad about its upright axis."""
+    """A box with its edges along the link's axes unless turned by `yaw` rad about its upright
+    axis.
+    """
     return Shape("box", size, centre, (0.0, 0.0, yaw), colour)
 
 

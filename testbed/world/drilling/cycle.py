@@ -1,10 +1,11 @@
 """Drilling one hole: position, collar, drill, add a rod, drill ... extract, rod by rod.
 
-The feed is a force source with a limited speed. On rock it builds up its force and the bit goes as fast as the rock
-lets it; over a void it finds nothing to push on, so the thrust is gone within a control tick and the string runs ahead
-until it lands. Pressed much harder than is best for the rock the bit jams: it is drawn back and turned free, which
-takes its time. On the way out the string may stick: the pull then grows, jerked and hammered, until the string comes
-free, or until it is left behind.
+The feed is a force source with a limited speed. On rock it builds up its force and the bit goes as
+fast as the rock lets it; over a void it finds nothing to push on, so the thrust is gone within a
+control tick and the string runs ahead until it lands. Pressed much harder than is best for the rock
+the bit jams: it is drawn back and turned free, which takes its time. On the way out the string may
+stick: the pull then grows, jerked and hammered, until the string comes free, or until it is left
+behind.
 """
 
 from __future__ import annotations
@@ -31,7 +32,9 @@ JERK_HZ, JERK_SHARE = 1.0, 0.2
 WEAR_S = 15.0
 """Time in which blows wear the hold of a stuck string down to 1/e (E)."""
 TAKE, GIVE = 0.3, 0.7
-"""Shares of a rod change at which the rod leaves one place and at which it is handed to the other (E)."""
+"""Shares of a rod change at which the rod leaves one place and at which it is handed to the other
+(E).
+"""
 MAKE_UP_SHARE = 0.5
 """Torque that screws or breaks a joint of the string, of the drilling torque (E)."""
 TOUCH_SHARE = 0.1
@@ -39,7 +42,9 @@ TOUCH_SHARE = 0.1
 
 
 class DrillCycle:
-    """One hole. `rods` are in the string, `bit_m` is where the bit is, both from the surface down."""
+    """One hole. `rods` are in the string, `bit_m` is where the bit is, both from the surface
+    down.
+    """
 
     def __init__(self, task: DrillHole, loads: Any, seed: int, numbers: Machine) -> None:
         self.task, self.loads = task, loads
@@ -130,7 +135,9 @@ class DrillCycle:
         )
 
     def _weigh(self) -> None:
-        """Where the string's mass is: what stands out of the hole is in the mast, with the rod in hand."""
+        """Where the string's mass is: what stands out of the hole is in the mast, with the rod in
+        hand.
+        """
         task = self.task
         out_m = min(
             max(self.rods * task.rod_length_m - self.bit_m, 0.0), self.rods * task.rod_length_m
@@ -147,7 +154,7 @@ class DrillCycle:
         self._force += min(max(wanted_n - self._force, -step), step)
         return self._force
 
-    # ---- the phases, each for one tick ---------------------------------------------------------------------
+    # ---- the phases, each for one tick -----------------------------------------------------------
 
     def _position(self, dt: float) -> None:
         touching = self._since > 0.5 * self.task.position_s
@@ -188,7 +195,9 @@ class DrillCycle:
         return self.task.feed_n if self.feed_n is None else self.feed_n
 
     def best_feed_n(self, depth_m: float) -> float:
-        """Feed with which the rock at a depth (m) is drilled fastest, N; in a void that of medium rock."""
+        """Feed with which the rock at a depth (m) is drilled fastest, N; in a void that of medium
+        rock.
+        """
         kind, _ = self.strata.at(depth_m)
         drill, rocks = self._numbers.drill, self._numbers.rock
         if kind == VOID:
@@ -198,7 +207,9 @@ class DrillCycle:
         return best_feed(drill.best_feed_n, ratio, drill.feed_exponent)
 
     def _turn_free(self, dt: float) -> None:
-        """A jammed bit: the feed lets go, the string is drawn back a little and turned until it runs freely."""
+        """A jammed bit: the feed lets go, the string is drawn back a little and turned until it
+        runs freely.
+        """
         self._push(self._towards(0.0, self.task.feed_n, dt), self.task.torque_nm)
         self.ordered["torque"] = self.task.torque_nm
         if self._since >= self.task.jam_free_s:
@@ -275,7 +286,9 @@ class DrillCycle:
             self._begin("extract")
 
     def _handle(self, dt: float) -> float:
-        """A rod is changed: the feed lets go, the joint is screwed at the end or broken at the start; share of it."""
+        """A rod is changed: the feed lets go, the joint is screwed at the end or broken at the
+        start; share of it.
+        """
         share = (self._since + dt) / self.task.rod_change_s
         self._push(self._towards(0.0, self.task.feed_n, dt), 0.0)
         screws = share > GIVE if self.phase == "add_rod" else share < TAKE
@@ -331,7 +344,9 @@ class DrillCycle:
             self._begin("done")
 
     def _push(self, force_n: float, torque_nm: float) -> None:
-        """Feed (+) or pull (-) and torque of this tick; but for drilling, the controls ordered just that."""
+        """Feed (+) or pull (-) and torque of this tick; but for drilling, the controls ordered just
+        that.
+        """
         self.loads["feed"], self.loads["pull"] = max(force_n, 0.0), max(-force_n, 0.0)
         self.loads["torque"] = torque_nm
         if self.phase not in ("collar", "drill"):

@@ -1,4 +1,6 @@
-"""The drill's programs: what the drill does to the body over time, as the loads of laws/drill.py."""
+"""The drill's programs: what the drill does to the body over time, as the loads of
+laws/drill.py.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ class Drilling(Protocol):
     loads: Any
     phase: str
     store_change_kg: float
-    """Mass to be put on the rod store (negative: taken off it); whoever does so sets it back to 0."""
+    """Mass to be put on the rod store (negative: taken off it); whoever does so sets it back to
+    0.
+    """
     ordered: Any
     """What the drill's controls ask for: one Ordered."""
     most_n: float
@@ -46,11 +50,15 @@ class Drilling(Protocol):
 
     @property
     def stored_kg(self) -> float:
-        """What the store has gained since the start (negative: lost), as the drill's controls count the rods, kg."""
+        """What the store has gained since the start (negative: lost), as the drill's controls count
+        the rods, kg.
+        """
         ...
 
     def update(self, t: float, dt: float) -> list[Happened]:
-        """Set the loads that hold from t to t + dt (s); returns what has happened, without its time."""
+        """Set the loads that hold from t to t + dt (s); returns what has happened, without its
+        time.
+        """
         ...
 
     def summary(self) -> dict[str, Any]:
@@ -139,7 +147,9 @@ class DrillProgram:
 
 
 def drill_known(drill: Drilling, known: Any) -> Any:
-    """What the drill's controls know of it now, into `known` (a DrillKnown, or a row that has its fields)."""
+    """What the drill's controls know of it now, into `known` (a DrillKnown, or a row that has its
+    fields).
+    """
     known["ordered_thrust"], known["ordered_torque"] = (
         drill.ordered["thrust"],
         -drill.ordered["torque"],

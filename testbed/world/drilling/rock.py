@@ -20,6 +20,8 @@ def rock_texture(size: int = 256, seed: int = 7) -> NDArray[np.uint8]:
 
 
 def under_sky(picture: NDArray[np.uint8], nothing: NDArray[np.bool_]) -> None:
-    """Put a sky into a picture (height, width, 3), in place, where `nothing` (height, width) was drawn."""
+    """Put a sky into a picture (height, width, 3), in place, where `nothing` (height, width) was
+    drawn.
+    """
     sky = np.linspace([176.0, 203.0, 230.0], [232.0, 238.0, 243.0], len(picture)).astype(np.uint8)
     picture[nothing] = np.broadcast_to(sky[:, None, :], picture.shape)[nothing]

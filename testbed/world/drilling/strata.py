@@ -15,7 +15,9 @@ SOLID = ("hard", "medium", "soft", "fractured")
 
 @dataclass(frozen=True)
 class Strata:
-    """Layers from the surface down: `bottoms_m` grow, `kinds` name the layer above each; the last one has no end."""
+    """Layers from the surface down: `bottoms_m` grow, `kinds` name the layer above each; the last
+    one has no end.
+    """
 
     bottoms_m: tuple[float, ...]
     kinds: tuple[str, ...]
@@ -27,7 +29,9 @@ class Strata:
         return self.strengths[self._layer(depth_m)]
 
     def at(self, depth_m: float) -> tuple[str, float]:
-        """Kind of the layer at a depth and the depth of its bottom, m; a bottom belongs to the layer under it."""
+        """Kind of the layer at a depth and the depth of its bottom, m; a bottom belongs to the
+        layer under it.
+        """
         k = self._layer(depth_m)
         return self.kinds[k], self.bottoms_m[k]
 
@@ -38,9 +42,11 @@ class Strata:
 def strata_of(
     rock: Rock, depth_m: float, rng: np.random.Generator, strength_rng: np.random.Generator
 ) -> Strata:
-    """The given layers, and below them drawn ones down to `depth_m` and on; two voids never meet, the first is solid.
+    """The given layers, and below them drawn ones down to `depth_m` and on; two voids never meet,
+    the first is solid.
 
-    Thicknesses are exponentially distributed about their mean, but for a least one of a tenth of it. Strengths have a
+    Thicknesses are exponentially distributed about their mean, but for a least one of a tenth of
+    it. Strengths have a
     random stream of their own: without spread, and with any, the layers are the same.
     """
     bottoms: list[float] = []
@@ -65,7 +71,8 @@ def sticking_places(
 ) -> list[tuple[float, float]]:
     """(depth of the bit m, holding force N) where the string sticks on its way out, deepest first.
 
-    As given, and for each rod with the rock's probability one more, held by two to four times the feed.
+    As given, and for each rod with the rock's probability one more, held by two to four times the
+    feed.
     """
     places = [(s.depth_m, s.hold_n) for s in rock.stuck]
     for k in range(int(np.ceil(depth_m / rod_length_m))):

@@ -1,7 +1,9 @@
-"""What each foot stands on: patches of other ground, loose ground that settles, the surface's direction.
+"""What each foot stands on: patches of other ground, loose ground that settles, the surface's
+direction.
 
-A foot takes on the stiffness of the place where it comes down and keeps it until it is lifted: a loaded foot that
-slides onto firmer ground would otherwise stand deep inside it. Friction follows the foot. Settlement belongs to a
+A foot takes on the stiffness of the place where it comes down and keeps it until it is lifted: a
+loaded foot that slides onto firmer ground would otherwise stand deep inside it. Friction follows
+the foot. Settlement belongs to a
 footprint: it stays while the foot stands, and is there again if the foot comes back to it.
 """
 
@@ -25,7 +27,9 @@ FOOTPRINT_M = 0.15
 """A foot that came this far in the air finds fresh ground: the foot plate's radius."""
 AIR_N = 1.0
 SELDOM = 5
-"""While all feet stand, their places are looked up at every fifth tick: friction follows a sliding foot by 50 ms."""
+"""While all feet stand, their places are looked up at every fifth tick: friction follows a sliding
+foot by 50 ms.
+"""
 MOVED_M = 2.0e-6
 """The engine's ground is moved when settlement has changed by this much."""
 
@@ -41,7 +45,8 @@ class Place:
 
 
 class Footing:
-    """Per-foot ground, brought up to date at every control tick. `feet` (4, 3): undersides at the start, world, m.
+    """Per-foot ground, brought up to date at every control tick. `feet` (4, 3): undersides at the
+    start, world, m.
 
     `hidden`: what nobody declares of the ground under each foot, wherever it stands.
     """
@@ -129,7 +134,8 @@ class Footing:
     ) -> None:
         """At the end of a tick: loads along the normal (4), N; writes normals (4, 3), world frame.
 
-        Feet (4, 3), m, are asked for where one is in the air, otherwise at every SELDOM-th tick if it matters.
+        Feet (4, 3), m, are asked for where one is in the air, otherwise at every SELDOM-th tick if
+        it matters.
         """
         loads = load_n.tolist()
         self._ticks += 1
@@ -173,7 +179,9 @@ class Footing:
     def _settle(
         self, leg: int, foot: Array | None, height_m: float, load_n: float, dt: float
     ) -> None:
-        """Under load the ground goes down; a foot that is set down elsewhere finds it where it was."""
+        """Under load the ground goes down; a foot that is set down elsewhere finds it where it
+        was.
+        """
         now = self._depth[leg]
         if load_n > AIR_N:
             if foot is not None:

@@ -27,7 +27,9 @@ BOX_M = 0.6
 
 @dataclass(frozen=True)
 class Ground:
-    """What the feet stand on: a plane, heights on a grid (rows along x, columns along y), a profile along x (n, 2)."""
+    """What the feet stand on: a plane, heights on a grid (rows along x, columns along y), a profile
+    along x (n, 2).
+    """
 
     kind: str
     slope_rad: float
@@ -55,7 +57,8 @@ class Ground:
         return self.heights_m is None and self.profile_m is None
 
     def surface(self, points_m: Array) -> tuple[Array, Array]:
-        """Heights (n), m, and unit normals (n, 3) in the world at points (n, 2) of the slope's frame.
+        """Heights (n), m, and unit normals (n, 3) in the world at points (n, 2) of the slope's
+        frame.
 
         On a grid both are bilinear; at the foot of a step the height is the upper one's.
         """
@@ -69,7 +72,8 @@ class Ground:
         return heights, normals @ self.rotation_slope_to_world.T
 
     def boxes(self) -> tuple[list[list[float]], list[list[float]], list[list[float]]]:
-        """Half edges, centres and quaternions xyzw of boxes whose tops are a profile's straight pieces.
+        """Half edges, centres and quaternions xyzw of boxes whose tops are a profile's straight
+        pieces.
 
         Slope frame; the profile is carried on at its ends, parallel to the slope.
         """
@@ -88,9 +92,11 @@ class Ground:
         return sizes, places, turns
 
     def engine_pose(self, sunk_m: float = 0.0) -> tuple[list[float], list[float]]:
-        """Position and quaternion xyzw of the engine's ground body, `sunk_m` below its place along the normal.
+        """Position and quaternion xyzw of the engine's ground body, `sunk_m` below its place along
+        the normal.
 
-        The engine centres a height field between its lowest and highest point; a box's top must lie on the plane.
+        The engine centres a height field between its lowest and highest point; a box's top must lie
+        on the plane.
         """
         half = self.slope_rad / 2
         rotation = [0.0, -math.sin(half), 0.0, math.cos(half)]
@@ -140,7 +146,9 @@ def anchors_in_world(ropes: Ropes, rotation_slope_to_world: Array) -> Array:
 def rough_surface(
     rows: int, columns: int, cell_m: float, sigma_m: float, seed: int, hurst: float = 0.8
 ) -> Array:
-    """Random rock (rows, columns), m: spectrum falling as k^-(2 hurst + 2) in power between 4 m and 0.3 m waves."""
+    """Random rock (rows, columns), m: spectrum falling as k^-(2 hurst + 2) in power between 4 m and
+    0.3 m waves.
+    """
     if sigma_m == 0.0:
         return np.zeros((rows, columns))
     rng = np.random.default_rng(seed)
@@ -154,7 +162,9 @@ def rough_surface(
 
 
 def _bilinear(heights: Array, cell_m: float, points: Array) -> tuple[Array, Array, Array]:
-    """Height and its negative derivatives along x and y at points (n, 2), the grid's middle at the origin."""
+    """Height and its negative derivatives along x and y at points (n, 2), the grid's middle at the
+    origin.
+    """
     place = points / cell_m + (np.array(heights.shape) - 1) / 2.0
     first = np.clip(np.floor(place).astype(int), 0, np.array(heights.shape) - 2)
     u, v = np.clip(place - first, 0.0, 1.0).T

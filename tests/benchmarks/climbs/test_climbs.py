@@ -1,4 +1,6 @@
-"""The climbs' bookkeeping: what counts as good, what is run again, and a climb of a hand's breadth."""
+"""The climbs' bookkeeping: what counts as good, what is run again, and a climb of a hand's
+breadth.
+"""
 
 from __future__ import annotations
 

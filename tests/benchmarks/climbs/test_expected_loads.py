@@ -42,7 +42,9 @@ def test_the_twist_has_no_sum_and_no_moment_and_the_combinations_are_all_the_res
 
 
 def test_a_foot_that_reaches_lower_under_load_carries_what_the_ground_gives_for_it() -> None:
-    """Rigid joints, ground of 1e8 N/m: a foot 0.04 mm lower than the plane of the others is a internal of a quarter."""
+    """Rigid joints, ground of 1e8 N/m: a foot 0.04 mm lower than the plane of the others is a
+    internal of a quarter.
+    """
     expected = ExpectedLoads(shipped_model(), MACHINE)
     even = loads_of_measured_posture(expected, STANCE, LEVEL, heights_under_load(expected, STANCE))
     lower = STANCE.copy()

@@ -1,4 +1,6 @@
-"""The contact-loss benchmark counts what is there, by the load of the foot; its floor is one; its JSON is complete."""
+"""The contact-loss benchmark counts what is there, by the load of the foot; its floor is one; its
+JSON is complete.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,9 @@ def test_time_in_contact_is_classed_by_the_lowest_load_within_half_a_second() ->
 
 
 def test_one_pass_counts_at_every_threshold() -> None:
-    """Alarms: one 2 s early (false), one 10 ms late; back 50 ms after the touchdown, and 20 ms of dwell."""
+    """Alarms: one 2 s early (false), one 10 ms late; back 50 ms after the touchdown, and 20 ms of
+    dwell.
+    """
     off = _reference(_normal((3, 5000, 5000), (0.3, 0, 0), (2, 5000, 5000)))
     score = np.zeros((len(off.time_s), 4))
     score[1000:1010, 0], score[3010:3350, 0], score[3100, 0] = 1.0, 2.0, 3.0

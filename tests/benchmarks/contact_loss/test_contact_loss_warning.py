@@ -1,4 +1,6 @@
-"""A warning is right only if its foot is lost within two seconds; every other case counts as it must."""
+"""A warning is right only if its foot is lost within two seconds; every other case counts as it
+must.
+"""
 
 from __future__ import annotations
 
@@ -89,7 +91,9 @@ def test_a_slow_fall_is_warned_of_in_time_and_one_that_the_foot_across_ends_is_n
 
 
 def _thrust(*parts: tuple[float, float, float], rising_until_s: float) -> np.ndarray:
-    """A plan (m, 2) of 5 ms that goes through (seconds, from N, to N), known to rise until a time."""
+    """A plan (m, 2) of 5 ms that goes through (seconds, from N, to N), known to rise until a
+    time.
+    """
     thrust = np.concatenate([np.linspace(a, b, round(s / STEP_S)) for s, a, b in parts])
     end = (np.arange(len(thrust)) + 1) * STEP_S
     rising = np.where(np.gradient(thrust) > 0.0, np.maximum(rising_until_s - end, 0.0), 0.0)
@@ -97,9 +101,11 @@ def _thrust(*parts: tuple[float, float, float], rising_until_s: float) -> np.nda
 
 
 def test_a_fall_by_the_thrust_ends_where_the_thrust_stops_rising() -> None:
-    """5 kN at 3 kN/s while the thrust rises by 12 kN/s: it ends 1.4 s after it began, at 800 N. So it is planned.
+    """5 kN at 3 kN/s while the thrust rises by 12 kN/s: it ends 1.4 s after it began, at 800 N. So
+    it is planned.
 
-    One who does not know that foresees 300 N at 1100 N; nor does a thrust of 1 kN/s explain such a fall.
+    One who does not know that foresees 300 N at 1100 N; nor does a thrust of 1 kN/s explain such a
+    fall.
     """
     normal = _kept(_loads((5, 5000, 5000), (1.4, 5000, 800), (3, 800, 800)))
     strong = _thrust((5, 0, 0), (1.4, 0, 16800), (3, 16800, 16800), rising_until_s=6.4)

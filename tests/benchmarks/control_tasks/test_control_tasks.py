@@ -1,4 +1,6 @@
-"""The control benchmark on made-up answers, its search on a known hill, its agents on made-up readings."""
+"""The control benchmark on made-up answers, its search on a known hill, its agents on made-up
+readings.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ def _hole(rate: float, feed: float, load_n: float = 5000.0) -> np.ndarray:
 def test_the_adaptive_agent_finds_the_best_feed_of_rock_that_it_does_not_know(
     energy: float,
 ) -> None:
-    """Ten decisions on rock of one strength: the feed comes within 10 % of the best rate there is."""
+    """Ten decisions on rock of one strength: the feed comes within 10 % of the best rate there
+    is.
+    """
     agent, feed = Adaptive(DRILL, share=0.8, most=0.9), FEED_N
     best = best_feed(DRILL.best_feed_n, energy, DRILL.feed_exponent)
     for _ in range(10):
@@ -50,7 +54,9 @@ def test_the_adaptive_agent_finds_the_best_feed_of_rock_that_it_does_not_know(
 
 
 def test_the_adaptive_agent_presses_less_where_the_stance_hardly_carries() -> None:
-    """Reserve 7 kN: a stance that is even but nearly lost (400 N a foot) bears less thrust than one of 5 kN a foot."""
+    """Reserve 7 kN: a stance that is even but nearly lost (400 N a foot) bears less thrust than one
+    of 5 kN a foot.
+    """
     drill, feeds = Drill(3.4e-3, 5.5e3, 0.35, 1.5, 2.0, 7.0e3), {}
     for load in (5000.0, 400.0):
         agent = Adaptive(drill, share=0.7, most=0.7)
@@ -68,7 +74,9 @@ def test_a_fixed_feed_is_held_to_its_share_of_the_reserve() -> None:
 
 
 def test_the_rule_hauls_the_rope_that_is_left_for_both() -> None:
-    """Loads of 28 kN on 45 degrees: 28 kN are wanted of the right rope, which has 13; the left may have slipped only."""
+    """Loads of 28 kN on 45 degrees: 28 kN are wanted of the right rope, which has 13; the left may
+    have slipped only.
+    """
     loads = {f"estimate_own_{leg}": 7000.0 for leg in ("fl", "fr", "rl", "rr")}
     still = {"rope_tension_left": 1.3e4, "rope_tension_right": 1.3e4, "attitude_pitch": -np.pi / 4}
     whole = {f"control.pull_change_{side}": 0.0 for side in ("left", "right")}
@@ -85,7 +93,9 @@ def test_the_rule_hauls_the_rope_that_is_left_for_both() -> None:
 def test_the_secure_pull_asks_no_more_of_friction_before_a_loss_than_after_it(
     slope_deg: float,
 ) -> None:
-    """Of friction without end 4/3 of the slope's pull: a third too much before, a third too little after a rope parts."""
+    """Of friction without end 4/3 of the slope's pull: a third too much before, a third too little
+    after a rope parts.
+    """
     slope = float(np.tan(np.radians(slope_deg)))
     assert secure_share(slope, 10.0) == pytest.approx(4.0 / 3.0)
     held = secure_share(slope, 0.3)
@@ -115,7 +125,9 @@ def test_the_search_climbs_a_hill_and_never_forgets_its_best() -> None:
 
 
 def test_headroom_and_what_is_closed_of_it_by_hand() -> None:
-    """Rule 2, oracle 4 (and 3 where an entrant did better): means 2 and 3.5, headroom 75 %; 3 closes two thirds."""
+    """Rule 2, oracle 4 (and 3 where an entrant did better): means 2 and 3.5, headroom 75 %; 3
+    closes two thirds.
+    """
     scores = {"hauling rule": (2.0, 2.0), "other": (3.0, 3.0), ORACLE: (4.0, 2.5)}
     answers = [
         {"task": "keep", "entrant": name, "seed": k, "score": value, "verdict": "stood"}

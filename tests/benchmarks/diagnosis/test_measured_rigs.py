@@ -1,4 +1,6 @@
-"""Identification on really measured data, where it is at hand, and its marks on a drive whose numbers are known."""
+"""Identification on really measured data, where it is at hand, and its marks on a drive whose
+numbers are known.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +25,18 @@ from testbed.recording.leg_model import Friction, LegModel
 
 DATA = os.environ.get("TESTBED_DATA")
 NEVER_WORSE = 1.02
-"""What a diagnosis leaves may err by this much more than what identification alone gives, on any rig."""
+"""What a diagnosis leaves may err by this much more than what identification alone gives, on any
+rig.
+"""
 FRICTION = Friction(
     viscous_plus_n_s_m=160.0, coulomb_plus_n=21.0, viscous_minus_n_s_m=230.0, coulomb_minus_n=20.0
 )
 
 
 def drive(folder: Path) -> Path:
-    """A drive's recording that follows its model to rounding: 95 kg, friction as above, 8 s of a sine."""
+    """A drive's recording that follows its model to rounding: 95 kg, friction as above, 8 s of a
+    sine.
+    """
     t = np.arange(8000) * 1e-3
     x, v, a = (
         f * g

@@ -71,7 +71,9 @@ def test_regret_is_friction_use_over_the_oracles() -> None:
 
 
 def test_savings_are_case_by_case_against_the_quadratic_program_with_an_interval() -> None:
-    """Half the friction in every case saves 50 %, whatever the cases; the base itself has no row."""
+    """Half the friction in every case saves 50 %, whatever the cases; the base itself has no
+    row.
+    """
 
     def outcome(name: str, use: float) -> Outcome:
         return Outcome(name, use, 1000.0, 0, 0.001, 0.0, 0.0, 0.0, 10, 0, 1e-4, "stood")

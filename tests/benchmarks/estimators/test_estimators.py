@@ -1,4 +1,6 @@
-"""The comparison of estimators: sums that add up to known marks, trials that differ as they say, one short run."""
+"""The comparison of estimators: sums that add up to known marks, trials that differ as they say,
+one short run.
+"""
 
 from __future__ import annotations
 

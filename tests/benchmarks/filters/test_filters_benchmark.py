@@ -1,4 +1,6 @@
-"""The own filter against its rivals: six scenes, no lock-out, bounded delay; rivals' steps by hand."""
+"""The own filter against its rivals: six scenes, no lock-out, bounded delay; rivals' steps by
+hand.
+"""
 
 import json
 import math
@@ -37,7 +39,8 @@ def test_saturated_filter_pulls_by_gain_times_its_limit():
 
 
 def test_huber_weight_grows_the_noise_beyond_c_sigmas():
-    # sqrt(S) = sqrt(10), r = 10 / 3.1623 = 3.1623, R -> 4 * 3.1623 = 12.649, K = 6 / 18.649 = 0.32173
+    # sqrt(S) = sqrt(10), r = 10 / 3.1623 = 3.1623, R -> 4 * 3.1623 = 12.649, K = 6 / 18.649 =
+    # 0.32173
     assert after_one_sample(huber, 10.0, corner=1.0)[0] == pytest.approx(3.2173, abs=1e-4)
 
 

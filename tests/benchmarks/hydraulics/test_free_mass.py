@@ -1,4 +1,6 @@
-"""Hydraulics and a mass that moves freely: no damper of the coupling's own, the oil column's frequency, Radau."""
+"""Hydraulics and a mass that moves freely: no damper of the coupling's own, the oil column's
+frequency, Radau.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ LOSSLESS = ("friction", "leakage", "hose")
 
 
 def _sealed(mass_kg: float, position_m: float) -> FreeRig:
-    """A leg with shut valves and nothing that takes energy, moving at 1 mm/s: 1 t rests on it, the frame hangs."""
+    """A leg with shut valves and nothing that takes energy, moving at 1 mm/s: 1 t rests on it, the
+    frame hangs.
+    """
     load = (mass_kg if mass_kg == QUARTER_KG else -mass_kg) * GRAVITY_M_S2
     rig = FreeRig.at_rest(mass_kg, load, position_m, LOSSLESS)
     rig.params["valve"]["locked"] = 1.0

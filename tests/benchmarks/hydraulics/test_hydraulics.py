@@ -1,4 +1,6 @@
-"""The twelve cylinders on one supply: exact, conserving, bounded, and what happens to numbers that cannot be."""
+"""The twelve cylinders on one supply: exact, conserving, bounded, and what happens to numbers that
+cannot be.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +70,7 @@ class Rig:
         return np.array(self.axes["force"])
 
 
-# ---- exact ---------------------------------------------------------------------------------------------------
+# ---- exact ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("number", [pytest.param(5, marks=pytest.mark.slow), 7, 8])
@@ -136,7 +138,7 @@ def test_steady_extension_meets_both_edges_orifice_laws() -> None:
     )
 
 
-# ---- conserving ----------------------------------------------------------------------------------------------
+# ---- conserving ----------------------------------------------------------------------------------
 
 
 def test_oil_and_energy_balance_at_work() -> None:
@@ -229,7 +231,7 @@ def test_axes_starve_each_other_on_one_supply() -> None:
     assert crowded < force - 5e3
 
 
-# ---- stable --------------------------------------------------------------------------------------------------
+# ---- stable --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2])
@@ -263,7 +265,7 @@ def test_nan_comes_out_where_it_went_in() -> None:
     assert np.isfinite(np.delete(forces, 4)).all()
 
 
-# ---- power unit ----------------------------------------------------------------------------------------------
+# ---- power unit ----------------------------------------------------------------------------------
 
 
 def test_accumulator_by_hand() -> None:
@@ -317,7 +319,7 @@ def test_mean_of_nodes_by_hand() -> None:
     assert mean_of_nodes(np.array([1.0, 2.0, 5.0])) == 2.5
 
 
-# ---- switches and refusals -----------------------------------------------------------------------------------
+# ---- switches and refusals -----------------------------------------------------------------------
 
 
 def test_every_named_part_has_a_switch_and_no_switch_is_unnamed() -> None:

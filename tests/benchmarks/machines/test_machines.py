@@ -1,4 +1,6 @@
-"""The benchmark of drawn machines: sums become marks, by task and belief; runs are kept as they were."""
+"""The benchmark of drawn machines: sums become marks, by task and belief; runs are kept as they
+were.
+"""
 
 from __future__ import annotations
 

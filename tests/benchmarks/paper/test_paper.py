@@ -1,4 +1,6 @@
-"""The paper's experiments: criteria judged as stated, JSON as promised, two figures run for real."""
+"""The paper's experiments: criteria judged as stated, JSON as promised, two figures run for
+real.
+"""
 
 from __future__ import annotations
 

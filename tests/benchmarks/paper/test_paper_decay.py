@@ -1,4 +1,6 @@
-"""Figure 5: leakage of shut edges to the tank, and nothing else, lets the one-chamber force decay."""
+"""Figure 5: leakage of shut edges to the tank, and nothing else, lets the one-chamber force
+decay.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The inferred circuit lies in the ranges searched, and figures 4, 6 and 9 hold together with it and not without."""
+"""The inferred circuit lies in the ranges searched, and figures 4, 6 and 9 hold together with it
+and not without.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Stick-slip behind a valve: the condition says where it can be, the simulation where it is; the machine's sets."""
+"""Stick-slip behind a valve: the condition says where it can be, the simulation where it is; the
+machine's sets.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The reference leg against closed forms: trapped oil, leakage, a valve's speed, friction at constant speed."""
+"""The reference leg against closed forms: trapped oil, leakage, a valve's speed, friction at
+constant speed.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +53,9 @@ def columns(seconds: float, opening: float = 0.0, start_m: float = MIDDLE_M, **m
 
 
 def test_a_mass_on_trapped_oil_swings_as_the_oils_stiffness_says() -> None:
-    """A spring that is suddenly there: x = x0 + d (1 - cos w t), w^2 = (oil + spring) / mass, d = F / (oil + spring)."""
+    """A spring that is suddenly there: x = x0 + d (1 - cos w t), w^2 = (oil + spring) / mass, d = F
+    / (oil + spring).
+    """
     spring, force = 1.0e5, 2000.0
     found = columns(0.2, spring=spring, spring_rest=MIDDLE_M + force / spring)
     oil = 2.0 * BETA_PA * AREA_M2**2 / (1.0e-4 + AREA_M2 * MIDDLE_M)

@@ -53,7 +53,9 @@ def test_a_weight_above_the_middle_is_borne_in_quarters() -> None:
 
 
 def test_three_feet_bear_by_their_levers_whatever_they_are_made_of() -> None:
-    """Statically determinate: the loads are the barycentric coordinates of where the weight acts."""
+    """Statically determinate: the loads are the barycentric coordinates of where the weight
+    acts.
+    """
     share = np.array([0.5, 0.3, 0.2])
     at = share @ RECTANGLE[:3]
     moment = np.cross(at, [0.0, 0.0, -WEIGHT_N])

@@ -1,4 +1,6 @@
-"""One elastic foot: sticks as a spring, slides at its bound, never pulls, and knows its own slope."""
+"""One elastic foot: sticks as a spring, slides at its bound, never pulls, and knows its own
+slope.
+"""
 
 from __future__ import annotations
 

@@ -1,9 +1,11 @@
-"""Where feet and body go in a cycle of the crawl: within the joints' ranges, with the largest margin against a push.
+"""Where feet and body go in a cycle of the crawl: within the joints' ranges, with the largest
+margin against a push.
 
-Everything is reckoned in the path frame: parallel to the slope, where the body frame stood at the start. A foot is put
-down half a step ahead of its home (its place under the body at the start) and lifted half a step behind it. Before
-legs swing, the body moves to the side of the others: as far as the wrench margin of the three remaining feet, ropes and
-friction counted, wants it, and as the ranges of all four legs allow.
+Everything is reckoned in the path frame: parallel to the slope, where the body frame stood at the
+start. A foot is put down half a step ahead of its home (its place under the body at the start) and
+lifted half a step behind it. Before legs swing, the body moves to the side of the others: as far as
+the wrench margin of the three remaining feet, ropes and friction counted, wants it, and as the
+ranges of all four legs allow.
 """
 
 from __future__ import annotations
@@ -43,7 +45,9 @@ class Swings:
     footholds: list[tuple[int, Array]]
     """Each leg with its next place (3)."""
     further: Array
-    """(3) how far the middle goes next, with the shift to the other side, which all legs must reach as well."""
+    """(3) how far the middle goes next, with the shift to the other side, which all legs must reach
+    as well.
+    """
     tensions: Array
     """(2) N."""
     ropes: Array
@@ -92,7 +96,9 @@ class Footholds:
     def margin_n(
         self, feet: Array, body: Array, standing: list[int], tensions: Array, ropes: Array
     ) -> float:
-        """Wrench margin, N, of the legs `standing` with the body at `body` (3): tensions (2) N along ropes (2, 3)."""
+        """Wrench margin, N, of the legs `standing` with the body at `body` (3): tensions (2) N
+        along ropes (2, 3).
+        """
         joints = self.joints(feet, body)
         load = external_wrench(self._model, joints, self._gravity, None, None, None)
         pulls = np.array(
@@ -109,10 +115,11 @@ class Footholds:
         )
 
     def body_goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
-        """Body position (3) from which the legs can swing one after the other, with the body at `middle` (3) unshifted.
+        """Body position (3) from which the legs can swing one after the other, with the body at
+        `middle` (3) unshifted.
 
-        Returns the position and its margin, N: the smallest shift whose margin is as wanted, else the largest margin.
-        Raises InputError where no shift keeps all legs within their ranges.
+        Returns the position and its margin, N: the smallest shift whose margin is as wanted, else
+        the largest margin. Raises InputError where no shift keeps all legs within their ranges.
         """
         best: tuple[Array, float] | None = None
         for sway in self._sways_m:

@@ -1,9 +1,11 @@
-"""Walking: shift the body, swing a leg, seek the ground by the force estimate, let the foot carry, and again.
+"""Walking: shift the body, swing a leg, seek the ground by the force estimate, let the foot carry,
+and again.
 
-Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at the start. What comes
-next is planned in walk_plan.py, where feet and body may go in footholds.py, how fast in pace.py, how a leg swings in
-swing.py, how its foot finds the ground in ground_search.py, how standing feet keep the body level in levelling.py, what
-the ropes do in rope_hold.py; this file is the order of events.
+Feet and body are reckoned in the path frame: parallel to the slope, where the body frame stood at
+the start. What comes next is planned in walk_plan.py, where feet and body may go in footholds.py,
+how fast in pace.py, how a leg swings in swing.py, how its foot finds the ground in
+ground_search.py, how standing feet keep the body level in levelling.py, what the ropes do in
+rope_hold.py; this file is the order of events.
 """
 
 from __future__ import annotations
@@ -32,17 +34,25 @@ from testbed.scenario.tasks import Crawl
 
 Array = NDArray[np.float64]
 UNLOAD_M_S = 0.005
-"""Before it swings, a foot is raised at this speed: one that is torn off makes the one across from it jump (E)."""
+"""Before it swings, a foot is raised at this speed: one that is torn off makes the one across from
+it jump (E).
+"""
 UNLOADED_SHARE = 0.3
-"""A foot is off the ground when it carries less than this share of the load that would tell its touch (E)."""
+"""A foot is off the ground when it carries less than this share of the load that would tell its
+touch (E).
+"""
 SEATED_SHARE = 0.8
-"""A seated foot carries this share of the load that told its touch; one that does not has met nothing (E)."""
+"""A seated foot carries this share of the load that told its touch; one that does not has met
+nothing (E).
+"""
 SEARCHES = 3
 """A foot that has met nothing searches on, so many times in all (E)."""
 LAST_SEAT = 4.0
 """The last time a foot is seated for up to so many times the usual (E)."""
 EARLY_TOUCH_SHARE = 0.6
-"""From this share of a swing on the foot may meet ground; before, its load in the air is learnt (E)."""
+"""From this share of a swing on the foot may meet ground; before, its load in the air is learnt
+(E).
+"""
 SUPPLY_LOW_SHARE = 5.5 / 9.0
 """The body stands still below this share of the pressure at which the supply stands ready (E)."""
 SUPPLY_FULL_SHARE = 7.0 / 9.0
@@ -111,7 +121,9 @@ class CrawlGait:
         return self._phase is None and not swinging
 
     def end_walk(self) -> int:
-        """Make no more swings than are begun, then bring the body over its feet; returns how many are left."""
+        """Make no more swings than are begun, then bring the body over its feet; returns how many
+        are left.
+        """
         begun = sum(phase.doing is Doing.SEAT for phase in self._queue)
         if self._phase is not None and self._phase.doing is Doing.SEAT:
             begun += 1
@@ -132,8 +144,8 @@ class CrawlGait:
         return self._phase is None and not self._queue
 
     def choose(self, stride: Stride, haste: float) -> None:
-        """Let the next group of swings be `stride`, made with `haste` (see Pace). One that is out of reach is not made:
-        the group is then that of the task.
+        """Let the next group of swings be `stride`, made with `haste` (see Pace). One that is out
+        of reach is not made: the group is then that of the task.
         """
         self._wanted = stride
         self._pace.haste = haste
@@ -164,7 +176,9 @@ class CrawlGait:
     def _go(
         self, dt: float, measured: Measured, stance: NDArray[np.bool_], levelling: Levelling
     ) -> None:
-        """Go on by dt s: begin the next phase where one is over, move body and foot, take swinging legs off `stance`."""
+        """Go on by dt s: begin the next phase where one is over, move body and foot, take swinging
+        legs off `stance`.
+        """
         phase = self._phase
         if phase is None:
             phase = self._phase = self._next_phase()
@@ -225,7 +239,9 @@ class CrawlGait:
         return share >= 1.0
 
     def _seated(self, phase: Phase, share: float, load_n: float) -> bool:
-        """True where a seat is over: the foot carries, or is to search on, or has been given time enough."""
+        """True where a seat is over: the foot carries, or is to search on, or has been given time
+        enough.
+        """
         if load_n < SEATED_SHARE * self._ground.touch_n:
             lowest = self._ground.lowest_m(phase.old_m)
             if phase.tries < SEARCHES and self._feet[phase.leg, 2] > lowest:
@@ -249,7 +265,8 @@ class CrawlGait:
             self._ground.begin(load_n)
         elif self._ground.met(load_n, 0.0, dt):
             return self._touch(leg, measured)
-        # The search takes over at its own speed: a foot that stopped and set off again would turn its friction over.
+        # The search takes over at its own speed: a foot that stopped and set off again would turn
+        # its friction over.
         height, old_m = float(self._feet[leg, 2]), float(phase.swing.end[2]) - self._ground.above_m
         slow = before - height < self._ground.speed_m_s(height, old_m) * dt
         return share >= 1.0 or (share > phase.swing.arrival and slow)
@@ -264,7 +281,9 @@ class CrawlGait:
         return False
 
     def _touch(self, leg: int, measured: Measured) -> bool:
-        """The foot stays where the encoders see it; what is left of this leg's swing is not needed any more."""
+        """The foot stays where the encoders see it; what is left of this leg's swing is not needed
+        any more.
+        """
         if self._queue and self._queue[0].leg == leg and self._queue[0].doing is Doing.SEARCH:
             self._queue.pop(0)
         seen = self._legs.feet(measured.position - self._footholds.nought)

@@ -1,11 +1,15 @@
-"""Seeking the ground with a foot: how fast, how deep, and when it has been met, by the force estimate alone."""
+"""Seeking the ground with a foot: how fast, how deep, and when it has been met, by the force
+estimate alone.
+"""
 
 from __future__ import annotations
 
 from testbed.machine.scale import ROBOCLIMBER, Scale
 
 TOUCH_SHARE = 0.12
-"""A foot has met the ground when its estimated load rises by this share of the robot's load on the slope (E)."""
+"""A foot has met the ground when its estimated load rises by this share of the robot's load on the
+slope (E).
+"""
 LEAST_TOUCH_N = 400.0
 """A smaller rise tells nothing (E)."""
 MOST_TOUCH_N = 1500.0
@@ -13,10 +17,13 @@ MOST_TOUCH_N = 1500.0
 SLOWEST_SEARCH_M_S = 0.010
 """Least speed at which the ground is sought (E)."""
 SEARCH_M_S = 0.06
-"""Speed at which the ground is sought on level ground; slower in proportion to what the feet carry: until the touch is
-known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts the feet beside it."""
+"""Speed at which the ground is sought on level ground; slower in proportion to what the feet carry:
+until the touch is known, the leg goes on into 10 MN/m of oil and ground, and too hard a touch lifts
+the feet beside it."""
 FAR_SEARCH_M_S = 0.08
-"""The same while the foot is still far above its old foothold, slower with the root of what the feet carry (E)."""
+"""The same while the foot is still far above its old foothold, slower with the root of what the
+feet carry (E).
+"""
 FAR_SHARE = 0.5
 """Far is further up than this share of the ground's steps: ground so high is rare (E)."""
 SEARCH_ABOVE_M = 0.010
@@ -26,11 +33,15 @@ SEARCH_BELOW_M = 0.06
 BASE_TIME_S = 0.15
 """Time constant with which the load of a foot in the air is learnt."""
 STEADY_S = 0.2
-"""Until a search has lasted so long, friction is still turning over in the leg and only a large rise counts."""
+"""Until a search has lasted so long, friction is still turning over in the leg and only a large
+rise counts.
+"""
 
 
 class GroundSearch:
-    """One foot's search at a time. Heights are of the path frame, m; `old_m` is that of the foot's last foothold."""
+    """One foot's search at a time. Heights are of the path frame, m; `old_m` is that of the foot's
+    last foothold.
+    """
 
     def __init__(
         self,
@@ -39,7 +50,9 @@ class GroundSearch:
         ground_steps_m: float,
         scale: Scale = ROBOCLIMBER,
     ) -> None:
-        """carried_n: all feet's load; lightness: its share of the weight; ground_steps_m: to be reckoned with."""
+        """carried_n: all feet's load; lightness: its share of the weight; ground_steps_m: to be
+        reckoned with.
+        """
         self._surely_n = scale.force * MOST_TOUCH_N
         least_n = scale.force * LEAST_TOUCH_N
         self.touch_n = min(max(TOUCH_SHARE * carried_n, least_n), self._surely_n)
@@ -65,7 +78,9 @@ class GroundSearch:
         self._base_n = load_n
 
     def met(self, load_n: float, since_s: float, dt: float) -> bool:
-        """Whether the load tells a touch, `since_s` after the search began; if not, it is learnt for dt seconds."""
+        """Whether the load tells a touch, `since_s` after the search began; if not, it is learnt
+        for dt seconds.
+        """
         rise = load_n - self._base_n
         if rise > (self.touch_n if since_s >= STEADY_S else self._surely_n):
             return True

@@ -1,4 +1,6 @@
-"""Small corrections of standing feet's heights and places: keep the body's attitude, share the load evenly."""
+"""Small corrections of standing feet's heights and places: keep the body's attitude, share the load
+evenly.
+"""
 
 from __future__ import annotations
 
@@ -25,10 +27,14 @@ SEAT_SPEED_M_S = 0.004
 
 
 class Levelling:
-    """Keeps the attitude (3: roll, pitch, yaw, rad) of the beginning. Feet (4, 3) and body (3): path frame."""
+    """Keeps the attitude (3: roll, pitch, yaw, rad) of the beginning. Feet (4, 3) and body (3):
+    path frame.
+    """
 
     def __init__(self, attitude_rad: Array, lightness: float, scale: Scale = ROBOCLIMBER) -> None:
-        """lightness: the feet's share of the weight; the less they carry, the less a difference of loads says."""
+        """lightness: the feet's share of the weight; the less they carry, the less a difference of
+        loads says.
+        """
         self._attitude = rotation_from_attitude(attitude_rad)
         self._ease = scale.speed / scale.force / float(np.sqrt(lightness))
         self._fastest_m_s = scale.speed * SEAT_SPEED_M_S
@@ -59,7 +65,9 @@ class Levelling:
         move_feet(feet, body, standing, self._turned, LEVEL_GAIN_1_S * dt, self._diagonal, lift)
 
     def _even_out_m(self, load_n: Array, seating: bool, dt: float) -> float:
-        """How far to move along the internal force that shifts load between the diagonals and changes nothing else."""
+        """How far to move along the internal force that shifts load between the diagonals and
+        changes nothing else.
+        """
         gain = (SEAT_GAIN_M_S_N if seating else EVEN_GAIN_M_S_N) * self._ease
         most = self._fastest_m_s
         return min(max(gain * float(self._diagonal @ load_n), -most), most) * dt
@@ -69,7 +77,9 @@ class Levelling:
 def move_feet(
     feet: Any, body: Any, standing: Any, turned: Any, share: float, diagonal: Any, lift_m: float
 ) -> None:
-    """Move standing feet (4, 3) by a share of what the body has turned by (3, 3), and along `diagonal` (4) by `lift_m`."""
+    """Move standing feet (4, 3) by a share of what the body has turned by (3, 3), and along
+    `diagonal` (4) by `lift_m`.
+    """
     roll, pitch, yaw = small_turn(turned)
     roll, pitch, yaw = share * roll, share * pitch, share * yaw
     for leg in range(feet.shape[0]):

@@ -1,8 +1,9 @@
 """How fast a machine could climb at best: bounds from its numbers, whatever the gait.
 
-Every metre of way takes oil: the traction devices haul it and go back for it, each leg's rotation or radial cylinder goes
-along with the body and back to its next foothold, each vertical cylinder goes up and down once a stride. With one leg in
-the air at a time a stride takes at least four swings. None of the bounds counts a wait, a search for the ground or a
+Every metre of way takes oil: the traction devices haul it and go back for it, each leg's rotation
+or radial cylinder goes along with the body and back to its next foothold, each vertical cylinder
+goes up and down once a stride. With one leg in the air at a time a stride takes at least four
+swings. None of the bounds counts a wait, a search for the ground or a
 ramp: no gait of this machine is faster than the lowest of them.
 """
 
@@ -39,7 +40,9 @@ class Limits:
 def speed_limits(
     machine: Machine, stride_m: float, lift_m: float, slope_deg: float, mass_kg: float
 ) -> Limits:
-    """Bounds of a machine of `mass_kg` that climbs straight up with strides of `stride_m`, feet lifted by `lift_m`."""
+    """Bounds of a machine of `mass_kg` that climbs straight up with strides of `stride_m`, feet
+    lifted by `lift_m`.
+    """
     unit, traction = machine.power_unit, machine.traction
     across, lift = _travel(machine)
     hauling = 2.0 * (traction.piston_area_m2 + traction.annulus_area_m2)
@@ -65,7 +68,9 @@ class _Travel:
 
 
 def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
-    """Of a way up the slope (rotation and radial joint together), and of one away from it (vertical joint)."""
+    """Of a way up the slope (rotation and radial joint together), and of one away from it (vertical
+    joint).
+    """
     rotation, radial, vertical = list(machine.axes.values())[:3]
     legs = machine.legs
     reach_m = legs.radial_offset_m + 0.5 * (
@@ -81,7 +86,9 @@ def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
 
 
 def _hauled_m_s(machine: Machine) -> float:
-    """Mean speed of a traction device that hauls without a pause, its ways back and clamps counted, m/s."""
+    """Mean speed of a traction device that hauls without a pause, its ways back and clamps counted,
+    m/s.
+    """
     traction = machine.traction
     stroke = traction.stroke_m - RESERVE_M
     back = stroke / traction.return_speed_m_s + 2.0 * traction.clamp_s

@@ -1,7 +1,7 @@
 """How fast set points may move: what valves, pump and traction devices can do on a planned way.
 
-A way is sampled, and its duration is the shortest at which no joint, no rope and not the pump is asked for more than
-its limit. Progress along it is a trapezoid of speed: rest, ramp, cruise, ramp.
+A way is sampled, and its duration is the shortest at which no joint, no rope and not the pump is
+asked for more than its limit. Progress along it is a trapezoid of speed: rest, ramp, cruise, ramp.
 """
 
 from __future__ import annotations
@@ -18,16 +18,20 @@ RAMP = 0.12
 PEAK = 1.0 / (1.0 - RAMP)
 """Highest speed relative to the mean."""
 SWING_RAMP = 0.2
-"""The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot across from it."""
+"""The same share for each part of a swing: a leg that sets off or stops too hard lifts the foot
+across from it.
+"""
 LOADED_SHARE = 0.7
-"""Share of a valve's flow at its rated drop that set points of a leg in stance may ask for (E): the rest is the loops'
-reserve."""
+"""Share of a valve's flow at its rated drop that set points of a leg in stance may ask for (E): the
+rest is the loops' reserve."""
 FREE_SHARE = 0.95
 """The same for a leg in the air (E)."""
 PUMP_SHARE = 0.7
 """Share of the pump's full flow that set points may ask for (E)."""
 TRACTION_SHARE = 0.9
-"""Share of a traction device's speed that the body's motion may ask for (E): the rest is for the tension's sake."""
+"""Share of a traction device's speed that the body's motion may ask for (E): the rest is for the
+tension's sake.
+"""
 
 
 class Pace:
@@ -43,11 +47,13 @@ class Pace:
         self._traction_area = machine.traction.piston_area_m2
         self._traction_m_s = TRACTION_SHARE * machine.traction.speed_max_m_s
         self.haste = 1.0
-        """So many times the usual share of pump and valves may be asked for, 1.4 times all of them; of a traction device
-        no more than its speed."""
+        """So many times the usual share of pump and valves may be asked for, 1.4 times all of them;
+        of a traction device no more than its speed."""
 
     def shift_s(self, joints: Array, ropes_m: Array) -> float:
-        """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n, 2) to be kept, m."""
+        """Least duration of a shift of the body, sampled evenly: joints (n, 12), rope lengths (n,
+        2) to be kept, m.
+        """
         return PEAK * self._needed_s(joints, ropes_m, LOADED_SHARE)
 
     def swing_s(self, joints: Array) -> float:
@@ -79,7 +85,9 @@ class Pace:
 
 
 def progress(share: float, ramp: float = RAMP) -> float:
-    """Share of the way covered at a share of its time: a trapezoid of speed with ramps of `ramp`."""
+    """Share of the way covered at a share of its time: a trapezoid of speed with ramps of
+    `ramp`.
+    """
     t, peak = min(max(share, 0.0), 1.0), 1.0 / (1.0 - ramp)
     if t < ramp:
         return 0.5 * peak * t * t / ramp

@@ -1,4 +1,6 @@
-"""What fits where a stride does not: the longest stride, and the furthest that the ropes may lead to a side."""
+"""What fits where a stride does not: the longest stride, and the furthest that the ropes may lead
+to a side.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Rope traction of a walking robot: haul with the body's motion, and keep the pull along the slope.
 
-The ropes' directions change as the robot climbs towards the anchors and walks across. What is kept is the force along
-the slope with which they held the robot at the start: two tensions for its two components. A rope that would have to
-push for that is left slack.
+The ropes' directions change as the robot climbs towards the anchors and walks across. What is kept
+is the force along the slope with which they held the robot at the start: two tensions for its two
+components. A rope that would have to push for that is left slack.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ Array = NDArray[np.float64]
 TENSION_GAIN_M_S_N = 6.0e-6
 """Pay-out speed per newton above the wanted tension: with 330 kN/m of rope a loop of 2 1/s (E)."""
 CORRECTION_M_S = 0.0018
-"""Fastest hauling or paying out for the tension's sake (E): slow enough that a traction device takes it for rest and
-goes back for its next stroke, and that little is owed to the rope when it has."""
+"""Fastest hauling or paying out for the tension's sake (E): slow enough that a traction device
+takes it for rest and goes back for its next stroke, and that little is owed to the rope when it
+has."""
 MEETING = 0.01
 """Ropes that meet at less than this angle, rad, have no say in the pull across the slope."""
 SLACK_SHARE = 0.80
@@ -36,7 +37,9 @@ TIGHT_SHARE = 1.30
 
 @dataclass
 class RopeHold:
-    """anchors_m (2, 3), left and right: in the path frame, as surveyed; attachments_m (2, 3): on the body."""
+    """anchors_m (2, 3), left and right: in the path frame, as surveyed; attachments_m (2, 3): on
+    the body.
+    """
 
     anchors_m: Array
     attachments_m: Array
@@ -51,7 +54,9 @@ class RopeHold:
         """(2,) what is kept: the pull along the slope."""
 
     def turned(self, share: float) -> RopeHold:
-        """The same ropes with the anchors turned about the body's z axis to a share of their azimuth, their pull too."""
+        """The same ropes with the anchors turned about the body's z axis to a share of their
+        azimuth, their pull too.
+        """
         x, y, _ = self.anchors_m.mean(axis=0)
         turn = (share - 1.0) * math.atan2(y, x)
         c, s = math.cos(turn), math.sin(turn)
@@ -73,7 +78,9 @@ class RopeHold:
         return np.array(self._wanted(body))
 
     def rates_m_s(self, body: Array, before: Array, dt: float, measured_n: Array) -> Array:
-        """(2) rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s ago."""
+        """(2) rates of the unstrained lengths (negative hauls in); body (3), before (3) dt s
+        ago.
+        """
         out = np.zeros(2)
         if self._any:
             rope_rates(self.ways_m, self.pull_n, body, before, dt, measured_n, out)

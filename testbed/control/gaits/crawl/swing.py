@@ -1,7 +1,7 @@
 """The way of a swinging foot: up, over, down to where the search for the ground begins.
 
-Each of the three takes the time that its joints need. Rotation and radial joint go over while the foot still rises and
-when it already comes down, but not before it is clear of the ground.
+Each of the three takes the time that its joints need. Rotation and radial joint go over while the
+foot still rises and when it already comes down, but not before it is clear of the ground.
 """
 
 from __future__ import annotations
@@ -18,12 +18,16 @@ from testbed.robot.kinematics import LegKinematics
 
 Array = NDArray[np.float64]
 CLEAR = 0.3
-"""Share of the time of rising after which the foot goes over, and of the time of coming down at which it is there."""
+"""Share of the time of rising after which the foot goes over, and of the time of coming down at
+which it is there.
+"""
 
 
 @dataclass(frozen=True)
 class Swing:
-    """Way of foot `leg` from `start` to `end` (3), path frame, m, with the body going from body_from to body_to (3)."""
+    """Way of foot `leg` from `start` to `end` (3), path frame, m, with the body going from
+    body_from to body_to (3).
+    """
 
     legs: LegKinematics
     leg: int
@@ -91,7 +95,9 @@ class Swing:
 
     @cached_property
     def _ends(self) -> tuple[Array, Array]:
-        """(12) joints at the start and at the end, of which this leg's rotation and radial joint count."""
+        """(12) joints at the start and at the end, of which this leg's rotation and radial joint
+        count.
+        """
         return (
             self.legs.joints(np.tile(self.start - self.body_from, (4, 1))),
             self.legs.joints(np.tile(self.end - self.body_to, (4, 1))),

@@ -1,4 +1,6 @@
-"""What a walk does next: the body's next shift and the swings after it, within reach and within the machine's speed."""
+"""What a walk does next: the body's next shift and the swings after it, within reach and within the
+machine's speed.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +31,12 @@ SHORTEST_SWING_S = 0.5
 WAY_SAMPLES = 20
 """A way is sampled at so many points to find what it asks of valves, pump and ropes."""
 OVER_THE_LOAD = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Shares of the way from the feet's middle to over the load; the first that is within reach and holds is taken."""
+"""Shares of the way from the feet's middle to over the load; the first that is within reach and
+holds is taken.
+"""
 WAITS = np.linspace(0.0, 1.0, 5)
-"""Where the next swings are out of reach, the body falls behind its plan by the first of these shares of its next way
+"""Where the next swings are out of reach, the body falls behind its plan by the first of these
+shares of its next way
 that brings them within reach: on rock a foot does not always stand where it was meant to."""
 REHEARSED = 8
 """Swings that are planned before the first one is made."""
@@ -104,7 +109,9 @@ class WalkPlan:
     def next_phases(
         self, feet: Array, body: Array, steps_done: int, waits: Array = WAITS
     ) -> list[Phase]:
-        """The next shift and the swings after it; when all steps are done the way back over the middle of the feet."""
+        """The next shift and the swings after it; when all steps are done the way back over the
+        middle of the feet.
+        """
         task, left = self._task, self._task.steps - steps_done
         middle = self._middle(feet, steps_done)
         if left <= 0:
@@ -132,7 +139,9 @@ class WalkPlan:
         ]
 
     def _group(self, group: list[int], feet: Array, body: Array, middle: Array) -> list[Phase]:
-        """The next shift and the swings of the legs in `group`; InputError where they are out of reach."""
+        """The next shift and the swings of the legs in `group`; InputError where they are out of
+        reach.
+        """
         stride = self.stride.length_m * self.ahead
         part = stride * self._group_size / len(LEGS)
         # Feet are put down half a stride ahead of their homes, counted from where the body stands.
@@ -153,9 +162,9 @@ class WalkPlan:
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Where the body goes for the next swings, and its margin, N.
 
-        It goes over its load, which ropes to one side draw off the feet's middle; where that is out of reach, as much
-        nearer as the ranges ask for. Raises InputError where it is out of reach even over the middle, or where the
-        feet that stay could not hold the machine then.
+        It goes over its load, which ropes to one side draw off the feet's middle; where that is out
+        of reach, as much nearer as the ranges ask for. Raises InputError where it is out of reach
+        even over the middle, or where the feet that stay could not hold the machine then.
         """
         refused: InputError | None = None
         least = -np.inf
@@ -188,7 +197,9 @@ class WalkPlan:
         return np.asarray(away / np.linalg.norm(away))
 
     def _middle(self, feet: Array, steps_done: int) -> Array:
-        """Where the body belongs over its feet: level with them, and along the way where the plan has it by now."""
+        """Where the body belongs over its feet: level with them, and along the way where the plan
+        has it by now.
+        """
         middle = feet.mean(axis=0) - self._footholds.home.mean(axis=0)
         if steps_done < self._task.steps:
             middle[:2] = ((self._way_m(steps_done) - self._behind_m) * self.ahead)[:2]
@@ -214,7 +225,9 @@ class WalkPlan:
     def _swing_phases(
         self, leg: int, place: Array, body: Array, body_to: Array, feet: Array
     ) -> list[Phase]:
-        """Swing, search and seat one leg, with the body going from `body` to `body_to` during the swing."""
+        """Swing, search and seat one leg, with the body going from `body` to `body_to` during the
+        swing.
+        """
         start = feet[leg].copy()
         above = place + np.array([0.0, 0.0, self._ground.above_m])
         high = max(float(start[2]), float(above[2])) + self.stride.swing_height_m
@@ -231,7 +244,9 @@ class WalkPlan:
         ]
 
     def _least_s(self, swing: Swing, feet: Array) -> float:
-        """Least time for a swing: its own, or what pump and standing legs need while the body goes on."""
+        """Least time for a swing: its own, or what pump and standing legs need while the body goes
+        on.
+        """
         joints = []
         for share in np.linspace(0.0, 1.0, 2 * WAY_SAMPLES):
             moved = swing.body_from + progress(float(share)) * (swing.body_to - swing.body_from)
