@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from testbed.control.command import Command, along_vertical
 from testbed.control.measured import Measured
-from testbed.effects import by_name
+from testbed.effects import by_name, ground_settling, sensor_drift_a, sensor_zero
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.names import AXES, LEGS
 from testbed.scenario.scenario import Scenario, load_scenario
@@ -60,6 +60,8 @@ UPSETS = ("yield", "yield", "twist", "twist", "thrust", "jerk", "lift")
 GRADUAL_SHARE = 0.75
 RESONANCE_HZ = (8.0, 22.0)
 """Body and rods on the oil of four vertical cylinders, 10-20 MN/m each and softer with air (B)."""
+SETTLING = ground_settling.EFFECTS[0].kind
+DRIFT, ZERO = sensor_drift_a.EFFECTS[0], sensor_zero.EFFECTS[0]
 UNDECLARED = Path(__file__).with_name("undeclared.yaml")
 
 
@@ -192,9 +194,7 @@ def _site(rng: np.random.Generator, slope_deg: float, payload_kg: float, walks: 
         site |= {"terrain.patches": [patch], "terrain.settle_s": 0.5 + 4.0 * size}
     elif ground == "settling":
         giving = {"rate": 2e-4 * 10**size, "depth": 0.01}
-        site["ground"] = [
-            {"effect": "ground.settling", "at": f"foot_{LEGS[foot]}", "parameters": giving}
-        ]
+        site["ground"] = [{"effect": SETTLING, "at": f"foot_{LEGS[foot]}", "parameters": giving}]
     elif ground == "rough":
         site |= {"terrain.kind": "heightfield", "terrain.roughness_m": 0.001}
         site["terrain.roughness_seed"] = seed
@@ -220,7 +220,7 @@ def _undeclared(rng: np.random.Generator) -> list[Tree]:
     drifting = hidden["drifting"]
     if rng.random() >= drifting["share"]:
         return out
-    rates = by_name("sensor.drift_a").parameters[0].prior
+    rates = DRIFT.parameters[0].prior
     vertical = [axis for axis in AXES if axis.endswith("vertical")]
     axes = [str(rng.choice(vertical))]
     others = [axis for axis in AXES if axis not in axes]
@@ -228,8 +228,8 @@ def _undeclared(rng: np.random.Generator) -> list[Tree]:
     for axis in axes:
         rate, since_s = float(rng.uniform(*rates)), float(rng.uniform(0.0, drifting["since_s"]))
         for effect_name, parameters in (
-            ("sensor.drift_a", {"rate": rate}),
-            ("sensor.zero_a", {"zero": rate * since_s}),
+            (DRIFT.kind, {"rate": rate}),
+            (ZERO.kind, {"zero": rate * since_s}),
         ):
             out.append({"effect": effect_name, "at": axis, "parameters": parameters})
     return out
@@ -237,7 +237,7 @@ def _undeclared(rng: np.random.Generator) -> list[Tree]:
 
 def drifting_sensors(scenario: Scenario) -> int:
     """How many pressure sensors drift."""
-    return len({u.at for u in scenario.undeclared if u.effect == "sensor.drift_a"})
+    return len({u.at for u in scenario.undeclared if u.effect == DRIFT.kind})
 
 
 def _drilling(
