@@ -176,7 +176,7 @@ def kept(series: Series, file: Path) -> None:
 
 def read_kept(file: Path) -> Series:
     """The same again."""
-    with np.load(file) as stored:
+    with np.load(file, allow_pickle=False) as stored:
         parts: dict[str, dict[str, Array]] = {"data": {}, "truth": {}}
         for name in stored.files:
             part, _, column = name.partition("_")
