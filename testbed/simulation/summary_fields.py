@@ -72,6 +72,7 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "foot_load_min_n": ("N", "by foot: lowest true load along the vertical joint's axis"),
     "foot_load_max_n": ("N", "by foot: the highest"),
     "foot_slip_m": ("m", "furthest that a standing foot went along the slope"),
+    "rope_slip_m": ("m", "furthest that a rope ran through its clamps"),
     "hole_depth_m": ("m", "depth of the hole"),
     "drill": ("", "rods added, removed and lost, voids, sticking, highest pull, last phase"),
     "settlement_m": ("m", "by foot: how far loose ground gave way"),
