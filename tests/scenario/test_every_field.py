@@ -173,7 +173,8 @@ FIELDS = [field for field in every_field() if field not in ELSEWHERE]
 def test_every_field_changes_the_recording_or_is_refused(places: dict[str, list[Place]]) -> None:
     assert not [field for field in FIELDS if field not in places], "in no scenario beside this test"
     fates = {field: _fate(field, places[field]) for field in FIELDS}
-    assert [f for f, fate in fates.items() if fate == "idle"] == []
+    idle = [field for field, fate in fates.items() if fate == "idle"]
+    assert not idle, ", ".join(idle)
     assert [f for f, fate in fates.items() if fate == "refused"] == DATA["refused"]
     assert len(fates) > 100
 
