@@ -175,7 +175,6 @@ def machine_page() -> str:
 
 def command_page() -> str:
     """Every command with its arguments and options, read off the program itself."""
-    import click
     import typer
 
     from testbed.cli import app
@@ -187,7 +186,7 @@ def command_page() -> str:
         "traceback of a fault.\n",
     ]
 
-    def describe(command: click.Command, name: str) -> None:
+    def describe(command: Any, name: str) -> None:
         commands = getattr(command, "commands", None)
         if commands:
             for key in commands:
