@@ -125,17 +125,21 @@ def read_model(path: str | Path) -> LegModel:
 
     The names of effects are checked by `testbed.effects.build`, which knows them.
     """
-    path = Path(path)
-    tree = read_mapping(path)
+    return checked(LegModel, model_tree(path), Path(path))
+
+
+def model_tree(path: str | Path) -> dict[str, Any]:
+    """What a model file of any rig holds, unchecked but for its format. Raises InputError."""
+    tree = read_mapping(Path(path))
     if tree.get("format") != FORMAT:
         raise InputError(
             "is not a model's format",
-            file=path,
+            file=Path(path),
             field="format",
             value=tree.get("format"),
             allowed=FORMAT,
         )
-    return checked(LegModel, tree, path)
+    return tree
 
 
 def write_model(path: str | Path, model: LegModel) -> None:

@@ -12,10 +12,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from testbed.errors import InputError
 from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping, write_yaml
-from testbed.recording.leg_model import FORMAT, Parameter
+from testbed.recording.leg_model import Parameter, model_tree
 from testbed.scenario.parts import Undeclared
 
 
@@ -72,17 +71,7 @@ def read_robot_model(path: str | Path) -> RobotModelFile:
     """Read the model file of a robot. Raises InputError naming file, field, value and what is
     allowed.
     """
-    path = Path(path)
-    tree = read_mapping(path)
-    if tree.get("format") != FORMAT:
-        raise InputError(
-            "is not a model's format",
-            file=path,
-            field="format",
-            value=tree.get("format"),
-            allowed=FORMAT,
-        )
-    return checked(RobotModelFile, tree, path)
+    return checked(RobotModelFile, model_tree(path), Path(path))
 
 
 def write_robot_model(path: str | Path, model: RobotModelFile) -> None:
