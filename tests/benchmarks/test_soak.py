@@ -7,11 +7,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import yaml
+from testbed.benchmarks.soak.trials import judged
 
 from testbed.benchmarks.harness import answers
 from testbed.benchmarks.soak.benchmark import Soak
 from testbed.benchmarks.soak.mutations import damaged, mutated
-from testbed.benchmarks.soak.trials import judged
 
 TREE = {"a": 1.5, "b": {"c": [1, 2], "d": "word"}, "e": None}
 
