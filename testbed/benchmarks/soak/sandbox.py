@@ -152,8 +152,11 @@ def _wait(child: int) -> int | None:
 
 @cache
 def _warm() -> None:
-    """Import and compile here what every child would else do for itself."""
+    """Import and compile here what every child would else do for itself; pictures, most of a short
+    run's time, have few pixels from here on.
+    """
     from testbed.scenario.scenario import load_scenario
+    from testbed.simulation import pictures
     from testbed.simulation.workers import single_threaded
     from testbed.world.simulation import Simulation
 
@@ -163,3 +166,4 @@ def _warm() -> None:
     world = Simulation(load_scenario("stand_slope_45"))
     world.run_block(20)
     world.close()
+    pictures.LARGE, pictures.SMALL = (60, 40), (36, 24)
