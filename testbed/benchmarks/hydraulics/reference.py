@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
 from testbed.machine.sets import SetName
 
 if TYPE_CHECKING:
@@ -25,11 +27,22 @@ Array = NDArray[np.float64]
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
 SET: SetName = "original"
 """The machine whose laws stand here: its supply is constant and its valves hold no load."""
+SEAL = ("seal.elastic_share",)
+OIL = ("oil.bulk_modulus_pa", "oil.hose_elasticity_m3_pa", "oil.hose_elasticity_b_m3_pa")
+"""Numbers of the default machine that it has all the same."""
 N_AXIS = 9
 """States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle
 (mm), dwell, integral of the force (N s / 100)."""
 N_SUPPLY = 2
 """States of the unit: oil in the line (cm3), pump stroke."""
+
+
+def machine_of_both(hoses: bool = True) -> Machine:
+    """The machine on which kernel and reference are compared, the widening of its hoses apart from
+    its oil or within the bulk modulus.
+    """
+    default, shared = build_machine(), (*SEAL, *OIL) if hoses else SEAL
+    return build_machine({path: default.quantity(path).value for path in shared}, of_set=SET)
 
 
 @njit
