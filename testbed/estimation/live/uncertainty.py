@@ -129,7 +129,7 @@ def areas_m2(axis: Axis) -> tuple[float, float]:
 
 def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
     """What the sensors of an axis, and its bore, may add to its force at about the pressures of its
-    work, N.
+    work, N; 0 where all is believed exactly: then each sample's own deviation holds what they err.
     """
     at = axis.name
 
@@ -137,7 +137,7 @@ def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
         return sure.sd(number, machine)
 
     area_a, area_b = areas_m2(axis)
-    own = axis.sensor.pressure_accuracy_pa * math.hypot(area_a, area_b)
+    own = axis.sensor.pressure_accuracy_pa * math.hypot(area_a, area_b) if sure.draw else 0.0
     whole = f"sensor.zero_a@{axis.name}.zero"
     if whole in sure.found:  # it was found with all that the sensors add, at the pressures of then
         return math.hypot(area_a * sure.found[whole], own)
