@@ -4,10 +4,10 @@ measurements alone.
 One linear problem with Gaussian priors, which are the workshop's tolerances. A foot in the air
 carries nothing:
 
-    pA A_A - pB A_B + m (g - a) = zero + F_f(v),    F_f = +-(C + side |F_across| + S exp(-|v| /
-    c_s)) + sigma v
+    arm (pA A_A - pB A_B) + m (g - a) = arm (zero + F_f(v))
+    F_f = +-(C + side |F_across| + S exp(-|v| / c_s)) + sigma v
 
-and four feet that slide up, down and askew carry the weight: their forces add up to it, their
+arm is the rod's way by the slide's; and four feet that slide up, down and askew carry the weight: their forces add up to it, their
 moments to its moment. On level ground the feet's own plane shows how the inertial unit is mounted.
 """
 
@@ -25,9 +25,9 @@ from testbed.errors import InputError
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.uncertainty import areas_m2, spread_of
 from testbed.formats.records import SET
-from testbed.machine.groups import StraightCylinder
 from testbed.machine.model import Axis, Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
+from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 from testbed.scenario.drawn import tolerances
 
@@ -157,10 +157,14 @@ class _Seen:
 
     push_n: Array
     """pA A_A - pB A_B, as measured."""
+    arms: Array
+    """Way of the rod by the slide's, by which rods' forces become the foot's."""
     pressures_pa: Array
     """pA + pB."""
     speed: Array
+    """Of the rods."""
     acceleration: Array
+    """Of the slides."""
     across_n: Array
     sideways_n: Array
     """Forces of the ground along x and y, (2, 4, n)."""
@@ -177,8 +181,11 @@ class _Seen:
         t = data["t"]
         every = max(1, round(EVERY_S / float(np.median(np.diff(t)))))
         rate = 1.0 / float(np.median(np.diff(t)))
-        pushes, pressures, speeds, accelerations = [], [], [], []
-        for leg in LEGS:
+        pushes, arms, pressures, speeds, accelerations = [], [], [], [], []
+        linkages = Linkages.from_machine(machine)
+        joints = np.array([data[f"position_{axis}"] for axis in AXES])
+        every_arm = linkages.rods(joints.T)[1].T
+        for k, leg in enumerate(LEGS):
             axis = machine.axes[f"{leg}_vertical"]
             area_a, area_b = areas_m2(axis)
             pushes.append(
@@ -190,7 +197,8 @@ class _Seen:
             )
             x = through_steps(t, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m)
             _, v, a = motion(x, rate, SMOOTH_S)
-            speeds.append(v)
+            arms.append(every_arm[VERTICAL[k]])
+            speeds.append(arms[k] * v)
             accelerations.append(a)
         carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > SET
         in_air = np.array([_in_air(data, leg, carrying[k], t) for k, leg in enumerate(LEGS)])
@@ -209,12 +217,13 @@ class _Seen:
         pick = slice(None, None, every)
         return cls(
             np.array(pushes)[:, pick],
+            np.array(arms)[:, pick],
             np.array(pressures)[:, pick],
             np.array(speeds)[:, pick],
             np.array(accelerations)[:, pick],
             np.hypot(*sideways)[:, pick],
             sideways[:, :, pick],
-            np.array([data[f"position_{axis}"] for axis in AXES])[:, pick],
+            joints[:, pick],
             gravity[:, pick],
             in_air[:, pick],
             settled[pick],
@@ -267,7 +276,6 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
     them.
     """
     cylinder, v = axis.cylinder, seen.speed[k]
-    assert isinstance(cylinder, StraightCylinder)
     out, back = (v > 0.0).astype(float), (v < 0.0).astype(float)
     fading_out = np.exp(-np.abs(v) / cylinder.stribeck_out_m_s)
     fading_in = np.exp(-np.abs(v) / cylinder.stribeck_in_m_s)
@@ -282,7 +290,7 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
         np.sign(v) * seen.across_n[k],
         np.sign(v) * seen.pressures_pa[k],
     ]
-    place = seen.joints[3 * k + 2] / cylinder.stroke_m - 0.5
+    place = seen.joints[3 * k + 2] / axis.travel_m - 0.5
     dependence = (
         axis.seal.position_slope * place * 0.5 * (cylinder.coulomb_out_n + cylinder.coulomb_in_n)
     )
@@ -307,10 +315,11 @@ def _rows(
     for k, leg in enumerate(LEGS):
         axis = machine.axes[f"{leg}_vertical"]
         columns, declared = _laws(seen, k, axis, thinning)
+        columns *= seen.arms[k][:, None]
         mine = slice(size * k, size * (k + 1))
         laws[k, :, mine] = columns
         moving_kg = machine.each_leg[leg].sliding_mass_kg
-        load[k] = seen.push_n[k] - columns @ prior[mine] - declared
+        load[k] = seen.arms[k] * (seen.push_n[k] - declared) - columns @ prior[mine]
         load[k] += moving_kg * (-seen.gravity[2] - seen.acceleration[k])
         at = seen.in_air[k] & slides[k]
         rows.append(laws[k, at])

@@ -17,7 +17,7 @@ from testbed.control.measured import Measured
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+from testbed.robot.linkage import Linkages
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
@@ -122,7 +122,7 @@ class Statics:
         ).T
         areas = np.array([_areas(axis.cylinder) for axis in machine.axes.values()])
         self._area_a, self._area_b = areas.T.copy()
-        self._linkage = RotationLinkage.from_machine(machine).geometry
+        self._linkages = Linkages.from_machine(machine)
         self._friction, self._rating_n = machine.ground.friction, machine.traction.rating_n
         self._tank_pa = float(machine.power_unit.tank_pressure_pa)
         self._on_demand_pa = (
@@ -167,8 +167,7 @@ class Statics:
         balance[:, ROPES] = self._ropes
         joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
         turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
-        extension, arms = np.empty(len(AXES)), np.empty(len(AXES))
-        joint_to_cylinder(position, self._linkage, extension, arms)
+        arms = self._linkages.rods(position)[1]
         compliance = self._oil.joint_compliance(position)
         legs = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
         return _Posture(

@@ -22,7 +22,7 @@ from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
 from testbed.recording.leg_model import EffectEntry
-from testbed.robot.linkage import RotationLinkage, stroke_m
+from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -120,7 +120,8 @@ def body_of(
     in `legs` already.
     """
     t = OwnTuning() if tuning is None else tuning
-    linkage = RotationLinkage.from_machine(machine)
+    linkages = Linkages.from_machine(machine)
+    arms = linkages.rods(linkages.limits.mean(axis=1))[1]
     out = BodyBelief.zeros()
     body = out[0]
     body["believed"] = 1.0
@@ -130,7 +131,7 @@ def body_of(
     body["calibrated_at"] = machine.sensor.calibration_temperature_degc
     body["base_mass"], body["base_centre"] = model.base_mass()
     body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
-    body["linkage"] = linkage.geometry
+    body["linkages"] = linkages.records
     body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
     body["rope_point"] = model.rope_attachments_m
     body["rope_direction"] = rope_directions_in_world
@@ -141,7 +142,9 @@ def body_of(
     numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
     for i, axis in enumerate(machine.axes.values()):
-        _declare(body["axes"][i], axis, linkage, [e for e in effects if e.place == axis.name])
+        own = [e for e in effects if e.place == axis.name]
+        _declare(body["axes"][i], axis, float(linkages.stroke_m[i]), own)
+        body["axes"][i]["encoder_resolution"] = arms[i] * _count(axis)
         if axis.joint == "vertical":
             legs[i // len(JOINTS)].write(body["axes"][i].cylinder)
     return out
@@ -201,11 +204,16 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
     )[0]
 
 
-def _declare(
-    out: Any, axis: Axis, linkage: RotationLinkage, effects: Sequence[EffectEntry]
-) -> None:
-    """One AxisBelief as the machine declares it, with believed effects where they are not the
-    vertical legs'.
+def _count(axis: Axis) -> float:
+    """One count of an axis' encoder, rad or m."""
+    sensor = axis.sensor
+    turns = axis.joint == "rotation"
+    return 2.0 * math.pi / sensor.encoder_counts_per_turn if turns else sensor.encoder_linear_m
+
+
+def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntry]) -> None:
+    """One AxisBelief as the machine declares it, but for its encoder, with believed effects where
+    they are not the vertical legs'.
     """
     c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
     area_a = 0.25 * math.pi * c.bore_m**2
@@ -213,7 +221,7 @@ def _declare(
         area_a_m2=area_a,
         area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
         friction=friction_of(c),
-        stroke_m=stroke_m(c, linkage),
+        stroke_m=stroke_m,
         position_slope=seal.position_slope,
         pressure_coefficient_m2=seal.pressure_coefficient_m2,
         load_coefficient=seal.load_coefficient,
@@ -232,10 +240,6 @@ def _declare(
     out.cylinder.side_coefficient = seal.side_load_coefficient
     out.cylinder.side_growth = seal.side_load_growth
     out.dwell_gain, out.dwell_time = seal.dwell_gain, seal.dwell_time_s
-    out.encoder_resolution = sensor.encoder_linear_m
-    if axis.joint == "rotation":
-        arm = float(linkage.moment_arm_m(0.0))
-        out.encoder_resolution = 2.0 * math.pi / sensor.encoder_counts_per_turn * arm
     out.end_cushion_length = axis.end_stop.cushion_length_m
     out.end_cushion_damping = axis.end_stop.cushion_damping_n_s_m
     per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
