@@ -17,6 +17,7 @@ from testbed.control.measured import Measured
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.robot.linkage import Linkages
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.drill_loads import known_wrench
@@ -80,6 +81,8 @@ class Balance:
     """Believed coefficient between foot and ground."""
     rope_rating_n: float
     """What a traction device may pull."""
+    scale: Scale = ROBOCLIMBER
+    """The machine's size, with which bounds grow."""
 
     @property
     def measured_loads_n(self) -> Array:
@@ -113,7 +116,7 @@ class Statics:
     """
 
     def __init__(self, model: RobotModel, machine: Machine, rope_directions_in_body: Array) -> None:
-        self.model = model
+        self.model, self.scale = model, machine.scale
         self._ropes = np.array(
             [
                 point_wrench(d, at)
@@ -158,6 +161,7 @@ class Statics:
             rigid=p.rigid,
             inner=p.inner,
             compliance=p.compliance,
+            scale=self.scale,
         )
 
     def _work_out(self, position: Array) -> _Posture:

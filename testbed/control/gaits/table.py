@@ -107,5 +107,5 @@ def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
         start,
         Footholds(start.model, start.legs, start.joints, machine.ground.friction),
         Pace(machine, start.robot.linkages.gain_arms(start.joints)),
-        RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n),
+        RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n, machine.scale),
     )

@@ -45,8 +45,6 @@ SMOOTH_S = 0.0015
 """Time constant of the pressures (E)."""
 OBSERVER_RAD_S = 60.0
 """Bandwidth of the observer of speed (E)."""
-REST_M_S = 0.001
-"""Slower than this the piston stands still (E)."""
 
 
 class Derived(Record):
@@ -228,7 +226,7 @@ def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
     moved = oil_travel(change, row.supply_pressure, x, state, c, valve, dt)
     count = arm * valve.encoder_resolution
     encoder.observe(state.encoder, x, count, dt, OBSERVER_RAD_S)
-    v = encoder.bounded_speed(state.encoder, count, REST_M_S)
+    v = encoder.bounded_speed(state.encoder, count, belief.rest_speed)
     extra = extra_friction(c, pa + pb, row.estimate.own[leg] / arm, 0.0)
     now = Conditions(place_factor(c, x), extra, 1.0, 0.0)
     low, high = break_away(c.friction, now)

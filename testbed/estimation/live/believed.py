@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
+from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.derived import valves_of
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
@@ -160,6 +161,7 @@ class Tuning:
     contact_on_n: float = 1200.0
     contact_off_n: float = 900.0
     contact_dwell_s: float = 0.02
+    break_away_n: float = Combined.numbers["break_away"]
     lost_dwell_s: float = 0.0
     """A load at or below `off` for this long is a lost foot; it was set with the detectors'
     benchmark.
@@ -175,6 +177,7 @@ class Tuning:
             e_max_n=force * self.e_max_n,
             contact_on_n=force * self.contact_on_n,
             contact_off_n=force * self.contact_off_n,
+            break_away_n=force * self.break_away_n,
             rest_m_s=machine.scale.speed * self.rest_m_s,
             slide_m_s=machine.scale.speed * self.slide_m_s,
             pressure_sd_pa=self.pressure_sd_pa * machine.sensor.pressure_noise_pa / NOISE_PA,

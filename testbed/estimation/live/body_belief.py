@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import friction_at_rest
-from testbed.estimation.live.axis import Decisions
+from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
 from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
+from testbed.machine.scale import Scale
 from testbed.recording.leg_model import EffectEntry
 from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
@@ -99,6 +100,23 @@ class OwnTuning:
     e_max_n: float = 500.0
     hold_samples: float = 4.0
 
+    def scaled(self, scale: Scale) -> OwnTuning:
+        """The same for a machine of another size."""
+        by_unit = {
+            "_n_m": scale.moment,
+            "_m_s": scale.speed,
+            "_n2": scale.force**2,
+            "_n2_s": scale.force**2,
+            "_n": scale.force,
+            "_m": scale.length,
+        }
+        changes = {}
+        for f in fields(self):
+            unit = next((end for end in by_unit if f.name.endswith(end)), None)
+            if unit is not None:
+                changes[f.name] = by_unit[unit] * getattr(self, f.name)
+        return replace(self, **changes)
+
 
 def body_of(
     machine: Machine,
@@ -117,15 +135,17 @@ def body_of(
     surveyed at the start;
     zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's
     tolerances. `effects`: of cylinders, believed at the axis of their place, those of vertical ones
-    in `legs` already.
+    in `legs` already. `tuning`: as for ROBOCLIMBER.
     """
-    t = OwnTuning() if tuning is None else tuning
+    t = (OwnTuning() if tuning is None else tuning).scaled(machine.scale)
     linkages = Linkages.from_machine(machine)
     arms = linkages.rods(linkages.limits.mean(axis=1))[1]
     out = BodyBelief.zeros()
     body = out[0]
     body["believed"] = 1.0
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
+    body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
+    body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
     sure = Uncertainty(WORKSHOP) if sure is None else sure
     body["known"] = Constants.as_table(_learnt(constants(sure, machine), t))[0]
     body["calibrated_at"] = machine.sensor.calibration_temperature_degc
@@ -200,6 +220,8 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
         fresh=t.fresh_s,
         knows_dependence=t.rich,
         remembers=t.history,
+        end_zone=0.0,
+        end_force=0.0,
         rest=friction_at_rest.numbers(1.0, t.drift_s, t.bent_s, t.open_share)[0],
     )[0]
 
