@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from testbed.machine.build import build_machine
 from testbed.machine.model import Machine
-from testbed.machine.urdf_check import lacking
 from testbed.scenario.drawn import Drawn, draw_machine
 
 if TYPE_CHECKING:
@@ -25,13 +24,6 @@ class Machines:
     belief: Machine
     drawn: Drawn = field(default_factory=Drawn)
     """What the truth owes to tolerances, effects that only the world has among it."""
-
-
-def lacks(scenario: Scenario) -> set[str]:
-    """What a scenario's machine does not have of drill, rod store and traction devices, by their
-    links.
-    """
-    return lacking(machines_of(scenario).belief.urdf)
 
 
 def machines_of(scenario: Scenario, file: str | Path = "scenario") -> Machines:

@@ -301,6 +301,13 @@ def _check_one_supply(hydraulics: Hydraulics, file: Path) -> None:
         )
 
 
+def lacks(scenario: Scenario) -> set[str]:
+    """What a scenario's machine does not have of drill, rod store and traction devices, by their
+    links.
+    """
+    return lacking(machines_of(scenario).belief.urdf)
+
+
 def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
     """Refuse a start posture beyond the machine's strokes and ranges."""
     for leg, radial_m, vertical_m, angle_deg in zip(

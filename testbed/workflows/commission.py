@@ -170,8 +170,7 @@ def recorded(
     """Recordings of a scenario's programme and, where it is on level ground and the machine has
     ropes, of theirs, for as long as needed.
     """
-    from testbed.scenario.machines import lacks
-    from testbed.scenario.scenario import load_scenario
+    from testbed.scenario.scenario import lacks, load_scenario
     from testbed.simulation.run import run_scenario
 
     scenarios = [load_scenario(name, list(overrides), seed)]
