@@ -19,7 +19,7 @@ from testbed.estimation.live.body_belief import body_of
 from testbed.estimation.live.chain import EstimatorChain
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS
-from testbed.recording.rows import DataRow
+from testbed.recording.rows import DataRow, TruthRow
 from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
@@ -123,8 +123,9 @@ def _errors(folder: Path | None, task: str, seconds: float) -> tuple[str, np.nda
     try:
         wrong = []
         while not world.finished:
-            rows, truth = world.run_block(1000)
-            wrong.append(rows["estimate"]["own"] - truth["foot_load"])
+            data, truth = world.run_block(1000)
+            own = DataRow.from_table(data)["estimate"]["own"]
+            wrong.append(own - TruthRow.from_table(truth)["foot_load"])
         late = np.concatenate(wrong)[1000:]
         return world.verdict, np.sqrt((late**2).mean(axis=0)), world.summary()["body_travel_m"]
     finally:
