@@ -15,7 +15,7 @@ from testbed.laws.traction import RESERVE_M, TractionParameters
 from testbed.machine.groups import Oil
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
-from testbed.robot.linkage import RotationLinkage, stroke_m
+from testbed.robot.linkage import Linkages
 
 Records = NDArray[Any]
 
@@ -27,10 +27,9 @@ def axis_parameters(
     declared; `oil_degc`: how warm its oil starts, if otherwise.
     """
     degc = machine.oil.start_temperature_degc if oil_degc is None else oil_degc
-    linkage = RotationLinkage.from_machine(machine)
     axes = AxisParameters.zeros(len(AXES))
+    axes["stroke"] = Linkages.from_machine(machine).stroke_m
     for out, axis in zip(axes, machine.axes.values(), strict=True):
-        out["stroke"] = stroke_m(axis.cylinder, linkage)
         _cylinder(out, axis, degc)
         _valve(out, axis)
         _seal(out["seal"], axis)
