@@ -37,6 +37,8 @@ noise.
 """
 TURNING_SHARE, TURNING_BINS = 0.5, 2
 """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+SHAKEN_SHARE = 0.3
+"""A line of more than this share of dry friction turns the piston to and fro."""
 LATE_S = 5.0e-3
 """By how much pressures of any machine are late: lines, converters, seals that bend (E)."""
 SIDE = 0.2
@@ -124,7 +126,7 @@ def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, f
             Change(force={i: np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)}),
             share,
         )
-    if seen.line_n[i] > 0.0:
+    if seen.line_n[i] > SHAKEN_SHARE * np.median(seen.coulomb_n[:, i]):
         yield Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]}), 1.0
     number, drawn = "axes.*.seal.side_load_coefficient", seal.side_load_coefficient
     side = float(np.hypot(standard_deviation(number, drawn), 0.3 * (middle(number, drawn) - drawn)))
@@ -167,7 +169,7 @@ def noise_of(balance: BodyBalance) -> Array:
     share = np.abs(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     spread = (SLIDING_SHARE * share + REST_SHARE * (1.0 - share)) * dry
-    shaken = seen.line_n > 0.0  # a piston that is shaken has friction of both senses
+    shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
     age = friction_age(seen, share, dry)

@@ -22,7 +22,7 @@ NEIGHBOURS_HZ = 3.0
 """A line stands out of the median of so wide a neighbourhood."""
 MEDIAN_OF_POWER = 0.69
 """Median over mean of the power of noise."""
-SURE = 30.0
+SURE = 100.0
 """Power over its neighbourhood's from which a line is surely one."""
 RESTLESS, LEAST_N = 3.0, 80.0
 """Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so
