@@ -75,10 +75,10 @@ class Ledger:
         index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
         gradient, width = self.gradient[index], self._width[index]
-        inverse = np.linalg.inv(scaled)
+        inverse: Array = np.asarray(np.linalg.inv(scaled), dtype=np.float64)
         size = np.linalg.slogdet(scaled)[1]
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
-        mean = inverse @ gradient
+        mean = np.asarray(inverse @ gradient, dtype=np.float64)
         sure = mean / np.sqrt(np.diag(inverse))
         factor += sum(log_twice_above(sure[k]) for k in np.flatnonzero(self._positive[index]))
         factor -= sum(self._price[n] for n in names)

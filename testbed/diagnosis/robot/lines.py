@@ -102,9 +102,9 @@ def _spectrum(time: Array, values: Array) -> tuple[Array, Array]:
     base = round(1.0 / ((time[1] - time[0]) * GRID_HZ))
     finer = -(-len(time) // base)
     whole = 2.0 * np.fft.rfft(values * window, base * finer)[::finer] / window.sum()
-    grid = GRID_HZ * np.arange(len(whole))
+    grid: Array = GRID_HZ * np.arange(len(whole))
     inside = (grid >= LOWEST_HZ) & (grid < HIGHEST_HZ)
-    return grid[inside], np.abs(whole[inside]) ** 2
+    return np.asarray(grid[inside]), np.asarray(np.abs(whole[inside]) ** 2, dtype=np.float64)
 
 
 def _amplitudes(time: Array, values: Array, frequencies: Array) -> npt.NDArray[np.complex128]:
