@@ -102,7 +102,7 @@ def _spectrum(time: Array, values: Array) -> tuple[Array, Array]:
     base = round(1.0 / ((time[1] - time[0]) * GRID_HZ))
     finer = -(-len(time) // base)
     whole = 2.0 * np.fft.rfft(values * window, base * finer)[::finer] / window.sum()
-    grid: Array = GRID_HZ * np.arange(len(whole))
+    grid = np.asarray(GRID_HZ * np.arange(len(whole)), dtype=np.float64)
     inside = (grid >= LOWEST_HZ) & (grid < HIGHEST_HZ)
     return np.asarray(grid[inside]), np.asarray(np.abs(whole[inside]) ** 2, dtype=np.float64)
 
