@@ -26,7 +26,7 @@ from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.files import check_file, write_text
 from testbed.formats.ownership import owned
 from testbed.machine.model import Machine
-from testbed.machine.names import LEGS
+from testbed.machine.names import LEGS, SIDES
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
 from testbed.report.page import render
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 LONGEST_S = 600.0
 ROPES_STAGE = "commissioning_slope"
+ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
 """The second stage of a commissioning that is given as a scenario on level ground."""
 NEVER_SHOWN = (
     "zeros of either chamber's sensor by itself",
@@ -138,7 +139,7 @@ def _ropes(run: RobotRecording, file: RobotModelFile) -> dict[str, Number]:
         path = Path(folder) / "model.yaml"
         write_robot_model(path, file)
         belief = robot_belief(run, path)
-    return of_ropes(*learnt_over(run.data, belief))
+    return of_ropes(*learnt_over(run.data, belief), run.machine.scale)
 
 
 def commission_any(
@@ -175,17 +176,17 @@ def stages_of(out: Path) -> Path:
 def recorded(
     name: str, overrides: Sequence[str] = (), seed: int | None = None, place: Path | None = None
 ) -> Iterator[list[Path]]:
-    """Recordings of a scenario's programme and, where it is on level ground, of the ropes', for as
-    long as needed.
+    """Recordings of a scenario's programme and, where it is on level ground and the machine has
+    ropes, of theirs, for as long as needed.
 
     `place`: folder for them, gone at the end; what a killed process has finished there is taken
     over. None: a temporary one. Raises OccupiedError where another process is at work there.
     """
-    from testbed.scenario.scenario import load_scenario
+    from testbed.scenario.scenario import lacks, load_scenario
 
     scenarios = [load_scenario(name, list(overrides), seed)]
     first = scenarios[0]
-    if not first.ropes.enabled:
+    if not first.ropes.enabled and not lacks(first) & ROPES_PULL_AT:
         scenarios.append(_on_ropes(first))
     seconds = sum(scenario.duration_s for scenario in scenarios)
     if seconds > LONGEST_S:

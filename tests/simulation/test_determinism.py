@@ -1,5 +1,5 @@
-"""The same scenario and seed give the same bits, whatever the number of cores and threads, and after
-a save and a restore; docs/limits.md says so.
+"""The same scenario and seed give the same bits with any number of cores and threads, and after a
+save and a restore; docs/limits.md says so.
 """
 
 from __future__ import annotations

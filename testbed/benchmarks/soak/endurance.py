@@ -55,7 +55,8 @@ def drilled(hours: float, folder: Path) -> dict[str, Any]:
         [sys.executable, "-m", "testbed", "run", str(scenario), "--out", str(out)],
         stdout=subprocess.DEVNULL,
     )
-    drilling, after = [], [0.0]
+    drilling: list[float] = []
+    after = [0.0]
     while child.poll() is None:
         time.sleep(1.0)
         held = _memory_mb(child.pid)
