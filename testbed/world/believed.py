@@ -197,7 +197,7 @@ def spreads_of_leg(model: LegModel) -> dict[str, float]:
 
     Raises InputError for the tolerance of a number that every live estimate takes as it is.
     """
-    found = {}
+    found: dict[str, float] = {}
     for name, share in model.known.tolerances.items():
         if name not in OF_TOLERANCES:
             raise InputError(

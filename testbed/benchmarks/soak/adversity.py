@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -212,7 +213,12 @@ def _broken(file: Path) -> str:
     from testbed.formats.table import read_parquet
     from testbed.formats.yaml_files import read_yaml
 
-    readers = {".json": read_json, ".yaml": read_yaml, ".parquet": read_parquet, ".npz": np.load}
+    readers: dict[str, Callable[[Path], Any]] = {
+        ".json": read_json,
+        ".yaml": read_yaml,
+        ".parquet": read_parquet,
+        ".npz": np.load,
+    }
     if file.suffix not in readers or not file.is_file():
         return ""
     try:
