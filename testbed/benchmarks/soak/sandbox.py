@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import IO
 
-from testbed.errors import InputError, SimulationFault
+from testbed.errors import InputError, SimulationFault, unwritten
 
 LIMIT_S = 180.0
 """What takes longer hangs."""
@@ -127,6 +127,7 @@ def _do(work: Work, said: IO[bytes]) -> int:
 
 def _told(error: BaseException) -> int:
     """What a piece of work that is no command raised, as a command would tell it; exit status."""
+    error = unwritten(error) or error
     if isinstance(error, InputError | SimulationFault):
         line, status = str(error), 2 if isinstance(error, InputError) else 1
     else:
