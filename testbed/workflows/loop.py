@@ -88,6 +88,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
 def _run(folder: Path, scenario: Scenario, model: Path | None) -> dict[str, Any]:
     """The run's summary; a run that is there already is kept."""
     from testbed.simulation.run import run_scenario
+    from testbed.simulation.sweep import summary_of
     from testbed.workflows.report import write_report
 
     if summary_of(folder) is None:
