@@ -92,9 +92,13 @@ def begun(work: Work) -> Child:
 
 
 def ended(child: Child) -> Ended:
-    """Wait for its end."""
+    """Wait for its end; an interruption ends it."""
     with child.said as said:
-        status = _wait(child.process)
+        try:
+            status = _wait(child.process)
+        except KeyboardInterrupt:
+            os.kill(child.process, signal.SIGKILL)
+            raise
         said.seek(0)
         return Ended(status, said.read().decode(errors="replace"))
 
