@@ -12,14 +12,7 @@ from testbed.benchmarks.estimators.identification_trials import (
     friction_force,
     recording_of,
 )
-from testbed.benchmarks.paper.experiment import (
-    Array,
-    Experiment,
-    Line,
-    Panel,
-    at_least,
-    at_most,
-)
+from testbed.benchmarks.paper.experiment import Array, Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import chosen, once_per_machine
@@ -28,7 +21,6 @@ from testbed.estimation.friction.posterior import curve
 from testbed.estimation.leg.motion import smooth
 from testbed.laws.friction import steady_friction
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.report.tables import Table
 
 SPEEDS_M_S = (0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.05, 0.07)
 PLACES_M = (0.12, 0.25, 0.38)
@@ -124,7 +116,7 @@ def stribeck_drop(parameters: Array) -> float:
     return float(level[0] - level.min())
 
 
-def experiment() -> Experiment:
+def experiment() -> Result:
     """Identify, compare with the declared friction and with a motion that was not used."""
     found = identified()
     values, p = eight(found.identification.model.friction), found.identification.parameters
@@ -161,99 +153,37 @@ def experiment() -> Experiment:
         )
         for s, o in ((1.0, 0), (-1.0, 4))
     ]
-    return Experiment(
-        "8",
-        "Friction at constant speeds (Table III)",
-        "Friction follows a Stribeck curve, its viscous slopes differ by direction, and at one speed it spreads with "
-        "the position along the stroke.",
-        f"{len(SPEEDS_M_S)} speeds from {SPEEDS_M_S[0] * 1e3:g} to {SPEEDS_M_S[-1] * 1e3:g} mm/s, both ways, at "
-        f"{len(PLACES_M)} places of the stroke, foot in the air, cold oil.",
-        [
-            at_least(
-                "8",
-                "a Stribeck curve: friction falls from rest before it rises, extending",
-                20.0,
-                stribeck_drop(values[:4]),
-                "N",
-            ),
-            at_least(
-                "8",
-                "a Stribeck curve: friction falls from rest before it rises, retracting",
-                20.0,
-                stribeck_drop(values[4:]),
-                "N",
-            ),
-            at_least(
-                "8",
-                "viscous slopes of the plateaus differ by direction (difference over its standard error)",
-                3.0,
-                slopes_apart(v, f),
-                "1",
-            ),
-            at_least(
-                "8",
-                "friction at one speed spreads with the position (range over the stroke, share of the mean)",
-                0.02,
-                spread,
-                "1",
-            ),
-            at_most(
-                "8",
-                "the identified curve holds on the sinusoid, not used for fitting (relative RMS above 5 mm/s)",
-                0.05,
-                float(error),
-                "1",
-            ),
-        ],
-        [
-            Panel(
-                "friction at constant speed",
-                "speed [mm/s]",
-                "friction [N]",
-                [
-                    Line(v * 1e3, f, "plateaus", 0, "."),
-                    Line(grid * 1e3, curve(values[:4], grid), "identified (5)", 1),
-                    Line(-grid * 1e3, -curve(values[4:], grid), "", 1),
-                    Line(
-                        grid * 1e3, declared[0], "declared, mid-stroke, without pressure", 3, "--"
-                    ),
-                    Line(-grid * 1e3, declared[1], "", 3, "--"),
-                ],
-            ),
-            Panel(
-                "spread by position",
-                "position [m]",
-                "friction [N]",
-                [
-                    Line(
-                        x[(v > 0.0039) & (v < 0.0041)],
-                        f[(v > 0.0039) & (v < 0.0041)],
-                        "out, 4 mm/s",
-                        0,
-                        ".",
-                    ),
-                    Line(
-                        x[(v > 0.019) & (v < 0.021)],
-                        f[(v > 0.019) & (v < 0.021)],
-                        "out, 20 mm/s",
-                        1,
-                        ".",
-                    ),
-                ],
-            ),
-        ],
-        [
-            Table(
-                "Table III as identified here",
-                ["parameter", "value", "90 % interval", "declared", "unit", "shown by the motion"],
-                rows,
-            )
-        ],
-        [
-            f"Slopes {slope[0]:.0f} and {slope[1]:.0f} N s/m. The declared Coulomb friction does not contain the part "
-            "that grows with the pressures (about 60 N here), which the identification cannot tell apart. The simulator's "
-            "friction is (5) with a bristle and small additions: that (5) fits says nothing about a real seal."
-        ],
+    return Result(
+        {
+            "drop_out": stribeck_drop(values[:4]),
+            "drop_in": stribeck_drop(values[4:]),
+            "slopes": slopes_apart(v, f),
+            "spread": spread,
+            "sinusoid": float(error),
+        },
+        {
+            "speeds": [
+                Line(v * 1e3, f, "plateaus", 0, "."),
+                Line(grid * 1e3, curve(values[:4], grid), "identified (5)", 1),
+                Line(-grid * 1e3, -curve(values[4:], grid), "", 1),
+                Line(grid * 1e3, declared[0], "declared, mid-stroke, without pressure", 3, "--"),
+                Line(-grid * 1e3, declared[1], "", 3, "--"),
+            ],
+            "places": [
+                Line(x[at], f[at], f"out, {speed} mm/s", colour, ".")
+                for colour, speed in enumerate((4, 20))
+                for at in [np.abs(v / (1e-3 * speed) - 1.0) < 0.03]
+            ],
+        },
+        {"parameters": rows},
+        {
+            "speeds": len(SPEEDS_M_S),
+            "slowest_mm_s": SPEEDS_M_S[0] * 1e3,
+            "fastest_mm_s": SPEEDS_M_S[-1] * 1e3,
+            "places": len(PLACES_M),
+            "slope_out": slope[0],
+            "slope_in": slope[1],
+        },
     )
 
 
