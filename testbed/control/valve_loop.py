@@ -45,9 +45,9 @@ def position_loops(machine: Machine, arm_m: float) -> NDArray[Any]:
     """
     control = machine.control
     loops = PositionLoop.zeros(len(AXES))
-    for i, (loop, axis) in enumerate(zip(loops, machine.axes.values(), strict=True)):
+    for index, (loop, axis) in enumerate(zip(loops, machine.axes.values(), strict=True)):
         speed = axis.rated_flow_m3_s / (np.pi / 4 * axis.cylinder.bore_m**2)
-        scale = arm_m if i % 3 == 0 else 1.0
+        scale = arm_m if index % 3 == 0 else 1.0
         loop["proportional"] = control.loop_gain_1_s / speed * scale
         loop["integral_gain"] = control.integral_gain_1_s2 / speed * scale
         loop["feedforward"] = scale / speed

@@ -74,7 +74,7 @@ def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tup
     """A model file's effects, checked. Raises InputError for an unknown name, parameter or a value
     out of bounds.
     """
-    return tuple(_active(entry, f"effects.{k}", file) for k, entry in enumerate(entries))
+    return tuple(_active(entry, f"effects.{index}", file) for index, entry in enumerate(entries))
 
 
 def _active(entry: EffectEntry, field: str, file: str | Path | None) -> Active:

@@ -85,7 +85,9 @@ class Periodic(Effect):
         """The two amplitudes of the strongest line of the piston's force."""
         i = seen.axis(place)
         parts = np.eye(2)
-        return {name: Change(line={i: parts[k]}) for k, name in enumerate(("cosine", "sine"))}
+        return {
+            name: Change(line={i: parts[index]}) for index, name in enumerate(("cosine", "sine"))
+        }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """The line's amplitude and frequency."""

@@ -56,10 +56,10 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
     """
     out = np.empty(speed_m_s.size)
     age = 0.0
-    for k in range(speed_m_s.size):
-        out[k] = age
-        rate = (1.0 + speed_m_s[k] / SLOW_M_S) / REST_S
-        settled = 1.0 / (1.0 + speed_m_s[k] / SLOW_M_S)
+    for index in range(speed_m_s.size):
+        out[index] = age
+        rate = (1.0 + speed_m_s[index] / SLOW_M_S) / REST_S
+        settled = 1.0 / (1.0 + speed_m_s[index] / SLOW_M_S)
         age = settled + (age - settled) * np.exp(-rate * period_s)
     return out
 
@@ -88,10 +88,10 @@ def stop(position_m: Array, travel_m: float) -> Array:
     """
     out = np.empty(position_m.size)
     stretch, last = 0.0, position_m[0]
-    for k in range(position_m.size):
-        stretch = min(max(stretch + position_m[k] - last, -travel_m), travel_m)
-        last = position_m[k]
-        out[k] = stretch / travel_m
+    for index in range(position_m.size):
+        stretch = min(max(stretch + position_m[index] - last, -travel_m), travel_m)
+        last = position_m[index]
+        out[index] = stretch / travel_m
     return out
 
 

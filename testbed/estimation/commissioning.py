@@ -174,9 +174,9 @@ class _Seen:
 
     @classmethod
     def of(cls, data: Mapping[str, Array], machine: Machine) -> _Seen:
-        t = data["t"]
-        every = max(1, round(EVERY_S / float(np.median(np.diff(t)))))
-        rate = 1.0 / float(np.median(np.diff(t)))
+        time_s = data["t"]
+        every = max(1, round(EVERY_S / float(np.median(np.diff(time_s)))))
+        rate = 1.0 / float(np.median(np.diff(time_s)))
         pushes, pressures, speeds, accelerations = [], [], [], []
         for leg in LEGS:
             axis = machine.axes[f"{leg}_vertical"]
@@ -188,24 +188,30 @@ class _Seen:
             pressures.append(
                 data[f"pressure_a_{leg}_vertical"] + data[f"pressure_b_{leg}_vertical"]
             )
-            x = through_steps(t, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m)
+            x = through_steps(
+                time_s, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m
+            )
             _, v, a = motion(x, rate, SMOOTH_S)
             speeds.append(v)
             accelerations.append(a)
         carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > SET
-        in_air = np.array([_in_air(data, leg, carrying[k], t) for k, leg in enumerate(LEGS)])
+        in_air = np.array(
+            [_in_air(data, leg, carrying[index], time_s) for index, leg in enumerate(LEGS)]
+        )
         if not in_air.any(axis=1).all():
             raise InputError(
                 "shows no foot in the air",
                 field="carrying",
                 allowed="the programme of commissioning_flat: every foot lifted by 2 cm and more",
             )
-        sideways = np.array([[data[f"own_{k}_{leg}"] for leg in LEGS] for k in "xy"])
+        sideways = np.array(
+            [[data[f"own_{component}_{leg}"] for leg in LEGS] for component in "xy"]
+        )
         roll, pitch = data["attitude_roll"], data["attitude_pitch"]
         gravity = GRAVITY_M_S2 * np.array(
             [np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)]
         )
-        settled = _settled(np.asarray(carrying.all(axis=0)), t)
+        settled = _settled(np.asarray(carrying.all(axis=0)), time_s)
         pick = slice(None, None, every)
         return cls(
             np.array(pushes)[:, pick],
@@ -304,17 +310,17 @@ def _rows(
     laws = np.zeros((4, count, len(prior)))
     slides = np.abs(seen.speed) > SLIDES_M_S
     rows, values, sds = [], [], []
-    for k, leg in enumerate(LEGS):
+    for index, leg in enumerate(LEGS):
         axis = machine.axes[f"{leg}_vertical"]
-        columns, declared = _laws(seen, k, axis, thinning)
-        mine = slice(size * k, size * (k + 1))
-        laws[k, :, mine] = columns
+        columns, declared = _laws(seen, index, axis, thinning)
+        mine = slice(size * index, size * (index + 1))
+        laws[index, :, mine] = columns
         moving_kg = machine.each_leg[leg].sliding_mass_kg
-        load[k] = seen.push_n[k] - columns @ prior[mine] - declared
-        load[k] += moving_kg * (-seen.gravity[2] - seen.acceleration[k])
-        at = seen.in_air[k] & slides[k]
-        rows.append(laws[k, at])
-        values.append(load[k, at])
+        load[index] = seen.push_n[index] - columns @ prior[mine] - declared
+        load[index] += moving_kg * (-seen.gravity[2] - seen.acceleration[index])
+        at = seen.in_air[index] & slides[index]
+        rows.append(laws[index, at])
+        values.append(load[index, at])
         sds.append(np.full(at.sum(), AIR_SD_N))
     at = np.flatnonzero(seen.on_ground & slides.all(axis=0))
     for row, value, sd in _balances(seen, model, load, laws, at):
@@ -356,9 +362,9 @@ def _balances(
 
 def _leg_numbers(found: Array, sd: Array, prior_mean: Array, prior_sd: Array) -> dict[str, Number]:
     out: dict[str, Number] = {}
-    for k, leg in enumerate(LEGS):
+    for index, leg in enumerate(LEGS):
         for j, name in enumerate(OF_LEG):
-            at, axis = len(OF_LEG) * k + j, f"{leg}_vertical"
+            at, axis = len(OF_LEG) * index + j, f"{leg}_vertical"
             path = zero_name(axis) if name == "zero" else _path(axis, name)
             unit = {"viscous": "N s/m", "side": "1", "pressure": "m2"}.get(
                 name.partition("_")[0], "N"
@@ -388,11 +394,13 @@ def _body_numbers(
     before = model.total_mass_kg, float(prior_sd[0])
     shown = mass_sd < SHOWN * before[1]
     numbers = {"total_mass_kg": Number(total, "kg", mass_sd, shown, before)}
-    for k, axis in enumerate("xyz"):
-        spread = math.hypot(float(sd[k + 1]) / total, CENTRE_FLOOR_M)
-        before = float(drawn[k]), float(prior_sd[k + 1]) / total
+    for index, axis in enumerate("xyz"):
+        spread = math.hypot(float(sd[index + 1]) / total, CENTRE_FLOOR_M)
+        before = float(drawn[index]), float(prior_sd[index + 1]) / total
         shown = spread < SHOWN * before[1]
-        numbers[f"centre_of_mass_{axis}_m"] = Number(float(centre[k]), "m", spread, shown, before)
+        numbers[f"centre_of_mass_{axis}_m"] = Number(
+            float(centre[index]), "m", spread, shown, before
+        )
     return numbers, mass_kg, np.asarray(moment)
 
 
@@ -432,6 +440,13 @@ def _attitude(data: Mapping[str, Array], seen: _Seen, model: RobotModel) -> dict
     out = {}
     for name, value in zip(("roll", "pitch"), mean, strict=True):
         number = f"{Attitude.kind}@body.{name}"
-        before = 0.0, spread_of(next(t for t in tolerances("workshop") if t.number == number))[1]
+        before = (
+            0.0,
+            spread_of(
+                next(
+                    tolerance for tolerance in tolerances("workshop") if tolerance.number == number
+                )
+            )[1],
+        )
         out[number] = Number(float(value), "rad", LEVEL_SD_RAD, before=before)
     return out

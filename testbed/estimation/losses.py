@@ -76,8 +76,8 @@ class LossRule:
         """A contact (n,) without the stretches, of either kind, that are shorter than
         `shortest_s`.
         """
-        stretches = [(a, b, True) for a, b in intervals(carries, time_s, self.shortest_s)]
-        stretches += [(a, b, False) for a, b in intervals(~carries, time_s, self.shortest_s)]
+        stretches = [(a, stop, True) for a, stop in intervals(carries, time_s, self.shortest_s)]
+        stretches += [(a, stop, False) for a, stop in intervals(~carries, time_s, self.shortest_s)]
         out = np.ones(len(carries), dtype=bool)
         for start, _, state in sorted(stretches):
             out[start:] = state
@@ -139,7 +139,7 @@ def follow(lost: Flags, carrying: Flags, time_s: Array) -> Followed:
     A loss that was on already at the first sample has no beginning, and is none; its seconds count.
     """
     spans = intervals(~carrying, time_s)
-    losses = tuple(_called(lost, a, b, time_s) for a, b in spans if a > 0)
+    losses = tuple(_called(lost, start, stop, time_s) for start, stop in spans if start > 0)
     ends = [*(start for start, _ in spans[1:]), len(lost)][: len(spans)]
     touchdowns = [
         _called(~lost, end, later, time_s)
@@ -209,7 +209,9 @@ def score_contact(contact: Array, carrying: Flags, time_s: Array) -> ContactScor
     """
     found = follow(contact < SET, carrying, time_s)
     delays = [loss.delay_s for loss in found.losses if loss.delay_s is not None]
-    touchdowns = [t.delay_s for t in found.touchdowns if t.delay_s is not None]
+    touchdowns = [
+        touchdown.delay_s for touchdown in found.touchdowns if touchdown.delay_s is not None
+    ]
     steps = durations_s(time_s)
     return ContactScore(
         losses=len(found.losses),

@@ -62,7 +62,11 @@ def load_class(
     module = _import(file)
     found = getattr(module, class_name, None)
     if not inspect.isclass(found):
-        own = [n for n, v in vars(module).items() if inspect.isclass(v) and not n.startswith("_")]
+        own = [
+            key
+            for key, value in vars(module).items()
+            if inspect.isclass(value) and not key.startswith("_")
+        ]
         raise InputError(
             "has no such class",
             file=file,

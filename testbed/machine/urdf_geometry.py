@@ -60,7 +60,7 @@ class _Geometry:
             **self._mounted(),
         }
         for leg in LEGS:
-            out |= {f"each_leg.{leg}.{name}": v for name, v in self._leg(leg).items()}
+            out |= {f"each_leg.{leg}.{name}": value for name, value in self._leg(leg).items()}
             for joint in ("radial", "vertical"):
                 out[f"axes.{leg}_{joint}.cylinder.stroke_m"] = self._stroke_m(f"{leg}_{joint}")
         out["joints.rotation.lower_rad"], out["joints.rotation.upper_rad"] = self._turn()

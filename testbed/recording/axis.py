@@ -119,7 +119,7 @@ def read_recording(folder: str | Path) -> Recording:
     folder = recording_folder(folder)
     file = folder / "recording.yaml"
     header = read_header(file)
-    wanted = {c.column: f"channels.{q}.column" for q, c in header.channels.items()}
+    wanted = {channel.column: f"channels.{key}.column" for key, channel in header.channels.items()}
     reference = header.reference_force
     if reference is not None and reference.column is not None:
         wanted[reference.column] = "reference_force.column"
@@ -171,7 +171,7 @@ def read_rig(folder: str | Path) -> Rig:
         names = sorted(p for p in (folder / part).iterdir() if p.is_dir())
         if not names:
             raise InputError("holds no recording", file=folder / part)
-        parts[part] = tuple(read_recording(p) for p in names)
+        parts[part] = tuple(read_recording(name) for name in names)
     rig = Rig(folder.resolve().name, folder, parts["identify"], parts["verify"])
     for other in (*rig.identify, *rig.verify):
         if other.rig != rig.kind:
@@ -207,7 +207,7 @@ def _in_si(header: Header, columns: dict[str, Array], file: Path) -> dict[str, A
     units.
     """
     units: dict[str, str] = {}
-    uses = [(c.column, c.unit) for c in header.channels.values()]
+    uses = [(channel.column, channel.unit) for channel in header.channels.values()]
     reference = header.reference_force
     if reference is not None and reference.column is not None:
         uses.append((reference.column, reference.unit or "N"))
@@ -254,5 +254,9 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         reference_force_n=reference,
         saturated_a=never if saturated_a is None else saturated_a,
         saturated_b=never if saturated_b is None else saturated_b,
-        extra={q: columns[c.column] for q, c in header.channels.items() if q not in QUANTITIES},
+        extra={
+            name: columns[channel.column]
+            for name, channel in header.channels.items()
+            if name not in QUANTITIES
+        },
     )

@@ -70,12 +70,12 @@ def motion_at(
 
     def vectors(name: str) -> Array:
         """(n, 3) in the slope's frame."""
-        in_world: Array = np.stack([truth[f"{name}{k}"][rows] for k in "xyz"], axis=1)
+        in_world: Array = np.stack([truth[f"{name}{axis}"][rows] for axis in "xyz"], axis=1)
         return np.asarray(in_world @ to_slope.T)
 
     origin = vectors("body_pose_in_world_")
-    quaternions = np.stack([truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"], axis=1)
-    turn = np.array([to_slope @ rotation(*map(float, q)) for q in quaternions])
+    quaternions = np.stack([truth[f"body_pose_in_world_q{axis}"][rows] for axis in "xyzw"], axis=1)
+    turn = np.array([to_slope @ rotation(*map(float, quaternion)) for quaternion in quaternions])
     joints = np.stack([data[f"position_{axis}"][rows] for axis in AXES], axis=1)
     feet_in_body = np.array([legs.feet(row) for row in joints])
     nothing = np.zeros(len(rows))
@@ -97,7 +97,9 @@ def footholds(motion: Motion, leg: int) -> Array:
     carries = motion.normal_n[:, leg] >= LOSS_FORCE_N
     edges = np.flatnonzero(np.diff(np.concatenate([[False], carries, [False]]).astype(int)))
     spans = edges.reshape(-1, 2)
-    return np.array([motion.feet_m[a:b, leg, :2].mean(axis=0) for a, b in spans]).reshape(-1, 2)
+    return np.array(
+        [motion.feet_m[start:stop, leg, :2].mean(axis=0) for start, stop in spans]
+    ).reshape(-1, 2)
 
 
 def support(motion: Motion, moment: int) -> tuple[Array, Array]:

@@ -123,8 +123,8 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
         drawn: Any = ax.scatter(axes[0], axes[1] if len(axes) > 1 else found, c=found, s=18, **look)
     else:
         drawn = ax.imshow(_means(axes, kinds, found), origin="lower", aspect="auto", **look)
-        ax.set_xticks(range(len(kinds[0])), [str(v) for v in kinds[0]])
-        ax.set_yticks(range(len(kinds[1])), [str(v) for v in kinds[1]])
+        ax.set_xticks(range(len(kinds[0])), [str(kind) for kind in kinds[0]])
+        ax.set_yticks(range(len(kinds[1])), [str(kind) for kind in kinds[1]])
     ax.set_xlabel(paths[0])
     if len(paths) > 1:
         ax.set_ylabel(paths[1])
@@ -134,7 +134,7 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
 def _kinds(column: Sequence[Any]) -> list[Any]:
     """The values that occur, sorted where they can be."""
     kinds = list(dict.fromkeys(column))
-    return sorted(kinds) if all(isinstance(v, (int, float)) for v in kinds) else kinds
+    return sorted(kinds) if all(isinstance(kind, (int, float)) for kind in kinds) else kinds
 
 
 def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found: Array) -> Array:
@@ -142,7 +142,7 @@ def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found:
     is none.
     """
     out = np.full((len(kinds[1]), len(kinds[0])), np.nan)
-    for i, first in enumerate(kinds[0]):
+    for index, first in enumerate(kinds[0]):
         for j, second in enumerate(kinds[1]):
             here = [
                 k
@@ -151,5 +151,5 @@ def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found:
             ]
             cell = found[here]
             if np.isfinite(cell).any():
-                out[j, i] = np.nanmean(cell)
+                out[j, index] = np.nanmean(cell)
     return out

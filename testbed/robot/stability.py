@@ -69,8 +69,8 @@ def wrench_margin_n(
         held = np.hstack([held, np.asarray(ropes, dtype=float).T])
         limits = np.array(tensions_n) / scale
         low, high = (
-            np.concatenate([ends[:-1], limits[:, k], ends[-1:]])
-            for k, ends in enumerate((low, high))
+            np.concatenate([ends[:-1], limits[:, index], ends[-1:]])
+            for index, ends in enumerate((low, high))
         )
     wanted = -np.asarray(load, dtype=float) / scale
     arms = np.cross(np.asarray(at_m, dtype=float), DIRECTIONS)
@@ -132,7 +132,7 @@ def _edges(feet: Array) -> list[tuple[Array, Array]]:
     middle = feet[:, :2].mean(axis=0)
     around = np.argsort(np.arctan2(feet[:, 1] - middle[1], feet[:, 0] - middle[0]))
     ring = feet[around]
-    return [(ring[k], ring[(k + 1) % len(ring)]) for k in range(len(ring))]
+    return [(ring[index], ring[(index + 1) % len(ring)]) for index in range(len(ring))]
 
 
 def _edge_work_j(start: Array, end: Array, forces: Array, points: Array) -> float:

@@ -303,11 +303,11 @@ class Chain(Checked):
             raise impossible(
                 "tasks: drills twice; the store holds the rods of one hole", "one drill"
             )
-        for k, task in enumerate(self.tasks[:-1]):
+        for index, task in enumerate(self.tasks[:-1]):
             if isinstance(task, Stand | Sway) and task.for_s is None:
-                raise impossible(f"tasks.{k}: {task.kind} has no end", "for_s, how long")
+                raise impossible(f"tasks.{index}: {task.kind} has no end", "for_s, how long")
             if isinstance(task, Drill) and task.repeat:
-                raise impossible(f"tasks.{k}: repeats without end", "repeat: false")
+                raise impossible(f"tasks.{index}: repeats without end", "repeat: false")
         if isinstance(self.tasks[-1], Stand | Sway) and self.tasks[-1].for_s is not None:
             raise impossible("tasks: the last one goes on to the end", "no for_s in it")
         return self

@@ -29,7 +29,7 @@ def recording_meta(
         "description": scenario.description,
         "seed": scenario.seed,
         "task": scenario.task.kind,
-        "channels": {c: _channel(c) for c in data_columns},
+        "channels": {column: _channel(column) for column in data_columns},
         "surveyed": dict(surveyed),
         "known": known(belief),
     }

@@ -252,7 +252,8 @@ class Run:
             return None
         names = self._simulation.data_columns, self._simulation.truth_columns
         data, truth = (
-            dict(zip(n, t.T, strict=True)) for n, t in zip(names, self._last, strict=True)
+            dict(zip(part, columns.T, strict=True))
+            for part, columns in zip(names, self._last, strict=True)
         )
         return data, truth
 

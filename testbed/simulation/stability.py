@@ -42,7 +42,9 @@ def stability_summary(
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
     looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
-    found = np.array([_margins(model, scenario.terrain.friction, data, truth, k) for k in looks])
+    found = np.array(
+        [_margins(model, scenario.terrain.friction, data, truth, look) for look in looks]
+    )
     wrench, energy = (int(np.argmin(found[:, k])) for k in (0, 1))
     return {
         "lowest_wrench_margin_n": float(found[wrench, 0]),
@@ -57,18 +59,20 @@ def _margins(
 ) -> tuple[float, float]:
     """Wrench margin, N, and energy margin, J, at one row; all in the body frame."""
     joints = np.array([data[f"position_{axis}"][row] for axis in AXES])
-    to_body = rotation(*(float(truth[f"body_pose_in_world_q{k}"][row]) for k in "xyzw")).T
+    to_body = rotation(*(float(truth[f"body_pose_in_world_q{axis}"][row]) for axis in "xyzw")).T
     gravity = to_body @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     feet = model.foot_positions_m(joints)
     standing = [
-        k for k, leg in enumerate(LEGS) if truth[f"contact_normal_{leg}"][row] >= TOUCHING_N
+        index for index, leg in enumerate(LEGS) if truth[f"contact_normal_{leg}"][row] >= TOUCHING_N
     ]
     pulls = (
-        np.array([[truth[f"rope_force_in_world_{side}_{k}"][row] for k in "xyz"] for side in SIDES])
+        np.array(
+            [[truth[f"rope_force_in_world_{side}_{axis}"][row] for axis in "xyz"] for side in SIDES]
+        )
         @ to_body.T
     )
-    drill = to_body @ np.array([truth[f"drill_wrench_in_world_f{k}"][row] for k in "xyz"])
-    turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{k}"][row] for k in "xyz"])
+    drill = to_body @ np.array([truth[f"drill_wrench_in_world_f{axis}"][row] for axis in "xyz"])
+    turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{axis}"][row] for axis in "xyz"])
     load = external_wrench(
         model, joints, gravity, None, pulls, point_wrench(drill, model.drill_mount_m)
     )

@@ -130,7 +130,9 @@ def diagnose_recording(
     believed = own_belief(run.machine, model)
     entries = () if model is None else read_robot_model(model).effects
     granted = {
-        f"{entry.name}{MARK}{entry.place}": {k: p.value for k, p in entry.parameters.items()}
+        f"{entry.name}{MARK}{entry.place}": {
+            name: parameter.value for name, parameter in entry.parameters.items()
+        }
         for entry in entries
     }
     robot = Robot.of(believed.machine, carried_kg)

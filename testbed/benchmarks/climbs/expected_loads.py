@@ -273,21 +273,21 @@ class ExpectedLoadStands(Benchmark[int]):
 
 def scores(cases: Sequence[Case]) -> dict[str, float]:
     """The numbers of the table. Errors as shares of a quarter of the weight."""
-    true = np.array([c.true_n for c in cases])
-    near = [c for c in cases if c.near_known is not None]
-    far = [c for c in cases if c.first_true is not None]
-    inside = (true >= [c.low_n for c in cases]) & (true <= [c.high_n for c in cases])
+    true = np.array([case.true_n for case in cases])
+    near = [case for case in cases if case.near_known is not None]
+    far = [case for case in cases if case.first_true is not None]
+    inside = (true >= [case.low_n for case in cases]) & (true <= [case.high_n for case in cases])
     return {
         "cases": len(cases),
         "known_rms": float(
-            np.sqrt(np.mean((np.array([c.known_n for c in cases]) - true) ** 2)) / QUARTER_N
+            np.sqrt(np.mean((np.array([case.known_n for case in cases]) - true) ** 2)) / QUARTER_N
         ),
         "combination_rms": float(
-            np.sqrt(np.mean(np.square([c.combination_error_n for c in cases]))) / QUARTER_N
+            np.sqrt(np.mean(np.square([case.combination_error_n for case in cases]))) / QUARTER_N
         ),
         "interval_cover": float(inside.mean()),
         "interval_width_n": float(
-            np.median(np.subtract([c.high_n for c in cases], [c.low_n for c in cases]))
+            np.median(np.subtract([case.high_n for case in cases], [case.low_n for case in cases]))
         ),
         "near": len(near),
         "named_near": float(np.mean([c.near_known == c.first_true for c in near]))
@@ -299,7 +299,7 @@ def scores(cases: Sequence[Case]) -> dict[str, float]:
         "named_all": float(np.mean([c.first_known == c.first_true for c in far]))
         if far
         else float("nan"),
-        "call_us": float(np.median([c.call_us for c in cases])),
+        "call_us": float(np.median([case.call_us for case in cases])),
     }
 
 

@@ -57,17 +57,17 @@ def bristle(motion: Motion, size_n: float, reach_m: float) -> Array:
     """An elastic element that slips at `size_n` after `reach_m`: clipped increments, N."""
     out = np.zeros_like(motion.position_m)
     step = np.diff(motion.position_m) * size_n / reach_m
-    for k in range(1, len(out)):
-        out[k] = min(max(out[k - 1] + step[k - 1], -size_n), size_n)
+    for index in range(1, len(out)):
+        out[index] = min(max(out[index - 1] + step[index - 1], -size_n), size_n)
     return out
 
 
 def soft_bristle(motion: Motion, size_n: float, reach_m: float) -> Array:
     """The first-order bristle of `friction.presliding`: dz = dx - |dx| z / reach, N."""
     out = np.zeros_like(motion.position_m)
-    for k, moved in enumerate(np.diff(motion.position_m), start=1):
+    for index, moved in enumerate(np.diff(motion.position_m), start=1):
         aim = size_n if moved > 0.0 else -size_n
-        out[k] = aim + (out[k - 1] - aim) * np.exp(-abs(moved) / reach_m)
+        out[index] = aim + (out[index - 1] - aim) * np.exp(-abs(moved) / reach_m)
     return out
 
 
@@ -96,7 +96,10 @@ def hysteresis(motion: Motion, size_n: float, rng: np.random.Generator) -> Array
     travel = float(np.ptp(motion.position_m))
     reaches = travel * np.geomspace(0.01, 0.6, 6)
     shares = rng.dirichlet(np.ones(6))
-    parts = [bristle(motion, 2.0 * size_n * s, r) for s, r in zip(shares, reaches, strict=True)]
+    parts = [
+        bristle(motion, 2.0 * size_n * share, reach)
+        for share, reach in zip(shares, reaches, strict=True)
+    ]
     return np.asarray(np.sum(parts, axis=0))
 
 

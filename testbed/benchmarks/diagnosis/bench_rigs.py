@@ -114,7 +114,7 @@ def make_bench(seed: int) -> tuple[Rig, Hidden]:
     )
     if build.law is not None and law not in AS_LARGE_AS_FRICTION:
         build = replace(build, size_n=_scaled(_motion(build, 0), build, size_n))
-    made = [_recording(build, k) for k in range(4)]
+    made = [_recording(build, index) for index in range(4)]
     rig = Rig(f"bench-{seed}", Path(f"bench-{seed}"), tuple(made[:3]), tuple(made[3:]))
     return rig, Hidden(kind, law, size_n, noise)
 
@@ -140,16 +140,16 @@ def _motion(b: _Build, number: int) -> Motion:
     return Motion(t, x, v, np.gradient(v, t), pressure, current, b.level_n, stroke)
 
 
-def _scaled(m: Motion, b: _Build, size_n: float) -> float:
+def _scaled(motion: Motion, b: _Build, size_n: float) -> float:
     """The law's size with which RMS `size_n` is left once friction (5), a mass and a zero have
     taken up what they can; less where the law as a whole would be larger than friction by LARGEST.
     """
     assert b.law is not None
-    plus, speed = m.velocity_m_s > 0.0, np.abs(m.velocity_m_s)
+    plus, speed = motion.velocity_m_s > 0.0, np.abs(motion.velocity_m_s)
     one, bump = np.ones_like(speed), np.exp(-speed / 0.01)
     each_way = [column * way for column in (one, speed, bump) for way in (plus, ~plus)]
-    shared = np.column_stack([*each_way, m.acceleration_m_s2])
-    force = b.law(m, 1.0, np.random.default_rng([79, b.seed]))
+    shared = np.column_stack([*each_way, motion.acceleration_m_s2])
+    force = b.law(motion, 1.0, np.random.default_rng([79, b.seed]))
     moving = speed > MOVING_M_S
     left = force - shared @ np.linalg.lstsq(shared[moving], force[moving], rcond=None)[0]
     beyond, whole = (float(np.sqrt(np.mean(f[moving] ** 2))) for f in (left, force))
@@ -169,9 +169,9 @@ def _noise(b: _Build, rng: np.random.Generator, clean: Array) -> Array:
         share = 0.5 ** (200.0 / b.rate_hz)
         out = np.empty_like(white)
         last = 0.0
-        for k, w in enumerate(white):
+        for index, w in enumerate(white):
             last = share * last + np.sqrt(1.0 - share**2) * w
-            out[k] = last
+            out[index] = last
         return clean + b.noise_n * out
     if b.noise == "quantised":
         step = 2.0 * b.noise_n
@@ -198,7 +198,7 @@ def _recording(b: _Build, number: int) -> Recording:
 
 
 def _as_recording(
-    b: _Build, number: int, m: Motion, force: Array, rng: np.random.Generator
+    b: _Build, number: int, motion: Motion, force: Array, rng: np.random.Generator
 ) -> Recording:
     channels = {
         "time": Channel(column="t", unit="s"),
@@ -210,7 +210,7 @@ def _as_recording(
     else:
         channels["pressure_a"] = Channel(column="pA", unit="Pa")
         cell = ReferenceForce(kind="load-cell", column="F_ref", unit="N")
-    extra = {"current": m.current} if b.current_recorded else {}
+    extra = {"current": motion.current} if b.current_recorded else {}
     channels |= {name: Channel(column=name, unit="A") for name in extra}
     header = Header(
         format="roboclimber-recording/1",
@@ -221,14 +221,14 @@ def _as_recording(
         known=b.known,
         reference_force=cell,
     )
-    never = np.zeros(len(m.time_s), dtype=np.bool_)
-    read_pa = m.pressure_pa + rng.normal(0.0, 100.0, len(never))
+    never = np.zeros(len(motion.time_s), dtype=np.bool_)
+    read_pa = motion.pressure_pa + rng.normal(0.0, 100.0, len(never))
     return Recording(
         name=f"run{number}",
         folder=Path(f"run{number}"),
         header=header,
-        time_s=m.time_s,
-        position_m=np.round(m.position_m / b.step_m) * b.step_m,
+        time_s=motion.time_s,
+        position_m=np.round(motion.position_m / b.step_m) * b.step_m,
         valve_command=None,
         pressure_a_pa=None if b.drive else read_pa,
         pressure_b_pa=None,

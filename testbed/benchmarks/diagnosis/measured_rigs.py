@@ -132,13 +132,13 @@ def drive_error(recording: Recording, model: LegModel) -> float:
     return _rms(few(force) - few(predicted)) / _rms(few(force))
 
 
-def friction(f: Friction, v_m_s: Array) -> Array:
+def friction(friction: Friction, v_m_s: Array) -> Array:
     """(5) at speeds (n,), N."""
     speed = np.abs(v_m_s)
-    plus = f.viscous_plus_n_s_m * speed + f.coulomb_plus_n
-    plus = plus + f.stribeck_plus_n * np.exp(-speed / f.stribeck_speed_plus_m_s)
-    minus = f.viscous_minus_n_s_m * speed + f.coulomb_minus_n
-    minus = minus + f.stribeck_minus_n * np.exp(-speed / f.stribeck_speed_minus_m_s)
+    plus = friction.viscous_plus_n_s_m * speed + friction.coulomb_plus_n
+    plus = plus + friction.stribeck_plus_n * np.exp(-speed / friction.stribeck_speed_plus_m_s)
+    minus = friction.viscous_minus_n_s_m * speed + friction.coulomb_minus_n
+    minus = minus + friction.stribeck_minus_n * np.exp(-speed / friction.stribeck_speed_minus_m_s)
     return np.where(v_m_s > 0.0, plus, np.where(v_m_s < 0.0, -minus, 0.0))
 
 

@@ -134,12 +134,20 @@ def _figure(result: dict[str, Any]) -> str:
         left.set_xlabel("stated probability of the first hypothesis")
         left.set_ylabel("rate of being right")
         classes = result["accuracy_by_strength"]
-        middle = [(c["from"] * c["to"]) ** 0.5 for c in classes]
+        middle = [(class_["from"] * class_["to"]) ** 0.5 for class_ in classes]
         right.plot(
-            middle, [c["named"]["share"] for c in classes], "o-", color=BLUE, label="named right"
+            middle,
+            [class_["named"]["share"] for class_ in classes],
+            "o-",
+            color=BLUE,
+            label="named right",
         )
         right.plot(
-            middle, [c["visible"]["share"] for c in classes], "o--", color=GREY, label="visible"
+            middle,
+            [class_["visible"]["share"] for class_ in classes],
+            "o--",
+            color=GREY,
+            label="visible",
         )
         right.set_xscale("log")
         right.set_xticks(middle, [f"{m:.2g}" for m in middle])

@@ -21,11 +21,11 @@ STRENGTHS = (0.1, 0.2, 0.4, 0.8, 1.6)
 
 def scores(trials: Sequence[Trial]) -> dict[str, Any]:
     """The contents of evaluation.json."""
-    seen = [t for t in trials if t["visible"]]
+    seen = [trial for trial in trials if trial["visible"]]
     single = [t for t in seen if t["kind"] == "single"]
     double = [t for t in seen if t["kind"] == "double"]
     outside = [t for t in seen if t["kind"] == "outside"]
-    clean = [t for t in trials if t["kind"] == "clean"]
+    clean = [trial for trial in trials if trial["kind"] == "clean"]
     shares = [share for t in single + double if (share := closed(t)) is not None]
     oracle = [
         t["oracle_closed_force"] for t in single + double if t["oracle_closed_force"] is not None
@@ -50,11 +50,13 @@ def scores(trials: Sequence[Trial]) -> dict[str, Any]:
         "closed_share_of_what_was_added": quantiles(added),
         "closed_share_outside": quantiles(generic),
         "outside_made_worse": quantiles([worsened(t) for t in outside]),
-        "accuracy_by_strength": by_strength([t for t in trials if t["kind"] == "single"]),
+        "accuracy_by_strength": by_strength(
+            [trial for trial in trials if trial["kind"] == "single"]
+        ),
         "calibration": calibration(trials),
         "intervals": coverage(single),
         "confusion": confusion(trials),
-        "seconds_a_rig": quantiles([t["seconds"] for t in trials]),
+        "seconds_a_rig": quantiles([trial["seconds"] for trial in trials]),
         "baselines": baselines(trials, single, double, clean),
     }
 
@@ -65,16 +67,16 @@ force.
 """
 
 
-def closed(t: Trial) -> float | None:
+def closed(trial: Trial) -> float | None:
     """Share of the closable squared error closed: of the force, or of the flow for effects that
     only flows show.
     """
-    force = t["oracle_closed_force"] is not None and t["oracle_closed_force"] >= SHOWS
-    share: float | None = t["closed_force"] if force else t["closed_flow"]
+    force = trial["oracle_closed_force"] is not None and trial["oracle_closed_force"] >= SHOWS
+    share: float | None = trial["closed_force"] if force else trial["closed_flow"]
     return share
 
 
-def closed_of_added(t: Trial) -> float | None:
+def closed_of_added(trial: Trial) -> float | None:
     """Share of the squared error that the hidden effects add which is closed: above the error of
     the refitted model of the sound twin, not above the sensors' floor; averaged over the recordings
     where refit > 1.1 of that.
@@ -82,10 +84,10 @@ def closed_of_added(t: Trial) -> float | None:
     The floor knows sensors and encoder only; what a friction law of another form leaves over in a
     sound machine, and landings on the load cell, no effect's name can close.
     """
-    quantity = "force_n" if (t["oracle_closed_force"] or 0.0) >= SHOWS else "flow_m3_s"
+    quantity = "force_n" if (trial["oracle_closed_force"] or 0.0) >= SHOWS else "flow_m3_s"
     shares = []
-    for name, row in (t.get("sound") or {}).items():
-        e, least = t["error"][name].get(quantity), row.get(quantity, 0.0)
+    for name, row in (trial.get("sound") or {}).items():
+        e, least = trial["error"][name].get(quantity), row.get(quantity, 0.0)
         if e and e["refit"] > 1.1 * max(least, e["floor"]):
             least = max(least, e["floor"])
             shares.append((e["refit"] ** 2 - e["after"] ** 2) / (e["refit"] ** 2 - least**2))
@@ -108,36 +110,37 @@ def quantiles(values: Sequence[float]) -> dict[str, float]:
     return {f"p{q}": float(np.percentile(values, q)) for q in (10, 50, 90)}
 
 
-def _among(t: Trial, count: int) -> bool:
-    sets = [set(h["names"]) for h in t["hypotheses"][:count]]
-    return set(t["truth"]) in sets
+def _among(trial: Trial, count: int) -> bool:
+    sets = [set(hypothesis["names"]) for hypothesis in trial["hypotheses"][:count]]
+    return set(trial["truth"]) in sets
 
 
-def _confident(t: Trial) -> bool:
-    top = t["hypotheses"][0]
-    return bool(t["verdict"] == "effect" and top["probability"] > 0.8)
+def _confident(trial: Trial) -> bool:
+    top = trial["hypotheses"][0]
+    return bool(trial["verdict"] == "effect" and top["probability"] > 0.8)
 
 
-def worsened(t: Trial) -> float:
+def worsened(trial: Trial) -> float:
     """Largest relative growth of a recording's force error from refit to after."""
-    rows = [r["force_n"] for r in t["error"].values()]
-    return max((e["after"] / e["refit"] - 1.0 for e in rows), default=0.0)
+    rows = [r["force_n"] for r in trial["error"].values()]
+    return max((row["after"] / row["refit"] - 1.0 for row in rows), default=0.0)
 
 
-def truth_set(t: Trial) -> frozenset[str]:
+def truth_set(trial: Trial) -> frozenset[str]:
     """The set that a perfect diagnosis would call most probable."""
-    if not t["visible"] or t["kind"] == "clean":
+    if not trial["visible"] or trial["kind"] == "clean":
         return frozenset()
-    return frozenset(t["truth"]) if t["kind"] != "outside" else frozenset(["unnamed"])
+    return frozenset(trial["truth"]) if trial["kind"] != "outside" else frozenset(["unnamed"])
 
 
 def calibration(trials: Sequence[Trial]) -> dict[str, Any]:
     """Expected calibration error and Brier score of the top hypothesis; the Brier score of base
     rates beside it.
     """
-    stated = np.array([t["hypotheses"][0]["probability"] for t in trials])
+    stated = np.array([trial["hypotheses"][0]["probability"] for trial in trials])
     right = np.array(
-        [frozenset(t["hypotheses"][0]["names"]) == truth_set(t) for t in trials], dtype=float
+        [frozenset(trial["hypotheses"][0]["names"]) == truth_set(trial) for trial in trials],
+        dtype=float,
     )
     index = np.minimum((stated * BINS).astype(int), BINS - 1)
     rows, error = [], 0.0
@@ -146,11 +149,11 @@ def calibration(trials: Sequence[Trial]) -> dict[str, Any]:
         if here.any():
             rows.append([float(stated[here].mean()), float(right[here].mean()), int(here.sum())])
             error += abs(rows[-1][0] - rows[-1][1]) * here.mean()
-    brier = float(np.mean([_brier(t) for t in trials]))
-    truths = [truth_set(t) for t in trials]
-    base = {s: truths.count(s) / len(truths) for s in set(truths)}
+    brier = float(np.mean([_brier(trial) for trial in trials]))
+    truths = [truth_set(trial) for trial in trials]
+    base = {truth: truths.count(truth) / len(truths) for truth in set(truths)}
     norm = sum(p * p for p in base.values())
-    reference = float(np.mean([norm - 2 * base[s] + 1.0 for s in truths]))
+    reference = float(np.mean([norm - 2 * base[truth] + 1.0 for truth in truths]))
     return {
         "expected_calibration_error": float(error),
         "bins": rows,
@@ -159,11 +162,15 @@ def calibration(trials: Sequence[Trial]) -> dict[str, Any]:
     }
 
 
-def _brier(t: Trial) -> float:
-    truth = truth_set(t)
-    given = {frozenset(h["names"]): h["probability"] for h in t["hypotheses"]}
+def _brier(trial: Trial) -> float:
+    truth = truth_set(trial)
+    given = {
+        frozenset(hypothesis["names"]): hypothesis["probability"]
+        for hypothesis in trial["hypotheses"]
+    }
     return float(
-        sum((p - (s == truth)) ** 2 for s, p in given.items()) + (0.0 if truth in given else 1.0)
+        sum((p - (name == truth)) ** 2 for name, p in given.items())
+        + (0.0 if truth in given else 1.0)
     )
 
 
@@ -196,9 +203,9 @@ def coverage(single: Sequence[Trial]) -> dict[str, Any]:
 def confusion(trials: Sequence[Trial]) -> dict[str, dict[str, int]]:
     """Hidden set -> said set -> how often; effects that are not visible count as none."""
     out: dict[str, dict[str, int]] = {}
-    for t in trials:
-        hidden = " + ".join(sorted(truth_set(t))) or "none"
-        said = " + ".join(sorted(t["names"])) or t["verdict"]
+    for trial in trials:
+        hidden = " + ".join(sorted(truth_set(trial))) or "none"
+        said = " + ".join(sorted(trial["names"])) or trial["verdict"]
         row = out.setdefault(hidden, {})
         row[said] = row.get(said, 0) + 1
     return out
@@ -226,7 +233,7 @@ def baselines(
             "double_both_named": rate([set(t["raw_bic"]) == set(t["truth"]) for t in double]),
             "clean_none": rate([not t["raw_bic"] for t in clean]),
             "outside_unnamed": rate(
-                [False for t in trials if t["kind"] == "outside" and t["visible"]]
+                [False for trial in trials if trial["kind"] == "outside" and trial["visible"]]
             ),
         },
         "black_box": {"closed_share": quantiles(black)},

@@ -77,7 +77,9 @@ class ForceDistribution(Benchmark[Run]):
         outcomes = {key: Outcome(**answer) for key, answer in answers.items()}
         cases = draw_cases(self.count, self.seeds, self.draw)
         names = (*self.controllers, ORACLE)
-        return summarise(cases, [[outcomes[f"{c.key} {name}"] for name in names] for c in cases])
+        return summarise(
+            cases, [[outcomes[f"{case.key} {name}"] for name in names] for case in cases]
+        )
 
     def published(self, result: dict[str, Any]) -> dict[str, Any]:
         """Without the single runs, which stand in distribution.csv."""

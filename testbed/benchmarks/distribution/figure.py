@@ -28,9 +28,9 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
         figure, (left, right) = plt.subplots(
             1, 2, figsize=(2 * WIDTH_IN, 0.9 + 0.42 * len(names)), sharey=True, layout="constrained"
         )
-        for k in range(len(names)):
-            _row(left, k, 100.0 * regret[:, k])
-            _row(right, k, lowest[:, k] / 1e3)
+        for index in range(len(names)):
+            _row(left, index, 100.0 * regret[:, index])
+            _row(right, index, lowest[:, index] / 1e3)
         left.set_yticks(
             range(len(names)),
             [Path(name.rpartition(":")[0] or name).stem.replace("_", " ") for name in names],

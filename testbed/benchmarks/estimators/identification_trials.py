@@ -184,8 +184,8 @@ def coverage(trials: int, v: Array | None = None) -> tuple[NDArray[np.int64], fl
         true = eight(friction)
         found = identify([air_recording(friction, seed, v)], KNOWN)
         held += [
-            p.interval90[0] <= t <= p.interval90[1]
-            for p, t in zip(found.parameters, true, strict=True)
+            parameter.interval90[0] <= t <= parameter.interval90[1]
+            for parameter, t in zip(found.parameters, true, strict=True)
         ]
         value = eight(found.model.friction)
         for side in (slice(0, 4), slice(4, 8)):

@@ -88,7 +88,7 @@ def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scor
         out[name] = _sums(load[:, late] - true, speed, None if sd is None else sd[:, late])
         if tangential is not None:
             off = np.hypot(*np.moveaxis(tangential[:, :, late] - across, 1, 0))
-            out[name] |= {f"tangential_{k}": v for k, v in _sums(off, speed, None).items()}
+            out[name] |= {f"tangential_{key}": v for key, v in _sums(off, speed, None).items()}
 
     alone = replay(series.data, belief)
     for method in PAPER:
@@ -97,7 +97,7 @@ def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scor
     for name, tuning in OWN.items():
         whole = believed.with_body(belief, model, series.rope_directions, tuning)
         found = replay(series.data, whole)
-        sideways = np.array([[found[f"own_{k}_{leg}"] for k in "xy"] for leg in LEGS])
+        sideways = np.array([[found[f"own_{axis}_{leg}"] for axis in "xy"] for leg in LEGS])
         keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
     keep(FLOOR, floor(series, belief))
     whole = believed.with_body(belief, model, series.rope_directions)
@@ -135,7 +135,7 @@ def floor(series: Series, belief: Believed) -> Array:
 
 def foot_forces_in_body(series: Series) -> Array:
     """True force of the ground on each foot in the body frame, N (4, 3, n)."""
-    x, y, z, w = (series.truth[f"body_pose_in_world_q{k}"] for k in "xyzw")
+    x, y, z, w = (series.truth[f"body_pose_in_world_q{axis}"] for axis in "xyzw")
     rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -144,7 +144,7 @@ def foot_forces_in_body(series: Series) -> Array:
         ]
     )
     world = np.array(
-        [[series.truth[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"] for leg in LEGS]
+        [[series.truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
     )
     turned: Array = np.einsum("ijn,lin->ljn", rotation, world)
     return turned
@@ -227,7 +227,10 @@ def result(found: list[dict[str, Any]]) -> dict[str, Any]:
         "at the calibration's temperature": lambda r: (
             r["oil_degc"] == BASE_C and r["kind"] not in APART
         ),
-        **{k: (lambda r, k=k: r["kind"] == k) for k in dict.fromkeys(r["kind"] for r in found)},  # type: ignore[misc]
+        **{
+            fromkey: (lambda r, k=fromkey: r["kind"] == k)
+            for fromkey in dict.fromkeys(r["kind"] for r in found)
+        },  # type: ignore[misc]
     }
     out: dict[str, Any] = {
         "full_scale_n": FULL_SCALE_N,
@@ -238,7 +241,9 @@ def result(found: list[dict[str, Any]]) -> dict[str, Any]:
         members = [r["scores"] for r in found if belongs(r)]
         if members:
             out["groups"][group] = {
-                name: {c: marks(s) for c, s in merged(m[name] for m in members).items()}
+                name: {
+                    key: marks(s) for key, s in merged(member[name] for member in members).items()
+                }
                 for name in members[0]
             }
     return out

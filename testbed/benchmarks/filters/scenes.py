@@ -20,14 +20,14 @@ NOISE_N = 60.0
 SECONDS = 20.0
 
 
-def spikes(n: int, rng: np.random.Generator, a_second: float = 4.0) -> Array:
+def spikes(count: int, rng: np.random.Generator, a_second: float = 4.0) -> Array:
     """Spikes [n] in N: half of them half-sines, half rectangles, either sign."""
-    out = np.zeros(n)
+    out = np.zeros(count)
     k = 100
     while True:
         k += int(rng.exponential(RATE_HZ / a_second)) + 20
         length = int(rng.integers(1, 9))
-        if k + length >= n:
+        if k + length >= count:
             return out
         height = rng.choice([-1.0, 1.0]) * rng.uniform(500.0, 4000.0)
         half_sine = np.sin(np.pi * (np.arange(length) + 0.5) / length)

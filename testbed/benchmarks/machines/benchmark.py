@@ -143,7 +143,7 @@ def _by_belief(runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         )
         if PERFECT in runs[0]:
             out[name]["times_perfect"] = (
-                out[name]["rms_n"] / marks([r[PERFECT] for r in runs])["rms_n"]
+                out[name]["rms_n"] / marks([run[PERFECT] for run in runs])["rms_n"]
             )
     return out
 
@@ -191,11 +191,12 @@ def _held(machines: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, An
         out[kind] = {
             "numbers": len(numbers),
             "machines": len(shares),
-            "held": sum(n["low"] <= n["truth"] <= n["high"] for n in numbers) / len(numbers),
+            "held": sum(number["low"] <= number["truth"] <= number["high"] for number in numbers)
+            / len(numbers),
             "held_interval95": Z95 * float(np.std(shares)) / math.sqrt(max(len(shares) - 1, 1)),
-            "rms_error": _rms([n["value"] - n["truth"] for n in numbers]),
-            "rms_half_width": _rms([0.5 * (n["high"] - n["low"]) for n in numbers]),
-            "rms_truth_about_mean": float(np.std([n["truth"] for n in numbers])),
+            "rms_error": _rms([number["value"] - number["truth"] for number in numbers]),
+            "rms_half_width": _rms([0.5 * (number["high"] - number["low"]) for number in numbers]),
+            "rms_truth_about_mean": float(np.std([number["truth"] for number in numbers])),
         }
     return out
 

@@ -25,7 +25,7 @@ def chosen(names: Sequence[str]) -> list[str]:
 
     Raises InputError for one that the paper's experiments do not have.
     """
-    wanted = {TABLES.get(n.strip().upper(), n.strip().lstrip("0")) for n in names}
+    wanted = {TABLES.get(key.strip().upper(), key.strip().lstrip("0")) for key in names}
     for name in names:
         if TABLES.get(name.strip().upper(), name.strip().lstrip("0")) not in described():
             raise InputError(

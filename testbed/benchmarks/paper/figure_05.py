@@ -86,8 +86,8 @@ def raised(without: Sequence[str] = (), changes: Mapping[str, float] | None = No
         data, truth = simulation.run_block(round((START_S + STEPS * EVERY_S) * RECORD_HZ))
     finally:
         simulation.close()
-    of = {n: data[:, i] for i, n in enumerate(simulation.data_columns)}
-    true = {n: truth[:, i] for i, n in enumerate(simulation.truth_columns)}
+    of = {column: data[:, index] for index, column in enumerate(simulation.data_columns)}
+    true = {column: truth[:, index] for index, column in enumerate(simulation.truth_columns)}
     return Raised(
         of["t"],
         np.sum([of[f"estimate_one_chamber_{leg}"] for leg in LEGS], axis=0),
@@ -104,9 +104,11 @@ def holds(run: Raised) -> list[slice]:
     step.
     """
     out = []
-    for k in range(STEPS):
-        first = START_S + k * EVERY_S + STEP_M / SPEED_M_S + 0.5
-        out.append(slice(*np.searchsorted(run.time_s, (first, START_S + (k + 1) * EVERY_S - 0.1))))
+    for index in range(STEPS):
+        first = START_S + index * EVERY_S + STEP_M / SPEED_M_S + 0.5
+        out.append(
+            slice(*np.searchsorted(run.time_s, (first, START_S + (index + 1) * EVERY_S - 0.1)))
+        )
     return out
 
 
@@ -129,7 +131,7 @@ def approach(run: Raised, a: float, shift_n: float) -> float:
     """Error of the calibrated one-chamber sum at the end of a hold over that at its start (means
     over the holds).
     """
-    error = [a * run.one_n[h] + shift_n - run.true_n[h] for h in holds(run)]
+    error = [a * run.one_n[hold] + shift_n - run.true_n[hold] for hold in holds(run)]
     first = float(np.mean([abs(e[: RECORD_HZ // 2].mean()) for e in error]))
     return float(np.mean([abs(e[-RECORD_HZ:].mean()) for e in error])) / first
 
@@ -141,8 +143,8 @@ def experiment() -> Result:
     shift = len(LEGS) * line.b * K_PA_PER_V * run.area_a_m2
     rows = [_row(name, r, line.a, shift) for name, r in runs.items()]
     rests = holds(run)
-    drift = float(np.mean([drift_n(line.a * run.one_n, h) for h in rests]))
-    still = max(float(np.abs(run.position_m[h] - run.reference_m[h]).max()) for h in rests)
+    drift = float(np.mean([drift_n(line.a * run.one_n, rest) for rest in rests]))
+    still = max(float(np.abs(run.position_m[rest] - run.reference_m[rest]).max()) for rest in rests)
     weight = float(run.true_n[rests[-1]].mean())
     return Result(
         {
@@ -169,11 +171,11 @@ def experiment() -> Result:
 
 def _row(name: str, run: Raised, a: float, shift_n: float) -> list[str]:
     rests = holds(run)
-    error = [a * run.one_n[h] + shift_n - run.true_n[h] for h in rests]
+    error = [a * run.one_n[rest] + shift_n - run.true_n[rest] for rest in rests]
     numbers = (
-        f"{np.mean([drift_n(a * run.one_n, h) for h in rests]):+.0f}",
-        f"{np.mean([half_time_s(a * run.one_n, h) for h in rests]):.1f}",
-        f"{np.mean([drift_n(run.two_n, h) for h in rests]):+.0f}",
+        f"{np.mean([drift_n(a * run.one_n, rest) for rest in rests]):+.0f}",
+        f"{np.mean([half_time_s(a * run.one_n, rest) for rest in rests]):.1f}",
+        f"{np.mean([drift_n(run.two_n, rest) for rest in rests]):+.0f}",
         f"{np.mean([e[: RECORD_HZ // 2].mean() for e in error]):+.0f}",
         f"{np.mean([e[-RECORD_HZ:].mean() for e in error]):+.0f}",
     )

@@ -80,13 +80,13 @@ def by_speed(trace: Trace) -> tuple[Array, Array, Array]:
     """
     wanted = np.gradient(trace.reference_m) * RATE_HZ
     v, f, x = [], [], []
-    for k in range(0, len(wanted) - 400, 100):
-        part = slice(k, k + 400)
-        if np.ptp(wanted[part]) < 1e-6 and abs(wanted[k]) > 1e-3:
-            late = slice(k + 300, k + 400)
-            if abs(np.ptp(trace.position_m[late]) / (0.1 * abs(wanted[k])) - 1.0) > 0.2:
+    for index in range(0, len(wanted) - 400, 100):
+        part = slice(index, index + 400)
+        if np.ptp(wanted[part]) < 1e-6 and abs(wanted[index]) > 1e-3:
+            late = slice(index + 300, index + 400)
+            if abs(np.ptp(trace.position_m[late]) / (0.1 * abs(wanted[index])) - 1.0) > 0.2:
                 continue  # has not broken away yet
-            v.append(float(wanted[k]))
+            v.append(float(wanted[index]))
             f.append(float(trace.two_chamber_n[late].mean()) + MASS_KG * GRAVITY_M_S2)
             x.append(float(trace.position_m[late].mean()))
     return np.array(v), np.array(f), np.array(x)

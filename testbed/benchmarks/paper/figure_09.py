@@ -27,16 +27,16 @@ def compression_n(trace: Trace, window_s: float = 4.0) -> float:
     wanted = np.sign(np.diff(trace.reference_m, prepend=trace.reference_m[0]))
     turns = np.flatnonzero((wanted[1:] * wanted[:-1]) < 0.0) + 1
     force, out = smooth(trace.two_chamber_n, 10.0), []
-    for k in turns:
-        stop = min(k + int(window_s * RATE_HZ), len(force))
-        shown = trace.encoder_m[k:stop]
-        direction = wanted[k]
+    for turn in turns:
+        stop = min(turn + int(window_s * RATE_HZ), len(force))
+        shown = trace.encoder_m[turn:stop]
+        direction = wanted[turn]
         # from where the piston stood at its furthest until it is one count back
         furthest = int(np.argmax(-direction * shown))
         moved = np.flatnonzero(direction * (shown - shown[furthest]) >= COUNT_M * 0.99)
         moved = moved[moved > furthest]
         if moved.size:
-            out.append(float(np.ptp(force[k : k + int(moved[0])])))
+            out.append(float(np.ptp(force[turn : turn + int(moved[0])])))
     return float(np.median(out)) if out else float("nan")
 
 
@@ -45,8 +45,8 @@ def experiment() -> Result:
     trace = run(slow_reversals(), seed=9).after(1.0)
     counts = [slips_at(v) for v in SPEEDS_M_S]
     margins = [net_damping_n_s_m(v) for v in SPEEDS_M_S]
-    slow = [n for n, v in zip(counts, SPEEDS_M_S, strict=True) if v <= BELOW_M_S]
-    fast = [n for n, v in zip(counts, SPEEDS_M_S, strict=True) if v >= ABOVE_M_S]
+    slow = [count for count, v in zip(counts, SPEEDS_M_S, strict=True) if v <= BELOW_M_S]
+    fast = [count for count, v in zip(counts, SPEEDS_M_S, strict=True) if v >= ABOVE_M_S]
     sticking = run(slow_reversals(1, BELOW_M_S, 8.0e-3), seed=9).after(1.0)
     t, s, u = trace.time_s, slice(None, None, 5), slice(0, 1500)
     return Result(
@@ -70,7 +70,12 @@ def experiment() -> Result:
             Table(
                 "Stick-slips in eight seconds, and net damping [kN s/m] (negative: sliding is unstable)",
                 [f"{v * 1e3:g} mm/s" for v in SPEEDS_M_S],
-                [[f"{n} ({m / 1e3:+.1f})" for n, m in zip(counts, margins, strict=True)]],
+                [
+                    [
+                        f"{count} ({margin / 1e3:+.1f})"
+                        for count, margin in zip(counts, margins, strict=True)
+                    ]
+                ],
             ),
             sensitivity(
                 {},

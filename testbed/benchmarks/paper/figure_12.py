@@ -58,7 +58,7 @@ def experiment() -> Result:
     best_peak = float(np.abs(tried[best][slow]).max())
     rms = [_rms(x) for x in (z, plain, modified, own)]
     steps = np.random.default_rng(12).uniform(LOCKING_N, 8000.0, TRIALS)
-    locked = sum(locked_out(float(s), k) for k, s in enumerate(steps))
+    locked = sum(locked_out(float(step), index) for index, step in enumerate(steps))
     t, s = trace.time_s - trace.time_s[0], slice(None, None, 5)
     x = (
         1000.0

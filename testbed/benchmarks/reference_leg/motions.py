@@ -70,9 +70,9 @@ def _ramps(t: Array, stroke_m: float, rng: np.random.Generator) -> Array:
     x, out, direction = stroke_m * 0.25, np.empty_like(t), 1.0
     period, left = t[1] - t[0], 0.0
     speed = 0.005
-    for i in range(len(t)):
+    for index in range(len(t)):
         if left <= 0.0:
-            direction = -direction if i else 1.0
+            direction = -direction if index else 1.0
             speed = float(np.exp(rng.uniform(np.log(0.002), np.log(0.1))))
             left = float(np.clip(rng.uniform(0.03, 0.25) / speed, 1.5, 7.0))
         nxt = x + direction * speed * period
@@ -80,7 +80,7 @@ def _ramps(t: Array, stroke_m: float, rng: np.random.Generator) -> Array:
             direction, left = -direction, max(left, 1.0)
             nxt = x + direction * speed * period
         x, left = nxt, left - period
-        out[i] = x
+        out[index] = x
     return out
 
 

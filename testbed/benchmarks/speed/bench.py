@@ -63,7 +63,9 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
 
 def table(found: dict[str, Any]) -> Table:
     """The figures for a person."""
-    return Table("Speed", ["figure", "value"], [[k, f"{v:.4g}"] for k, v in found.items()])
+    return Table(
+        "Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()]
+    )
 
 
 def alternate(

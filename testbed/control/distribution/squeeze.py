@@ -44,8 +44,8 @@ def add_pull(wanted: Any, tension: Any, dt: float, pull: Any, rates: Any) -> Non
     tensions (2) there.
     """
     step = PULL_SLEW_N_S * dt
-    for k in range(pull.shape[0]):
-        pull[k] += min(max(wanted[k] - pull[k], -step), step)
+    for index in range(pull.shape[0]):
+        pull[index] += min(max(wanted[index] - pull[index], -step), step)
     haul(tension, pull, rates)
 
 
@@ -59,16 +59,17 @@ def add_squeeze(
     compliance (12) of the joints; felt, wanted (14): forces in the order of Statics' unknowns;
     edge, side (12): in first guesses and -1, 0, 1, of the last tick, brought up to date.
     """
-    for i in range(rates.shape[0]):
-        size = abs(force[i])
-        now = 0.0 if size < TOLERANCE[i] else 1.0 if force[i] > 0.0 else -1.0
-        if now != 0.0 and now == side[i]:
-            edge[i] = min(edge[i] + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
+    for index in range(rates.shape[0]):
+        size = abs(force[index])
+        now = 0.0 if size < TOLERANCE[index] else 1.0 if force[index] > 0.0 else -1.0
+        if now != 0.0 and now == side[index]:
+            edge[index] = min(edge[index] + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
         else:
-            edge[i] = max(1.0, 1.0 if now == 0.0 else 0.7 * edge[i])
-        side[i] = now
-        rates[i] += now * min(
-            GAIN_1_S * compliance[i] * size + edge[i] * EDGE_START[i], SPEED_LIMIT[i]
+            edge[index] = max(1.0, 1.0 if now == 0.0 else 0.7 * edge[index])
+        side[index] = now
+        rates[index] += now * min(
+            GAIN_1_S * compliance[index] * size + edge[index] * EDGE_START[index],
+            SPEED_LIMIT[index],
         )
     for leg in range(len(LEGS)):
         if felt[3 * leg] < HANGING_SHARE * wanted[3 * leg]:

@@ -35,10 +35,10 @@ def haul(tension_n: Any, wanted_n: Any, rates: Any) -> None:
     """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions
     (2) there, N.
     """
-    for k in range(rates.shape[0]):
-        excess = tension_n[k] - wanted_n[k]
+    for index in range(rates.shape[0]):
+        excess = tension_n[index] - wanted_n[index]
         if abs(excess) >= PULL_TOLERANCE_N:
-            rates[k] += min(max(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S), PULL_SPEED_M_S)
+            rates[index] += min(max(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S), PULL_SPEED_M_S)
 
 
 class Trim:

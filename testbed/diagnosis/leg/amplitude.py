@@ -27,7 +27,9 @@ def with_amplitudes(
 ) -> tuple[EffectEntry, ...]:
     """A model's entries with the amplitudes that nothing fitted, as measured."""
     parameters = {
-        a.effect.name: name for a in at.effects if (name := a.effect.band_amplitude) is not None
+        effect.effect.name: name
+        for effect in at.effects
+        if (name := effect.effect.band_amplitude) is not None
     }
     return tuple(
         _measured(problem, entry, parameters[entry.name], at) if entry.name in parameters else entry

@@ -44,12 +44,12 @@ def _fall(problem: Problem, fit: Fit, name: str) -> float:
     return 1.0 - _size(problem, more, RIDGE) / _size(problem, fit)
 
 
-def _columns(s: Series, channel: Array) -> Array:
-    velocity = s.signals.velocity_m_s
+def _columns(series: Series, channel: Array) -> Array:
+    velocity = series.signals.velocity_m_s
     direction = velocity / (np.abs(velocity) + SLOW_M_S)
-    mask = s.trusted & s.clear
+    mask = series.trusted & series.clear
     terms = (channel, channel * direction, channel * velocity)
-    return np.stack([s.binned(term, mask)[0] for term in terms], axis=1)
+    return np.stack([series.binned(term, mask)[0] for term in terms], axis=1)
 
 
 def _size(problem: Problem, fit: Fit, ridge: float = 1e-6) -> float:

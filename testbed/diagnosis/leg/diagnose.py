@@ -70,9 +70,9 @@ def diagnose(
     models["after"], entries = _after(state, judged, models, rig)
     checks = series_of(rig.verify, refit.known)
     table = errors(
-        rig.verify, checks, models, with_flow and all(s.opening is not None for s in checks)
+        rig.verify, checks, models, with_flow and all(check.opening is not None for check in checks)
     )
-    new_entries = tuple(e for e in entries if e.name in judged.verdict.chosen.names)
+    new_entries = tuple(entry for entry in entries if entry.name in judged.verdict.chosen.names)
     return Diagnosis(
         rig,
         problem,

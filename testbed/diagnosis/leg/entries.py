@@ -22,7 +22,9 @@ what their formulas say. Set on the rigs that `calibration.yaml` was fitted on."
 
 def memory_of(found: Evidence) -> float:
     """Typical correlation time of the moving groups' residuals, bins."""
-    values = [v for k, v in found.memory.items() if k[0] in ("force", "flow_a", "flow_b")]
+    values = [
+        value for name, value in found.memory.items() if name[0] in ("force", "flow_a", "flow_b")
+    ]
     return float(np.median(values)) if values else 1.0
 
 
@@ -38,8 +40,8 @@ def entries_of(
         variance = np.maximum(variance, np.diag(by_blocks))
     sigma = CAUTION * np.sqrt(np.maximum(variance, 0.0))
     spread = {
-        (c.owner, c.name): (c, t, s)
-        for c, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)
+        (coordinate.owner, coordinate.name): (coordinate, t, s)
+        for coordinate, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)
     }
     out = []
     for active in fit.at.effects:

@@ -49,8 +49,8 @@ class Evidence:
     def parts(self, other: Evidence, memory: Evidence) -> dict[Key, float]:
         """The same, group by group."""
         return {
-            k: (v - other.log_likelihood[k]) / memory.memory[k]
-            for k, v in self.log_likelihood.items()
+            name: (value - other.log_likelihood[name]) / memory.memory[name]
+            for name, value in self.log_likelihood.items()
         }
 
     def largest_fall(self, other: Evidence, unsure: Mapping[str, float] | None = None) -> float:

@@ -53,20 +53,20 @@ class Diagnosis:
         return self.state.left_out
 
 
-def as_json(d: Diagnosis) -> dict[str, Any]:
+def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
-    quantities = {q: d.errors.total(q) for q in ("force_n", "flow_m3_s")}
-    trials = {} if d.proof is None else trials_json(d.proof)
+    quantities = {q: diagnosis.errors.total(q) for q in ("force_n", "flow_m3_s")}
+    trials = {} if diagnosis.proof is None else trials_json(diagnosis.proof)
     return {
         "format": FORMAT,
-        "rig": d.rig.name,
-        "verdict": d.verdict.kind,
-        "effects": [effect_json(entry, d.verdict) for entry in d.entries],
-        "hypotheses": hypotheses_json(d.verdict),
-        "error": {q: v for q, v in quantities.items() if v}
-        | {"by_recording": d.errors.by_recording},
-        "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
-        **({"goes_with": dict(d.verdict.goes_with)} if d.verdict.goes_with else {}),
+        "rig": diagnosis.rig.name,
+        "verdict": diagnosis.verdict.kind,
+        "effects": [effect_json(entry, diagnosis.verdict) for entry in diagnosis.entries],
+        "hypotheses": hypotheses_json(diagnosis.verdict),
+        "error": {name: quantity for name, quantity in quantities.items() if quantity}
+        | {"by_recording": diagnosis.errors.by_recording},
+        "left_out": [{"name": x.name, "reason": x.reason} for x in diagnosis.left_out],
+        **({"goes_with": dict(diagnosis.verdict.goes_with)} if diagnosis.verdict.goes_with else {}),
         **trials,
     }
 
@@ -79,7 +79,7 @@ def trials_json(proof: Proof) -> dict[str, Any]:
         "passed": list(proof.kept.names),
         "repeated": dict(proof.repeated),
         "refused": [{"name": name, "reason": why} for name, why in proof.refused.items()],
-        "error_of_runs_left_out_n": {k: dict(v) for k, v in proof.run_errors.items()},
+        "error_of_runs_left_out_n": {name: dict(error) for name, error in proof.run_errors.items()},
     }
 
 
@@ -87,12 +87,12 @@ def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
     """A found effect as findings.json carries it; one at a place with its place."""
     name = entry.name if entry.place is None else f"{entry.name}{MARK}{entry.place}"
     parameters = {
-        k: {
-            "value": p.value,
-            "unit": p.unit,
-            "interval90": list(p.interval90) if p.interval90 else None,
+        key: {
+            "value": parameter.value,
+            "unit": parameter.unit,
+            "interval90": list(parameter.interval90) if parameter.interval90 else None,
         }
-        for k, p in entry.parameters.items()
+        for key, parameter in entry.parameters.items()
     }
     return {
         "name": entry.name,
@@ -107,8 +107,8 @@ def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
 def numbers_in_words(entry: EffectEntry) -> str:
     """`slope 0.9, coefficient 2e-05 m2`."""
     return ", ".join(
-        f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip()
-        for k, p in entry.parameters.items()
+        f"{name} {parameter.value:.4g} {parameter.unit if parameter.unit != '1' else ''}".strip()
+        for name, parameter in entry.parameters.items()
     )
 
 
@@ -130,34 +130,34 @@ def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
     ]
 
 
-def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
+def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     """(header, rows) of a short table: what is missing, and the errors on verify."""
     rows = []
-    for entry in d.entries:
+    for entry in diagnosis.entries:
         rows.append(
             [
                 entry.name,
                 numbers_in_words(entry),
-                f"probability {d.verdict.probability(entry.name):.3f}",
+                f"probability {diagnosis.verdict.probability(entry.name):.3f}",
             ]
         )
     for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
-        total = d.errors.total(quantity)
+        total = diagnosis.errors.total(quantity)
         if total:
             rows.append(
                 [
                     f"error, {unit}",
-                    ", ".join(f"{k} {v:.3g}" for k, v in total.items()),
+                    ", ".join(f"{name} {value:.3g}" for name, value in total.items()),
                     "root mean square on verify",
                 ]
             )
     return ["", "value", ""], rows
 
 
-def write_findings(d: Diagnosis, out: Path) -> None:
+def write_findings(diagnosis: Diagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be
     written.
     """
     make_folder(out)
-    write_json(out / "findings.json", as_json(d))
-    write_models(d.models, out)
+    write_json(out / "findings.json", as_json(diagnosis))
+    write_models(diagnosis.models, out)

@@ -58,7 +58,11 @@ def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str,
     if "force" in channels:
         out["force"] = problem.force(model, at.effects)
     if "flow" in channels or "supply" in channels:
-        out |= {k: v for k, v in problem.flow(model, at.effects, at.edge).items() if k in channels}
+        out |= {
+            name: value
+            for name, value in problem.flow(model, at.effects, at.edge).items()
+            if name in channels
+        }
     return out
 
 
@@ -67,12 +71,12 @@ def group_scale(
 ) -> Array:
     """Robust standard deviation of each group: 1.48 MAD about 0, at least `floor`."""
     out = np.full(groups, np.inf)
-    for g in range(groups):
-        here = np.abs(residual[(group == g) & (count > 0)])
+    for index in range(groups):
+        here = np.abs(residual[(group == index) & (count > 0)])
         if here.size > FEWEST_BINS:
             # Between the median and the root mean square: tails count, single bursts do not.
             clipped = np.minimum(here, 4.0 * 1.48 * np.median(here))
-            out[g] = max(float(np.sqrt(np.mean(clipped**2))), floor)
+            out[index] = max(float(np.sqrt(np.mean(clipped**2))), floor)
     return out
 
 
@@ -86,11 +90,11 @@ def weights(
     bins.
     """
     out = {}
-    for channel, r in residual.items():
+    for channel, value in residual.items():
         layout = problem.layout[channel]
         s = scale[channel][layout.group] * layout.relative
         with np.errstate(invalid="ignore", divide="ignore"):
-            z = np.abs(r) / s
+            z = np.abs(value) / s
             root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(z, 1e-12)))
             out[channel] = np.where((layout.count > 0) & np.isfinite(s), root / s, 0.0)
     return out
@@ -99,14 +103,14 @@ def weights(
 def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
     """The noise of every group."""
     return {
-        c: group_scale(
-            r / problem.layout[c].relative,
-            problem.layout[c].count,
-            problem.layout[c].group,
-            len(problem.layout[c].names),
-            FLOORS[c],
+        name: group_scale(
+            value / problem.layout[name].relative,
+            problem.layout[name].count,
+            problem.layout[name].group,
+            len(problem.layout[name].names),
+            FLOORS[name],
         )
-        for c, r in residual.items()
+        for name, value in residual.items()
     }
 
 
@@ -122,22 +126,24 @@ def jacobian(
 
     A coordinate that does not move a channel has a zero column.
     """
-    out = {c: np.zeros((len(r), len(theta)), order="F") for c, r in at_zero.items()}
+    out = {name: np.zeros((len(value), len(theta)), order="F") for name, value in at_zero.items()}
     exact = _exact(problem, coordinates, theta, fixed) if "force" in at_zero else {}
-    for j, c in enumerate(coordinates):
-        if j in exact:
-            out["force"][:, j] = exact[j]
+    for index, coordinate in enumerate(coordinates):
+        if index in exact:
+            out["force"][:, index] = exact[index]
             continue
-        moved = [m for m in c.moves if m in at_zero]
+        moved = [move for move in coordinate.moves if move in at_zero]
         if not moved:
             continue
-        step = 1e-3 * c.scale
-        if theta[j] + step > (np.log(c.high) if c.log else c.high):
+        step = 1e-3 * coordinate.scale
+        if theta[index] + step > (np.log(coordinate.high) if coordinate.log else coordinate.high):
             step = -step  # at its upper bound nothing moves forward
         shifted = theta.copy()
-        shifted[j] += step
-        for channel, r in residuals(problem, point(coordinates, shifted, fixed), moved).items():
-            out[channel][:, j] = (r - at_zero[channel]) / step
+        shifted[index] += step
+        for channel, residual in residuals(
+            problem, point(coordinates, shifted, fixed), moved
+        ).items():
+            out[channel][:, index] = (residual - at_zero[channel]) / step
     return out
 
 
@@ -147,13 +153,17 @@ def _exact(
     """Index of a coordinate -> its column of the force's Jacobian, for friction that enters
     straight.
     """
-    friction = {j: c.name for j, c in enumerate(coordinates) if c.owner == "friction"}
-    wanted = {j: STRAIGHT.index(name) for j, name in friction.items() if name in STRAIGHT}
+    friction = {
+        index: coordinate.name
+        for index, coordinate in enumerate(coordinates)
+        if coordinate.owner == "friction"
+    }
+    wanted = {key: STRAIGHT.index(name) for key, name in friction.items() if name in STRAIGHT}
     if not wanted:
         return {}
     at = point(coordinates, theta, fixed)
     found = problem.straight_columns(at.model(problem.base), at.effects)
-    return {} if found is None else {j: found[:, k] for j, k in wanted.items()}
+    return {} if found is None else {name: found[:, k] for name, k in wanted.items()}
 
 
 def solve(
@@ -170,7 +180,7 @@ def solve(
     channels = problem.channels()
     theta = start_vector(coordinates)
     low, high = _bounds(coordinates)
-    unit = np.array([c.scale for c in coordinates])
+    unit = np.array([coordinate.scale for coordinate in coordinates])
     r = residuals(problem, point(coordinates, theta, fixed), channels)
     scale = scale or scales(problem, r)
     damping = 1e-3
@@ -219,8 +229,18 @@ def solve(
 def _bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
     """(lowest, highest) of every coordinate in fitted units."""
     with np.errstate(divide="ignore"):
-        low = np.array([np.log(c.low) if c.log else c.low for c in coordinates])
-        high = np.array([np.log(c.high) if c.log else c.high for c in coordinates])
+        low = np.array(
+            [
+                np.log(coordinate.low) if coordinate.log else coordinate.low
+                for coordinate in coordinates
+            ]
+        )
+        high = np.array(
+            [
+                np.log(coordinate.high) if coordinate.log else coordinate.high
+                for coordinate in coordinates
+            ]
+        )
     return low, high
 
 
@@ -252,8 +272,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     new = jacobian(
         problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r
     )
-    unit = np.array([c.scale for c in coordinates])
-    jac = {c: np.hstack([at.jacobian[c], new[c]]) for c in channels}
+    unit = np.array([coordinate.scale for coordinate in coordinates])
+    jac = {channel: np.hstack([at.jacobian[channel], new[channel]]) for channel in channels}
     w = weights(problem, r, at.scale)
     h, g = _normal(jac, r, w, unit)
     prior_h, prior_g = _prior(coordinates, theta, unit)
@@ -291,7 +311,7 @@ def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:
     """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of
     the scales.
     """
-    unit = np.array([c.scale for c in fit.coordinates])
+    unit = np.array([coordinate.scale for coordinate in fit.coordinates])
     h, g = _normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
     prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
     return h + prior_h, g + prior_g, unit
@@ -324,11 +344,11 @@ def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> flo
 
 def _prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
     h, g = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
-    for j, c in enumerate(coordinates):
-        if c.prior is not None:
-            centre, sigma = c.prior
-            h[j, j] = (unit[j] / sigma) ** 2
-            g[j] = unit[j] * (theta[j] - centre) / sigma**2
+    for index, coordinate in enumerate(coordinates):
+        if coordinate.prior is not None:
+            centre, sigma = coordinate.prior
+            h[index, index] = (unit[index] / sigma) ** 2
+            g[index] = unit[index] * (theta[index] - centre) / sigma**2
     return h, g
 
 
@@ -345,7 +365,7 @@ def held_out(
 
     Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
     """
-    unit = np.array([c.scale for c in fit.coordinates])
+    unit = np.array([coordinate.scale for coordinate in fit.coordinates])
     w = weights(problem, fit.residual, fit.scale)
     h, g = _normal(fit.jacobian, fit.residual, w, unit)
     prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
@@ -355,7 +375,7 @@ def held_out(
         ((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0))
     )  # the others stay at a bound
     total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
-    out = {c: r.copy() for c, r in fit.residual.items()}
+    out = {name: value.copy() for name, value in fit.residual.items()}
     folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
     for fold in range(len(problem.series) if by_recording else FOLDS):
         h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))

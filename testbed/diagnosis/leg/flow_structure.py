@@ -39,11 +39,11 @@ def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
     return after.gain_over(before, after), after.largest_fall(before)
 
 
-def _columns(s: Series) -> Array:
+def _columns(series: Series) -> Array:
     """Binned terms of one recording, chamber A before B; shape (2 * bins, 2 * terms), m3/s and of
     order one.
     """
-    k, signals, o = s.signals.known, s.signals, s.opening
+    k, signals, o = series.signals.known, series.signals, series.opening
     pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
     assert o is not None and pa is not None and pb is not None
     assert (
@@ -62,6 +62,6 @@ def _columns(s: Series) -> Array:
         rate = np.gradient(enters - leaves) * signals.rate_hz
         level = [np.ones(len(o)), pa / 1e7 - 0.4, pb / 1e7 - 0.4]
         rows = (enters, leaves, enters**2, leaves**2, along, *level, rate)
-        blocks.append(np.stack([s.binned(row, s.clear)[0] for row in rows], axis=1))
+        blocks.append(np.stack([series.binned(row, series.clear)[0] for row in rows], axis=1))
     a, b = blocks
     return np.block([[a, np.zeros_like(b)], [np.zeros_like(a), b]])

@@ -62,12 +62,12 @@ def _channels(problem: Problem) -> set[str]:
     signals = [s.signals for s in problem.series]
     found = {"position"} | ({"valve_command"} if problem.with_flow else set())
     for channel, values in (
-        ("pressure_a", [s.pressure_a_pa for s in signals]),
-        ("pressure_b", [s.pressure_b_pa for s in signals]),
-        ("oil_temperature", [s.oil_temperature_degc for s in signals]),
-        ("supply_pressure", [s.supply_pressure_pa for s in signals]),
+        ("pressure_a", [signal.pressure_a_pa for signal in signals]),
+        ("pressure_b", [signal.pressure_b_pa for signal in signals]),
+        ("oil_temperature", [signal.oil_temperature_degc for signal in signals]),
+        ("supply_pressure", [signal.supply_pressure_pa for signal in signals]),
     ):
-        if all(v is not None for v in values):
+        if all(value is not None for value in values):
             found.add(channel)
     return found
 
@@ -93,8 +93,8 @@ def fit_shapes(problem: Problem, before: Fit, effect: Effect) -> Fit:
 def _fitted(
     problem: Problem, before: Fit, effect: Effect, start: Values, shapes: Sequence[str] = ()
 ) -> Fit:
-    others = [c for c in before.coordinates if c.owner != effect.name]
-    coordinates = [restarted(c, before.at) for c in others]
+    others = [coordinate for coordinate in before.coordinates if coordinate.owner != effect.name]
+    coordinates = [restarted(other, before.at) for other in others]
     coordinates += narrowed(problem, effect, effect.coordinates(start, shapes))
     fixed = before.at
     if effect.band_amplitude is not None:  # a number that is there without being fitted
@@ -108,7 +108,7 @@ def narrowed(
 ) -> list[Coordinate]:
     """An effect's coordinates with the bounds that these recordings call for."""
     observed = problem.observed(problem.base.friction)
-    return [effect.narrowed(c, observed) for c in coordinates]
+    return [effect.narrowed(coordinate, observed) for coordinate in coordinates]
 
 
 def promise(problem: Problem, before: Fit, effect: Effect) -> float:
@@ -124,11 +124,11 @@ def promise(problem: Problem, before: Fit, effect: Effect) -> float:
 
 def _promised(problem: Problem, before: Fit, effect: Effect, start: Values) -> float:
     extra = narrowed(problem, effect, effect.coordinates(start))
-    both = [*(restarted(c, before.at) for c in before.coordinates), *extra]
+    both = [*(restarted(coordinate, before.at) for coordinate in before.coordinates), *extra]
     return step_gain(problem, before, both, len(extra))
 
 
 def _cost(problem: Problem, fit: Fit, memory: Mapping[Key, float]) -> float:
     """Less is better; `memory`: correlation times that are the same for all that are compared."""
     found = of_residual(problem, fit.residual)
-    return -sum(v / memory[k] for k, v in found.log_likelihood.items())
+    return -sum(value / memory[name] for name, value in found.log_likelihood.items())

@@ -49,15 +49,15 @@ def is_plain(terms: ForceTerms) -> bool:
     return straight and terms.presliding is None and not terms.narrow_bands
 
 
-def plain_rows(s: Series, balance: Balance, friction: Friction) -> PlainRows:
+def plain_rows(series: Series, balance: Balance, friction: Friction) -> PlainRows:
     """The samples of a series whose balance `is_plain`."""
     signals, terms, total = balance
-    reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
+    reference = np.zeros_like(total) if series.reference_n is None else series.reference_n
     return PlainRows(
         total,
         signals.velocity_m_s,
         reference,
-        s.trusted & s.clear,
+        series.trusted & series.clear,
         stribeck_of(friction),
         *conditions_over(signals, terms),
         float(terms.load_coefficient),
@@ -70,9 +70,9 @@ def binned_error_n(rows: PlainRows, width: int) -> Array:
     width,).
     """
     out = np.empty(len(rows.total_n) // width)
-    for b in range(len(out)):
+    for index in range(len(out)):
         total, count = 0.0, 0
-        for i in range(b * width, (b + 1) * width):
+        for i in range(index * width, (index + 1) * width):
             if not rows.used[i]:
                 continue
             speed = rows.velocity_m_s[i]
@@ -84,7 +84,7 @@ def binned_error_n(rows: PlainRows, width: int) -> Array:
                 force /= 1.0 + np.sign(speed) * rows.load_coefficient
             total += force - rows.reference_n[i]
             count += 1
-        out[b] = total / max(count, 1)
+        out[index] = total / max(count, 1)
     return out
 
 
@@ -96,9 +96,9 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
     Viscous, Coulomb and Stribeck number of extension, then of retraction.
     """
     out = np.zeros((len(rows.total_n) // width, 6))
-    for b in range(len(out)):
+    for index in range(len(out)):
         count = 0
-        for i in range(b * width, (b + 1) * width):
+        for i in range(index * width, (index + 1) * width):
             if not rows.used[i]:
                 continue
             count += 1
@@ -110,8 +110,8 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
             side = rows.friction[0].sides[EXTENDING if speed >= 0.0 else RETRACTING]
             fade = np.exp(-abs(speed) / side.stribeck_speed)
             share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0
-            out[b, column] += share * thin * speed
-            out[b, column + 1] += share * way * scale
-            out[b, column + 2] += share * way * fade
-        out[b] /= max(count, 1)
+            out[index, column] += share * thin * speed
+            out[index, column + 1] += share * way * scale
+            out[index, column + 2] += share * way * fade
+        out[index] /= max(count, 1)
     return out

@@ -149,7 +149,7 @@ class Problem:
             model.known.bore_m,
             model.known.moving_mass_kg,
             model.force_offset_n,
-            [(a.effect.name, dict(a.values)) for a in effects],
+            [(effect.effect.name, dict(effect.values)) for effect in effects],
         )
         if self._balanced is None or self._balanced[0] != key:
             found = []
@@ -165,8 +165,8 @@ class Problem:
         """Corrected signals of every series; the last correction is kept, as most parameters leave
         sensors alone.
         """
-        sensors = [a for a in effects if a.effect.overrides("correct")]
-        key = [(a.effect.name, dict(a.values)) for a in sensors]
+        sensors = [effect for effect in effects if effect.effect.overrides("correct")]
+        key = [(sensor.effect.name, dict(sensor.values)) for sensor in sensors]
         if self._corrected is None or self._corrected[0] != key:
             self._corrected = (key, [corrected(s.signals, sensors) for s in self.series])
         return self._corrected[1]
@@ -225,16 +225,16 @@ class Problem:
         return Layout((channel,), g, np.concatenate(block), counts, relative, tuple(names))
 
 
-def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
+def _force_one(series: Series, balance: Balance, friction: Friction) -> Array:
     """Binned force residual of one series, N."""
     signals, terms, total = balance
-    mask = s.trusted & s.clear
+    mask = series.trusted & series.clear
     if is_plain(terms):
-        return np.asarray(binned_error_n(plain_rows(s, balance, friction), BIN))
+        return np.asarray(binned_error_n(plain_rows(series, balance, friction), BIN))
     value = external_n(
         total - friction_n(friction, signals, terms), np.sign(signals.velocity_m_s), terms
     )
-    error = value - (s.reference_n if s.reference_n is not None else 0.0)
+    error = value - (series.reference_n if series.reference_n is not None else 0.0)
     for frequency, amplitude, harmonics in terms.narrow_bands:
         error = error - narrow_band(error, mask, signals, frequency, harmonics, amplitude)
-    return s.binned(error, mask)[0]
+    return series.binned(error, mask)[0]

@@ -28,7 +28,7 @@ def wins(state: Search, recordings_too: bool = True) -> dict[Names, float]:
     """
     sets = list(state.tried)
     scores = np.stack([_by_block(state, state.tried[names]) for names in sets])
-    cost = np.array([state.price(state.tried[s]) + LEAST_GAIN * len(s) for s in sets])
+    cost = np.array([state.price(state.tried[set_]) + LEAST_GAIN * len(set_) for set_ in sets])
     totals = _drawn(state, recordings_too) @ scores.T - cost
     best = np.bincount(np.argmax(totals, axis=1), minlength=len(sets)) / DRAWS
     return {names: float(share) for names, share in zip(sets, best, strict=True) if share > 0.0}

@@ -84,9 +84,9 @@ class Series:
         # Strided sums: numpy's reduction over a last axis of three is several times slower.
         masked, m = values[:n] * mask[:n], mask[:n].astype(np.float64)
         total, count = masked[0:n:BIN].copy(), m[0:n:BIN].copy()
-        for k in range(1, BIN):
-            total += masked[k:n:BIN]
-            count += m[k:n:BIN]
+        for index in range(1, BIN):
+            total += masked[index:n:BIN]
+            count += m[index:n:BIN]
         return total / np.maximum(count, 1.0), count
 
     def encoder_noise_n(self) -> Array:
@@ -194,5 +194,5 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         block=block,
         velocity_noise_m_s=noise_v[::step],
         acceleration_noise_m_s2=noise_a[::step],
-        extra={name: smooth(even(v), width)[::step] for name, v in recording.extra.items()},
+        extra={name: smooth(even(value), width)[::step] for name, value in recording.extra.items()},
     )

@@ -89,7 +89,7 @@ def signs(state: Search, found: Unexplained) -> Signs:
     first = max(singles, key=state.gain, default=None)
     second = max(larger, key=state.gain, default=None) if first else None
     best = state.best or state.refit
-    memory = [v for k, v in best.evidence.memory.items() if k[0] == "force"]
+    memory = [value for name, value in best.evidence.memory.items() if name[0] == "force"]
     return Signs(
         refit=_signs(state, state.refit, state.refit, found),
         first=_signs(state, first, state.refit, found) if first else None,
@@ -113,11 +113,14 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
             (now.scale[k] / then.scale[k] - 1.0 for k in now.scale if k[0] == "force"), default=0.0
         )
     own = _effects_floor_n(candidate, found)
-    floors = {k: float(np.hypot(f, own)) if k[0] == "force" else f for k, f in found.floors.items()}
+    floors = {
+        name: float(np.hypot(floor, own)) if name[0] == "force" else floor
+        for name, floor in found.floors.items()
+    }
     excess = {
-        k: candidate.evidence.scale[k] / f
-        for k, f in floors.items()
-        if k in candidate.evidence.scale
+        name: candidate.evidence.scale[name] / floor
+        for name, floor in floors.items()
+        if name in candidate.evidence.scale
     }
     return SetSigns(
         names=candidate.names,
@@ -126,8 +129,8 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         fall=state.fall(candidate, before),
         carried=carried,
         worst=worst,
-        force=max((v for k, v in excess.items() if k[0] == "force"), default=1.0),
-        flow=max((v for k, v in excess.items() if k[0] != "force"), default=1.0),
+        force=max((value for name, value in excess.items() if name[0] == "force"), default=1.0),
+        flow=max((value for name, value in excess.items() if name[0] != "force"), default=1.0),
     )
 
 
@@ -136,7 +139,9 @@ def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:
     of the floor.
     """
     at = candidate.fit.at
-    return sum(a.effect.floor_n(a.values, at.friction, found.encoder_m) for a in at.effects)
+    return sum(
+        effect.effect.floor_n(effect.values, at.friction, found.encoder_m) for effect in at.effects
+    )
 
 
 def _by_recording(state: Search, candidate: Candidate) -> Evidence:

@@ -38,15 +38,17 @@ class Errors:
         the quantity.
         """
         rows = [
-            (self.samples[n], r[quantity]) for n, r in self.by_recording.items() if quantity in r
+            (self.samples[name], value[quantity])
+            for name, value in self.by_recording.items()
+            if quantity in value
         ]
         if not rows:
             return {}
         stages = rows[0][1]
         weight = sum(n for n, _ in rows)
         return {
-            s: float(np.sqrt(sum(n * row[s] ** 2 for n, row in rows) / max(weight, 1)))
-            for s in stages
+            stage: float(np.sqrt(sum(n * row[stage] ** 2 for n, row in rows) / max(weight, 1)))
+            for stage in stages
         }
 
 
@@ -106,13 +108,13 @@ def flow_residual(series: Series, model: LegModel) -> tuple[Array, Array]:
     return balance.a_m3_s, balance.b_m3_s
 
 
-def _flow(recording: Recording, s: Series, models: Mapping[str, LegModel]) -> dict[str, float]:
-    mask = np.abs(s.signals.velocity_m_s) > MOVING_M_S
+def _flow(recording: Recording, series: Series, models: Mapping[str, LegModel]) -> dict[str, float]:
+    mask = np.abs(series.signals.velocity_m_s) > MOVING_M_S
     out = {
-        stage: rms(np.concatenate([r[mask] for r in flow_residual(s, models[stage])]))
+        stage: rms(np.concatenate([r[mask] for r in flow_residual(series, models[stage])]))
         for stage in STAGES
     }
-    out["floor"] = rms(np.concatenate([r[mask] for r in flow_floor_m3_s(s, recording)]))
+    out["floor"] = rms(np.concatenate([r[mask] for r in flow_floor_m3_s(series, recording)]))
     return out
 
 

@@ -64,9 +64,12 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
     """Rows of all recordings together. Raises InputError naming the recording that cannot serve,
     and why.
     """
-    parts = [_rows(r, known, i) for i, r in enumerate(recordings)]
+    parts = [_rows(recording, known, index) for index, recording in enumerate(recordings)]
     evidence = Evidence(
-        *(np.concatenate([getattr(p, f) for p in parts]) for f in Evidence.__dataclass_fields__)
+        *(
+            np.concatenate([getattr(part, field) for part in parts])
+            for field in Evidence.__dataclass_fields__
+        )
     )
     if len(evidence) < MINIMUM_ROWS:
         raise InputError(
@@ -100,7 +103,7 @@ def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     chambers = [
         np.zeros_like(v) if p is None else p for p in (signals.pressure_a_pa, signals.pressure_b_pa)
     ]
-    in_a, in_b = (p[pick] for p in chambers)
+    in_a, in_b = (chamber[pick] for chamber in chambers)
     return Evidence(v[pick], y[pick], a[pick], in_a, in_b, np.full(pick.size, number))
 
 
@@ -113,7 +116,9 @@ all of it.
 def check_closes(residual_n: float, recordings: Sequence[Recording]) -> None:
     """Refuse recordings on a load cell whose forces do not add up, whatever the friction."""
     cells = [
-        r.reference_force_n for r in recordings if r.reference_force_n is not None and not r.is_free
+        recording.reference_force_n
+        for recording in recordings
+        if recording.reference_force_n is not None and not recording.is_free
     ]
     if not cells:
         return
@@ -233,8 +238,8 @@ def check_not_stuck(
     change = np.flatnonzero(np.diff(values) != 0.0)
     edges = np.concatenate([[0], change + 1, [len(values) - 1]])
     time, x = recording.time_s, recording.position_m
-    for k in np.flatnonzero(np.diff(time[edges]) > 1.0):
-        start, stop = edges[k], edges[k + 1]
+    for index in np.flatnonzero(np.diff(time[edges]) > 1.0):
+        start, stop = edges[index], edges[index + 1]
         if np.ptp(x[start : stop + 1]) > STUCK_WAY_M and not saturated[start]:
             raise InputError(
                 f"the sensor is stuck at {values[start]:.6g} Pa from t = {time[start]:.6g} s to {time[stop]:.6g} s "

@@ -88,7 +88,7 @@ def _least_squares(
     log c_s.
     """
     fits = [_constrained(_design(speed, c) * parts, force, weight) for c in grid]
-    cost = np.array([f[1] for f in fits])
+    cost = np.array([fit[1] for fit in fits])
     k = int(np.argmin(cost))
     c = grid[k]
     if 0 < k < len(grid) - 1:
@@ -203,7 +203,7 @@ def correlation_inflation(residual: Array) -> float:
     if power <= 0.0 or len(r) < 10:
         return 1.0
     lags = min(MAX_LAG, len(r) // 4)
-    rho = [float(r[:-k] @ r[k:]) / power for k in range(1, lags + 1)]
+    rho = [float(r[:-index] @ r[index:]) / power for index in range(1, lags + 1)]
     total = 1.0
     for k in range(0, len(rho) - 1, 2):
         pair = rho[k] + rho[k + 1]

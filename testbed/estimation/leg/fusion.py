@@ -38,7 +38,7 @@ DISAGREEMENT_M_S = 5e-3
 def can_fuse(recording: Recording, model: LegModel) -> bool:
     """True where the flow balances of both chambers can be formed."""
     channels = (recording.valve_command, recording.pressure_a_pa, recording.pressure_b_pa)
-    return model.known.declares_flow and all(c is not None for c in channels)
+    return model.known.declares_flow and all(channel is not None for channel in channels)
 
 
 def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | None:

@@ -83,10 +83,10 @@ def smooth_causal(values: Array, width_samples: float) -> Array:
 def _twice_low_passed(values: Array, pole: float) -> Array:
     out = np.empty(values.size)
     first = second = values[0]
-    for k in range(values.size):
-        first = pole * first + (1.0 - pole) * values[k]
+    for index in range(values.size):
+        first = pole * first + (1.0 - pole) * values[index]
         second = pole * second + (1.0 - pole) * first
-        out[k] = second
+        out[index] = second
     return out
 
 

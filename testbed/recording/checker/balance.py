@@ -95,7 +95,7 @@ class Forces:
             terms.append(mass * (gravity - turned * self.even.acceleration_m_s2))
         if "reference" in series:
             terms.append(-change.get("reference", 1.0) * series["reference"])
-        size = float(sum(np.sqrt(np.mean(t**2)) for t in terms))
+        size = float(sum(np.sqrt(np.mean(term**2)) for term in terms))
         return np.sum(terms, axis=0), turned * self.even.speed_m_s, max(size, 1e-12)
 
     def misfit(self, change: Change) -> float:
@@ -160,7 +160,8 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
     if as_it_is < WORST:
         return
     trials = sorted(
-        ((forces.misfit(s.change), s) for s in suspects(forces, names)), key=lambda trial: trial[0]
+        ((forces.misfit(suspect.change), suspect) for suspect in suspects(forces, names)),
+        key=lambda trial: trial[0],
     )
     if not trials or trials[0][0] > MENDED * as_it_is:
         return
@@ -169,7 +170,7 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
     first, others = alike[0], alike[1:4]
     what = first.what
     if others:
-        what += " (or " + ", or ".join(f"{s.channel}: {s.what}" for s in others) + ")"
+        what += " (or " + ", or ".join(f"{other.channel}: {other.what}" for other in others) + ")"
     yield Finding(
         "error",
         first.channel,

@@ -102,7 +102,11 @@ def _values(raw: Raw) -> Iterator[Finding]:
     raw = raw.kept(rows, filled)
     if len(raw.time_s) < MINIMUM_SAMPLES:
         return
-    whole = {q: v for q, v in raw.series.items() if not any(_is_empty(f, q) for f in numbers)}
+    whole = {
+        key: value
+        for key, value in raw.series.items()
+        if not any(_is_empty(number, key) for number in numbers)
+    }
     raw = Raw(**{**vars(raw), "series": whole})
     for check in (check_ranges, check_clipped, check_frozen, check_resolution):
         yield from check(raw)
@@ -209,7 +213,8 @@ def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
         nominal = float(np.median(measured))
     if not nominal or nominal <= 0.0:
         highest = max(
-            (float(np.max(np.abs(raw.series[n]))) for n in names if n in raw.series), default=1e9
+            (float(np.max(np.abs(raw.series[key]))) for key in names if key in raw.series),
+            default=1e9,
         )
         if highest < SMALLEST_PA:
             yield Finding(
@@ -340,7 +345,7 @@ def _robot_leg(raw: Raw, leg: str) -> Iterator[Finding]:
         return
     cylinder = raw.machine.vertical_cylinder
     known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m, moving_mass_kg=0.0)
-    chosen = {name: q for name, q in names.items() if name != "position"}
+    chosen = {name: key for name, key in names.items() if name != "position"}
     forces = Forces(even(raw, chosen, names["position"]), known)
     for finding in check_balance(forces, names):
         if (

@@ -108,19 +108,19 @@ def structure(parameters: Machine, without: Sequence[str] = ()) -> tuple[list[Li
     return links, joints
 
 
-def _platform(p: Machine) -> tuple[list[Link], list[Joint]]:
-    belly, low = p.body.belly_box_m, p.body.belly_height_m
+def _platform(machine: Machine) -> tuple[list[Link], list[Joint]]:
+    belly, low = machine.body.belly_box_m, machine.body.belly_height_m
     skid = Shape("box", belly, (0.0, 0.0, low + belly[2] / 2))
-    links = [_link("body", p.body, (skid,)), _link("power_unit", p.power_unit_body)]
-    links += [_link("drill_mast", p.drill_body), _link("rod_store", p.rod_store_body)]
+    links = [_link("body", machine.body, (skid,)), _link("power_unit", machine.power_unit_body)]
+    links += [_link("drill_mast", machine.drill_body), _link("rod_store", machine.rod_store_body)]
     joints = [
-        Joint("fixed", "body", "power_unit", p.power_unit_body.position_m),
-        Joint("fixed", "body", "drill_mast", drill_mount_m(p)),
-        Joint("fixed", "body", "rod_store", p.rod_store_body.position_m),
+        Joint("fixed", "body", "power_unit", machine.power_unit_body.position_m),
+        Joint("fixed", "body", "drill_mast", drill_mount_m(machine)),
+        Joint("fixed", "body", "rod_store", machine.rod_store_body.position_m),
     ]
     for side in SIDES:
-        links.append(_link(f"traction_{side}", p.traction_body))
-        joints.append(Joint("fixed", "body", f"traction_{side}", rope_attachment_m(p, side)))
+        links.append(_link(f"traction_{side}", machine.traction_body))
+        joints.append(Joint("fixed", "body", f"traction_{side}", rope_attachment_m(machine, side)))
     return links, joints
 
 
@@ -131,8 +131,8 @@ def _link(name: str, group: Group, collision: tuple[Shape, ...] = (), prefix: st
     return Link(name, mass, edges, centre, collision)
 
 
-def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
-    legs = p.each_leg[leg]
+def _leg(machine: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
+    legs = machine.each_leg[leg]
     radius = legs.foot_radius_m
     sole = Shape("sphere", (radius,), (0.0, 0.0, radius))
     parts = ("rotation", "radial", "vertical", "foot")
@@ -140,15 +140,15 @@ def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
         _link(f"{leg}_{part}", legs, (sole,) if part == "foot" else (), f"{part}_")
         for part in parts
     ]
-    turn, slide, lift = p.joints.rotation, p.joints.radial, p.joints.vertical
+    turn, slide, lift = machine.joints.rotation, machine.joints.radial, machine.joints.vertical
     rotation, radial, vertical, foot = (f"{leg}_{part}" for part in parts)
     joints = [
         Joint(
             "revolute",
             "body",
             rotation,
-            hip_m(p, leg),
-            radial_direction_rad(p, leg),
+            hip_m(machine, leg),
+            radial_direction_rad(machine, leg),
             (0.0, 0.0, 1.0),
             turn.lower_rad,
             turn.upper_rad,

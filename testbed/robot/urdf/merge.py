@@ -92,7 +92,7 @@ def _mass(link: ET.Element, rotation: Array, shift: Array) -> tuple[float, Array
     if inertial is None:
         return 0.0, np.zeros(3), np.zeros((3, 3))
     mass = float(inertial.find("mass").get("value"))  # type: ignore[union-attr, arg-type]
-    i = {k: float(v) for k, v in inertial.find("inertia").attrib.items()}  # type: ignore[union-attr]
+    i = {name: float(value) for name, value in inertial.find("inertia").attrib.items()}  # type: ignore[union-attr]
     tensor = np.array(
         [
             [i["ixx"], i["ixy"], i["ixz"]],
@@ -129,7 +129,7 @@ def _set_inertial(link: ET.Element, bodies: list[tuple[float, Array, Array]]) ->
 
 def _nearest_axes(turn: Array, diagonal: Array) -> tuple[Array, Array]:
     """The principal axes in the order and sense that turns least."""
-    order = [int(np.argmax(np.abs(turn[k]))) for k in range(3)]
+    order = [int(np.argmax(np.abs(turn[index]))) for index in range(3)]
     if sorted(order) != [0, 1, 2]:
         order = [0, 1, 2]
     turn, diagonal = turn[:, order], diagonal[order]

@@ -103,11 +103,14 @@ class Footholds:
         load = external_wrench(self._model, joints, self._gravity, None, None, None)
         pulls = np.array(
             [
-                point_wrench(d, at)
-                for d, at in zip(ropes, self._model.rope_attachments_m, strict=True)
+                point_wrench(rope, at)
+                for rope, at in zip(ropes, self._model.rope_attachments_m, strict=True)
             ]
         )
-        bounds = [(t * (1.0 - TENSION_ERROR), t * (1.0 + TENSION_ERROR)) for t in tensions]
+        bounds = [
+            (tension * (1.0 - TENSION_ERROR), tension * (1.0 + TENSION_ERROR))
+            for tension in tensions
+        ]
         up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
         centre = self._model.centre_of_mass_m(joints)
         return wrench_margin_n(
@@ -148,7 +151,7 @@ class Footholds:
         if not self.reaches(feet, body):
             return None
         for leg, foothold in swings.footholds:
-            standing = [k for k in range(len(LEGS)) if k != leg]
+            standing = [index for index in range(len(LEGS)) if index != leg]
             least = min(least, self.margin_n(feet, body, standing, swings.tensions, swings.ropes))
             feet[leg] = foothold
             if not self.reaches(feet, body):
