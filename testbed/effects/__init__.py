@@ -67,7 +67,9 @@ def declared_by(machine: Machine) -> tuple[Active, ...]:
     findings.
     """
     given = [(effect, effect.declared_by(machine)) for effect in ALL]
-    return tuple(Active(e, e.complete(values)) for e, values in given if values is not None)
+    return tuple(
+        Active(effect, effect.complete(values)) for effect, values in given if values is not None
+    )
 
 
 def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tuple[Active, ...]:

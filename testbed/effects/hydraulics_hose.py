@@ -67,9 +67,9 @@ class Hose(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil that chamber A takes up later, of hoses that fill quickly and slowly."""
-        i = seen.axis(place)
+        axis = seen.axis(place)
         return {
-            f"capacity {index}": Change(oil={i: seen.oil_by_hose[:, i, index]})
+            f"capacity {index}": Change(oil={axis: seen.oil_by_hose[:, axis, index]})
             for index in range(len(HOSE_TIMES_S))
         }
 
@@ -78,7 +78,7 @@ class Hose(Effect):
         parts = [linear[f"capacity {index}"] for index in range(len(HOSE_TIMES_S))]
         whole = sum(parts)
         time = (
-            sum(part * t for part, t in zip(parts, HOSE_TIMES_S, strict=True)) / whole
+            sum(part * time_s for part, time_s in zip(parts, HOSE_TIMES_S, strict=True)) / whole
             if whole
             else 0.0
         )

@@ -188,12 +188,12 @@ class _Seen:
             pressures.append(
                 data[f"pressure_a_{leg}_vertical"] + data[f"pressure_b_{leg}_vertical"]
             )
-            x = through_steps(
+            position = through_steps(
                 time_s, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m
             )
-            _, v, a = motion(x, rate, SMOOTH_S)
-            speeds.append(v)
-            accelerations.append(a)
+            _, velocity, acceleration = motion(position, rate, SMOOTH_S)
+            speeds.append(velocity)
+            accelerations.append(acceleration)
         carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > SET
         in_air = np.array(
             [_in_air(data, leg, carrying[index], time_s) for index, leg in enumerate(LEGS)]
@@ -227,17 +227,17 @@ class _Seen:
         )
 
 
-def _settled(on: NDArray[np.bool_], t: Array) -> NDArray[np.bool_]:
+def _settled(on: NDArray[np.bool_], time_s: Array) -> NDArray[np.bool_]:
     """Where `on` has held for a while."""
-    last_off = np.maximum.accumulate(np.where(on, t[0], t))
-    return np.asarray(on & (t - last_off > SETTLED_S))
+    last_off = np.maximum.accumulate(np.where(on, time_s[0], time_s))
+    return np.asarray(on & (time_s - last_off > SETTLED_S))
 
 
-def _in_air(data: Mapping[str, Array], leg: str, carrying: Any, t: Array) -> NDArray[np.bool_]:
+def _in_air(data: Mapping[str, Array], leg: str, carrying: Any, time_s: Array) -> NDArray[np.bool_]:
     """Where a foot that is not meant to carry has been lifted from where it stood."""
-    x = data[f"position_{leg}_vertical"]
-    stood = np.maximum.accumulate(np.where(carrying, np.arange(len(t)), 0))
-    return np.asarray(~carrying & (x < x[stood] - LIFTED_M))
+    extension = data[f"position_{leg}_vertical"]
+    stood = np.maximum.accumulate(np.where(carrying, np.arange(len(time_s)), 0))
+    return np.asarray(~carrying & (extension < extension[stood] - LIFTED_M))
 
 
 def _priors(machine: Machine) -> tuple[Array, Array]:
@@ -272,27 +272,27 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
     """(n, 9): what each of OF_LEG adds to the measured push of leg k; (n): what is declared beyond
     them.
     """
-    cylinder, v = axis.cylinder, seen.speed[k]
+    cylinder, velocity = axis.cylinder, seen.speed[k]
     assert isinstance(cylinder, StraightCylinder)
-    out, back = (v > 0.0).astype(float), (v < 0.0).astype(float)
-    fading_out = np.exp(-np.abs(v) / cylinder.stribeck_out_m_s)
-    fading_in = np.exp(-np.abs(v) / cylinder.stribeck_in_m_s)
+    out, back = (velocity > 0.0).astype(float), (velocity < 0.0).astype(float)
+    fading_out = np.exp(-np.abs(velocity) / cylinder.stribeck_out_m_s)
+    fading_in = np.exp(-np.abs(velocity) / cylinder.stribeck_in_m_s)
     columns = [
-        np.ones_like(v),
+        np.ones_like(velocity),
         out,
         -back,
         out * fading_out,
         -back * fading_in,
-        out * v * thinning,
-        back * v * thinning,
-        np.sign(v) * seen.across_n[k],
-        np.sign(v) * seen.pressures_pa[k],
+        out * velocity * thinning,
+        back * velocity * thinning,
+        np.sign(velocity) * seen.across_n[k],
+        np.sign(velocity) * seen.pressures_pa[k],
     ]
     place = seen.joints[3 * k + 2] / cylinder.stroke_m - 0.5
     dependence = (
         axis.seal.position_slope * place * 0.5 * (cylinder.coulomb_out_n + cylinder.coulomb_in_n)
     )
-    return np.column_stack(columns), np.sign(v) * dependence
+    return np.column_stack(columns), np.sign(velocity) * dependence
 
 
 def _rows(
@@ -337,8 +337,8 @@ def _balances(
     a sample.
     """
     total = model.total_mass_kg
-    feet = np.array([model.foot_positions_m(seen.joints[:, i]) for i in at])
-    centre = np.array([model.centre_of_mass_m(seen.joints[:, i]) for i in at])
+    feet = np.array([model.foot_positions_m(seen.joints[:, sample]) for sample in at])
+    centre = np.array([model.centre_of_mass_m(seen.joints[:, sample]) for sample in at])
     gravity, up = seen.gravity[:, at].T, load[:, at].T
     along, left = seen.sideways_n[0][:, at].T, seen.sideways_n[1][:, at].T
     x, y, z = feet[:, :, 0], feet[:, :, 1], feet[:, :, 2]
@@ -363,8 +363,8 @@ def _balances(
 def _leg_numbers(found: Array, sd: Array, prior_mean: Array, prior_sd: Array) -> dict[str, Number]:
     out: dict[str, Number] = {}
     for index, leg in enumerate(LEGS):
-        for j, name in enumerate(OF_LEG):
-            at, axis = len(OF_LEG) * index + j, f"{leg}_vertical"
+        for column, name in enumerate(OF_LEG):
+            at, axis = len(OF_LEG) * index + column, f"{leg}_vertical"
             path = zero_name(axis) if name == "zero" else _path(axis, name)
             unit = {"viscous": "N s/m", "side": "1", "pressure": "m2"}.get(
                 name.partition("_")[0], "N"
@@ -429,11 +429,11 @@ def _attitude(data: Mapping[str, Array], seen: _Seen, model: RobotModel) -> dict
 
     quiet = np.flatnonzero(seen.on_ground & (np.abs(seen.speed) < SLIDES_M_S).all(axis=0))[::10]
     turned = []
-    for i in quiet:
-        feet = model.foot_positions_m(seen.joints[:, i])
+    for sample in quiet:
+        feet = model.foot_positions_m(seen.joints[:, sample])
         plane = np.column_stack([feet[:, 0], feet[:, 1], np.ones(4)])
         along, across, _ = np.linalg.lstsq(plane, feet[:, 2], rcond=None)[0]
-        x, y, z = seen.gravity[:, i]
+        x, y, z = seen.gravity[:, sample]
         roll, pitch = math.atan2(-y, -z), math.asin(x / GRAVITY_M_S2)
         turned.append([roll + math.atan(across), pitch - math.atan(along)])
     mean = np.mean(turned, axis=0)

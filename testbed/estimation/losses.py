@@ -103,7 +103,11 @@ def intervals(flags: Flags, time_s: Array, shortest_s: float = 0.0) -> list[tupl
     if shortest_s <= 0.0:
         return list(pairs)
     step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    return [(a, b) for a, b in pairs if time_s[b - 1] - time_s[a] + step >= shortest_s - 1e-9]
+    return [
+        (start, stop)
+        for start, stop in pairs
+        if time_s[stop - 1] - time_s[start] + step >= shortest_s - 1e-9
+    ]
 
 
 @dataclass(frozen=True)

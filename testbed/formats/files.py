@@ -194,7 +194,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(name): plain(number) for name, number in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):  # of numpy
         return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

@@ -237,7 +237,9 @@ def _columns(record: type[Record], prefix: str) -> Iterator[Column]:
         for labels in product(*item.labels):
             full = "_".join((prefix + (item.column or name), *labels))
             if item.record is None:
-                unit = next((u for end, u in item.units.items() if full.endswith(end)), item.unit)
+                unit = next(
+                    (unit_ for end, unit_ in item.units.items() if full.endswith(end)), item.unit
+                )
                 yield Column(full, unit, item.meaning)
             else:
                 yield from _columns(item.record, full + "_")

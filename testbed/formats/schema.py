@@ -98,10 +98,10 @@ def _allowed(info: FieldInfo) -> str:
         if isinstance(made, NameOrClass):
             return made.allowed
     bounds = [
-        f"{sign} {getattr(m, name):g}"
-        for m in info.metadata
+        f"{sign} {getattr(bound, name):g}"
+        for bound in info.metadata
         for name, sign in _SIGNS.items()
-        if hasattr(m, name)
+        if hasattr(bound, name)
     ]
     return ", ".join(bounds) if bounds else _kind(info.annotation)
 

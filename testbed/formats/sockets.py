@@ -179,5 +179,7 @@ def _place_in_user_file(error: BaseException) -> tuple[str, int] | None:
     """
     if isinstance(error, SyntaxError) and error.filename in _LOADED:
         return error.filename, error.lineno or 0
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename in _LOADED]
+    frames = [
+        frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in _LOADED
+    ]
     return (frames[-1].filename, frames[-1].lineno or 0) if frames else None

@@ -168,7 +168,7 @@ def read_rig(folder: str | Path) -> Rig:
                 file=folder,
                 allowed="identify/<name>/ and verify/<name>/",
             )
-        names = sorted(p for p in (folder / part).iterdir() if p.is_dir())
+        names = sorted(path for path in (folder / part).iterdir() if path.is_dir())
         if not names:
             raise InputError("holds no recording", file=folder / part)
         parts[part] = tuple(read_recording(name) for name in names)
@@ -227,18 +227,18 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
     time, position, data = series("time"), series("position"), folder / header.data
     assert time is not None and position is not None
     channels = header.channels
-    a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
-    b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
-    n = len(time)
+    pressure_a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
+    pressure_b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
+    rows = len(time)
     reference: Array | None = None
     if header.reference_force is not None:
         column = header.reference_force.column
         reference = (
             columns[column]
             if header.reference_force.kind == "load-cell" and column
-            else np.zeros(n)
+            else np.zeros(rows)
         )
-    never = np.zeros(n, dtype=np.bool_)
+    never = np.zeros(rows, dtype=np.bool_)
     return Recording(
         name=folder.resolve().name,
         folder=folder,
@@ -246,8 +246,8 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         time_s=time,
         position_m=position,
         valve_command=series("valve_command"),
-        pressure_a_pa=a,
-        pressure_b_pa=b,
+        pressure_a_pa=pressure_a,
+        pressure_b_pa=pressure_b,
         supply_pressure_pa=series("supply_pressure"),
         oil_temperature_degc=series("oil_temperature"),
         actuator_force_n=series("actuator_force"),

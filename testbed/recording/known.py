@@ -211,4 +211,4 @@ class Known(Checked):
             self.valve_deadband,
             self.internal_leakage_m3_s_pa,
         )
-        return all(v is not None for v in needed)
+        return all(value is not None for value in needed)

@@ -53,7 +53,7 @@ class RobotModelFile(Checked):
     @property
     def numbers(self) -> dict[str, float]:
         """Path of the machine -> believed value."""
-        return {path: p.value for path, p in self.machine.items()}
+        return {path: parameter.value for path, parameter in self.machine.items()}
 
 
 def _parameters(value: Any) -> Any:

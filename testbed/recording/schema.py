@@ -45,7 +45,8 @@ def quantities(rig: str) -> list[dict[str, Any]]:
         robot_columns.quantities()
         if rig == "robot"
         else {
-            name: (q.unit, q.meaning, rig in q.needed_by) for name, q in quantities_of(rig).items()
+            name: (quantity.unit, quantity.meaning, rig in quantity.needed_by)
+            for name, quantity in quantities_of(rig).items()
         }
     )
     return [

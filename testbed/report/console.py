@@ -46,7 +46,10 @@ def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
     """Every number of the machine, and what its mark means."""
     from testbed.machine.provenance import MARKS
 
-    rows = [[path, _number(q.value), q.unit, q.mark, q.source] for path, q in leaves]
+    rows = [
+        [path, _number(quantity.value), quantity.unit, quantity.mark, quantity.source]
+        for path, quantity in leaves
+    ]
     print_table("The machine's numbers", ["parameter", "value", "unit", "mark", "source"], rows)
     if sys.stdout.isatty():
         print("\nMarks: " + "; ".join(f"{mark} {meaning}" for mark, meaning in MARKS.items()))
@@ -54,7 +57,7 @@ def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
 
 def _number(value: Any) -> str:
     if isinstance(value, (tuple, list)):
-        return ", ".join(_number(v) for v in value)
+        return ", ".join(_number(part) for part in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -229,7 +232,7 @@ def print_calibration(result: Calibrated) -> None:
     """Every sensor's a and b with one standard deviation, and what the fit rests on."""
     rows = []
     for name, sensor in result.sensors.items():
-        a_sd, b_sd = (float(sensor.covariance[i, i]) ** 0.5 for i in (0, 1))
+        a_sd, b_sd = (float(sensor.covariance[place, place]) ** 0.5 for place in (0, 1))
         span = f"{sensor.span_v[0]:.3f} to {sensor.span_v[1]:.3f}"
         rows.append(
             [

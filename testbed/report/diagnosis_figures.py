@@ -89,10 +89,14 @@ def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
     )
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panels = plt.subplots(1, 2, figsize=(9.0, 2.0), sharey=True)
-        for panel, name, b, a in zip(panels, "AB", before, after, strict=True):
-            limit = 1.3e6 * float(np.percentile(np.abs(b), 99.5))
-            panel.plot(series.signals.time_s[at], 1e6 * b[at], color=GREY, lw=0.6, label="refit")
-            panel.plot(series.signals.time_s[at], 1e6 * a[at], color=BLUE, lw=0.6, label="after")
+        for panel, name, earlier, later in zip(panels, "AB", before, after, strict=True):
+            limit = 1.3e6 * float(np.percentile(np.abs(earlier), 99.5))
+            panel.plot(
+                series.signals.time_s[at], 1e6 * earlier[at], color=GREY, lw=0.6, label="refit"
+            )
+            panel.plot(
+                series.signals.time_s[at], 1e6 * later[at], color=BLUE, lw=0.6, label="after"
+            )
             panel.set_ylim(-limit, limit)
             panel.set_title(f"chamber {name}")
             panel.set_xlabel("time, s")

@@ -47,15 +47,22 @@ def contents(diagnosis: Diagnosis) -> dict[str, Any]:
         "passed": found.get("passed", []) if diagnosis.verdict.kind == "unnamed" else [],
         "hypotheses": found["hypotheses"][:8],
         "errors": _error_rows(diagnosis),
-        "closed": {q: closed_share(diagnosis.errors, q) for q in ("force_n", "flow_m3_s")},
+        "closed": {
+            quantity: closed_share(diagnosis.errors, quantity)
+            for quantity in ("force_n", "flow_m3_s")
+        },
         "evidence": evidence_figure(diagnosis, _gains(diagnosis))
         if len(diagnosis.state.tried) > 1
         else "",
         "rivals": rivals(diagnosis.state, diagnosis.verdict),
         "stated": diagnosis.verdict.hypotheses[0][1],
         "figures": [
-            (r.name, residual_figure(diagnosis, r), flow_figure(diagnosis, r))
-            for r in diagnosis.rig.verify
+            (
+                recording.name,
+                residual_figure(diagnosis, recording),
+                flow_figure(diagnosis, recording),
+            )
+            for recording in diagnosis.rig.verify
         ],
         "left_out": found["left_out"],
         "glossary": (*DIAGNOSIS_WORDS, *MACHINE_WORDS),
@@ -97,20 +104,28 @@ def _error_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                     "quantity": quantity.split("_")[0],
                     "unit": unit,
                     "name": name,
-                    "values": [f"{factor * row[s]:.3g}" for s in (*STAGES, "floor")],
+                    "values": [f"{factor * row[stage]:.3g}" for stage in (*STAGES, "floor")],
                 }
             )
     return rows
 
 
 def _ranked(state: Search) -> list[Candidate]:
-    return sorted((c for c in state.tried.values() if c.names), key=lambda c: -state.gain(c))
+    return sorted(
+        (candidate for candidate in state.tried.values() if candidate.names),
+        key=lambda c: -state.gain(c),
+    )
 
 
 def _gains(diagnosis: Diagnosis) -> list[tuple[str, float]]:
-    singles = [c for c in _ranked(diagnosis.state) if len(c.names) == 1][:12]
+    singles = [candidate for candidate in _ranked(diagnosis.state) if len(candidate.names) == 1][
+        :12
+    ]
     chosen = [diagnosis.verdict.chosen] if len(diagnosis.verdict.chosen.names) > 1 else []
-    return [(" + ".join(c.names), diagnosis.state.gain(c)) for c in [*chosen, *singles]]
+    return [
+        (" + ".join(candidate.names), diagnosis.state.gain(candidate))
+        for candidate in [*chosen, *singles]
+    ]
 
 
 def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
@@ -122,7 +137,7 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
     """
     chosen = verdict.chosen
     rows = []
-    others = [c for c in _ranked(state) if set(c.names) != set(chosen.names)]
+    others = [rival for rival in _ranked(state) if set(rival.names) != set(chosen.names)]
     for c in [other for other in others if len(other.names) == max(len(chosen.names), 1)][:4]:
         better, worse = (chosen, c) if chosen.names else (c, chosen)
         parts = better.evidence.parts(worse.evidence, chosen.evidence)
@@ -132,7 +147,9 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
                 "names": " + ".join(c.names),
                 "ahead": state.gain(c) - state.gain(chosen),
                 "probability": sum(
-                    p for names, p in verdict.hypotheses if set(c.names) <= set(names)
+                    probability
+                    for names, probability in verdict.hypotheses
+                    if set(c.names) <= set(names)
                 ),
                 "where": f"{channel.replace('_', ' ')} in {recording}",
                 "scale": (
@@ -146,6 +163,9 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
 
 def _group(diagnosis: Diagnosis) -> list[str]:
     names = [
-        n for name, rivals in diagnosis.verdict.ambiguous.items() if rivals for n in (name, *rivals)
+        member
+        for name, rivals in diagnosis.verdict.ambiguous.items()
+        if rivals
+        for member in (name, *rivals)
     ]
     return list(dict.fromkeys(names))

@@ -54,20 +54,24 @@ def foot_loads(
     """
     figure, axes = new_figure(4, 6.9, legend_rows=3)
     start, end = window or (float(truth["t"][0]), float(truth["t"][-1]))
-    d, w = _slice(data["t"], start, end), _slice(truth["t"], start, end)
+    seen, true_rows = _slice(data["t"], start, end), _slice(truth["t"], start, end)
     names = methods(data)
     for ax, leg in zip(axes, LEGS, strict=True):
-        true = truth[f"foot_load_{leg}"][w] / 1e3
-        ax.fill_between(*spread(truth["t"][w], true), color=BAND, lw=0, label="truth's range")
+        true = truth[f"foot_load_{leg}"][true_rows] / 1e3
+        ax.fill_between(
+            *spread(truth["t"][true_rows], true), color=BAND, lw=0, label="truth's range"
+        )
         for method in names:
             colour, dash = method_style(method)
-            line = course(data["t"][d], data[f"estimate_{method}_{leg}"][d] / 1e3)
+            line = course(data["t"][seen], data[f"estimate_{method}_{leg}"][seen] / 1e3)
             ax.plot(*line, color=colour, ls=dash, label=method_name(method))
         if f"expected_{leg}" in data:
-            line = course(data["t"][d], data[f"expected_{leg}"][d] / 1e3)
+            line = course(data["t"][seen], data[f"expected_{leg}"][seen] / 1e3)
             ax.plot(*line, color=GREY, lw=1.4, label="expected")
-        ax.plot(*course(truth["t"][w], true), color=BLACK, lw=1.2, label="truth")
-        near = [data[f"estimate_{name}_{leg}"][d] / 1e3 for name in names if name != "one_chamber"]
+        ax.plot(*course(truth["t"][true_rows], true), color=BLACK, lw=1.2, label="truth")
+        near = [
+            data[f"estimate_{name}_{leg}"][seen] / 1e3 for name in names if name != "one_chamber"
+        ]
         ax.set_ylim(*limits(true, *near))
         ax.set_title(f"{leg}, {LEG_NAME[leg]}")
         ax.set_ylabel("load [kN]")
@@ -137,7 +141,7 @@ def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
 
 def residuals(data: Columns, method: str, suspect: Suspect | None, events: Events) -> Figure:
     """Per leg: expected minus estimated load, over the band of what friction could make of it."""
-    t, by_leg = data["t"], load_residuals(data, method)
+    time_s, by_leg = data["t"], load_residuals(data, method)
     figure, axes = new_figure(4, 6.3)
     ends = {
         leg: [
@@ -155,18 +159,18 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
         named = suspect is not None and suspect.leg == leg
         colour = VERMILION if named else BLUE
         if ends[leg]:
-            middle, bottom = course(t, ends[leg][0])
-            ax.fill_between(middle, bottom, course(t, ends[leg][1])[1], color=BAND, lw=0)
+            middle, bottom = course(time_s, ends[leg][0])
+            ax.fill_between(middle, bottom, course(time_s, ends[leg][1])[1], color=BAND, lw=0)
         else:
-            ax.plot(*envelope(t, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
-        ax.plot(*course(t, by_leg[leg]), color=colour, lw=1.2)
+            ax.plot(*envelope(time_s, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
+        ax.plot(*course(time_s, by_leg[leg]), color=colour, lw=1.2)
         ax.set_title(
             f"{leg}, {LEG_NAME[leg]}: median {median:+.0f} N" + ("  ← stands out" if named else "")
         )
         ax.set_ylim(low, high)
         ax.set_ylabel("residual [N]")
-        mark(ax, events, float(t[0]), float(t[-1]))
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
@@ -246,7 +250,7 @@ def ropes_and_drill(
     return figure
 
 
-def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
+def _hole(ax: Axes, time_s: Array, depth_m: Array, layers: Layers) -> None:
     """Depth over time, downwards, over the layers that it goes through."""
     low, high = float(depth_m.min()), float(depth_m.max())
     room = max(0.08 * (high - low), 0.005)
@@ -267,7 +271,7 @@ def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
                 color=GREY,
             )
         top = bottom
-    ax.plot(*envelope(t, depth_m), color=BLUE)
+    ax.plot(*envelope(time_s, depth_m), color=BLUE)
     ax.set_ylim(high + room, max(low - room, 0.0))
     ax.set_title("depth of the hole, over the rock's layers" if layers else "depth of the hole")
     ax.set_ylabel("[m]")
@@ -278,9 +282,9 @@ def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS
     above.
     """
     figure, axes = new_figure(2, 4.2, [1.0, 2.2]) if events else new_figure(1, 2.9)
-    t, ax = truth["t"], axes[-1]
+    time_s, ax = truth["t"], axes[-1]
     for row, leg in enumerate(LEGS):
-        _bars(ax, truth[f"contact_normal_{leg}"] >= loss_n, t, row - 0.17, BLACK)
+        _bars(ax, truth[f"contact_normal_{leg}"] >= loss_n, time_s, row - 0.17, BLACK)
         if f"contact_{leg}" in data:
             _bars(ax, data[f"contact_{leg}"] >= SET, data["t"], row + 0.17, ORANGE)
     ax.set_yticks(range(4), LEGS)
@@ -288,9 +292,9 @@ def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS
     ax.grid(visible=False, axis="y")
     ax.set_title("feet that carry: truth over detector")
     if events:
-        _name_events(axes[0], events, float(t[0]), float(t[-1]))
-    mark(ax, events, float(t[0]), float(t[-1]))
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+        _name_events(axes[0], events, float(time_s[0]), float(time_s[-1]))
+    mark(ax, events, float(time_s[0]), float(time_s[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
@@ -341,7 +345,7 @@ def word_places(
             (
                 index
                 for index, others in enumerate(taken)
-                if all(reach[1] <= a or b <= reach[0] for a, b in others)
+                if all(reach[1] <= start or stop <= reach[0] for start, stop in others)
             ),
             None,
         )
@@ -351,17 +355,24 @@ def word_places(
     return places
 
 
-def _slice(t: Array, start: float, end: float) -> slice:
-    return slice(int(np.searchsorted(t, start)), int(np.searchsorted(t, end, side="right")))
+def _slice(time_s: Array, start: float, end: float) -> slice:
+    return slice(
+        int(np.searchsorted(time_s, start)), int(np.searchsorted(time_s, end, side="right"))
+    )
 
 
 def _bars(
-    ax: Axes, flags: npt.NDArray[np.bool_], t: Array, row: float, colour: str, height: float = 0.26
+    ax: Axes,
+    flags: npt.NDArray[np.bool_],
+    time_s: Array,
+    row: float,
+    colour: str,
+    height: float = 0.26,
 ) -> None:
-    step = float(np.median(np.diff(t)))
+    step = float(np.median(np.diff(time_s)))
     spans = [
-        (float(t[start]), float(t[stop - 1] - t[start]) + step)
-        for start, stop in intervals(flags, t)
+        (float(time_s[start]), float(time_s[stop - 1] - time_s[start]) + step)
+        for start, stop in intervals(flags, time_s)
     ]
     ax.broken_barh(spans, (row - 0.5 * height, height), facecolors=colour, edgecolors="none")
 
@@ -374,5 +385,5 @@ def mark(ax: Axes, events: Events, start: float, end: float) -> None:
 
 
 def _event_word(event: Mapping[str, Any]) -> str:
-    place = next((str(event[k]) for k in ("leg", "rope", "side") if k in event), "")
+    place = next((str(event[key]) for key in ("leg", "rope", "side") if key in event), "")
     return f"{event['kind']} {place}".replace("_", " ").strip()

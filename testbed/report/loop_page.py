@@ -117,7 +117,7 @@ def _bars(by_leg: Mapping[str, Mapping[str, float]]) -> str:
             (("before", GREY, "as believed"), ("after", BLUE, "with what was found"))
         ):
             heights = [by_leg[stage][leg] for leg in LEGS]
-            at = [i + 0.38 * index - 0.19 for i in range(len(LEGS))]
+            at = [place + 0.38 * index - 0.19 for place in range(len(LEGS))]
             bars = panel.bar(at, heights, 0.36, color=colour, label=label)
             panel.bar_label(bars, fmt="%.0f", padding=1, fontsize=7.5)
         panel.set_xticks(range(len(LEGS)), [LEG_NAME[leg] for leg in LEGS])

@@ -109,7 +109,7 @@ def support(motion: Motion, moment: int) -> tuple[Array, Array]:
     around = [LEGS.index(leg) for leg in ("fl", "fr", "rr", "rl")]
     normal = motion.normal_n[moment].clip(min=0.0)
     places = motion.feet_m[moment, :, :2]
-    corners = [k for k in around if normal[k] >= LOSS_FORCE_N]
+    corners = [foot for foot in around if normal[foot] >= LOSS_FORCE_N]
     total = float(normal.sum())
     middle = normal @ places / total if total > 0.0 else places.mean(axis=0)
     return places[corners], middle

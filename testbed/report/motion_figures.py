@@ -148,16 +148,18 @@ def body(truth: Columns, up_m: Array, tilt_deg: Array, margin: Array, events: Ev
 def grip(truth: Columns, friction: float, events: Events) -> Figure:
     """Per foot: the share of its grip that it takes, where it carries."""
     figure, axes = new_figure(1, 2.9, legend_rows=1)
-    t, ax = truth["t"], axes[0]
+    time_s, ax = truth["t"], axes[0]
     for leg in LEGS:
-        ax.plot(*envelope(t, friction_use(truth, leg, friction)), color=LEG_COLOUR[leg], label=leg)
+        ax.plot(
+            *envelope(time_s, friction_use(truth, leg, friction)), color=LEG_COLOUR[leg], label=leg
+        )
     ax.axhline(1.0, color=BLACK, lw=0.8, ls="--")
     ax.set_title(f"friction use, of a coefficient of {friction:g}")
     ax.set_ylabel("[share]")
     ax.set_ylim(0.0, 1.15)
-    mark(ax, events, float(t[0]), float(t[-1]))
+    mark(ax, events, float(time_s[0]), float(time_s[-1]))
     add_legend(figure, *ax.get_legend_handles_labels(), 4)
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 

@@ -57,7 +57,9 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
 def headline(diagnosis: RobotDiagnosis) -> str:
     """One sentence."""
     if diagnosis.verdict.kind == "effect":
-        words = [f"{spoken(f.name)} ({by_name(f.kind).text})" for f in diagnosis.found]
+        words = [
+            f"{spoken(finding.name)} ({by_name(finding.kind).text})" for finding in diagnosis.found
+        ]
         return "The model lacks " + " and ".join(words) + "."
     if diagnosis.verdict.kind == "unnamed":
         return "The machine does not fit its model, and none of the known effects explains it."
@@ -147,4 +149,6 @@ def place_figure(diagnosis: RobotDiagnosis) -> str:
 
 
 def _at(sets: Sequence[tuple[tuple[str, ...], float]], place: str) -> list[float]:
-    return [f for names, f in sets if len(names) == 1 and names[0].partition("@")[2] == place]
+    return [
+        factor for names, factor in sets if len(names) == 1 and names[0].partition("@")[2] == place
+    ]

@@ -174,23 +174,25 @@ def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
     from scipy.spatial.transform import Rotation
 
     for kind in ("box", "cylinder", "sphere"):
-        here = [s for s in drawn if s.kind == kind]
+        here = [shape for shape in drawn if shape.kind == kind]
         if not here:
             continue
         common: dict[str, Any] = {
-            "centers": [s.centre for s in here],
-            "quaternions": Rotation.from_euler("xyz", [s.rpy for s in here]).as_quat(),
-            "colors": [[round(255 * colour) for colour in COLOURS[s.colour]] for s in here],
+            "centers": [shape.centre for shape in here],
+            "quaternions": Rotation.from_euler("xyz", [shape.rpy for shape in here]).as_quat(),
+            "colors": [[round(255 * colour) for colour in COLOURS[shape.colour]] for shape in here],
             "fill_mode": "solid",
         }
         if kind == "box":
-            solid = rr.Boxes3D(sizes=[s.size for s in here], **common)
+            solid = rr.Boxes3D(sizes=[shape.size for shape in here], **common)
         elif kind == "cylinder":
             solid = rr.Cylinders3D(
-                radii=[s.size[0] for s in here], lengths=[s.size[1] for s in here], **common
+                radii=[shape.size[0] for shape in here],
+                lengths=[shape.size[1] for shape in here],
+                **common,
             )
         else:
-            solid = rr.Ellipsoids3D(half_sizes=[[s.size[0]] * 3 for s in here], **common)
+            solid = rr.Ellipsoids3D(half_sizes=[[shape.size[0]] * 3 for shape in here], **common)
         recording.log(f"{path}/{kind}", solid, static=True)
 
 
@@ -255,7 +257,7 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: Reco
             place, turned_by = joint.pose(data[f"position_{joint.name}"][at])
             columns = rr.Transform3D.columns(translation=place, quaternion=_quaternions(turned_by))
             recording.send_columns(paths[joint.child], when, columns)
-    turns = np.array([rotation(*q) for q in turned])
+    turns = np.array([rotation(*quaternion) for quaternion in turned])
     positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
     feet = body[:, None] + np.array(
         [

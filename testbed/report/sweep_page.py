@@ -51,7 +51,7 @@ def page(title: str, results: Results, planned: int) -> str:
             "stood": sum(entry["summary"].get("verdict") == "stood" for entry in results),
             "figure": _figure(results),
             "heads": heads,
-            "worst": [rows[k] for k in worst(results)],
+            "worst": [rows[place] for place in worst(results)],
             "rows": rows[:MOST_ROWS],
             "left_out": max(len(rows) - MOST_ROWS, 0),
             "glossary": (*ESTIMATE_WORDS, *SAFETY_WORDS),
@@ -143,13 +143,13 @@ def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found:
     """
     out = np.full((len(kinds[1]), len(kinds[0])), np.nan)
     for index, first in enumerate(kinds[0]):
-        for j, second in enumerate(kinds[1]):
+        for column, second in enumerate(kinds[1]):
             here = [
-                k
-                for k, value in enumerate(axes[0])
-                if value == first and (len(axes) < 2 or axes[1][k] == second)
+                place
+                for place, value in enumerate(axes[0])
+                if value == first and (len(axes) < 2 or axes[1][place] == second)
             ]
             cell = found[here]
             if np.isfinite(cell).any():
-                out[j, index] = np.nanmean(cell)
+                out[column, index] = np.nanmean(cell)
     return out

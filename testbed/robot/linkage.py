@@ -126,10 +126,11 @@ class RotationLinkage:
 
     def extension_m(self, angle_rad: ArrayLike) -> Array:
         """Cylinder extension, m, of any array of joint angles, rad."""
-        a, b = self.body_anchor_m, self.lever_m
+        anchor, lever = self.body_anchor_m, self.lever_m
         turned = self.angle_neutral_rad + np.asarray(angle_rad, dtype=float)
         return np.asarray(
-            np.sqrt(a * a + b * b - 2 * a * b * np.cos(turned)) - self.closed_length_m
+            np.sqrt(anchor * anchor + lever * lever - 2 * anchor * lever * np.cos(turned))
+            - self.closed_length_m
         )
 
     def moment_arm_m(self, angle_rad: ArrayLike) -> Array:
@@ -144,9 +145,9 @@ class RotationLinkage:
         """Joint angle, rad, of any array of cylinder extensions, m; NaN where the pins cannot be
         that far apart.
         """
-        a, b = self.body_anchor_m, self.lever_m
+        anchor, lever = self.body_anchor_m, self.lever_m
         length = np.asarray(extension_m, dtype=float) + self.closed_length_m
-        cosine = (a * a + b * b - length * length) / (2 * a * b)
+        cosine = (anchor * anchor + lever * lever - length * length) / (2 * anchor * lever)
         inside = np.abs(cosine) <= 1.0
         return np.where(
             inside, np.arccos(np.clip(cosine, -1.0, 1.0)) - self.angle_neutral_rad, np.nan

@@ -210,11 +210,11 @@ class RobotModel:
             leg["hip"] = first.translation
             leg["yaw"] = np.arctan2(first.rotation[1, 0], first.rotation[0, 0])
             leg["radial"] = slide[:3, self._v_index[3 * index + 1]]
-            for i, joint in enumerate(joints):
+            for place, joint in enumerate(joints):
                 link, placed = model.inertias[joint], data.oMi[joint]
-                leg["links"]["centre"][i] = placed.act(link.lever) - first.translation
-                leg["links"]["mass"][i] = link.mass
-                leg["links"]["inertia"][i] = np.diag(link.inertia)
+                leg["links"]["centre"][place] = placed.act(link.lever) - first.translation
+                leg["links"]["mass"][place] = link.mass
+                leg["links"]["inertia"][place] = np.diag(link.inertia)
             leg["foot_radius"] = self.foot_radius_m
             leg["foot"] = (data.oMf[self._feet[index]].translation - first.translation)[:2]
         return legs

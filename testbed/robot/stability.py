@@ -123,7 +123,8 @@ def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) 
     if len(feet) < 3:
         return 0.0
     return min(
-        _edge_work_j(a, b, np.asarray(forces_n), np.asarray(points_m)) for a, b in _edges(feet)
+        _edge_work_j(start, end, np.asarray(forces_n), np.asarray(points_m))
+        for start, end in _edges(feet)
     )
 
 

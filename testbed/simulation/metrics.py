@@ -45,7 +45,7 @@ def methods(columns: Columns) -> list[str]:
         for column in columns
         if column.startswith("estimate_")
     )
-    return list(dict.fromkeys(m for m, _, leg in found if leg in LEGS))
+    return list(dict.fromkeys(method for method, _, leg in found if leg in LEGS))
 
 
 def rms(values: Array) -> float:
@@ -109,9 +109,9 @@ def contact_losses(data: Columns, truth: Columns, rule: LossRule) -> list[Loss]:
     for leg in LEGS:
         carrying = rule.carrying(truth[f"contact_normal_{leg}"], time_s)
         for loss in follow(_lost(data, leg, carrying), carrying, time_s).losses:
-            a, b = loss.start, loss.end
-            meant, delay = _meant(data, leg, a, b), loss.delay_s
-            found.append(Loss(leg, float(time_s[a]), float(time_s[b - 1]), meant, delay))
+            start, stop = loss.start, loss.end
+            meant, delay = _meant(data, leg, start, stop), loss.delay_s
+            found.append(Loss(leg, float(time_s[start]), float(time_s[stop - 1]), meant, delay))
     return sorted(found, key=lambda loss: loss.start_s)
 
 
@@ -121,12 +121,12 @@ def _lost(data: Columns, leg: str, carrying: Flags) -> Flags:
     return np.zeros(len(carrying), dtype=bool) if word is None else word < SET
 
 
-def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
+def _meant(data: Columns, leg: str, start: int, stop: int) -> bool:
     """Whether the control did not want this foot to carry, at any time from just before the loss to
     its end.
     """
     carry = data.get(f"carrying_{leg}")
-    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
+    return carry is not None and bool(np.any(carry[max(start - 1, 0) : stop] < SET))
 
 
 def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:

@@ -83,7 +83,9 @@ def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
     second of one.
     """
     rows = min(len(data["t"]), len(truth["t"]))
-    first, second = ({name: c[:rows] for name, c in series.items()} for series in (data, truth))
+    first, second = (
+        {name: column[:rows] for name, column in series.items()} for series in (data, truth)
+    )
     return first, second
 
 

@@ -45,7 +45,7 @@ def stability_summary(
     found = np.array(
         [_margins(model, scenario.terrain.friction, data, truth, look) for look in looks]
     )
-    wrench, energy = (int(np.argmin(found[:, k])) for k in (0, 1))
+    wrench, energy = (int(np.argmin(found[:, measure])) for measure in (0, 1))
     return {
         "lowest_wrench_margin_n": float(found[wrench, 0]),
         "lowest_wrench_margin_at_s": float(truth["t"][looks[wrench]]),

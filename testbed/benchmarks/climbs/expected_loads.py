@@ -290,29 +290,33 @@ def scores(cases: Sequence[Case]) -> dict[str, float]:
             np.median(np.subtract([case.high_n for case in cases], [case.low_n for case in cases]))
         ),
         "near": len(near),
-        "named_near": float(np.mean([c.near_known == c.first_true for c in near]))
+        "named_near": float(np.mean([case.near_known == case.first_true for case in near]))
         if near
         else float("nan"),
-        "named_near_nominal": float(np.mean([c.near_nominal == c.first_true for c in near]))
+        "named_near_nominal": float(
+            np.mean([case.near_nominal == case.first_true for case in near])
+        )
         if near
         else float("nan"),
-        "named_all": float(np.mean([c.first_known == c.first_true for c in far]))
+        "named_all": float(np.mean([case.first_known == case.first_true for case in far]))
         if far
         else float("nan"),
         "call_us": float(np.median([case.call_us for case in cases])),
     }
 
 
-def table(s: Mapping[str, float]) -> Table:
+def table(scored: Mapping[str, float]) -> Table:
     """What is known, what came of it."""
-    of_weight = f"share of weight / 4, {s['cases']:.0f} stands"
-    near = f"first foot to leave named, where one is near to it ({s['near']:.0f} stands)"
+    of_weight = f"share of weight / 4, {scored['cases']:.0f} stands"
+    near = f"first foot to leave named, where one is near to it ({scored['near']:.0f} stands)"
     footing = f"the same, footing known to {1000 * FOOTING_SD_M:g} mm"
-    cover = f"{100 * s['interval_cover']:.1f} % (median width {s['interval_width_n']:.0f} N)"
+    cover = (
+        f"{100 * scored['interval_cover']:.1f} % (median width {scored['interval_width_n']:.0f} N)"
+    )
     sensors = "encoders, load pins, inertial unit"
 
     def share(name: str, digits: int = 1) -> str:
-        return f"{100 * s[name]:.{digits}f} %"
+        return f"{100 * scored[name]:.{digits}f} %"
 
     rows = [
         ["true heights under load and stiffness", f"RMS error of a load, {of_weight}"],
@@ -324,7 +328,7 @@ def table(s: Mapping[str, float]) -> Table:
         ["", "time of a call, median"],
     ]
     values = [share("known_rms", 2), share("combination_rms", 2), cover, share("named_near")]
-    values += [share("named_all"), share("named_near_nominal"), f"{s['call_us']:.0f} us"]
+    values += [share("named_all"), share("named_near_nominal"), f"{scored['call_us']:.0f} us"]
     heads = ["what is known", "quantity", "of these stands"]
     shown = [[*row, value] for row, value in zip(rows, values, strict=True)]
     return Table("Expected foot loads", heads, shown)

@@ -85,8 +85,8 @@ def _rate_hz(motion: Motion) -> float:
 def quadratic_drag(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     """Grows with the square of the speed, in one direction more than in the other."""
     skew = 1.0 + rng.uniform(0.2, 0.6) * motion.direction
-    v = motion.velocity_m_s / motion.fastest_m_s
-    return 2.0 * size_n * skew * v * np.abs(v)
+    speed = motion.velocity_m_s / motion.fastest_m_s
+    return 2.0 * size_n * skew * speed * np.abs(speed)
 
 
 def hysteresis(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
@@ -109,7 +109,7 @@ def cogging(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     weights, phases = rng.uniform(0.4, 1.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)
     angle = 2.0 * np.pi * motion.position_m / pitch
     pairs = enumerate(zip(weights, phases, strict=True), start=1)
-    waves = [weight * np.sin(k * angle + phase) for k, (weight, phase) in pairs]
+    waves = [weight * np.sin(order * angle + phase) for order, (weight, phase) in pairs]
     return np.asarray(size_n * np.sum(waves, axis=0))
 
 

@@ -123,7 +123,7 @@ def fit(trials: Sequence[Trial]) -> BenchCalibration:
     """
     rows = [BenchSigns.from_json(trial["signs"]).of_unnamed() for trial in trials]
     proven = [trial for trial in trials if trial["kind"] != "outside" and trial["kept"]]
-    wrong = sum(t["kept"] != [t["law"]] for t in proven)
+    wrong = sum(trial["kept"] != [trial["law"]] for trial in proven)
     return BenchCalibration(
         _regression(rows, [trial["kind"] == "outside" for trial in trials]),
         (wrong + 1.0) / (len(proven) + 2.0),
@@ -137,17 +137,17 @@ def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dic
     from scipy.optimize import minimize
 
     names = list(rows[0])
-    x = np.array([[row[name] for name in names] for row in rows])
-    size = np.maximum(np.abs(x).max(axis=0), 1e-9)
+    features = np.array([[row[name] for name in names] for row in rows])
+    size = np.maximum(np.abs(features).max(axis=0), 1e-9)
     sign = np.where(np.array(yes), 1.0, -1.0)
     held = np.array([name != "one" for name in names])
 
-    def loss(w: Any) -> float:
-        fits = np.logaddexp(0.0, -sign * (x / size @ w))
-        return float(np.mean(fits) + RIDGE * np.sum(w[held] ** 2) / len(names))
+    def loss(weights: Any) -> float:
+        fits = np.logaddexp(0.0, -sign * (features / size @ weights))
+        return float(np.mean(fits) + RIDGE * np.sum(weights[held] ** 2) / len(names))
 
-    w = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
-    return dict(zip(names, map(float, w), strict=True))
+    learnt = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
+    return dict(zip(names, map(float, learnt), strict=True))
 
 
 def restated(trial: Trial, calibration: BenchCalibration) -> Trial:
@@ -179,9 +179,9 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     None).
     """
     out = check_file(out or FILE)
-    trials = [t for folder in folders for t in stored(folder)]
+    trials = [trial for folder in folders for trial in stored(folder)]
     numbers, judged = fit(trials), left_out(trials)
-    stated = float(np.mean([t["probability"] for t in judged]))
+    stated = float(np.mean([trial["probability"] for trial in judged]))
     row = {
         "fitted_by": "testbed lab fit-bench-diagnosis DIR, DIR of testbed lab bench-diagnosis",
         "rigs": len(trials),
@@ -190,7 +190,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
             name: f"{share['right']} of {share['of']}" for name, share in shares(judged).items()
         },
         "right_and_stated": [
-            round(float(np.mean([right(t) for t in judged])), 3),
+            round(float(np.mean([right(trial) for trial in judged])), 3),
             round(stated, 3),
         ],
         "unnamed": _rounded(numbers.unnamed),

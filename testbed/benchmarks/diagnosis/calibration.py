@@ -90,12 +90,12 @@ def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
         at += len(here)
     rest, last = START["rivals"], moved[at + len(START["rivals"]) :]
     rivals = {
-        name: float(value * np.exp(n))
-        for (name, value), n in zip(rest.items(), moved[at : at + len(rest)], strict=True)
+        name: float(value * np.exp(number))
+        for (name, value), number in zip(rest.items(), moved[at : at + len(rest)], strict=True)
     }
     lapses = {
-        lapse: float(1.0 / (1.0 + np.exp(-LAPSE_START - n)))
-        for lapse, n in zip(LAPSES, last, strict=True)
+        lapse: float(1.0 / (1.0 + np.exp(-LAPSE_START - number)))
+        for lapse, number in zip(LAPSES, last, strict=True)
     }
     return Calibration(**out, rivals=rivals, lapses=lapses)
 
@@ -134,7 +134,7 @@ def least_loss(chances: Callable[[Array], Iterator[float]], held: Sequence[bool]
 
 def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
     """Probability given to a set of names."""
-    return sum(p for names, p in found.items() if frozenset(names) == truth)
+    return sum(probability for names, probability in found.items() if frozenset(names) == truth)
 
 
 def restated(trials: Sequence[Trial], calibration: Calibration) -> list[Trial]:
@@ -154,7 +154,9 @@ def restate(trial: Trial, chances: Mapping[tuple[str, ...], float]) -> Trial:
     ranked = sorted(chances.items(), key=lambda item: -item[1])
     top = ranked[0][0]
     verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
-    hypotheses = [{"names": list(names), "probability": p} for names, p in ranked]
+    hypotheses = [
+        {"names": list(names), "probability": probability} for names, probability in ranked
+    ]
     names = list(top) if verdict == "effect" else []
     return {**trial, "hypotheses": hypotheses, "verdict": verdict, "names": names}
 
@@ -166,7 +168,9 @@ def halves(trials: Sequence[Trial], every: int, fitted: Callable[..., list[Trial
     `fitted(judged, on)`: the trials `judged`, restated by what the trials `on` say. Raises
     InputError for too few.
     """
-    one, other = ([trial for trial in trials if (trial["seed"] // every) % 2 == k] for k in (0, 1))
+    one, other = (
+        [trial for trial in trials if (trial["seed"] // every) % 2 == half] for half in (0, 1)
+    )
     if not one or not other:
         allowed = f"at least {2 * every}"
         raise InputError("holds too few", field="trials", value=len(trials), allowed=allowed)

@@ -89,7 +89,7 @@ def _errors(diagnosis: Diagnosis, after: LegModel) -> Errors:
 
 def _oracle(diagnosis: Diagnosis, hidden: Hidden) -> Errors | None:
     """Errors with the true names fitted on identify; None where there is no name."""
-    if not hidden.names or not set(hidden.names) <= {e.name for e in OF_A_CYLINDER}:
+    if not hidden.names or not set(hidden.names) <= {effect.name for effect in OF_A_CYLINDER}:
         return None
     found = [_named(diagnosis, order) for order in permutations(hidden.names)]
     if (known := diagnosis.state.tried.get(frozenset(hidden.names))) is not None:
@@ -115,7 +115,7 @@ def _named(diagnosis: Diagnosis, names: tuple[str, ...]) -> Candidate:
 
 
 def _visible(oracle: Errors) -> bool:
-    rows = [e for r in oracle.by_recording.values() for e in r.values()]
+    rows = [error for row in oracle.by_recording.values() for error in row.values()]
     return any(row["after"] < (1.0 - VISIBLE) * row["refit"] for row in rows)
 
 
@@ -132,7 +132,7 @@ def _sound_twin(diagnosis: Diagnosis, seed: int, kind: str) -> Table:
     checks = series_of(twin.verify, twin.known)
     found = errors(twin.verify, checks, dict.fromkeys(STAGES, refit), diagnosis.problem.with_flow)
     return {
-        name: {quantity: e["refit"] for quantity, e in row.items()}
+        name: {quantity: errors["refit"] for quantity, errors in row.items()}
         for name, row in found.by_recording.items()
     }
 
@@ -146,9 +146,9 @@ def _differs(diagnosis: Diagnosis, sound: Table) -> bool:
     by tens of per cent.
     """
     return any(
-        e < (1.0 - VISIBLE) * diagnosis.errors.by_recording[name][quantity]["refit"]
+        errors < (1.0 - VISIBLE) * diagnosis.errors.by_recording[name][quantity]["refit"]
         for name, row in sound.items()
-        for quantity, e in row.items()
+        for quantity, errors in row.items()
         if not name.startswith("press")
     )
 

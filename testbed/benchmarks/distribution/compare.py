@@ -49,8 +49,10 @@ def _saving(saving: Array, seeds: NDArray[np.int_]) -> dict[str, Any]:
     return {
         "cases": len(saving),
         "saving_median": float(np.median(saving)),
-        "interval95": [float(v) for v in np.quantile(medians, SPAN)],
-        "by_seed": {int(s): float(np.median(saving[seeds == s])) for s in np.unique(seeds)},
+        "interval95": [float(end) for end in np.quantile(medians, SPAN)],
+        "by_seed": {
+            int(seed): float(np.median(saving[seeds == seed])) for seed in np.unique(seeds)
+        },
     }
 
 

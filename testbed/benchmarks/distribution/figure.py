@@ -47,9 +47,9 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
     return path
 
 
-def _row(axes: Any, k: int, values: Any) -> None:
-    spread = k + 0.28 * (np.random.default_rng(k).random(len(values)) - 0.5)
+def _row(axes: Any, row: int, values: Any) -> None:
+    spread = row + 0.28 * (np.random.default_rng(row).random(len(values)) - 0.5)
     axes.plot(values, spread, ".", ms=4.5, color=GREY, alpha=0.55, mew=0)
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
-    axes.plot([low, high], [k, k], "-", color=BLUE, lw=1.4)
-    axes.plot([middle], [k], "o", ms=5, color=VERMILION)
+    axes.plot([low, high], [row, row], "-", color=BLUE, lw=1.4)
+    axes.plot([middle], [row], "o", ms=5, color=VERMILION)

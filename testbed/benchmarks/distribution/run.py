@@ -69,7 +69,7 @@ class Informed(Statics):
                 [truth[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"]
             )
         turned = Rotation.from_quat(
-            [truth[f"body_pose_in_world_{k}"] for k in ("qx", "qy", "qz", "qw")]
+            [truth[f"body_pose_in_world_{part}"] for part in ("qx", "qy", "qz", "qw")]
         )
         force = np.array(
             [[truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
@@ -174,17 +174,17 @@ def count_losses(normal_n: Array) -> int:
     return int(np.sum(edges[1::2] - edges[::2] >= LOST_ROWS))
 
 
-def breaks(z: Array, constraints: Constraints, tolerance: float = 1e-4) -> bool:
+def breaks(plan: Array, constraints: Constraints, tolerance: float = 1e-4) -> bool:
     """Whether a plan (14,), in units of the load, breaks a constraint by more than the
     tolerance.
     """
     over = max(
-        float((constraints.rows @ z - constraints.high).max()),
-        float((constraints.low - constraints.rows @ z).max()),
+        float((constraints.rows @ plan - constraints.high).max()),
+        float((constraints.low - constraints.rows @ plan).max()),
     )
-    off = float(np.abs(constraints.balance @ z - constraints.value).max())
-    outside = max(float((constraints.below - z).max()), float((z - constraints.above).max()))
-    return max(over, off, outside) > tolerance or bool((z[NORMALS] < -tolerance).any())
+    off = float(np.abs(constraints.balance @ plan - constraints.value).max())
+    outside = max(float((constraints.below - plan).max()), float((plan - constraints.above).max()))
+    return max(over, off, outside) > tolerance or bool((plan[NORMALS] < -tolerance).any())
 
 
 def possible(constraints: Constraints) -> bool:

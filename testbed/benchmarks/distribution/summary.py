@@ -105,7 +105,7 @@ def _drawn(case: Case) -> dict[str, Any]:
         "slope_deg": short(spec.terrain.slope_deg),
         "friction": short(spec.terrain.friction),
         "payload_kg": short(spec.robot.payload_kg),
-        "undeclared": " ".join(f"{u.effect}@{u.at}" for u in spec.undeclared),
+        "undeclared": " ".join(f"{hidden.effect}@{hidden.at}" for hidden in spec.undeclared),
     }
 
 

@@ -88,7 +88,9 @@ def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scor
         out[name] = _sums(load[:, late] - true, speed, None if sd is None else sd[:, late])
         if tangential is not None:
             off = np.hypot(*np.moveaxis(tangential[:, :, late] - across, 1, 0))
-            out[name] |= {f"tangential_{key}": v for key, v in _sums(off, speed, None).items()}
+            out[name] |= {
+                f"tangential_{key}": value for key, value in _sums(off, speed, None).items()
+            }
 
     alone = replay(series.data, belief)
     for method in PAPER:
@@ -174,17 +176,17 @@ def _sums(error: Array, speed: Array, sd: Array | None) -> dict[str, dict[str, A
     }
     out: dict[str, dict[str, Any]] = {}
     for name, mask in parts.items():
-        e = error[mask]
-        places = np.minimum(np.abs(e) / BIN_N, BINS - 1).astype(np.int64)
+        wrong = error[mask]
+        places = np.minimum(np.abs(wrong) / BIN_N, BINS - 1).astype(np.int64)
         out[name] = {
-            "n": int(e.size),
-            "sum": float(e.sum()),
-            "square": float(e @ e),
+            "n": int(wrong.size),
+            "sum": float(wrong.sum()),
+            "square": float(wrong @ wrong),
             "sizes": np.bincount(places, minlength=BINS).tolist(),
         }
         if sd is not None:
             out[name] |= {
-                "held": int((np.abs(e) <= Z90 * sd[mask]).sum()),
+                "held": int((np.abs(wrong) <= Z90 * sd[mask]).sum()),
                 "width": float(2.0 * Z90 * sd[mask].sum()),
             }
     return out
@@ -195,7 +197,9 @@ def merged(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for part in parts:
         for name, sums in part.items():
-            mine = out.setdefault(name, {k: (np.zeros(BINS) if k == "sizes" else 0) for k in sums})
+            mine = out.setdefault(
+                name, {field: (np.zeros(BINS) if field == "sizes" else 0) for field in sums}
+            )
             for key, value in sums.items():
                 mine[key] = mine[key] + np.asarray(value) if key == "sizes" else mine[key] + value
     return out
@@ -205,18 +209,18 @@ def marks(sums: dict[str, Any]) -> dict[str, float | None]:
     """Root mean square, bias, 99th percentile of the size (N), coverage of the 90 % interval and
     its mean width (N).
     """
-    n = sums["n"]
-    if n == 0:
+    count = sums["n"]
+    if count == 0:
         return {"rmse_n": None, "bias_n": None, "p99_n": None, "n": 0}
-    share = np.cumsum(sums["sizes"]) / n
+    share = np.cumsum(sums["sizes"]) / count
     out: dict[str, float | None] = {
-        "rmse_n": math.sqrt(sums["square"] / n),
-        "bias_n": sums["sum"] / n,
+        "rmse_n": math.sqrt(sums["square"] / count),
+        "bias_n": sums["sum"] / count,
         "p99_n": float((np.searchsorted(share, 0.99) + 1) * BIN_N),
-        "n": n,
+        "n": count,
     }
     if "held" in sums:
-        out |= {"covered": sums["held"] / n, "width_n": sums["width"] / n}
+        out |= {"covered": sums["held"] / count, "width_n": sums["width"] / count}
     return out
 
 
@@ -229,20 +233,21 @@ def result(found: list[dict[str, Any]]) -> dict[str, Any]:
         ),
         **{
             fromkey: (lambda r, k=fromkey: r["kind"] == k)
-            for fromkey in dict.fromkeys(r["kind"] for r in found)
+            for fromkey in dict.fromkeys(run["kind"] for run in found)
         },  # type: ignore[misc]
     }
     out: dict[str, Any] = {
         "full_scale_n": FULL_SCALE_N,
-        "runs": [r["name"] for r in found],
+        "runs": [run["name"] for run in found],
         "groups": {},
     }
     for group, belongs in groups.items():
-        members = [r["scores"] for r in found if belongs(r)]
+        members = [run["scores"] for run in found if belongs(run)]
         if members:
             out["groups"][group] = {
                 name: {
-                    key: marks(s) for key, s in merged(member[name] for member in members).items()
+                    key: marks(sums)
+                    for key, sums in merged(member[name] for member in members).items()
                 }
                 for name in members[0]
             }

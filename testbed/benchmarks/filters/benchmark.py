@@ -85,10 +85,10 @@ def half_height_delays(
     rng = np.random.default_rng(seed)
     delays = np.full(heights_n.size, np.inf)
     for index, height in enumerate(heights_n):
-        z = rng.normal(0.0, NOISE_N, STEP_AT + 800)
-        z[STEP_AT:] += height
-        x = filter_(z, Q_N2, R_N2)[STEP_AT:] * np.sign(height)
-        reached = np.nonzero(x >= 0.5 * abs(height))[0]
+        measured = rng.normal(0.0, NOISE_N, STEP_AT + 800)
+        measured[STEP_AT:] += height
+        answered = filter_(measured, Q_N2, R_N2)[STEP_AT:] * np.sign(height)
+        reached = np.nonzero(answered >= 0.5 * abs(height))[0]
         if reached.size:
             delays[index] = reached[0]
     return delays

@@ -127,13 +127,13 @@ def half_time_s(force_n: Array, hold: slice) -> float:
     return float(np.argmax(np.abs(change) >= 0.5 * abs(change[-1]))) / RECORD_HZ
 
 
-def approach(run: Raised, a: float, shift_n: float) -> float:
+def approach(run: Raised, gain: float, shift_n: float) -> float:
     """Error of the calibrated one-chamber sum at the end of a hold over that at its start (means
     over the holds).
     """
-    error = [a * run.one_n[hold] + shift_n - run.true_n[hold] for hold in holds(run)]
-    first = float(np.mean([abs(e[: RECORD_HZ // 2].mean()) for e in error]))
-    return float(np.mean([abs(e[-RECORD_HZ:].mean()) for e in error])) / first
+    error = [gain * run.one_n[hold] + shift_n - run.true_n[hold] for hold in holds(run)]
+    first = float(np.mean([abs(wrong[: RECORD_HZ // 2].mean()) for wrong in error]))
+    return float(np.mean([abs(wrong[-RECORD_HZ:].mean()) for wrong in error])) / first
 
 
 def experiment() -> Result:
@@ -141,7 +141,7 @@ def experiment() -> Result:
     runs = {name: raised(without) for name, without in VARIANTS}
     run, line = runs["all parts"], at_the_cell()
     shift = len(LEGS) * line.b * K_PA_PER_V * run.area_a_m2
-    rows = [_row(name, r, line.a, shift) for name, r in runs.items()]
+    rows = [_row(name, run_, line.a, shift) for name, run_ in runs.items()]
     rests = holds(run)
     drift = float(np.mean([drift_n(line.a * run.one_n, rest) for rest in rests]))
     still = max(float(np.abs(run.position_m[rest] - run.reference_m[rest]).max()) for rest in rests)
@@ -169,27 +169,27 @@ def experiment() -> Result:
     )
 
 
-def _row(name: str, run: Raised, a: float, shift_n: float) -> list[str]:
+def _row(name: str, run: Raised, gain: float, shift_n: float) -> list[str]:
     rests = holds(run)
-    error = [a * run.one_n[rest] + shift_n - run.true_n[rest] for rest in rests]
+    error = [gain * run.one_n[rest] + shift_n - run.true_n[rest] for rest in rests]
     numbers = (
-        f"{np.mean([drift_n(a * run.one_n, rest) for rest in rests]):+.0f}",
-        f"{np.mean([half_time_s(a * run.one_n, rest) for rest in rests]):.1f}",
+        f"{np.mean([drift_n(gain * run.one_n, rest) for rest in rests]):+.0f}",
+        f"{np.mean([half_time_s(gain * run.one_n, rest) for rest in rests]):.1f}",
         f"{np.mean([drift_n(run.two_n, rest) for rest in rests]):+.0f}",
-        f"{np.mean([e[: RECORD_HZ // 2].mean() for e in error]):+.0f}",
-        f"{np.mean([e[-RECORD_HZ:].mean() for e in error]):+.0f}",
+        f"{np.mean([wrong[: RECORD_HZ // 2].mean() for wrong in error]):+.0f}",
+        f"{np.mean([wrong[-RECORD_HZ:].mean() for wrong in error]):+.0f}",
     )
     return [name, *numbers]
 
 
 def _sums(
-    run: Raised, a: float, shift_n: float, name: str = "chamber A (1)", colour: int = 0
+    run: Raised, gain: float, shift_n: float, name: str = "chamber A (1)", colour: int = 0
 ) -> list[Line]:
     """Sums over the legs once the robot is off the ground."""
     up = run.time_s > START_S + STEP_M / SPEED_M_S
-    t = run.time_s[up]
+    time_s = run.time_s[up]
     return [
-        Line(t, ((a * run.one_n + shift_n) / 1e3)[up], name, colour),
-        Line(t, run.two_n[up] / 1e3, "both chambers (3)", 2),
-        Line(t, run.true_n[up] / 1e3, "true load of the feet", 3, "--"),
+        Line(time_s, ((gain * run.one_n + shift_n) / 1e3)[up], name, colour),
+        Line(time_s, run.two_n[up] / 1e3, "both chambers (3)", 2),
+        Line(time_s, run.true_n[up] / 1e3, "true load of the feet", 3, "--"),
     ]

@@ -53,7 +53,7 @@ def experiment() -> Result:
     trace, line = in_the_air(), at_the_cell()
     force = calibrated_n(trace)
     peak = peak_n(force)
-    t = trace.time_s - trace.time_s[0]
+    time_s = trace.time_s - trace.time_s[0]
     rows = [
         ["peak under (2), N", f"{peak:.0f}"],
         ["peak of pA A_A as it stands, N", f"{peak_n(trace.one_chamber_n):.0f}"],
@@ -63,18 +63,18 @@ def experiment() -> Result:
         ["pB, bar", _span(trace.pressure_b_pa)],
     ]
     shown = slice(None, None, 10)
-    t, level = t[shown], np.ones(len(t[shown]))
+    time_s, level = time_s[shown], np.ones(len(time_s[shown]))
     return Result(
         {"peak": peak},
         {
             "force": [
-                Line(t, force[shown], "chamber A (1), regression (2)"),
-                Line(t, PAPER_PEAK_N * level, "2100 N", 2, "--"),
-                Line(t, -WEIGHT_N * level, "weight of the frame (pulls)", 3, "--"),
+                Line(time_s, force[shown], "chamber A (1), regression (2)"),
+                Line(time_s, PAPER_PEAK_N * level, "2100 N", 2, "--"),
+                Line(time_s, -WEIGHT_N * level, "weight of the frame (pulls)", 3, "--"),
             ],
             "pressures": [
-                Line(t, trace.read_a_pa[shown] / 1e5, "A"),
-                Line(t, trace.read_b_pa[shown] / 1e5, "B", 1),
+                Line(time_s, trace.read_a_pa[shown] / 1e5, "A"),
+                Line(time_s, trace.read_b_pa[shown] / 1e5, "B", 1),
             ],
         },
         {"parts": rows},

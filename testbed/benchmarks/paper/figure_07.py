@@ -12,9 +12,9 @@ from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ
 from testbed.estimation.leg.motion import smooth
 
 
-def rms(x: Array) -> float:
+def rms(values: Array) -> float:
     """Root mean square of an array, in its unit."""
-    return float(np.sqrt(np.mean(np.square(x))))
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def experiment() -> Result:
@@ -29,7 +29,7 @@ def experiment() -> Result:
     circuit_one = (
         one - one.mean() - (friction - friction.mean()) - (acceleration - acceleration.mean())
     )
-    t = trace.time_s - trace.time_s[0]
+    time_s = trace.time_s - trace.time_s[0]
     rows = [
         ["friction", f"{rms(friction):.0f}"],
         ["weight", f"{WEIGHT_N:.0f}"],
@@ -38,7 +38,7 @@ def experiment() -> Result:
         ["circuit, chamber A alone", f"{rms(circuit_one):.0f}"],
     ]
     share = 1.0 - float(np.var(force + WEIGHT_N - friction) / np.var(force))
-    s = slice(None, None, 10)
+    shown = slice(None, None, 10)
     return Result(
         {
             "friction": share,
@@ -49,9 +49,15 @@ def experiment() -> Result:
         },
         {
             "force": [
-                Line(t[s], force[s], "both chambers (3)"),
-                Line(t[s], friction[s] - WEIGHT_N, "identified friction less weight", 1, "--"),
-                Line(t[s], acceleration[s] - WEIGHT_N, "acceleration less weight", 3),
+                Line(time_s[shown], force[shown], "both chambers (3)"),
+                Line(
+                    time_s[shown],
+                    friction[shown] - WEIGHT_N,
+                    "identified friction less weight",
+                    1,
+                    "--",
+                ),
+                Line(time_s[shown], acceleration[shown] - WEIGHT_N, "acceleration less weight", 3),
             ]
         },
         {"parts": rows},

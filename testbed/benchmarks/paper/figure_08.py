@@ -79,20 +79,20 @@ def by_speed(trace: Trace) -> tuple[Array, Array, Array]:
     Friction is (3) plus the frame's weight, as nothing accelerates there.
     """
     wanted = np.gradient(trace.reference_m) * RATE_HZ
-    v, f, x = [], [], []
+    speed, friction, position = [], [], []
     for index in range(0, len(wanted) - 400, 100):
         part = slice(index, index + 400)
         if np.ptp(wanted[part]) < 1e-6 and abs(wanted[index]) > 1e-3:
             late = slice(index + 300, index + 400)
             if abs(np.ptp(trace.position_m[late]) / (0.1 * abs(wanted[index])) - 1.0) > 0.2:
                 continue  # has not broken away yet
-            v.append(float(wanted[index]))
-            f.append(float(trace.two_chamber_n[late].mean()) + MASS_KG * GRAVITY_M_S2)
-            x.append(float(trace.position_m[late].mean()))
-    return np.array(v), np.array(f), np.array(x)
+            speed.append(float(wanted[index]))
+            friction.append(float(trace.two_chamber_n[late].mean()) + MASS_KG * GRAVITY_M_S2)
+            position.append(float(trace.position_m[late].mean()))
+    return np.array(speed), np.array(friction), np.array(position)
 
 
-def slopes_apart(v: Array, f: Array) -> float:
+def slopes_apart(speed: Array, friction: Array) -> float:
     """Difference of the slopes of |friction| (N) over |speed| (m/s) out and in, over its standard
     error, 1.
 
@@ -100,8 +100,8 @@ def slopes_apart(v: Array, f: Array) -> float:
     """
     found = []
     for way in (1.0, -1.0):
-        fast = way * v > VISCOUS_FROM_M_S
-        line, covariance = np.polyfit(way * v[fast], way * f[fast], 1, cov=True)
+        fast = way * speed > VISCOUS_FROM_M_S
+        line, covariance = np.polyfit(way * speed[fast], way * friction[fast], 1, cov=True)
         found.append((line[0], covariance[0, 0]))
     (out, out_variance), (back, back_variance) = found
     return float(abs(out - back) / np.sqrt(out_variance + back_variance))
@@ -119,10 +119,13 @@ def stribeck_drop(parameters: Array) -> float:
 def experiment() -> Result:
     """Identify, compare with the declared friction and with a motion that was not used."""
     found = identified()
-    values, p = eight(found.identification.model.friction), found.identification.parameters
-    v, f, x = by_speed(found.trace)
-    slope = p[0].value, p[4].value
-    spread = _spread_by_position(v, f, x)
+    values, identified_ = (
+        eight(found.identification.model.friction),
+        found.identification.parameters,
+    )
+    v, friction, position = by_speed(found.trace)
+    slope = identified_[0].value, identified_[4].value
+    spread = _spread_by_position(v, friction, position)
     sine = in_the_air()
     fast = np.abs(velocity(sine)) > 5e-3
     said = friction_force(found.identification.model.friction, velocity(sine))
@@ -131,46 +134,60 @@ def experiment() -> Result:
     )
     cylinder = chosen().machine().vertical_cylinder
     true = [
-        getattr(cylinder, f"{n}_{w}_{u}")
-        for w in ("out", "in")
-        for n, u in (("viscous", "n_s_m"), ("coulomb", "n"), ("static", "n"), ("stribeck", "m_s"))
+        getattr(cylinder, f"{name}_{way}_{grid_speed}")
+        for way in ("out", "in")
+        for name, grid_speed in (
+            ("viscous", "n_s_m"),
+            ("coulomb", "n"),
+            ("static", "n"),
+            ("stribeck", "m_s"),
+        )
     ]
     rows = [
         [
-            q.name,
-            f"{q.value:.4g}",
-            f"{q.interval90[0]:.4g} to {q.interval90[1]:.4g}",
-            f"{t:.4g}",
-            q.unit,
-            q.why or "yes",
+            parameter.name,
+            f"{parameter.value:.4g}",
+            f"{parameter.interval90[0]:.4g} to {parameter.interval90[1]:.4g}",
+            f"{truth:.4g}",
+            parameter.unit,
+            parameter.why or "yes",
         ]
-        for q, t in zip(p, true, strict=True)
+        for parameter, truth in zip(identified_, true, strict=True)
     ]
     grid = np.linspace(0.001, 0.125, 200)
     declared = [
         np.array(
-            [steady_friction(s * u, true[o + 1], true[o + 2], true[o + 3], true[o]) for u in grid]
+            [
+                steady_friction(
+                    sign * grid_speed,
+                    true[first + 1],
+                    true[first + 2],
+                    true[first + 3],
+                    true[first],
+                )
+                for grid_speed in grid
+            ]
         )
-        for s, o in ((1.0, 0), (-1.0, 4))
+        for sign, first in ((1.0, 0), (-1.0, 4))
     ]
     return Result(
         {
             "drop_out": stribeck_drop(values[:4]),
             "drop_in": stribeck_drop(values[4:]),
-            "slopes": slopes_apart(v, f),
+            "slopes": slopes_apart(v, friction),
             "spread": spread,
             "sinusoid": float(error),
         },
         {
             "speeds": [
-                Line(v * 1e3, f, "plateaus", 0, "."),
+                Line(v * 1e3, friction, "plateaus", 0, "."),
                 Line(grid * 1e3, curve(values[:4], grid), "identified (5)", 1),
                 Line(-grid * 1e3, -curve(values[4:], grid), "", 1),
                 Line(grid * 1e3, declared[0], "declared, mid-stroke, without pressure", 3, "--"),
                 Line(-grid * 1e3, declared[1], "", 3, "--"),
             ],
             "places": [
-                Line(x[at], f[at], f"out, {speed} mm/s", colour, ".")
+                Line(position[at], friction[at], f"out, {speed} mm/s", colour, ".")
                 for colour, speed in enumerate((4, 20))
                 for at in [np.abs(v / (1e-3 * speed) - 1.0) < 0.03]
             ],
@@ -187,15 +204,15 @@ def experiment() -> Result:
     )
 
 
-def _spread_by_position(v: Array, f: Array, x: Array) -> float:
+def _spread_by_position(speeds: Array, friction: Array, position: Array) -> float:
     """Median over speeds of (range of |friction| between the three places) / mean."""
     out = []
-    for speed in np.unique(np.round(v, 4)):
-        at = np.abs(v - speed) < 1e-4
+    for speed in np.unique(np.round(speeds, 4)):
+        at = np.abs(speeds - speed) < 1e-4
         means = [
-            np.abs(f[at & (np.abs(x - place - 0.02) < 0.05)]).mean()
+            np.abs(friction[at & (np.abs(position - place - 0.02) < 0.05)]).mean()
             for place in PLACES_M
-            if (at & (np.abs(x - place - 0.02) < 0.05)).any()
+            if (at & (np.abs(position - place - 0.02) < 0.05)).any()
         ]
         if len(means) == len(PLACES_M):
             out.append(float(np.ptp(means) / np.mean(means)))

@@ -43,12 +43,12 @@ def compression_n(trace: Trace, window_s: float = 4.0) -> float:
 def experiment() -> Result:
     """Reverse slowly and look for both marks."""
     trace = run(slow_reversals(), seed=9).after(1.0)
-    counts = [slips_at(v) for v in SPEEDS_M_S]
-    margins = [net_damping_n_s_m(v) for v in SPEEDS_M_S]
-    slow = [count for count, v in zip(counts, SPEEDS_M_S, strict=True) if v <= BELOW_M_S]
-    fast = [count for count, v in zip(counts, SPEEDS_M_S, strict=True) if v >= ABOVE_M_S]
+    counts = [slips_at(speed) for speed in SPEEDS_M_S]
+    margins = [net_damping_n_s_m(speed) for speed in SPEEDS_M_S]
+    slow = [count for count, speed in zip(counts, SPEEDS_M_S, strict=True) if speed <= BELOW_M_S]
+    fast = [count for count, speed in zip(counts, SPEEDS_M_S, strict=True) if speed >= ABOVE_M_S]
     sticking = run(slow_reversals(1, BELOW_M_S, 8.0e-3), seed=9).after(1.0)
-    t, s, u = trace.time_s, slice(None, None, 5), slice(0, 1500)
+    time_s, shown, start = trace.time_s, slice(None, None, 5), slice(0, 1500)
     return Result(
         {
             "compression": compression_n(trace),
@@ -57,19 +57,21 @@ def experiment() -> Result:
             "above": max(fast),
         },
         {
-            "force": [Line(t[s], smooth(trace.two_chamber_n, 3.0)[s], "(3)")],
+            "force": [Line(time_s[shown], smooth(trace.two_chamber_n, 3.0)[shown], "(3)")],
             "position": [
-                Line(t[s], (trace.encoder_m[s] - 0.25) * 1e3, "encoder", 0),
-                Line(t[s], (trace.reference_m[s] - 0.25) * 1e3, "set point", 3, "--"),
+                Line(time_s[shown], (trace.encoder_m[shown] - 0.25) * 1e3, "encoder", 0),
+                Line(time_s[shown], (trace.reference_m[shown] - 0.25) * 1e3, "set point", 3, "--"),
             ],
-            "speed": [Line(sticking.time_s[u], sticking.speed_m_s[u] * 1e3, "speed", 1)],
-            "force_at_5_mm_s": [Line(sticking.time_s[u], sticking.two_chamber_n[u], "(3) as read")],
+            "speed": [Line(sticking.time_s[start], sticking.speed_m_s[start] * 1e3, "speed", 1)],
+            "force_at_5_mm_s": [
+                Line(sticking.time_s[start], sticking.two_chamber_n[start], "(3) as read")
+            ],
         },
         numbers={"travel_mm": TRAVEL_M * 1e3, "slow_mm_s": SLOW_M_S * 1e3},
         more_tables=[
             Table(
                 "Stick-slips in eight seconds, and net damping [kN s/m] (negative: sliding is unstable)",
-                [f"{v * 1e3:g} mm/s" for v in SPEEDS_M_S],
+                [f"{speed * 1e3:g} mm/s" for speed in SPEEDS_M_S],
                 [
                     [
                         f"{count} ({margin / 1e3:+.1f})"

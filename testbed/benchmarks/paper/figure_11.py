@@ -25,13 +25,13 @@ def external_force(trace: Trace) -> Array:
 def experiment() -> Result:
     """In the air the true external force is zero: whatever is left is error."""
     trace = in_the_air()
-    force, v = external_force(trace), velocity(trace)
-    slow = np.abs(v) < SLOW_M_S
+    force, speed = external_force(trace), velocity(trace)
+    slow = np.abs(speed) < SLOW_M_S
     still = smooth(force, 3.0)
     peak = float(np.abs(still[slow]).max()) / float(np.quantile(np.abs(still[~slow]), 0.99))
     before = float(np.sqrt(np.mean((trace.two_chamber_n + WEIGHT_N) ** 2)))
     after = float(np.sqrt(np.mean(force**2)))
-    t, s = trace.time_s - trace.time_s[0], slice(None, None, 5)
+    time_s, shown = trace.time_s - trace.time_s[0], slice(None, None, 5)
     return Result(
         {
             "mean": abs(float(force.mean())),
@@ -41,9 +41,14 @@ def experiment() -> Result:
         },
         {
             "force": [
-                Line(t[s], (trace.two_chamber_n + WEIGHT_N)[s], "two chambers (3) and weight", 3),
-                Line(t[s], force[s], "less friction (7)", 0),
+                Line(
+                    time_s[shown],
+                    (trace.two_chamber_n + WEIGHT_N)[shown],
+                    "two chambers (3) and weight",
+                    3,
+                ),
+                Line(time_s[shown], force[shown], "less friction (7)", 0),
             ],
-            "speed": [Line(t[s], v[s] * 1e3, "from the encoder", 1)],
+            "speed": [Line(time_s[shown], speed[shown] * 1e3, "from the encoder", 1)],
         },
     )

@@ -26,9 +26,9 @@ def locked_out(step_n: float, seed: int) -> bool:
     """
     tuning = Tuning()
     noise = np.random.default_rng([6, seed]).normal(0.0, 60.0, 3000)
-    z = 1000.0 + noise + step_n * (np.arange(3000) >= 1000)
-    x = modified_kbf(z, tuning.kbf_q_n2, tuning.kbf_r_n2, E_MAX_N)
-    return bool(abs(x[-1] - 1000.0 - step_n) > 0.5 * step_n)
+    measured = 1000.0 + noise + step_n * (np.arange(3000) >= 1000)
+    filtered = modified_kbf(measured, tuning.kbf_q_n2, tuning.kbf_r_n2, E_MAX_N)
+    return bool(abs(filtered[-1] - 1000.0 - step_n) > 0.5 * step_n)
 
 
 def experiment() -> Result:
@@ -38,28 +38,28 @@ def experiment() -> Result:
     trace, tuning = in_the_air(), Tuning()
     at_rest = external_force(trace)
     trace = trace.after(float(trace.time_s[0]) + 2.5)
-    z, v = external_force(trace), velocity(trace)
+    force, speed = external_force(trace), velocity(trace)
     q, r = tuning.kbf_q_n2, tuning.kbf_r_n2
     rested = _rms(modified_kbf(at_rest, q, r, E_MAX_N)) / _rms(kbf(at_rest, q, r))
-    plain, modified = kbf(z, q, r), modified_kbf(z, q, r, E_MAX_N)
+    plain, modified = kbf(force, q, r), modified_kbf(force, q, r, E_MAX_N)
     robust = {
         "process_variance": q,
         "measurement_variance": r,
         "innovation_limit": E_MAX_N,
         "hold_samples": tuning.hold_samples,
     }
-    own = persistent.run(z, **robust)
+    own = persistent.run(force, **robust)
     # the filters answer some hundredths of a second late: the peaks belong to the slow stretch and
     # what follows it
-    slow = np.convolve(np.abs(v) < SLOW_M_S, np.ones(301), "same") > 0.5
-    peaks = [float(np.abs(x[slow]).max()) for x in (plain, modified)]
-    tried = {e: modified_kbf(z, q, r, e) for e in TRIED_N}
+    slow = np.convolve(np.abs(speed) < SLOW_M_S, np.ones(301), "same") > 0.5
+    peaks = [float(np.abs(filtered[slow]).max()) for filtered in (plain, modified)]
+    tried = {limit: modified_kbf(force, q, r, limit) for limit in TRIED_N}
     best = min(tried, key=lambda e: _rms(tried[e]))
     best_peak = float(np.abs(tried[best][slow]).max())
-    rms = [_rms(x) for x in (z, plain, modified, own)]
+    rms = [_rms(filtered) for filtered in (force, plain, modified, own)]
     steps = np.random.default_rng(12).uniform(LOCKING_N, 8000.0, TRIALS)
     locked = sum(locked_out(float(step), index) for index, step in enumerate(steps))
-    t, s = trace.time_s - trace.time_s[0], slice(None, None, 5)
+    time_s, shown = trace.time_s - trace.time_s[0], slice(None, None, 5)
     x = (
         1000.0
         + 4000.0 * (np.arange(3000) >= 1000)
@@ -82,9 +82,9 @@ def experiment() -> Result:
         },
         {
             "filtered": [
-                Line(t[s], z[s], "(7)", 3),
-                Line(t[s], plain[s], "Kalman filter", 0),
-                Line(t[s], modified[s], "modified", 1),
+                Line(time_s[shown], force[shown], "(7)", 3),
+                Line(time_s[shown], plain[shown], "Kalman filter", 0),
+                Line(time_s[shown], modified[shown], "modified", 1),
             ],
             "step": [
                 Line(lock_t, x, "measured", 3),
@@ -99,13 +99,13 @@ def experiment() -> Result:
                 for name, error in zip(("none", "Kalman", "modified", "own"), rms, strict=True)
             ],
             "tried": [
-                [f"{limit:g}", f"{_rms(x):.1f}", f"{np.abs(x[slow]).max():.0f}"]
-                for limit, x in tried.items()
+                [f"{limit:g}", f"{_rms(filtered):.1f}", f"{np.abs(filtered[slow]).max():.0f}"]
+                for limit, filtered in tried.items()
             ],
         },
         {"e_max_n": E_MAX_N, "best_n": best, "plain_n": peaks[0], "modified_n": peaks[1]},
     )
 
 
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x**2)))
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -46,7 +46,7 @@ def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[st
     return {
         "env_steps_per_s": steps / statistics.median(full),
         "bare_steps_per_s": steps / statistics.median(lone),
-        "ratio": statistics.median(b / f for b, f in zip(lone, full, strict=True)),
+        "ratio": statistics.median(b / whole for b, whole in zip(lone, full, strict=True)),
     }
 
 
@@ -73,5 +73,5 @@ def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str
             rates[key].append(key * steps / (time.perf_counter() - start))
     for vector in vectors.values():
         vector.close()
-    one, two = (statistics.median(rates[n]) for n in (1, 2))
+    one, two = (statistics.median(rates[workers]) for workers in (1, 2))
     return {"one_steps_per_s": one, "two_steps_per_s": two, "gain": two / one}

@@ -44,7 +44,7 @@ def _ordered_n(task: Drill, starts: list[float], since_s: float) -> float:
     if since_s < 0.0 or (since_s >= starts[-1] and not task.repeat):
         return 0.0
     within = since_s % starts[-1]
-    k = bisect_right(starts, within) - 1
-    phase = task.phases[k]
+    order = bisect_right(starts, within) - 1
+    phase = task.phases[order]
     most = getattr(phase, "feed_n", 0.0) - getattr(phase, "pull_n", 0.0)
-    return ramp_share(within - starts[k], phase.duration_s, task.ramp_s) * float(most)
+    return ramp_share(within - starts[order], phase.duration_s, task.ramp_s) * float(most)

@@ -54,7 +54,7 @@ def _columns(problem: Problem, fit: Fit, owners: Collection[str]) -> Array:
     chosen = [
         index for index, coordinate in enumerate(fit.coordinates) if coordinate.owner in owners
     ]
-    unit = np.array([fit.coordinates[j].scale for j in chosen])
+    unit = np.array([fit.coordinates[place].scale for place in chosen])
     return np.asarray(fit.jacobian["force"][:, chosen] * unit * weight[:, None])
 
 

@@ -61,8 +61,8 @@ def declared(rig: Rig) -> LegModel:
     known = rig.known
     changes: dict[str, float] = {}
     if known.stroke_m is None:
-        x = np.concatenate([r.position_m for r in rig.identify])
-        changes["stroke_m"] = float(max(np.ptp(x), 1e-3))
+        position_m = np.concatenate([recording.position_m for recording in rig.identify])
+        changes["stroke_m"] = float(max(np.ptp(position_m), 1e-3))
     return LegModel(rig=rig.kind, known=known.model_copy(update=changes))  # type: ignore[arg-type]
 
 
@@ -205,5 +205,5 @@ def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Fri
         update={"moving_mass_kg": found.at.effects[-1].values[parameter]}
     )
     problem.base = problem.base.model_copy(update={"known": known})
-    problem.series = tuple(s.declared(known) for s in problem.series)
+    problem.series = tuple(series.declared(known) for series in problem.series)
     return found.at.friction

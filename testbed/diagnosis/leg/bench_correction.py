@@ -65,7 +65,7 @@ def bench_correction(
         return None
     weights, bias = _weights(_left(runs.series, identified, problem), ridge)
     found = dict(zip(_terms(runs.series[0]), weights, strict=True)) | {"bias": bias}
-    parameters = {name: Parameter(value=float(w), unit="N") for name, w in found.items()}
+    parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
     return EffectEntry(name=UNNAMED.kind, parameters=parameters)
 
 

@@ -62,7 +62,12 @@ class BenchSigns:
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> BenchSigns:
         """The signs that `as_json` wrote."""
-        return cls(**{**row, "shares": tuple((tuple(n), float(p)) for n, p in row["shares"])})
+        return cls(
+            **{
+                **row,
+                "shares": tuple((tuple(names), float(share)) for names, share in row["shares"]),
+            }
+        )
 
     def of_unnamed(self) -> dict[str, float]:
         """What tells that no name covers what is there."""

@@ -55,7 +55,9 @@ class Diagnosis:
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
-    quantities = {q: diagnosis.errors.total(q) for q in ("force_n", "flow_m3_s")}
+    quantities = {
+        quantity: diagnosis.errors.total(quantity) for quantity in ("force_n", "flow_m3_s")
+    }
     trials = {} if diagnosis.proof is None else trials_json(diagnosis.proof)
     return {
         "format": FORMAT,
@@ -65,7 +67,9 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "hypotheses": hypotheses_json(diagnosis.verdict),
         "error": {name: quantity for name, quantity in quantities.items() if quantity}
         | {"by_recording": diagnosis.errors.by_recording},
-        "left_out": [{"name": x.name, "reason": x.reason} for x in diagnosis.left_out],
+        "left_out": [
+            {"name": recording.name, "reason": recording.reason} for recording in diagnosis.left_out
+        ],
         **({"goes_with": dict(diagnosis.verdict.goes_with)} if diagnosis.verdict.goes_with else {}),
         **trials,
     }
@@ -120,13 +124,17 @@ def write_models(models: Mapping[str, LegModel], out: Path) -> None:
 
 def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
     """Sets with a probability above LEAST_PROBABILITY, rounded so that they add up to 1 exactly."""
-    kept = [(names, p) for names, p in verdict.hypotheses if p > LEAST_PROBABILITY]
-    total = sum(p for _, p in kept)
-    rounded = [round(p / total, 4) for _, p in kept]
+    kept = [
+        (names, probability)
+        for names, probability in verdict.hypotheses
+        if probability > LEAST_PROBABILITY
+    ]
+    total = sum(probability for _, probability in kept)
+    rounded = [round(probability / total, 4) for _, probability in kept]
     rounded[0] = round(rounded[0] + 1.0 - sum(rounded), 4)
     return [
-        {"names": list(names), "probability": p}
-        for (names, _), p in zip(kept, rounded, strict=True)
+        {"names": list(names), "probability": probability}
+        for (names, _), probability in zip(kept, rounded, strict=True)
     ]
 
 

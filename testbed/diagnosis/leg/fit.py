@@ -92,11 +92,11 @@ def weights(
     out = {}
     for channel, value in residual.items():
         layout = problem.layout[channel]
-        s = scale[channel][layout.group] * layout.relative
+        size = scale[channel][layout.group] * layout.relative
         with np.errstate(invalid="ignore", divide="ignore"):
-            z = np.abs(value) / s
-            root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(z, 1e-12)))
-            out[channel] = np.where((layout.count > 0) & np.isfinite(s), root / s, 0.0)
+            standardised = np.abs(value) / size
+            root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(standardised, 1e-12)))
+            out[channel] = np.where((layout.count > 0) & np.isfinite(size), root / size, 0.0)
     return out
 
 
@@ -163,7 +163,7 @@ def _exact(
         return {}
     at = point(coordinates, theta, fixed)
     found = problem.straight_columns(at.model(problem.base), at.effects)
-    return {} if found is None else {name: found[:, k] for name, k in wanted.items()}
+    return {} if found is None else {name: found[:, column] for name, column in wanted.items()}
 
 
 def solve(
@@ -296,11 +296,11 @@ def block_covariance(problem: Problem, fit: Fit) -> Array:
     """
     h, _, unit = normal_equations(problem, fit)
     w = weights(problem, fit.residual, fit.scale)
-    blocks = 1 + max(int(problem.layout[c].block.max()) for c in fit.residual)
+    blocks = 1 + max(int(problem.layout[channel_].block.max()) for channel_ in fit.residual)
     gradient = np.zeros((blocks, len(unit)))
-    for channel, j in fit.jacobian.items():
+    for channel, columns in fit.jacobian.items():
         pull = w[channel] ** 2 * fit.residual[channel]
-        np.add.at(gradient, problem.layout[channel].block, j * unit * pull[:, None])
+        np.add.at(gradient, problem.layout[channel].block, columns * unit * pull[:, None])
     inverse = np.linalg.pinv(h + 1e-9 * np.eye(len(unit)))
     return np.asarray(
         inverse @ (gradient.T @ gradient) @ inverse * np.outer(unit, unit), dtype=np.float64
@@ -322,9 +322,9 @@ def _normal(
 ) -> tuple[Array, Array]:
     size = len(unit)
     h, g = np.zeros((size, size)), np.zeros(size)
-    for channel, j in jac.items():
-        moved = np.flatnonzero(j.any(axis=0))  # most parameters leave most channels alone
-        weighted = j[:, moved] * unit[moved] * w[channel][:, None]
+    for channel, columns in jac.items():
+        moved = np.flatnonzero(columns.any(axis=0))  # most parameters leave most channels alone
+        weighted = columns[:, moved] * unit[moved] * w[channel][:, None]
         h[np.ix_(moved, moved)] += weighted.T @ weighted
         g[moved] += weighted.T @ (w[channel] * r[channel])
     return h, g
@@ -335,10 +335,18 @@ def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> flo
     total = 0.0
     for channel, values in r.items():
         layout = problem.layout[channel]
-        s = scale[channel][layout.group] * layout.relative
-        use = (layout.count > 0) & np.isfinite(s)
-        z = np.abs(values[use]) / s[use]
-        total += float(np.sum(np.where(z < HUBER, 0.5 * z * z, HUBER * z - 0.5 * HUBER**2)))
+        size = scale[channel][layout.group] * layout.relative
+        use = (layout.count > 0) & np.isfinite(size)
+        standardised = np.abs(values[use]) / size[use]
+        total += float(
+            np.sum(
+                np.where(
+                    standardised < HUBER,
+                    0.5 * standardised * standardised,
+                    HUBER * standardised - 0.5 * HUBER**2,
+                )
+            )
+        )
     return total
 
 
@@ -354,7 +362,13 @@ def _prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tupl
 
 def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
     pairs = zip(coordinates, theta, strict=True)
-    return float(sum(0.5 * ((t - c.prior[0]) / c.prior[1]) ** 2 for c, t in pairs if c.prior))
+    return float(
+        sum(
+            0.5 * ((value - coordinate.prior[0]) / coordinate.prior[1]) ** 2
+            for coordinate, value in pairs
+            if coordinate.prior
+        )
+    )
 
 
 def held_out(
@@ -380,16 +394,16 @@ def held_out(
     for fold in range(len(problem.series) if by_recording else FOLDS):
         h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))
         rows = {}
-        for channel, j in fit.jacobian.items():
+        for channel, columns in fit.jacobian.items():
             here = folds[channel] == fold
             rows[channel] = here
-            weighted = j[here] * unit * w[channel][here, None]
+            weighted = columns[here] * unit * w[channel][here, None]
             h_fold += weighted.T @ weighted
             g_fold += weighted.T @ (w[channel][here] * fit.residual[channel][here])
         delta = np.zeros(len(unit))
         delta[free] = np.linalg.solve((total - h_fold)[np.ix_(free, free)], g_fold[free])
-        for channel, j in fit.jacobian.items():
-            out[channel][rows[channel]] += (j[rows[channel]] * unit) @ delta
+        for channel, columns in fit.jacobian.items():
+            out[channel][rows[channel]] += (columns[rows[channel]] * unit) @ delta
     return out
 
 
@@ -397,6 +411,6 @@ def _folds(problem: Problem, channel: str, by_recording: bool) -> npt.NDArray[np
     layout = problem.layout[channel]
     if not by_recording:
         return np.asarray(layout.block % FOLDS, dtype=np.int64)
-    order = [s.name for s in problem.series]
+    order = [series.name for series in problem.series]
     number = np.array([order.index(recording) for _, recording in layout.names], dtype=np.int64)
     return np.asarray(number[layout.group], dtype=np.int64)

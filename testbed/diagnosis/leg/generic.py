@@ -32,7 +32,7 @@ def correction(problem: Problem, refit: Fit) -> Fit | None:
     for size in SIZES_N:
         fit = _shrunk(problem, refit, size)
         after = _by_recording(problem, fit)
-        change = np.array([np.log(after[k] / before[k]) for k in before])
+        change = np.array([np.log(after[key] / before[key]) for key in before])
         if (
             change.mean() < -LEAST
             and change.max() < MOST_WORSE

@@ -72,17 +72,20 @@ def binned_error_n(rows: PlainRows, width: int) -> Array:
     out = np.empty(len(rows.total_n) // width)
     for index in range(len(out)):
         total, count = 0.0, 0
-        for i in range(index * width, (index + 1) * width):
-            if not rows.used[i]:
+        for sample in range(index * width, (index + 1) * width):
+            if not rows.used[sample]:
                 continue
-            speed = rows.velocity_m_s[i]
+            speed = rows.velocity_m_s[sample]
             now = Conditions(
-                rows.coulomb_scale[i], rows.coulomb_add_n[i], rows.viscous_scale[i], 0.0
+                rows.coulomb_scale[sample],
+                rows.coulomb_add_n[sample],
+                rows.viscous_scale[sample],
+                0.0,
             )
-            force = rows.total_n[i] - friction_value(speed, rows.friction[0], now)
+            force = rows.total_n[sample] - friction_value(speed, rows.friction[0], now)
             if force > 0.0:
                 force /= 1.0 + np.sign(speed) * rows.load_coefficient
-            total += force - rows.reference_n[i]
+            total += force - rows.reference_n[sample]
             count += 1
         out[index] = total / max(count, 1)
     return out
@@ -98,15 +101,19 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
     out = np.zeros((len(rows.total_n) // width, 6))
     for index in range(len(out)):
         count = 0
-        for i in range(index * width, (index + 1) * width):
-            if not rows.used[i]:
+        for sample in range(index * width, (index + 1) * width):
+            if not rows.used[sample]:
                 continue
             count += 1
-            speed, scale, thin = rows.velocity_m_s[i], rows.coulomb_scale[i], rows.viscous_scale[i]
+            speed, scale, thin = (
+                rows.velocity_m_s[sample],
+                rows.coulomb_scale[sample],
+                rows.viscous_scale[sample],
+            )
             column = 0 if speed >= 0.0 else 3
             way = np.sign(speed) if speed >= 0.0 else -1.0
-            now = Conditions(scale, rows.coulomb_add_n[i], thin, 0.0)
-            force = rows.total_n[i] - friction_value(speed, rows.friction[0], now)
+            now = Conditions(scale, rows.coulomb_add_n[sample], thin, 0.0)
+            force = rows.total_n[sample] - friction_value(speed, rows.friction[0], now)
             side = rows.friction[0].sides[EXTENDING if speed >= 0.0 else RETRACTING]
             fade = np.exp(-abs(speed) / side.stribeck_speed)
             share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0

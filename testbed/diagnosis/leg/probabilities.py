@@ -78,12 +78,12 @@ def _size(value: float) -> float:
 
 def presence_signs(signs: Signs) -> dict[str, float]:
     """What tells whether there is an effect at all."""
-    f = signs.first or signs.refit
+    first = signs.first or signs.refit
     return {
         "one": 1.0,
-        "gain": _log(f.gain, 0.5),
-        "fall": _log(f.fall, 1e-3),
-        "carried": _size(f.carried),
+        "gain": _log(first.gain, 0.5),
+        "fall": _log(first.fall, 1e-3),
+        "carried": _size(first.carried),
     }
 
 
@@ -110,7 +110,9 @@ def second_signs(signs: Signs) -> dict[str, float]:
 def _alone(signs: Signs) -> float:
     """Share of the second effect's gain that the next best in its place does not reach, 0 to 1."""
     first = signs.first or signs.refit
-    more = sorted((g - first.gain for names, g in signs.gains if len(names) > 1), reverse=True)
+    more = sorted(
+        (gain - first.gain for names, gain in signs.gains if len(names) > 1), reverse=True
+    )
     if not more or more[0] <= 0.0:
         return 0.0
     return 1.0 - max(more[1] if len(more) > 1 else 0.0, 0.0) / more[0]
@@ -185,8 +187,8 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     missing = calibration.lapsed(
         "unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(signs), calibration.flow_terms))
     )
-    singles = [(n, g) for n, g in signs.gains if len(n) == 1]
-    larger = [(n, g) for n, g in signs.gains if len(n) > 1]
+    singles = [(n, gain) for n, gain in signs.gains if len(n) == 1]
+    larger = [(n, gain) for n, gain in signs.gains if len(n) > 1]
     some = (
         calibration.lapsed("presence", _answer(presence_signs(signs), calibration.presence))
         if singles
@@ -215,7 +217,10 @@ def rivalry(
     """Shares of the sets of one size, adding up to 1: (names, gain) -> (names, share)."""
     if not group:
         return []
-    gains = np.array([g for _, g in group])
+    gains = np.array([gain for _, gain in group])
     behind = (gains.max() - gains) / (slack + share * max(float(gains.max()), 0.0))
     belief = (1.0 + behind) ** -power
-    return [(n, float(b)) for (n, _), b in zip(group, belief / belief.sum(), strict=True)]
+    return [
+        (names, float(belief_))
+        for (names, _), belief_ in zip(group, belief / belief.sum(), strict=True)
+    ]

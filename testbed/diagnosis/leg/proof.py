@@ -180,7 +180,7 @@ def plain(state: Search, candidate: Candidate, name: str) -> Candidate:
         for coordinate in candidate.fit.coordinates
         if coordinate.owner != name or coordinate.name not in shapes
     ]
-    fit = solve(state.problem, [restarted(c, at) for c in kept], at)
+    fit = solve(state.problem, [restarted(coordinate, at) for coordinate in kept], at)
     found = Candidate(candidate.names, fit, evidence(state.problem, fit))
     state.tried[frozenset(found.names)] = found
     return found
@@ -211,7 +211,7 @@ def trial(state: Search, kept: Candidate, name: str, won: Mapping[Names, float])
     """The trials of one name that take no refit."""
     memory = memory_of(kept.evidence)
     entries = entries_of(kept.fit, memory, block_covariance(state.problem, kept.fit))
-    (entry,) = [e for e in entries if e.name == name]
+    (entry,) = [entry_ for entry_ in entries if entry_.name == name]
     return Trial(_excludes_zero(state, kept.fit, entry), share_of(name, dict(won)))
 
 

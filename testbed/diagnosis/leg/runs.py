@@ -40,7 +40,8 @@ def runs_of(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     ends = np.linspace(0, len(whole), QUARTERS + 1).astype(int)
     pairs = itertools.pairwise(ends)
     return tuple(
-        _cut(whole, slice(a, b), f"quarter {index + 1}") for index, (a, b) in enumerate(pairs)
+        _cut(whole, slice(start, stop), f"quarter {index + 1}")
+        for index, (start, stop) in enumerate(pairs)
     )
 
 
@@ -83,11 +84,11 @@ class Runs:
             out[left_out.name] = self._error(left_out, model, self.problem.believed)
         return out
 
-    def identified_without(self, k: int) -> LegModel:
+    def identified_without(self, run: int) -> LegModel:
         """The published model that `identify` makes of all runs but the k-th."""
-        others = [*self.recordings[:k], *self.recordings[k + 1 :]]
+        others = [*self.recordings[:run], *self.recordings[run + 1 :]]
         free = [other for other in others if other.is_free] or others
-        return identify(free, self.recordings[k].known, self.problem.base.rig).model
+        return identify(free, self.recordings[run].known, self.problem.base.rig).model
 
     def _problem(self, *series: Series) -> Problem:
         return Problem(series, self.problem.base, self.problem.with_flow, self.problem.believed)

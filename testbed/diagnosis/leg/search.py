@@ -69,7 +69,7 @@ class Search:
         total = _unlikely(candidate, self.problem)
         if new:
             observed = self.problem.observed(candidate.fit.at.friction)
-            total += sum(a.effect.price(a.values, observed) for a in new)
+            total += sum(active.effect.price(active.values, observed) for active in new)
         return total
 
     def fall(self, candidate: Candidate, other: Candidate) -> float:
@@ -137,9 +137,9 @@ def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate
         return None
     # Shapes may turn the tables between the first few: all of them get theirs.
     leaders = [
-        c
-        for c in ranked[:3]
-        if _between(c, current, state) > 0.5 * _between(ranked[0], current, state)
+        candidate
+        for candidate in ranked[:3]
+        if _between(candidate, current, state) > 0.5 * _between(ranked[0], current, state)
     ]
     if (
         not current.names
@@ -158,9 +158,9 @@ def _promising(state: Search, current: Candidate, effects: list[Effect], most: i
     tried.
     """
     rest = [effect for effect in effects if effect.name not in current.names]
-    promised = {e.name: promise(state.problem, current.fit, e) for e in rest}
+    promised = {effect.name: promise(state.problem, current.fit, effect) for effect in rest}
     first = sorted(rest, key=lambda e: -promised[e.name])[:most]
-    return first + [e for e in rest if e.far_from_linear and e not in first]
+    return first + [effect for effect in rest if effect.far_from_linear and effect not in first]
 
 
 def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
@@ -212,7 +212,10 @@ def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidat
         if without is None:
             continue
         outside = [effect for effect in effects if effect.name not in best.names]
-        found = [_add(state, without, e) for e in _promising(state, without, outside, FITTED_THEN)]
+        found = [
+            _add(state, without, effect)
+            for effect in _promising(state, without, outside, FITTED_THEN)
+        ]
         leader = max(found, key=lambda c: _between(c, best, state), default=None)
         if leader is not None:
             leader = _shape(state, leader)

@@ -122,7 +122,11 @@ def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdi
     top = ranked[0][0]
     if top == ("unnamed",):
         return Verdict("unnamed", state.refit, tuple(ranked), {})
-    chosen = next(c for c in state.tried.values() if frozenset(c.names) == frozenset(top))
+    chosen = next(
+        candidate
+        for candidate in state.tried.values()
+        if frozenset(candidate.names) == frozenset(top)
+    )
     return Verdict("effect" if top else "none", chosen, tuple(ranked), _ambiguous(state, chosen))
 
 
@@ -133,12 +137,16 @@ def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:
     for name in chosen.names:
         rest = frozenset(chosen.names) - {name}
         rivals = [
-            (c, next(iter(frozenset(c.names) - rest)))
-            for c in state.tried.values()
-            if len(c.names) == len(chosen.names)
-            and rest < frozenset(c.names)
-            and name not in c.names
+            (candidate, next(iter(frozenset(candidate.names) - rest)))
+            for candidate in state.tried.values()
+            if len(candidate.names) == len(chosen.names)
+            and rest < frozenset(candidate.names)
+            and name not in candidate.names
         ]
-        near = [(state.gain(c), n) for c, n in rivals if state.gain(chosen) - state.gain(c) < limit]
+        near = [
+            (state.gain(candidate), n)
+            for candidate, n in rivals
+            if state.gain(chosen) - state.gain(candidate) < limit
+        ]
         out[name] = tuple(n for _, n in sorted(near, reverse=True))
     return out

@@ -79,7 +79,7 @@ class Identification:
                 for parameter in self.parameters
             },
             "residual_n": dict(zip(SIDES, self.residual_n, strict=True)),
-            "declared": {u.name: vars(u) for u in self.used},
+            "declared": {unknown.name: vars(unknown) for unknown in self.used},
             "rows": self.rows,
             "recordings": list(self.recordings),
         }
@@ -89,7 +89,7 @@ def identify_rig(rig: Rig) -> Identification:
     """Identify a rig on its `identify` recordings. Raises InputError where they cannot serve,
     naming which and why.
     """
-    free = [r for r in rig.identify if r.is_free]
+    free = [recording for recording in rig.identify if recording.is_free]
     return identify(free or list(rig.identify), rig.known, rig.kind)
 
 
@@ -124,7 +124,7 @@ def identify(
         force_offset_n=taken.offset_n,
         description=f"friction (5) identified on {', '.join(names)}; 90 % intervals: {intervals}"
         + (f"; not shown by the motion: {unseen}" if unseen else "")
-        + "".join(f"; {u}" for u in taken.used),
+        + "".join(f"; {unknown}" for unknown in taken.used),
     )
     return Identification(
         model,

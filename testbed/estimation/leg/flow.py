@@ -85,11 +85,11 @@ def _following(command: Array, yy: float, yr: float, ry: float, rr: float) -> Ar
     samples.
     """
     out = np.empty(command.size)
-    y, rate = command[0], 0.0
+    place, rate = command[0], 0.0
     for index in range(command.size):
-        out[index] = y
-        off = y - command[index]
-        y = command[index] + yy * off + yr * rate
+        out[index] = place
+        off = place - command[index]
+        place = command[index] + yy * off + yr * rate
         rate = ry * off + rr * rate
     return out
 
@@ -144,12 +144,16 @@ def flow_balance(
         softness_a_1_pa=_filled(_softness(pressure_a, signals.known, terms), shape),
         softness_b_1_pa=_filled(_softness(pressure_b, signals.known, terms), shape),
     )
-    a, b = _chambers(rows, _valve(signals.known, edge), _cylinder(signals.known), signals.rate_hz)
+    flow_a, flow_b = _chambers(
+        rows, _valve(signals.known, edge), _cylinder(signals.known), signals.rate_hz
+    )
     if terms.hose_capacity_m3_pa > 0.0:
         period = 1.0 / signals.rate_hz
-        a = a - hose_flow_m3_s(pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period)
+        flow_a = flow_a - hose_flow_m3_s(
+            pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period
+        )
     measured = signals.supply_pressure_pa
-    return FlowBalance(a, b, None if measured is None else measured - supply)
+    return FlowBalance(flow_a, flow_b, None if measured is None else measured - supply)
 
 
 class Valve(NamedTuple):

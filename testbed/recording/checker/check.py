@@ -66,7 +66,7 @@ def check_recording(place: str | Path) -> Checked:
     found = list(check_clock(raw))
     if len(raw.time_s) >= MINIMUM_SAMPLES:
         found += _values(raw)
-    if all(f.severity != "error" for f in found):
+    if all(finding.severity != "error" for finding in found):
         found += _as_a_reader(raw, folder)
     return Checked(raw.name, sorted_findings(found))
 
@@ -249,8 +249,8 @@ def _of_supply(name: str, ratio: float, beside: str) -> Finding:
 
 def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
     """Positions that span more than the stroke, or nothing that a cylinder could be."""
-    x = raw.series["position"]
-    span, stroke = float(np.ptp(x)), known.stroke_m
+    position = raw.series["position"]
+    span, stroke = float(np.ptp(position)), known.stroke_m
     if span > LONGEST_STROKE_M or (stroke is not None and span > BEYOND_STROKE * stroke):
         large = stroke is None or span > 2.0 * stroke
         yield Finding(
@@ -265,7 +265,7 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
             "warning",
             "position",
             "never changes",
-            f"{x[0]:.6g} m in all rows",
+            f"{position[0]:.6g} m in all rows",
             "good for a leg that is pressed on a load cell; shows nothing about friction",
         )
 

@@ -170,9 +170,9 @@ def _frozen_command(raw: Raw, values: Array) -> Iterator[Finding]:
         return
     first, length = repetitions(values)
     for index in np.flatnonzero(length > 20):
-        x = position[first[index] : first[index] + length[index]]
-        out, back = float(np.max(x) - x[0]), float(np.max(x) - x[-1])
-        down, up = float(x[0] - np.min(x)), float(x[-1] - np.min(x))
+        held = position[first[index] : first[index] + length[index]]
+        out, back = float(np.max(held) - held[0]), float(np.max(held) - held[-1])
+        down, up = float(held[0] - np.min(held)), float(held[-1] - np.min(held))
         if max(min(out, back), min(down, up)) > REVERSED_M:
             yield Finding(
                 "error",
@@ -267,7 +267,7 @@ def check_resolution(raw: Raw) -> Iterator[Finding]:
 def check_ranges(raw: Raw) -> Iterator[Finding]:
     """Values that cannot be in the unit they are said to be in."""
     for name, values in raw.series.items():
-        low, high = (float(v) for v in np.quantile(values, [0.01, 0.99]))
+        low, high = (float(level) for level in np.quantile(values, [0.01, 0.99]))
         for prefix, floor, ceiling, what, advice in _PLAUSIBLE:
             if name.startswith(prefix) and (low < floor or high > ceiling):
                 yield Finding(

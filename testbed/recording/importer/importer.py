@@ -59,7 +59,7 @@ def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Find
     given = tree.pop("channels", {})
     if not isinstance(given, Mapping):
         raise InputError("must be a mapping", file=map_file, field="channels")
-    kept = {k: tree.pop(k) for k in (*FIELDS, *ROBOTS) if k in tree}
+    kept = {key: tree.pop(key) for key in (*FIELDS, *ROBOTS) if key in tree}
     sources = {name: _source(name, entry, map_file) for name, entry in {**tree, **given}.items()}
     reference = _reference(kept.get(REFERENCE), map_file)
     wanted = {source.column for source in sources.values()}

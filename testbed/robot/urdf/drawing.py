@@ -50,7 +50,7 @@ def _corner(machine: Machine, x: float, y: float) -> list[Shape]:
     lever = machine.rotation_linkage.lever_m * math.copysign(1.0, -x)
     anchor = (x + inward * machine.rotation_linkage.body_anchor_m, y, 0.17)
     pin = (x, y + lever, 0.17)
-    middle = tuple(a + 0.62 * (b - a) for a, b in zip(anchor, pin, strict=True))
+    middle = tuple(from_ + 0.62 * (to - from_) for from_, to in zip(anchor, pin, strict=True))
     drawn = [
         box((0.34, 0.26, 0.05), (x + inward * 0.08, y, side * 0.125), "yellow")
         for side in (1.0, -1.0)
@@ -142,7 +142,7 @@ def _rod_store(machine: Machine) -> list[Shape]:
     for height in (-0.66, 0.62):
         drawn.append(post(0.17, height, height + 0.03, 0.0, 0.0, "yellow"))
     for index in range(8):
-        x, y = (0.13 * f(2 * math.pi * index / 8) for f in (math.cos, math.sin))
+        x, y = (0.13 * turn(2 * math.pi * index / 8) for turn in (math.cos, math.sin))
         drawn.append(post(0.03, -length / 2, length / 2, x, y, "grey" if index % 2 else "light"))
     return drawn
 

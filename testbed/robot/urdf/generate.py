@@ -208,7 +208,9 @@ def _add_link(robot: ET.Element, link: Link, drawn: list[Shape]) -> None:
     inertial = ET.SubElement(element, "inertial")
     ET.SubElement(inertial, "origin", xyz=_numbers(link.centre_m), rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=_numbers((link.mass_kg,)))
-    ixx, iyy, izz = (_numbers((i,)) for i in box_inertia(link.mass_kg, link.inertia_box_m))
+    ixx, iyy, izz = (
+        _numbers((moment,)) for moment in box_inertia(link.mass_kg, link.inertia_box_m)
+    )
     ET.SubElement(inertial, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
     for shape in drawn:
         ET.SubElement(_add_shape(element, "visual", shape), "material", name=shape.colour)
@@ -220,7 +222,7 @@ def _add_shape(link: ET.Element, role: str, shape: Shape) -> ET.Element:
     element = ET.SubElement(link, role)
     ET.SubElement(element, "origin", xyz=_numbers(shape.centre), rpy=_numbers(shape.rpy))
     words = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}[shape.kind]
-    values = (shape.size,) if shape.kind == "box" else tuple((s,) for s in shape.size)
+    values = (shape.size,) if shape.kind == "box" else tuple((side,) for side in shape.size)
     sizes = {word: _numbers(value) for word, value in zip(words, values, strict=True)}
     ET.SubElement(ET.SubElement(element, "geometry"), shape.kind, sizes)
     return element

@@ -83,13 +83,15 @@ class Footholds:
 
     def reaches(self, feet: Array, body: Array) -> bool:
         """Whether all joints stay KEEP_OFF away from their ends."""
-        q, (low, high) = self.joints(feet, body), self._model.limits.T
-        return bool(np.all(q >= low + self._keep_off) and np.all(q <= high - self._keep_off))
+        joints, (low, high) = self.joints(feet, body), self._model.limits.T
+        return bool(
+            np.all(joints >= low + self._keep_off) and np.all(joints <= high - self._keep_off)
+        )
 
     def lacking(self, feet: Array, body: Array) -> str:
         """The joint that is furthest beyond its range, in words."""
-        q = self.joints(feet, body)
-        beyond = np.maximum(self._model.limits[:, 0] - q, q - self._model.limits[:, 1])
+        joints = self.joints(feet, body)
+        beyond = np.maximum(self._model.limits[:, 0] - joints, joints - self._model.limits[:, 1])
         beyond += self._keep_off
         return AXES[int(np.argmax(beyond))]
 
