@@ -84,7 +84,7 @@ def _pressure_a(rng: np.random.Generator, velocity_m_s: Array, load: Array, pb: 
 
 
 def _through_sensor(pressure: Array, ab: Array, rng: np.random.Generator) -> Array:
-    """What a sensor with these a, b reads of a pressure, in Pa at nominal calibration (a = 1, b = 0)."""
+    """What a sensor with these a, b reads of a pressure; Pa at nominal a = 1 and b = 0."""
     noisy = pressure + rng.normal(0.0, PRESSURE_NOISE_PA, pressure.size)
     volts = np.round((noisy / K_PA_PER_V - ab[1]) / ab[0] / CONVERTER_V) * CONVERTER_V
     glitch = rng.random(pressure.size) < 1e-3

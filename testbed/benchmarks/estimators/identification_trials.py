@@ -145,8 +145,8 @@ def recording_of(
     known: Known,
     kind: str,
 ) -> Recording:
-    """A recording in memory, as if read from a folder: position m (to be rounded to the encoder's step),
-    pa, pb Pa, N.
+    """A recording in memory, as if read from a folder: position m (to be rounded to the
+    encoder's step), pa, pb Pa, N.
     """
     unit = Calibration(k_pa_per_v=2.0e6, a=1.0, b=0.0)
 
