@@ -29,6 +29,8 @@ Gauge = Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
 Leakage = Annotated[float, Field(ge=0.0, le=1.0e-6)]
 Kind = Annotated[float, AfterValidator(_a_kind)]
 """One of three kinds of valve or supply: 0, 1 or 2; what they are stands beside the value."""
+NARROWEST_LOOP = 0.2
+"""Half width of the hysteresis of the best transducer, share of the worst one's (E)."""
 Vector = tuple[float, float, float]
 Box = tuple[Positive, Positive, Positive]
 
@@ -131,16 +133,24 @@ class RotationJoint(Group):
     effort_n_m: Positive
     velocity_rad_s: Positive
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lower and upper limit."""
+        return self.lower_rad, self.upper_rad
+
 
 class SlidingJoint(Group):
-    """Range and limits of the radial or vertical joints; their position is their cylinder's
-    extension.
-    """
+    """Range and limits of the radial or vertical joints."""
 
     lower_m: float
     upper_m: float
     effort_n: Positive
     velocity_m_s: Positive
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lower and upper limit."""
+        return self.lower_m, self.upper_m
 
 
 class Joints(Group):
@@ -151,12 +161,23 @@ class Joints(Group):
     vertical: SlidingJoint
 
 
-class Linkage(Group):
-    """Lever of the rotation cylinder (robot/linkage.py)."""
+class RotationLinkage(Group):
+    """How a cylinder turns its joint: by a lever, or by a rack (robot/linkage.py)."""
 
     body_anchor_m: Positive
     lever_m: Positive
     angle_neutral_rad: float
+    rack_radius_m: Annotated[float, Field(ge=0.0, le=10.0)]
+
+
+class SlideLinkage(Group):
+    """How a cylinder moves its slide: along it, or standing askew beside it
+    (robot/linkage.py).
+    """
+
+    ratio: Annotated[float, Field(ge=0.1, le=10.0)]
+    along_m: Annotated[float, Field(ge=-10.0, le=10.0)]
+    across_m: Annotated[float, Field(ge=0.0, le=10.0)]
 
 
 class Cylinder(Group):
@@ -184,8 +205,10 @@ class Cylinder(Group):
         return rod_m
 
 
-class StraightCylinder(Cylinder):
-    """A cylinder whose extension is its joint's position."""
+class SlideCylinder(Cylinder):
+    """A cylinder that moves a slide. `stroke_m` is the slide's way, and the cylinder's own stroke
+    where that stands straight.
+    """
 
     stroke_m: Length
 
@@ -223,10 +246,14 @@ class Oil(Group):
     entrained_air: Annotated[float, Field(ge=0.0, lt=0.5)]
     internal_leakage_m3_s_pa: Leakage
     outer_leakage_m3_s_pa: Leakage
+    bulk_modulus_rate_1_k: Annotated[float, Field(ge=0.0, le=0.05)]
+    hose_elasticity_m3_pa: Leakage
+    hose_elasticity_b_m3_pa: Leakage
     hose_capacity_m3_pa: Leakage
     hose_capacity_b_m3_pa: Leakage
     hose_time_s: Annotated[float, Field(gt=0.0, le=1.0e4)]
     start_temperature_degc: Annotated[float, Field(ge=-60.0, le=150.0)]
+    declared_at_degc: Annotated[float, Field(ge=-60.0, le=150.0)]
     ambient_degc: Annotated[float, Field(ge=-90.0, le=100.0)]
     heat_capacity_j_k: Annotated[float, Field(gt=0.0, le=1.0e12)]
     cooling_w_k: Annotated[float, Field(ge=0.0, le=1.0e9)]
@@ -308,6 +335,8 @@ class Sensor(Group):
     """Transducers, encoders, load pins and the inertial unit."""
 
     pressure_range_pa: Positive
+    pressure_linearity_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
+    pressure_hysteresis_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
     pressure_noise_pa: NotNegative
     pressure_ripple_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
     pressure_ripple_hz: Annotated[float, Field(gt=0.0, le=1.0e5)]
@@ -331,6 +360,15 @@ class Sensor(Group):
     specific_force_noise_m_s2: NotNegative
     supply_noise_pa: NotNegative
     temperature_resolution_k: NotNegative
+
+    @property
+    def pressure_accuracy_pa(self) -> float:
+        """Standard deviation of what a transducer errs by and no averaging removes: its bow, evenly
+        drawn, and its loop, on whose one side or the other it reads.
+        """
+        narrowest = NARROWEST_LOOP * self.pressure_hysteresis_pa
+        loop = 0.5 * (narrowest + self.pressure_hysteresis_pa)
+        return math.hypot(self.pressure_linearity_pa / math.sqrt(3.0), loop)
 
 
 class Rope(Group):

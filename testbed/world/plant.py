@@ -63,8 +63,8 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
     qz = w * tz + x * ty - y * tx + z * tw
     qw = w * tw - x * tx - y * ty - z * tz
     if at_rest:
-        for index in range(3):
-            body.velocity[index] = body.angular_velocity[index] = 0.0
+        for i in range(3):
+            body.velocity[i] = body.angular_velocity[i] = 0.0
     else:
         px, py, pz, pw = -before[0], -before[1], -before[2], before[3]
         dx = qw * px + qx * pw + qy * pz - qz * py
@@ -76,10 +76,10 @@ def move_body(body: Any, engine: Any, turn: Any, dt: float, at_rest: bool) -> No
         rate = rate if dw >= 0.0 else -rate
         w_now = body.angular_velocity
         w_now[0], w_now[1], w_now[2] = rate * dx, rate * dy, rate * dz
-        for index in range(3):
-            body.velocity[index] = (engine.position[index] - body.position[index]) / dt
-    for index in range(3):
-        body.position[index] = engine.position[index]
+        for i in range(3):
+            body.velocity[i] = (engine.position[i] - body.position[i]) / dt
+    for i in range(3):
+        body.position[i] = engine.position[i]
     before[0], before[1], before[2], before[3] = qx, qy, qz, qw
 
 
@@ -90,21 +90,21 @@ def follow_engine(board: Any, at_rest: bool, feet: bool) -> None:
     """
     dt, body, motion = board.clock.step_s, board.body, board.motion
     velocity, turning = np.empty(3), motion.angular_velocity
-    for index in range(3):
-        velocity[index], turning[index] = body.velocity[index], body.angular_velocity[index]
+    for i in range(3):
+        velocity[i], turning[i] = body.velocity[i], body.angular_velocity[i]
     move_body(body, board.engine, board.base_turn, dt, at_rest)
-    for index in range(3):
-        motion.lift[index] = 0.0 if at_rest else (body.velocity[index] - velocity[index]) / dt
-        change = 0.0 if at_rest else (body.angular_velocity[index] - turning[index]) / dt
-        motion.angular_acceleration[index] = change
+    for i in range(3):
+        motion.lift[i] = 0.0 if at_rest else (body.velocity[i] - velocity[i]) / dt
+        change = 0.0 if at_rest else (body.angular_velocity[i] - turning[i]) / dt
+        motion.angular_acceleration[i] = change
     motion.lift[2] += GRAVITY_M_S2
     if not at_rest:
         board.clock.step += 1
     if feet:
         joints = board.before
-        for index in range(12):
-            joints.acceleration[index] = (board.engine.joint_rate[index] - joints.rate[index]) / dt
-            joints.torque[index] = board.given.joint_torque[index]
+        for i in range(12):
+            joints.acceleration[i] = (board.engine.joint_rate[i] - joints.rate[i]) / dt
+            joints.torque[i] = board.given.joint_torque[i]
         foot_forces(
             board.legs,
             joints,
@@ -130,10 +130,10 @@ def arm_of(board: Any, point: Any, arm: Any) -> None:
     """Way from the base's centre of mass to a point of the body frame (3), world frame, into `arm`
     (3).
     """
-    for index in range(3):
-        arm[index] = 0.0
+    for i in range(3):
+        arm[i] = 0.0
         for j in range(3):
-            arm[index] += board.rotation[index, j] * (point[j] - board.base_centre[j])
+            arm[i] += board.rotation[i, j] * (point[j] - board.base_centre[j])
 
 
 @njit
@@ -144,9 +144,9 @@ def rope_step(board: Any, k: int) -> float:
     rope, device, body, dt = board.ropes[k], board.devices[k], board.body, board.clock.step_s
     arm, point, velocity = np.empty(3), np.empty(3), np.empty(3)
     arm_of(board, rope.attachment, arm)
-    for index in range(3):
-        point[index] = body.position[index] + arm[index]
-        velocity[index] = body.velocity[index]
+    for i in range(3):
+        point[i] = body.position[i] + arm[i]
+        velocity[i] = body.velocity[i]
     add_cross(body.angular_velocity, arm, velocity)
     place = device.place
     supply_gauge = board.supply.pressure - ATMOSPHERE_PA
@@ -164,8 +164,8 @@ def rope_step(board: Any, k: int) -> float:
         rope.whole = 0.0
     else:
         device.slipped += slip_through(rope, board.traction.hold)
-    for index in range(3):
-        board.given.force[index] += pull[index]
+    for i in range(3):
+        board.given.force[i] += pull[i]
     add_cross(arm, pull, board.given.torque)
     return float(oil_taken(device, board.traction, rope.rate, place, dt))
 
@@ -182,16 +182,16 @@ def drill_step(board: Any) -> None:
     arm = np.empty(3)
     arm_of(board, board.drill_point, arm)
     force, torque = wrench[:3], wrench[3:]
-    for index in range(3):
-        force[index] = axial * rotation[index, 2]
-        torque[index] = -drill.torque * rotation[index, 2]
+    for i in range(3):
+        force[i] = axial * rotation[i, 2]
+        torque[i] = -drill.torque * rotation[i, 2]
     weight = drill.mast_mass * GRAVITY_M_S2
     force[2] -= weight
     torque[0] -= drill.mast_height * rotation[1, 2] * weight
     torque[1] += drill.mast_height * rotation[0, 2] * weight
-    for index in range(3):
-        board.given.force[index] += force[index]
-        board.given.torque[index] += torque[index]
+    for i in range(3):
+        board.given.force[i] += force[i]
+        board.given.torque[i] += torque[i]
     add_cross(arm, force, board.given.torque)
 
 
@@ -202,35 +202,32 @@ def move_rods(board: Any) -> None:
     The rods run through where the engine has them, in the middle of the hydraulics' step:
     coupling.py says why.
     """
-    joint_to_cylinder(board.engine.joint, board.linkage, board.extension, board.arms)
+    joint_to_cylinder(board.engine.joint, board.linkages, board.extension, board.arms)
     rotation = board.rotation
     for leg in range(4):
         f = board.foot_force[leg]
         along = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
         total = f[0] * f[0] + f[1] * f[1] + f[2] * f[2]
         across = max(total - along * along, 0.0) ** 0.5
-        for index in range(3):
-            i = 3 * leg + index
+        for k in range(3):
+            i = 3 * leg + k
             rod = board.inputs[i]
             rate = board.engine.joint_rate[i] * board.arms[i]
             centre_window(rod, board.extension[i], rate, board.clock.step_s)
-            rod.load = along if index == 2 else 0.0
-            rod.side_load = across if index == 2 else abs(along) if index == 1 else 0.0
+            rod.load = along / board.arms[i] if k == 2 else 0.0
+            rod.side_load = across if k == 2 else abs(along) if k == 1 else 0.0
 
 
 @njit
 def plant_step(board: Any) -> None:
     """From the engine's state to what the engine is given for the next step."""
     before, given, clock = board.before, board.given, board.clock
-    for index in range(12):
-        before.position[index], before.rate[index] = (
-            board.engine.joint[index],
-            board.engine.joint_rate[index],
-        )
+    for i in range(12):
+        before.position[i], before.rate[i] = board.engine.joint[i], board.engine.joint_rate[i]
     move_rods(board)
-    for index in range(3):
-        given.force[index] = board.shove[index]
-        given.torque[index] = 0.0
+    for i in range(3):
+        given.force[i] = board.shove[i]
+        given.torque[i] = 0.0
     taken = hauled = 0.0
     for k in range(2):
         taken += rope_step(board, k)
@@ -248,8 +245,8 @@ def plant_step(board: Any) -> None:
         clock.step_s,
         clock.substeps,
     )
-    for index in range(12):
-        given.joint_torque[index] = board.axes[index].force * board.arms[index]
+    for i in range(12):
+        given.joint_torque[i] = board.axes[i].force * board.arms[i]
 
 
 @njit
@@ -258,34 +255,32 @@ def write_truth(row: Any, board: Any, t: float) -> None:
     rotation, body, centre = board.rotation, board.body, board.base_centre
     row.t = t
     pose = row.body_pose_in_world
-    for index in range(3):
-        pose[index] = body.position[index] - (
-            rotation[index, 0] * centre[0]
-            + rotation[index, 1] * centre[1]
-            + rotation[index, 2] * centre[2]
+    for i in range(3):
+        pose[i] = body.position[i] - (
+            rotation[i, 0] * centre[0] + rotation[i, 1] * centre[1] + rotation[i, 2] * centre[2]
         )
-    for index in range(4):
-        pose[3 + index] = body.quaternion[index]
+    for i in range(4):
+        pose[3 + i] = body.quaternion[i]
     for leg in range(4):
         f = board.foot_force[leg]
-        for index in range(3):
-            row.foot_force_in_world[leg, index] = f[index]
+        for i in range(3):
+            row.foot_force_in_world[leg, i] = f[i]
         row.foot_load[leg] = f[0] * rotation[0, 2] + f[1] * rotation[1, 2] + f[2] * rotation[2, 2]
         row.contact_normal[leg] = board.normal_force[leg]
-    for index in range(6):
-        row.drill_wrench_in_world[index] = board.drill_wrench[index]
-    for index in range(12):
-        axis = board.axes[index]
-        row.friction[index] = axis.friction
-        row.chamber_a[index] = axis.a.pressure - ATMOSPHERE_PA
-        row.chamber_b[index] = axis.b.pressure - ATMOSPHERE_PA
+    for i in range(6):
+        row.drill_wrench_in_world[i] = board.drill_wrench[i]
+    for i in range(12):
+        axis = board.axes[i]
+        row.friction[i] = axis.friction
+        row.chamber_a[i] = axis.a.pressure - ATMOSPHERE_PA
+        row.chamber_b[i] = axis.b.pressure - ATMOSPHERE_PA
     row.supply_pressure = board.supply.pressure - ATMOSPHERE_PA
     row.oil_temperature = board.supply.temperature
     row.pump_power = board.supply.pump_power
     row.hole_depth = board.drill.depth
     row.drill_string_mass = board.drill.string_mass + board.drill.mast_mass
     for k in range(2):
-        for index in range(3):
-            row.rope_force_in_world[k, index] = board.ropes[k].force[index]
+        for i in range(3):
+            row.rope_force_in_world[k, i] = board.ropes[k].force[i]
         row.traction_stroke[k] = board.devices[k].place
         row.traction_mode[k] = board.devices[k].mode

@@ -11,6 +11,7 @@ from testbed.benchmarks.estimators.calibration_trials import inside
 from testbed.benchmarks.estimators.identification_trials import KNOWN, recording_of
 from testbed.benchmarks.paper.experiment import Array, Line, Result
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
+from testbed.benchmarks.paper.machine import chosen
 from testbed.estimation.calibration import A_SD, B_SD_V, Calibrated, calibrate
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 
@@ -89,7 +90,9 @@ def own_calibration(trace: Trace, ab: NDArray[np.float64], name: str) -> Calibra
         KNOWN,
         "load-cell",
     )
-    return calibrate([replace(recording, name=name)])
+    return calibrate(
+        [replace(recording, name=name)], chosen().machine().sensor.pressure_accuracy_pa
+    )
 
 
 def experiment() -> Result:

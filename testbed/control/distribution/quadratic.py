@@ -97,9 +97,8 @@ class Quadratic:
     believed machine's.
     """
 
-    def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
+    def __init__(self, friction: float | None = None) -> None:
         self.friction = friction
-        self.lowest_n = lowest_n
         self._last: _Last | None = None
         self._use_rows = _cones(0.0)
         self._program = UseProgram(self._use_rows)
@@ -116,14 +115,14 @@ class Quadratic:
                 _Last(even, now.measured_pull_n / scale, 2 * POOR_FRICTION),
                 FIRST_ROUNDS,
             )
-        found = None
+        z = None
         for _ in range(rounds):
-            found = self._solve(now, self._last)
-        while found is None and self._last.lowest > 0.0:
-            found = self._solve(now, self._last)
-        if found is None:
+            z = self._solve(now, self._last)
+        while z is None and self._last.lowest > 0.0:
+            z = self._solve(now, self._last)
+        if z is None:
             return Plan(now.measured, feasible=False)
-        return Plan(found)
+        return Plan(z)
 
     def constraints(self, now: Balance, lowest_n: float) -> Constraints:
         """What a plan must keep to, with at least `lowest_n` on every stance foot."""
@@ -155,34 +154,34 @@ class Quadratic:
         scale = _size(now.load)
         taken = self.taken(now) / scale * last.doubt
         begun = LastPlan(last.normals, last.pull, taken)
-        found = self._program.solve(now, begun, self._about(last, scale, now.rope_rating_n))
-        if found is None:
+        z = self._program.solve(now, begun, self._about(last, scale, now))
+        if z is None:
             last.lowest = 0.0 if last.lowest < GIVEN_UP else EASED * last.lowest
             return None
         last.lowest = min(last.lowest + TIGHTENED, 1.0)
-        use = highest_use(found, self._use_rows)
+        use = highest_use(z, self._use_rows)
         last.normals, last.pull, last.use = (
-            found[:FEET:3].copy(),
-            found[FEET:UNKNOWNS].copy(),
-            max(float(found[UNKNOWNS]), 0.0),
+            z[:FEET:3].copy(),
+            z[FEET:UNKNOWNS].copy(),
+            max(float(z[UNKNOWNS]), 0.0),
         )
         last.doubt = (
             max(0.8 * last.doubt - 0.01, 0.0)
             if use > POOR_FRICTION
             else min(last.doubt + 0.02, 1.0)
         )
-        return np.asarray(found[:UNKNOWNS] * scale)
+        return np.asarray(z[:UNKNOWNS] * scale)
 
-    def _about(self, last: _Last, scale: float, rating_n: float) -> About:
+    def _about(self, last: _Last, scale: float, now: Balance) -> About:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and
         n_0.
         """
         tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
         return About(
             scale=scale,
-            lowest=self.lowest_n * last.lowest / scale,
-            highest_pull=rating_n / scale,
-            doubt=DOUBT_N * last.doubt / scale,
+            lowest=now.scale.force * LOWEST_NORMAL_N * last.lowest / scale,
+            highest_pull=now.rope_rating_n / scale,
+            doubt=now.scale.force * DOUBT_N * last.doubt / scale,
             use=last.use,
             least_use=max(last.use - CLOSER, 0.0),
             tangential=tangential,

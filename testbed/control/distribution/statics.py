@@ -17,7 +17,8 @@ from testbed.control.measured import Measured
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+from testbed.machine.scale import ROBOCLIMBER, Scale
+from testbed.robot.linkage import Linkages
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
@@ -80,6 +81,8 @@ class Balance:
     """Believed coefficient between foot and ground."""
     rope_rating_n: float
     """What a traction device may pull."""
+    scale: Scale = ROBOCLIMBER
+    """The machine's size, with which bounds grow."""
 
     @property
     def measured_loads_n(self) -> Array:
@@ -113,7 +116,7 @@ class Statics:
     """
 
     def __init__(self, model: RobotModel, machine: Machine, rope_directions_in_body: Array) -> None:
-        self.model = model
+        self.model, self.scale = model, machine.scale
         self._ropes = np.array(
             [
                 point_wrench(d, at)
@@ -122,7 +125,7 @@ class Statics:
         ).T
         areas = np.array([_areas(axis.cylinder) for axis in machine.axes.values()])
         self._area_a, self._area_b = areas.T.copy()
-        self._linkage = RotationLinkage.from_machine(machine).geometry
+        self._linkages = Linkages.from_machine(machine)
         self._friction, self._rating_n = machine.ground.friction, machine.traction.rating_n
         self._tank_pa = float(machine.power_unit.tank_pressure_pa)
         self._on_demand_pa = (
@@ -134,30 +137,31 @@ class Statics:
 
     def look(self, measured: Measured, stance: NDArray[np.bool_]) -> Balance:
         """The balance now."""
-        posture, position = self._posture, measured.position
-        if posture is None or np.abs(position - posture.position).max() > POSTURE_STEP:
-            posture = self._posture = self._work_out(position.copy())
+        p, position = self._posture, measured.position
+        if p is None or np.abs(position - p.position).max() > POSTURE_STEP:
+            p = self._posture = self._work_out(position.copy())
         drill = measured.drill
         gravity = attitude_gravity(float(measured.attitude[0]), float(measured.attitude[1]))
         supply_pa = max(measured.supply_pressure, self._on_demand_pa)
-        reach = max(supply_pa - self._tank_pa, 0.0) * np.abs(posture.arms)
+        reach = max(supply_pa - self._tank_pa, 0.0) * np.abs(p.arms)
         held = self.model.gravity_forces(position, gravity)
         return Balance(
             friction=self._friction,
             rope_rating_n=self._rating_n,
-            balance=posture.balance,
+            balance=p.balance,
             load=known_wrench(self.model, drill, gravity) - held[:6],
-            joint_map=posture.joint_map,
+            joint_map=p.joint_map,
             held=held[6:],
             lowest=-reach * self._area_b,
             highest=reach * self._area_a,
-            measured=self._unknowns(measured, posture, held[6:]),
+            measured=self._unknowns(measured, p, held[6:]),
             stance=stance.copy(),  # compiled code takes arrays that can be written to
             thrust_map=self._thrust,
             thrust_n=float(drill["ordered_thrust"]),
-            rigid=posture.rigid,
-            inner=posture.inner,
-            compliance=posture.compliance,
+            rigid=p.rigid,
+            inner=p.inner,
+            compliance=p.compliance,
+            scale=self.scale,
         )
 
     def _work_out(self, position: Array) -> _Posture:
@@ -167,28 +171,23 @@ class Statics:
         balance[:, ROPES] = self._ropes
         joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
         turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
-        extension, arms = np.empty(len(AXES)), np.empty(len(AXES))
-        joint_to_cylinder(position, self._linkage, extension, arms)
+        arms = self._linkages.rods(position)[1]
         compliance = self._oil.joint_compliance(position)
         legs = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
         return _Posture(
             position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms, legs
         )
 
-    def _unknowns(self, measured: Measured, posture: _Posture, held: Array) -> Array:
+    def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
         """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators
         know better.
         """
-        unknowns = np.empty(UNKNOWNS)
-        unknowns[ROPES] = measured.rope_tension
-        joint = (
-            measured.pressure_a * self._area_a - measured.pressure_b * self._area_b
-        ) * posture.arms
-        unknowns[:FEET] = np.linalg.solve(
-            posture.legs, (joint - held).reshape(len(LEGS), 3, 1)
-        ).ravel()
-        unknowns[NORMALS] = measured.load
-        return unknowns
+        z = np.empty(UNKNOWNS)
+        z[ROPES] = measured.rope_tension
+        joint = (measured.pressure_a * self._area_a - measured.pressure_b * self._area_b) * p.arms
+        z[:FEET] = np.linalg.solve(p.legs, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
+        z[NORMALS] = measured.load
+        return z
 
 
 def _maps(points: Array) -> Array:

@@ -23,7 +23,6 @@ from testbed.machine.groups import Cylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, LEGS
 from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.linkage import ROTATION, stroke_m
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.robot import Robot
 
@@ -33,6 +32,9 @@ MOST, HARDLY = 0.5, 0.01
 """Shares of a bin in which control means a foot to carry."""
 LIFTED_M = 0.02
 """A foot that control does not mean to carry and that is drawn up by so much hangs in the air."""
+
+BELLY_CLEAR_M = 0.05
+"""A belly that is nearer to the ground between the feet may touch it (E)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         pressure_b_rate=bins.pressure_b_rate,
         area_a_m2=area_a,
         area_b_m2=area_b,
-        stroke_m=np.array([stroke_m(a.cylinder, robot.linkage) for a in machine.axes.values()]),
+        stroke_m=robot.linkages.stroke_m,
         coulomb_n=coulomb,
         viscous_n=viscous,
         load_n=np.array([one.load for one in found]),
@@ -118,11 +120,13 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),
         supply_by_pressure=other.supply.by_pressure,
         supply_by_flow=other.supply.by_flow,
+        drawn_m3_s=other.supply.drawn_m3_s,
         line_hz=other.line_hz,
         line_n=other.line_n,
     )
     counted = np.ones((n, 18), dtype=bool)
     counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
+    counted[_lies(machine, frames, seen.foot_m), :6] = False
     missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
     return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
 
@@ -188,8 +192,7 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
     """Bin k, were the encoders at `joint` (12)."""
     bins = measured.bins
     lift = bins.specific_force[k]
-    arm = bins.arm_m[k].copy()
-    arm[list(ROTATION)] = robot.linkage.moment_arm_m(joint[list(ROTATION)])
+    arm = robot.linkages.rods(joint)[1]
     change = np.concatenate([np.zeros(3), bins.turning[k], bins.joint_acceleration[k]])
     speed = np.concatenate([np.zeros(6), bins.joint_rate[k]])
     # The unit's specific force is acceleration less gravity in one: gravity against it, the origin
@@ -317,6 +320,20 @@ def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
             last = np.interp(index, index[stands], height[stands, leg])
             out[:, leg] = (bins.carrying[:, leg] < HARDLY) & (last - height[:, leg] > LIFTED_M)
     return out
+
+
+def _lies(machine: Machine, frames: Array, foot_m: Array) -> npt.NDArray[np.bool_]:
+    """(n,) whether the belly is so low between the feet (n, 4, 3) that it may rest on the ground,
+    which then carries what no sensor reads.
+    """
+    body = machine.body
+    length, width = 0.5 * body.belly_box_m[0], 0.5 * body.belly_box_m[1]
+    corners = np.array(
+        [(x, y, body.belly_height_m) for x in (-length, length) for y in (-width, width)]
+    )
+    off_slope = frames[:, 2]
+    ground = np.einsum("nj,nlj->nl", off_slope, foot_m).mean(axis=1)
+    return np.asarray((off_slope @ corners.T).min(axis=1) - ground < BELLY_CLEAR_M)
 
 
 def _slope_frames(rotation: Array, bins: Bins) -> Array:

@@ -93,7 +93,10 @@ def belief_of(believed: Believed) -> NDArray[Any]:
         dwell_on=t.contact_dwell_s,
         dwell_off=t.lost_dwell_s,
     )[0]
-    belief["combined"] = CombinedNumbers.one(**Combined.numbers)[0]
+    belief["combined"] = CombinedNumbers.one(**(Combined.numbers | {"break_away": t.break_away_n}))[
+        0
+    ]
+    belief["legs"]["linkage"] = believed.linkages
     for record, leg, valve in zip(belief["legs"], believed.legs, believed.valves, strict=True):
         leg.write(record["cylinder"])
         record["valve"] = valve
