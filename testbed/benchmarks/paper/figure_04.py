@@ -99,13 +99,13 @@ def experiment() -> Result:
     """Press every leg, each with its own friction and sensors, and calibrate it."""
     rng = np.random.default_rng([2009, 4])
     lines, rows, held, r2, a_errors, shares = [], [], 0, [], [], []
-    for k, leg in enumerate(LEGS):
+    for index, leg in enumerate(LEGS):
         ab = np.column_stack([1.0 + A_SD * rng.standard_normal(2), B_SD_V * rng.standard_normal(2)])
         friction = {
             f"vertical_cylinder.coulomb_{way}_n": value * rng.uniform(0.8, 1.2)
             for way, value in (("out", 620.0), ("in", 540.0))
         }
-        trace = run(press(), friction, cell_at_m=CELL_AT_M, seed=k)
+        trace = run(press(), friction, cell_at_m=CELL_AT_M, seed=index)
         loaded = held_samples(trace)
         volts = through(trace.read_a_pa, ab[0])
         line = straight_line(volts[loaded], trace.load_n[loaded], trace.area_a_m2)
@@ -116,8 +116,8 @@ def experiment() -> Result:
         b_n = abs(line.b - ab[0, 1]) * K_PA_PER_V * trace.area_a_m2
         shares.append(b_n / explained_n(trace, loaded))
         own = [
-            f"{s.a:.4f} ± {s.covariance[0, 0] ** 0.5:.4f}; {s.b:+.4f} ± {s.covariance[1, 1] ** 0.5:.4f}"
-            for s in found.sensors.values()
+            f"{sensor.a:.4f} ± {sensor.covariance[0, 0] ** 0.5:.4f}; {sensor.b:+.4f} ± {sensor.covariance[1, 1] ** 0.5:.4f}"
+            for sensor in found.sensors.values()
         ]
         rows.append(
             [
@@ -132,7 +132,11 @@ def experiment() -> Result:
         )
         lines.append(
             Line(
-                volts[loaded][::10], trace.load_n[loaded][::10] / trace.area_a_m2 / 1e5, leg, k, "."
+                volts[loaded][::10],
+                trace.load_n[loaded][::10] / trace.area_a_m2 / 1e5,
+                leg,
+                index,
+                ".",
             )
         )
     return Result(
