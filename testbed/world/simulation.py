@@ -27,7 +27,7 @@ from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.folder import is_shipped_urdf
-from testbed.machine.names import AXES, SIDES, VERTICAL
+from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
@@ -69,8 +69,8 @@ TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
 SAMPLES = 1000
 """Samples whose noise is drawn at once."""
 LOADS = [
-    index
-    for index, name in enumerate(TRUTH_COLUMNS)
+    k
+    for k, name in enumerate(TRUTH_COLUMNS)
     if name.startswith(("foot_force_in_world_", "rope_force_in_world_", "drill_wrench_in_world_f"))
 ]
 MOST_WEIGHTS = 1000.0
@@ -161,9 +161,9 @@ class Simulation:
             slow = (*slow, every[ESTIMATE])  # what the chain does not step itself
         length = math.lcm(*every.values(), *slow)
         return [
-            sum(flag for flag, n in every.items() if index % n == 0)
-            | (SLOW if any(index % n == 0 for n in slow) else 0)
-            for index in range(length)
+            sum(flag for flag, n in every.items() if k % n == 0)
+            | (SLOW if any(k % n == 0 for n in slow) else 0)
+            for k in range(length)
         ]
 
     # ---- one step --------------------------------------------------------------------------------
@@ -287,12 +287,13 @@ class Simulation:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
         if self._shoves:
-            now = [
-                shove.force_in_world_n
-                for shove in self._shoves
-                if shove.at_s <= t < shove.at_s + shove.duration_s
-            ]
-            m.board["shove"] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
+            m.board["shove"], m.board["foot_shove"] = 0.0, 0.0
+            for shove in self._shoves:
+                if shove.at_s <= t < shove.at_s + shove.duration_s:
+                    if shove.at == "body":
+                        m.board["shove"] += shove.force_in_world_n
+                    else:
+                        m.board["foot_shove"][LEGS.index(shove.at)] += shove.force_in_world_n
         self._follow(m.gait.command(t, self._every_tick * self.dt, self._measured()), t)
         self._watch(t)
         if m.footing is not None:
@@ -349,9 +350,9 @@ class Simulation:
     def _watch(self, t: float) -> None:
         m = self.machine
         whole = m.boards["ropes"]["whole"][0].tolist()
-        for index, side in enumerate(SIDES):
-            if self._rope_was_whole[index] and whole[index] == 0.0:
-                self._rope_was_whole[index] = False
+        for k, side in enumerate(SIDES):
+            if self._rope_was_whole[k] and whole[k] == 0.0:
+                self._rope_was_whole[k] = False
                 self.events.append({"t": t, "kind": "rope_broke", "rope": side})
                 m.judge.verdict, self.finished = "rope broke", True
         body, pressure = m.boards["body"], m.boards["axes"]["a"]["pressure"]
@@ -520,9 +521,7 @@ class Simulation:
         directions = self.machine.expectation.rope_directions_in_world
         believed_urdf = self.machines.belief.urdf
         return {
-            "rope_directions_in_world": {
-                side: directions[index].tolist() for index, side in enumerate(SIDES)
-            },
+            "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
             "payload_kg": self.scenario.carried_kg,
             "urdf": None if is_shipped_urdf(believed_urdf) else str(believed_urdf),
             "tolerances": self.scenario.tolerances,

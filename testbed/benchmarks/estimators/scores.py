@@ -232,9 +232,9 @@ def result(found: list[dict[str, Any]]) -> dict[str, Any]:
             r["oil_degc"] == BASE_C and r["kind"] not in APART
         ),
         **{
-            fromkey: (lambda r, k=fromkey: r["kind"] == k)
-            for fromkey in dict.fromkeys(run["kind"] for run in found)
-        },  # type: ignore[misc]
+            kind: (lambda r, kind=kind: r["kind"] == kind)  # type: ignore[misc]
+            for kind in dict.fromkeys(run["kind"] for run in found)
+        },
     }
     out: dict[str, Any] = {
         "full_scale_n": FULL_SCALE_N,

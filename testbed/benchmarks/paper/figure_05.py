@@ -150,7 +150,7 @@ def experiment() -> Result:
         {
             "held": still,
             "decay": drift / weight,
-            "half_time": np.mean([half_time_s(line.a * run.one_n, hold) for hold in rests]),
+            "half_time": float(np.mean([half_time_s(line.a * run.one_n, hold) for hold in rests])),
             "approach": approach(run, line.a, shift),
         },
         {
