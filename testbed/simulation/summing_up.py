@@ -81,7 +81,7 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "wall_s": ending.wall_s,
         "slope_deg": scenario.terrain.slope_deg,
         "task": scenario.task.kind,
-        "undeclared": [u.model_dump() for u in scenario.undeclared],
+        "undeclared": [effect.model_dump() for effect in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
     for part in (figures, simulation.summary(), {"events": list(simulation.events)}):

@@ -13,7 +13,7 @@ from zipfile import ZipFile
 import gymnasium
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 
 from testbed.control.distribution.corrected import VIEW
 from testbed.control.distribution.learned import Learned
@@ -101,7 +101,9 @@ def test_training_goes_on_where_it_was_and_the_policy_plays(
     played = play(policy, str(tmp_path / "short.yaml"), video=tmp_path / "seen.gif")
     assert played["simulated_s"] > 1.0 and played["verdict"] in ("stood", "slid", "fell")
     with Image.open(tmp_path / "seen.gif") as video:
-        assert video.size == (480, 360) and abs(video.n_frames - 5 * played["simulated_s"]) <= 2
+        assert video.size == (480, 360)
+        lasts_s = sum(frame.info["duration"] for frame in ImageSequence.Iterator(video)) / 1000.0
+        assert abs(lasts_s - played["simulated_s"]) <= 0.4  # frames that are alike are one
     with pytest.raises(InputError, match="another training"):
         train("drill", tmp_path / "t", 512)
 
