@@ -36,6 +36,12 @@ def middle(number: str, drawing: float) -> float:
     return 0.5 * sum(found.applied(drawing, end) for end in found.range)
 
 
+def chance(number: str) -> float:
+    """How often a machine has the number at all; 1 where no tolerance names it."""
+    found = _table().get(number)
+    return 1.0 if found is None else found.chance
+
+
 @cache
 def _table() -> dict[str, Tolerance]:
     return {tolerance.number: tolerance for tolerance in tolerances(FILE)}
