@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 LONGEST_S = 600.0
 ROPES_STAGE = "commissioning_slope"
+ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
 """The second stage of a commissioning that is given as a scenario on level ground."""
 NEVER_SHOWN = (
     "zeros of either chamber's sensor by itself",
@@ -157,15 +158,15 @@ def commission_any(
 def recorded(
     name: str, overrides: Sequence[str] = (), seed: int | None = None
 ) -> Iterator[list[Path]]:
-    """Recordings of a scenario's programme and, where it is on level ground, of the ropes', for as
-    long as needed.
+    """Recordings of a scenario's programme and, where it is on level ground and the machine has
+    ropes, of theirs, for as long as needed.
     """
-    from testbed.scenario.scenario import load_scenario
+    from testbed.scenario.scenario import lacks, load_scenario
     from testbed.simulation.run import run_scenario
 
     scenarios = [load_scenario(name, list(overrides), seed)]
     first = scenarios[0]
-    if not first.ropes.enabled:
+    if not first.ropes.enabled and not lacks(first) & ROPES_PULL_AT:
         scenarios.append(_on_ropes(first))
     seconds = sum(scenario.duration_s for scenario in scenarios)
     if seconds > LONGEST_S:

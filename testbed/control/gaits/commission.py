@@ -36,8 +36,8 @@ BOB_M, AWAY_S = 0.03, 4.0
 """At the sides it goes up and down so far; the time for a way to the side."""
 FOOT_SPEEDS_M_S, BODY_SPEEDS_M_S = (0.006, 0.02, 0.06), (0.02,)
 """Of a foot in the air and of the body, each up and down."""
-REACH_M, REACH_SPEEDS_M_S = 0.05, (0.02, 0.06)
-"""Out and in of a foot in the air, and its speeds."""
+REACH_M, REACH_SPEEDS_M_S = 0.10, (0.02, 0.06)
+"""In and out of a foot in the air, whose cylinder is far out then, and its speeds."""
 SWING_M, SWING_SPEEDS_M_S = 0.10, (0.04, 0.10)
 """To and fro of a foot in the air, across its leg, and its speeds."""
 REST_S = 0.5
@@ -216,11 +216,9 @@ def _strokes() -> list[tuple[float, float]]:
 def _swings() -> list[tuple[float, tuple[float, float]]]:
     """(time s, (out m, across m)) of a foot's ways in the air, to and fro at every speed."""
     ways = []
-    for way, speeds, turn in (
-        (REACH_M, REACH_SPEEDS_M_S, (1.0, 0.0)),
-        (SWING_M, SWING_SPEEDS_M_S, (0.0, 1.0)),
-    ):
-        for speed in speeds:
-            for goal, distance in ((way, way), (-way, 2.0 * way), (0.0, way)):
-                ways.append((distance / speed, (goal * turn[0], goal * turn[1])))
+    for speed in REACH_SPEEDS_M_S:
+        ways += [(REACH_M / speed, (-REACH_M, 0.0)), (REACH_M / speed, (0.0, 0.0))]
+    for speed in SWING_SPEEDS_M_S:
+        for goal, distance in ((SWING_M, 1.0), (-SWING_M, 2.0), (0.0, 1.0)):
+            ways.append((distance * SWING_M / speed, (0.0, goal)))
     return ways

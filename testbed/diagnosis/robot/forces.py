@@ -94,13 +94,14 @@ def tolerated(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
             for number, change in effect.signature(seen, place).items():
                 parts = number.split(" ")  # a first moment is a mass times a place
                 names = [f"{effect.kind}@{star}.{part}" for part in parts]
-                sd = float(np.prod([standard_deviation(name) for name in names]))
+                sds = [standard_deviation(name, scale=machine.scale) for name in names]
+                sd = float(np.prod(sds))
                 yield Tolerated(change, sd, f"{effect.kind}@{place}.{number}")
     for i, axis in enumerate(machine.axes.values()):
         yield from _friction(seen, i, axis)
     for k in range(3):  # the accelerometers' biases weigh the whole machine
         bias = seen.weighs(seen.asked_by_gravity[:, :, k])
-        yield Tolerated(bias, standard_deviation(ACCELEROMETER))
+        yield Tolerated(bias, standard_deviation(ACCELEROMETER, scale=machine.scale))
     yield from _held_back(seen)
     warm = float(np.mean(seen.oil_degc)) - machine.sensor.calibration_temperature_degc
     s = machine.sensor
@@ -127,7 +128,7 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
 
 
 def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
-    """What seals scatter by."""
+    """What seals scatter by; these tolerances are shares of the drawing's numbers."""
     c, seal, own = axis.cylinder, axis.seal, f"axes.{axis.name}"
     for sense, way in (("out", 1.0), ("in", -1.0)):
         now = np.maximum(way * seen.direction[:, i], 0.0) * way

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
+from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.derived import valves_of
-from testbed.machine.groups import Cylinder, StraightCylinder
+from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
-from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.recording.known import HOLDINGS, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
+from testbed.robot.linkage import Linkages, straight
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
 OF_VALVES = {
@@ -159,6 +161,7 @@ class Tuning:
     contact_on_n: float = 1200.0
     contact_off_n: float = 900.0
     contact_dwell_s: float = 0.02
+    break_away_n: float = Combined.numbers["break_away"]
     lost_dwell_s: float = 0.0
     """A load at or below `off` for this long is a lost foot; it was set with the detectors'
     benchmark.
@@ -174,6 +177,7 @@ class Tuning:
             e_max_n=force * self.e_max_n,
             contact_on_n=force * self.contact_on_n,
             contact_off_n=force * self.contact_off_n,
+            break_away_n=force * self.break_away_n,
             rest_m_s=machine.scale.speed * self.rest_m_s,
             slide_m_s=machine.scale.speed * self.slide_m_s,
             pressure_sd_pa=self.pressure_sd_pa * machine.sensor.pressure_noise_pa / NOISE_PA,
@@ -205,6 +209,8 @@ class Believed:
     """The whole machine as body_belief.body_of gives it; None: each vertical cylinder is estimated
     by itself.
     """
+    linkages: NDArray[Any] = field(default_factory=lambda: straight(len(LEGS)))
+    """Records `Linkage` (4,) of the vertical cylinders."""
     supply_pa: float = 9.0e6
     """Supply pressure where none is measured, gauge."""
 
@@ -236,7 +242,8 @@ class Believed:
         An effect with a `place` (`fl` or `fl_vertical`) concerns that leg alone, one without
         concerns all. Raises InputError where the file lacks a number.
         """
-        four = [_declared_leg(machine, leg) for leg in LEGS]
+        strokes = Linkages.from_machine(machine).stroke_m[list(VERTICAL)]
+        four = [_declared_leg(machine, leg, m) for leg, m in zip(LEGS, strokes, strict=True)]
         found = cls._of(four, effects, dt_s, machine)
         return replace(found, supply_pa=machine.power_unit.ready_pressure_pa)
 
@@ -297,7 +304,14 @@ class Believed:
             legs.append(leg)
         four = (legs[0], legs[1], legs[2], legs[3])
         tuning = Tuning().scaled(machine)
-        return cls(four, valves_of(machine), dt_s, machine.sensor.encoder_linear_m, tuning=tuning)
+        return cls(
+            four,
+            valves_of(machine),
+            dt_s,
+            machine.sensor.encoder_linear_m,
+            tuning=tuning,
+            linkages=Linkages.from_machine(machine).records[list(VERTICAL)],
+        )
 
 
 def _declare_valves(valves: NDArray[Any], known: Known) -> None:
@@ -317,18 +331,17 @@ def _declare_valves(valves: NDArray[Any], known: Known) -> None:
         valves["pilot_ratio"] = known.circuit.counterbalance_pilot_ratio
 
 
-def _declared_leg(machine: Machine, leg: str) -> Leg:
+def _declared_leg(machine: Machine, leg: str, stroke_m: float) -> Leg:
     """The vertical cylinder of a leg as the machine declares it."""
     axis = machine.axes[f"{leg}_vertical"]
     c = axis.cylinder
-    assert isinstance(c, StraightCylinder)
     area_a = 0.25 * math.pi * c.bore_m**2
     return Leg(
         area_a_m2=area_a,
         area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
         friction=friction_of(c),
         mass_kg=machine.each_leg[leg].sliding_mass_kg,
-        stroke_m=c.stroke_m,
+        stroke_m=stroke_m,
         viscosity_reference_degc=axis.seal.viscosity_reference_degc,
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
