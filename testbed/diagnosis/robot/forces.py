@@ -16,6 +16,8 @@ from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
+from testbed.effects.sensor_delay import Delay
+from testbed.effects.sensor_line_b import LineB
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
@@ -37,6 +39,10 @@ noise.
 """
 TURNING_SHARE, TURNING_BINS = 0.5, 2
 """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+SHAKEN_SHARE = 0.3
+"""A line of more than this share of dry friction turns the piston to and fro."""
+LATE_S = 5.0e-3
+"""By how much pressures of any machine are late: lines, converters, seals that bend (E)."""
 SIDE = 0.2
 """Friction by side load that a sound machine may have, share of it."""
 VERTICAL = tuple(range(2, len(AXES), 3))
@@ -89,7 +95,7 @@ class Tolerated:
 def tolerated(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
     """All that a sound machine may differ by in its forces."""
     for effect in ALL:
-        for place in effect.places:
+        for place in effect.places_on_robot:
             star = place if place == BODY else "*"
             for number, change in effect.signature(seen, place).items():
                 parts = number.split(" ")  # a first moment is a mass times a place
@@ -143,11 +149,17 @@ def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
         flows = np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)
         change = Change(force={i: flows})
         yield Tolerated(change, share, f"{own}.{number}", drawn=viscous, per=viscous)
+    if seen.line_n[i] > SHAKEN_SHARE * np.median(seen.coulomb_n[:, i]):
+        shaken = Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]})
+        yield Tolerated(shaken, 1.0)
     number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
     centre = middle(f"axes.*.{number}", drawn)
     side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
     change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]})
     yield Tolerated(change, side, f"{own}.{number}", drawn=centre)
+    for lag in (Delay(), LineB()):
+        (change,) = lag.signature(seen, axis.name).values()
+        yield Tolerated(change, LATE_S)
     for effect, number, declared in (
         (PositionFriction(), "seal.position_slope", seal.position_slope),
         (PressureFriction(), "seal.pressure_coefficient_m2", seal.pressure_coefficient_m2),
@@ -189,7 +201,8 @@ def noise_of(
     share = np.abs(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     spread = (SLIDING_SHARE * share + rest_share * (1.0 - share)) * dry
-    spread = np.hypot(spread, seen.line_n)
+    shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
+    spread = np.hypot(spread, seen.line_n + dry * shaken)
     turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
     age = friction_age(seen, share, dry, rest_memory_s)
     for axis in range(len(AXES)):
