@@ -99,9 +99,7 @@ def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
         ax.set_ylim(low - 0.15 * (high - low), high)
         _bars(ax, wrong, t, low - 0.08 * (high - low), VERMILION, 0.06 * (high - low))
         held = 100.0 * (1.0 - float(wrong.mean()))
-        ax.set_title(
-            f"{leg}, {LEG_NAME[leg]}: the interval holds the truth {held:.0f} % of the time"
-        )
+        ax.set_title(f"{leg}, {LEG_NAME[leg]}: truth inside for {held:.0f} % of the time")
         ax.set_ylabel("less truth [N]")
         mark(ax, events, start, end)
     handles, labels = axes[0].get_legend_handles_labels()

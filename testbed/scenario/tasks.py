@@ -351,13 +351,14 @@ class Payload(Checked):
 
 
 class Shove(Checked):
-    """A force on the body for a while: a rock, a gust, a person."""
+    """A force on the body or on a foot for a while: a rock, a gust, a person."""
 
     kind: Literal["shove"]
     at_s: float = Field(ge=0, description="time of the event [s]")
     duration_s: float = Field(default=0.2, gt=0, description="how long it lasts [s]")
-    force_in_world_n: Triple = Field(
-        description="force on the body's centre of mass in the world frame [N]"
+    force_in_world_n: Triple = Field(description="force in the world frame [N]")
+    at: Literal["body", "fl", "fr", "rl", "rr"] = Field(
+        default="body", description="the body, at its centre of mass, or a foot, at its underside"
     )
 
 

@@ -113,9 +113,10 @@ def _object(columns: Mapping[str, Array]) -> dict[str, Any]:
     return {"type": "object", "properties": {name: NUMBER for name in columns}}
 
 
-def _row(columns: Mapping[str, Array], row: int) -> dict[str, float | None]:
+def _row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
+    """One row by column; a missing sample, which JSON has no number for, is left out."""
     values = {name: float(values[row]) for name, values in columns.items()}
-    return {name: value if np.isfinite(value) else None for name, value in values.items()}
+    return {name: value for name, value in values.items() if np.isfinite(value)}
 
 
 def _frames(run: RecordedRun, rows: npt.NDArray[np.int64]) -> Iterator[list[dict[str, Any]]]:
