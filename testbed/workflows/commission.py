@@ -68,10 +68,13 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     The first recording is of level ground, a second one of the ropes. Raises InputError for
     recordings that cannot serve; then nothing is written.
     """
+    from testbed.diagnosis.robot.diagnose import check_duration
     from testbed.recording.robot import read_robot
 
     out = check_file(out, (".yaml", ".yml"))
     runs = [read_robot(folder) for folder in recordings]
+    for run in runs:
+        check_duration(run.data["t"], run.file)
     seconds = sum(float(run.data["t"][-1] - run.data["t"][0]) for run in runs)
     if seconds > LONGEST_S:
         raise InputError("is too long", file=out, value=seconds, allowed=f"{LONGEST_S:g} s in all")
@@ -216,8 +219,8 @@ def _record(scenario: Scenario, folder: Path) -> None:
 
     kept = folder / "scenario.yaml"
     same = kept.is_file() and kept.read_bytes() == spelt(scenario).encode()
-    if not (same and summary_of(folder)):
-        run_scenario(scenario, folder)
+    if not (same and summary_of(folder)) and run_scenario(scenario, folder).interrupted:
+        raise KeyboardInterrupt
 
 
 def _on_ropes(level: Scenario) -> Scenario:
