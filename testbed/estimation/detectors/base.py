@@ -6,13 +6,15 @@ A detector is any class with
     sample.py)
 
 and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
-sets it) and `start(dt_s)`, called before the first sample with the seconds between two. Causal, no
-truth. The same object serves live and over a recording, sample by sample. Numbers and threshold
-live in the detector's own file.
+sets it), `hold` (a Hold: when a lost foot counts as loaded again) and `start(dt_s)`, called before
+the first sample with the seconds between two. Causal, no truth. The same object serves live and
+over a recording, sample by sample. Numbers and threshold live in the detector's own file.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -24,6 +26,29 @@ from testbed.formats.records import Record
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Hold:
+    """When a foot that was called lost counts as loaded again: once its score has been `margin` or
+    more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`.
+
+    A foot that stands near the threshold crosses it with every blow. Held, its word is wrong for
+    longer, but it is one alarm and not twenty.
+    """
+
+    margin: float = 0.0
+    dwell_s: float = 0.02
+    sure_margin: float = math.inf
+    sure_s: float = 0.0
+
+    def scaled(self, force: float) -> Hold:
+        """The same for scores in N of a machine whose forces are so many times as large."""
+        return replace(self, margin=force * self.margin, sure_margin=force * self.sure_margin)
+
+
+DROP = Hold()
+"""As soon as the score has been below the threshold for as long as a touchdown lasts."""
 
 
 class Detector(Protocol):
