@@ -194,7 +194,7 @@ def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
     odds = np.tanh(np.tanh(views @ w0.T + b0) @ w1.T + b1) @ w2[0] + b2[0]
     expected = [odds[0]]
     for now in odds[1:]:
-        expected.append(expected[-1] + (now - expected[-1]) / 21.0)
+        expected.append(expected[-1] + (now - expected[-1]) / 9.0)
     np.testing.assert_allclose(Learned().scores(samples), expected, rtol=1e-9, atol=1e-9)
 
 
@@ -203,7 +203,7 @@ def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
     scale = ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
     assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
-    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 40
+    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 27
 
 
 def _leak_free() -> np.ndarray:
