@@ -39,15 +39,14 @@ class PositionLoop(LoopGains):
     integral = quantity("1", "command by the error's integral so far")
 
 
-def position_loops(machine: Machine, arm_m: float) -> NDArray[Any]:
-    """PositionLoop (12,) at rest; joint 1's rad are turned into cylinder metres by its arm
-    (m/rad).
+def position_loops(machine: Machine, arms: NDArray[np.float64]) -> NDArray[Any]:
+    """PositionLoop (12,) at rest; joints' rad or m are turned into cylinder metres by `arms` (12,),
+    m/rad or 1.
     """
     control = machine.control
     loops = PositionLoop.zeros(len(AXES))
-    for i, (loop, axis) in enumerate(zip(loops, machine.axes.values(), strict=True)):
+    for loop, axis, scale in zip(loops, machine.axes.values(), arms, strict=True):
         speed = axis.rated_flow_m3_s / (np.pi / 4 * axis.cylinder.bore_m**2)
-        scale = arm_m if i % 3 == 0 else 1.0
         loop["proportional"] = control.loop_gain_1_s / speed * scale
         loop["integral_gain"] = control.integral_gain_1_s2 / speed * scale
         loop["feedforward"] = scale / speed

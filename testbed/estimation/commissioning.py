@@ -4,11 +4,12 @@ measurements alone.
 One linear problem with Gaussian priors, which are the workshop's tolerances. A foot in the air
 carries nothing:
 
-    pA A_A - pB A_B + m (g - a) = zero + F_f(v),    F_f = +-(C + side |F_across| + S exp(-|v| /
-    c_s)) + sigma v
+    arm (pA A_A - pB A_B) + m (g - a) = arm (zero + F_f(v))
+    F_f = +-(C + side |F_across| + S exp(-|v| / c_s)) + sigma v
 
-and four feet that slide up, down and askew carry the weight: their forces add up to it, their
-moments to its moment. On level ground the feet's own plane shows how the inertial unit is mounted.
+arm is the rod's way by the slide's. Four feet that slide up, down and askew carry the weight: their
+forces add up to it, their moments to its moment. On level ground the feet's own plane shows how the
+inertial unit is mounted.
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ from testbed.errors import InputError
 from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.uncertainty import areas_m2, spread_of
 from testbed.formats.records import SET
-from testbed.machine.groups import StraightCylinder
 from testbed.machine.model import Axis, Machine
-from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES, VERTICAL
+from testbed.machine.scale import ROBOCLIMBER, Scale
+from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 from testbed.scenario.drawn import tolerances
 
@@ -37,7 +39,9 @@ EVERY_S, SMOOTH_S = 0.05, 0.02
 """One row in this time goes into the fit; encoders are smoothed over this one."""
 SLIDES_M_S, LIFTED_M, SETTLED_S = 0.003, 0.02, 0.5
 AIR_SD_N, GROUND_SD_N, MOMENT_SD_N_M = 60.0, 250.0, 300.0
-"""What the laws leave of a row (E)."""
+"""What the laws leave of a row (E). These and all that follow are ROBOCLIMBER's; on another machine
+they go with its scale.
+"""
 ALIKE = 40.0
 """Rows err alike over so many of them (E): as many count as one."""
 ZERO_SD_N = 95.0
@@ -134,7 +138,7 @@ def weigh_itself(data: Mapping[str, Array], machine: Machine, model: RobotModel)
     """Fit a robot's recording (columns of the contract). Raises InputError where no foot is ever in
     the air.
     """
-    seen = _Seen.of(data, machine)
+    seen, scale = _Seen.of(data, machine), machine.scale
     prior_mean, prior_sd = _priors(machine)
     rows, values, sds = _rows(seen, machine, model, prior_mean)
     weights = 1.0 / (sds * math.sqrt(ALIKE))
@@ -142,11 +146,11 @@ def weigh_itself(data: Mapping[str, Array], machine: Machine, model: RobotModel)
     covariance: Array = np.linalg.inv(normal).astype(np.float64)
     found = covariance @ (rows.T @ (values * weights**2))
     sd = np.sqrt(np.diag(covariance))
-    numbers = _leg_numbers(prior_mean + found, sd, prior_mean, prior_sd)
+    numbers = _leg_numbers(prior_mean + found, sd, (prior_mean, prior_sd), scale)
     body, mass_kg, shift = _body_numbers(
-        np.asarray(found[-4:]), covariance[-4:, -4:], prior_sd[-4:], model
+        np.asarray(found[-4:]), covariance[-4:, -4:], prior_sd[-4:], model, scale
     )
-    return Weighed(numbers | body | _attitude(data, seen, model), mass_kg, shift)
+    return Weighed(numbers | body | _attitude(seen, model), mass_kg, shift)
 
 
 @dataclass(frozen=True)
@@ -157,10 +161,14 @@ class _Seen:
 
     push_n: Array
     """pA A_A - pB A_B, as measured."""
+    arms: Array
+    """Way of the rod by the slide's, by which rods' forces become the foot's."""
     pressures_pa: Array
     """pA + pB."""
     speed: Array
+    """Of the rods."""
     acceleration: Array
+    """Of the slides."""
     across_n: Array
     sideways_n: Array
     """Forces of the ground along x and y, (2, 4, n)."""
@@ -177,8 +185,11 @@ class _Seen:
         t = data["t"]
         every = max(1, round(EVERY_S / float(np.median(np.diff(t)))))
         rate = 1.0 / float(np.median(np.diff(t)))
-        pushes, pressures, speeds, accelerations = [], [], [], []
-        for leg in LEGS:
+        pushes, arms, pressures, speeds, accelerations = [], [], [], [], []
+        linkages = Linkages.from_machine(machine)
+        joints = np.array([data[f"position_{axis}"] for axis in AXES])
+        every_arm = linkages.rods(joints.T)[1].T
+        for k, leg in enumerate(LEGS):
             axis = machine.axes[f"{leg}_vertical"]
             area_a, area_b = areas_m2(axis)
             pushes.append(
@@ -190,10 +201,14 @@ class _Seen:
             )
             x = through_steps(t, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m)
             _, v, a = motion(x, rate, SMOOTH_S)
-            speeds.append(v)
+            arms.append(every_arm[VERTICAL[k]])
+            speeds.append(arms[k] * v)
             accelerations.append(a)
         carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > SET
-        in_air = np.array([_in_air(data, leg, carrying[k], t) for k, leg in enumerate(LEGS)])
+        lifted_m = machine.scale.length * LIFTED_M
+        in_air = np.array(
+            [_in_air(data, leg, carrying[k], t, lifted_m) for k, leg in enumerate(LEGS)]
+        )
         if not in_air.any(axis=1).all():
             raise InputError(
                 "shows no foot in the air",
@@ -209,12 +224,13 @@ class _Seen:
         pick = slice(None, None, every)
         return cls(
             np.array(pushes)[:, pick],
+            np.array(arms)[:, pick],
             np.array(pressures)[:, pick],
             np.array(speeds)[:, pick],
             np.array(accelerations)[:, pick],
             np.hypot(*sideways)[:, pick],
             sideways[:, :, pick],
-            np.array([data[f"position_{axis}"] for axis in AXES])[:, pick],
+            joints[:, pick],
             gravity[:, pick],
             in_air[:, pick],
             settled[pick],
@@ -227,11 +243,13 @@ def _settled(on: NDArray[np.bool_], t: Array) -> NDArray[np.bool_]:
     return np.asarray(on & (t - last_off > SETTLED_S))
 
 
-def _in_air(data: Mapping[str, Array], leg: str, carrying: Any, t: Array) -> NDArray[np.bool_]:
+def _in_air(
+    data: Mapping[str, Array], leg: str, carrying: Any, t: Array, lifted_m: float
+) -> NDArray[np.bool_]:
     """Where a foot that is not meant to carry has been lifted from where it stood."""
     x = data[f"position_{leg}_vertical"]
     stood = np.maximum.accumulate(np.where(carrying, np.arange(len(t)), 0))
-    return np.asarray(~carrying & (x < x[stood] - LIFTED_M))
+    return np.asarray(~carrying & (x < x[stood] - lifted_m))
 
 
 def _priors(machine: Machine) -> tuple[Array, Array]:
@@ -242,7 +260,7 @@ def _priors(machine: Machine) -> tuple[Array, Array]:
     means, sds = [], []
     for leg in LEGS:
         for name in OF_LEG:
-            mean, sd = 0.0, ZERO_SD_N
+            mean, sd = 0.0, machine.scale.force * ZERO_SD_N
             if name != "zero":
                 tolerance = known[_path("*", name)]
                 declared = machine.quantity(_path(f"{leg}_vertical", name)).value
@@ -251,7 +269,9 @@ def _priors(machine: Machine) -> tuple[Array, Array]:
                 sd = (high - low) / math.sqrt(24.0 if tolerance.spread == "triangular" else 12.0)
             means.append(mean)
             sds.append(sd)
-    return np.array([*means, 0.0, 0.0, 0.0, 0.0]), np.array([*sds, *BODY_SD])
+    scale = machine.scale
+    body_sd = np.array([scale.force, *[scale.moment] * 3]) * BODY_SD
+    return np.array([*means, 0.0, 0.0, 0.0, 0.0]), np.array([*sds, *body_sd])
 
 
 def _path(axis: str, name: str) -> str:
@@ -267,7 +287,6 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
     them.
     """
     cylinder, v = axis.cylinder, seen.speed[k]
-    assert isinstance(cylinder, StraightCylinder)
     out, back = (v > 0.0).astype(float), (v < 0.0).astype(float)
     fading_out = np.exp(-np.abs(v) / cylinder.stribeck_out_m_s)
     fading_in = np.exp(-np.abs(v) / cylinder.stribeck_in_m_s)
@@ -282,7 +301,7 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
         np.sign(v) * seen.across_n[k],
         np.sign(v) * seen.pressures_pa[k],
     ]
-    place = seen.joints[3 * k + 2] / cylinder.stroke_m - 0.5
+    place = seen.joints[3 * k + 2] / axis.travel_m - 0.5
     dependence = (
         axis.seal.position_slope * place * 0.5 * (cylinder.coulomb_out_n + cylinder.coulomb_in_n)
     )
@@ -302,20 +321,21 @@ def _rows(
     count, size = seen.speed.shape[1], len(OF_LEG)
     load = np.empty((4, count))
     laws = np.zeros((4, count, len(prior)))
-    slides = np.abs(seen.speed) > SLIDES_M_S
+    slides = np.abs(seen.speed) > machine.scale.speed * SLIDES_M_S
     rows, values, sds = [], [], []
     for k, leg in enumerate(LEGS):
         axis = machine.axes[f"{leg}_vertical"]
         columns, declared = _laws(seen, k, axis, thinning)
+        columns *= seen.arms[k][:, None]
         mine = slice(size * k, size * (k + 1))
         laws[k, :, mine] = columns
         moving_kg = machine.each_leg[leg].sliding_mass_kg
-        load[k] = seen.push_n[k] - columns @ prior[mine] - declared
+        load[k] = seen.arms[k] * (seen.push_n[k] - declared) - columns @ prior[mine]
         load[k] += moving_kg * (-seen.gravity[2] - seen.acceleration[k])
         at = seen.in_air[k] & slides[k]
         rows.append(laws[k, at])
         values.append(load[k, at])
-        sds.append(np.full(at.sum(), AIR_SD_N))
+        sds.append(np.full(at.sum(), machine.scale.force * AIR_SD_N))
     at = np.flatnonzero(seen.on_ground & slides.all(axis=0))
     for row, value, sd in _balances(seen, model, load, laws, at):
         rows.append(row)
@@ -330,6 +350,7 @@ def _balances(
     """The feet's forces along z, and their moments about x and y, against the weight's: three rows
     a sample.
     """
+    scale = Scale.of(model.total_mass_kg)
     total = model.total_mass_kg
     feet = np.array([model.foot_positions_m(seen.joints[:, i]) for i in at])
     centre = np.array([model.centre_of_mass_m(seen.joints[:, i]) for i in at])
@@ -349,13 +370,17 @@ def _balances(
     second[:, -1] += gravity[:, 1]
     third[:, -1] -= gravity[:, 0]
     third[:, -3] += gravity[:, 2]
-    yield first, force, np.full(len(at), GROUND_SD_N)
-    yield second, about_x, np.full(len(at), MOMENT_SD_N_M)
-    yield third, about_y, np.full(len(at), MOMENT_SD_N_M)
+    yield first, force, np.full(len(at), scale.force * GROUND_SD_N)
+    yield second, about_x, np.full(len(at), scale.moment * MOMENT_SD_N_M)
+    yield third, about_y, np.full(len(at), scale.moment * MOMENT_SD_N_M)
 
 
-def _leg_numbers(found: Array, sd: Array, prior_mean: Array, prior_sd: Array) -> dict[str, Number]:
+def _leg_numbers(
+    found: Array, sd: Array, prior: tuple[Array, Array], scale: Scale
+) -> dict[str, Number]:
+    """What was found of each leg (OF_LEG); `prior`: means and standard deviations of before."""
     out: dict[str, Number] = {}
+    sizes = {"viscous": scale.force / scale.speed, "side": 1.0, "pressure": scale.length**2}
     for k, leg in enumerate(LEGS):
         for j, name in enumerate(OF_LEG):
             at, axis = len(OF_LEG) * k + j, f"{leg}_vertical"
@@ -363,9 +388,10 @@ def _leg_numbers(found: Array, sd: Array, prior_mean: Array, prior_sd: Array) ->
             unit = {"viscous": "N s/m", "side": "1", "pressure": "m2"}.get(
                 name.partition("_")[0], "N"
             )
-            least = FLOOR[name.partition("_")[0]]
+            kind = name.partition("_")[0]
+            least = sizes.get(kind, scale.force) * FLOOR[kind]
             stated = math.hypot(float(sd[at]), least)
-            before = float(prior_mean[at]), float(prior_sd[at])
+            before = float(prior[0][at]), float(prior[1][at])
             out[path] = Number(float(found[at]), unit, stated, stated < SHOWN * before[1], before)
     return out
 
@@ -376,7 +402,7 @@ def zero_name(axis: str) -> str:
 
 
 def _body_numbers(
-    found: Array, covariance: Array, prior_sd: Array, model: RobotModel
+    found: Array, covariance: Array, prior_sd: Array, model: RobotModel, scale: Scale
 ) -> tuple[dict[str, Number], float, Array]:
     """Total mass and centre of mass, and what the body's own shift must be for it."""
     mass_kg, moment = float(found[0]), found[1:]
@@ -384,12 +410,12 @@ def _body_numbers(
     total, drawn = model.total_mass_kg + mass_kg, model.centre_of_mass_m(joints)
     centre = (model.total_mass_kg * drawn + moment) / total
     sd = np.sqrt(np.diag(covariance))
-    mass_sd = math.hypot(float(sd[0]), MASS_FLOOR_KG)
+    mass_sd = math.hypot(float(sd[0]), scale.force * MASS_FLOOR_KG)
     before = model.total_mass_kg, float(prior_sd[0])
     shown = mass_sd < SHOWN * before[1]
     numbers = {"total_mass_kg": Number(total, "kg", mass_sd, shown, before)}
     for k, axis in enumerate("xyz"):
-        spread = math.hypot(float(sd[k + 1]) / total, CENTRE_FLOOR_M)
+        spread = math.hypot(float(sd[k + 1]) / total, scale.length * CENTRE_FLOOR_M)
         before = float(drawn[k]), float(prior_sd[k + 1]) / total
         shown = spread < SHOWN * before[1]
         numbers[f"centre_of_mass_{axis}_m"] = Number(float(centre[k]), "m", spread, shown, before)
@@ -397,7 +423,10 @@ def _body_numbers(
 
 
 def of_ropes(
-    mean: Mapping[str, float], sd: Mapping[str, float], known: Mapping[str, float]
+    mean: Mapping[str, float],
+    sd: Mapping[str, float],
+    known: Mapping[str, float],
+    scale: Scale = ROBOCLIMBER,
 ) -> dict[str, Number]:
     """What the whole-body estimate learnt of ropes and load pins, from its constants by name: their
     means, their standard deviations, and those of before.
@@ -406,7 +435,8 @@ def of_ropes(
     for quantity, (number, unit, least) in OF_ROPE.items():
         for side in SIDES:
             name = f"{quantity}_{side}"
-            spread = math.hypot(ROPES_DOUBT * sd[name], least)
+            size = {"N": scale.force, "m": scale.length}.get(unit, 1.0)
+            spread = math.hypot(ROPES_DOUBT * sd[name], size * least)
             effect, _, parameter = number.rpartition(".")
             shown = spread < SHOWN * known[name]
             out[f"{effect}@rope_{side}.{parameter}"] = Number(
@@ -415,11 +445,12 @@ def of_ropes(
     return out
 
 
-def _attitude(data: Mapping[str, Array], seen: _Seen, model: RobotModel) -> dict[str, Number]:
+def _attitude(seen: _Seen, model: RobotModel) -> dict[str, Number]:
     """How the inertial unit is turned, from the plane of the feet on level ground."""
     from testbed.effects.robot_attitude import Attitude
 
-    quiet = np.flatnonzero(seen.on_ground & (np.abs(seen.speed) < SLIDES_M_S).all(axis=0))[::10]
+    slides_m_s = Scale.of(model.total_mass_kg).speed * SLIDES_M_S
+    quiet = np.flatnonzero(seen.on_ground & (np.abs(seen.speed) < slides_m_s).all(axis=0))[::10]
     turned = []
     for i in quiet:
         feet = model.foot_positions_m(seen.joints[:, i])

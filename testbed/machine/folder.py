@@ -30,6 +30,7 @@ from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
 from testbed.machine.provenance import Quantity, quantities_of, read_quantities
+from testbed.machine.ruled import check_kind
 from testbed.machine.scale import exponent
 from testbed.machine.sets import DEFAULT, SetName, machine_set
 
@@ -92,7 +93,8 @@ def drawing_board(folder: Path) -> Machine:
     base = read_quantities(Path(__file__).with_name(SHIPPED)) | machine_set(head.set)
     quantities = dict(_scaled(base, head.length_scale))
     machine = Machine.of(quantities, folder / BODIES, path)
-    for name, quantity in quantities_of(head.numbers, path).items():
+    own = quantities_of(head.numbers, path)
+    for name, quantity in own.items():
         old = machine.quantity(name, path, f"numbers.{name}")
         if old.unit != quantity.unit or isinstance(old.value, tuple) != isinstance(
             quantity.value, tuple
@@ -105,7 +107,10 @@ def drawing_board(folder: Path) -> Machine:
                 allowed=f"like {old.value} {old.unit}",
             )
         quantities[name] = quantity
-    return Machine.of(quantities, folder / BODIES, path, "numbers")
+    machine = Machine.of(quantities, folder / BODIES, path, "numbers")
+    for name, quantity in own.items():
+        check_kind(name, quantity.value, machine, path, "numbers")
+    return machine
 
 
 def bodies_of_folder(folder: Path) -> Path:

@@ -131,16 +131,24 @@ class RotationJoint(Group):
     effort_n_m: Positive
     velocity_rad_s: Positive
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lower and upper limit."""
+        return self.lower_rad, self.upper_rad
+
 
 class SlidingJoint(Group):
-    """Range and limits of the radial or vertical joints; their position is their cylinder's
-    extension.
-    """
+    """Range and limits of the radial or vertical joints."""
 
     lower_m: float
     upper_m: float
     effort_n: Positive
     velocity_m_s: Positive
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lower and upper limit."""
+        return self.lower_m, self.upper_m
 
 
 class Joints(Group):
@@ -151,12 +159,23 @@ class Joints(Group):
     vertical: SlidingJoint
 
 
-class Linkage(Group):
-    """Lever of the rotation cylinder (robot/linkage.py)."""
+class RotationLinkage(Group):
+    """How a cylinder turns its joint: by a lever, or by a rack (robot/linkage.py)."""
 
     body_anchor_m: Positive
     lever_m: Positive
     angle_neutral_rad: float
+    rack_radius_m: Annotated[float, Field(ge=0.0, le=10.0)]
+
+
+class SlideLinkage(Group):
+    """How a cylinder moves its slide: along it, or standing askew beside it
+    (robot/linkage.py).
+    """
+
+    ratio: Annotated[float, Field(ge=0.1, le=10.0)]
+    along_m: Annotated[float, Field(ge=-10.0, le=10.0)]
+    across_m: Annotated[float, Field(ge=0.0, le=10.0)]
 
 
 class Cylinder(Group):
@@ -184,8 +203,10 @@ class Cylinder(Group):
         return rod_m
 
 
-class StraightCylinder(Cylinder):
-    """A cylinder whose extension is its joint's position."""
+class SlideCylinder(Cylinder):
+    """A cylinder that moves a slide. `stroke_m` is the slide's way, and the cylinder's own stroke
+    where that stands straight.
+    """
 
     stroke_m: Length
 

@@ -10,6 +10,8 @@ ones where the machine says so by a path of its own:
     vertical_cylinder.coulomb_out_n                the four vertical cylinders
     axes.fl_vertical.cylinder.coulomb_out_n        one cylinder
     axes.fl_vertical.seal.side_load_coefficient    one seal
+    axes.fl_rotation.linkage.lever_m               one lever
+    axes.fl_rotation.limits.upper_rad              one joint's range
     each_leg.fl.radial_offset_m                    one leg
 """
 
@@ -30,18 +32,24 @@ from testbed.machine.provenance import Quantity, check_number, nearest
 from testbed.machine.scale import Scale
 
 SHIPPED = "roboclimber.yaml"
-AXIS_GROUPS = ("cylinder", "seal", "valve", "oil", "end_stop", "sensor")
+AXIS_GROUPS = ("cylinder", "linkage", "limits", "seal", "valve", "oil", "end_stop", "sensor")
 """Groups of which each of the twelve axes has its own."""
+OF_A_JOINT = ("cylinder", "linkage")
+"""Those of them that differ from joint to joint: `vertical_cylinder`, `rotation_linkage`."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One hydraulic axis: its cylinder with seal, stops, valve, oil and transducers."""
+    """One hydraulic axis: its joint's limits, its cylinder with linkage, seal, stops, valve, oil
+    and transducers.
+    """
 
     name: str
     joint: str
     """rotation, radial or vertical."""
     cylinder: g.Cylinder
+    linkage: g.RotationLinkage | g.SlideLinkage
+    limits: g.RotationJoint | g.SlidingJoint
     seal: g.Seal
     valve: g.Valve
     oil: g.Oil
@@ -49,9 +57,9 @@ class Axis:
     sensor: g.Sensor
 
     @property
-    def stroke_m(self) -> float:
-        """Stroke of a straight cylinder; that of a rotation cylinder follows from its linkage."""
-        assert isinstance(self.cylinder, g.StraightCylinder), f"{self.name} has a linkage"
+    def travel_m(self) -> float:
+        """Way of a slide; the stroke of its cylinder follows from the linkage."""
+        assert isinstance(self.cylinder, g.SlideCylinder), f"{self.name} turns"
         return self.cylinder.stroke_m
 
     @property
@@ -71,9 +79,11 @@ class Machine(g.Group):
     traction_body: g.TractionBody
     legs: g.Leg
     joints: g.Joints
-    rotation_linkage: g.Linkage
-    vertical_cylinder: g.StraightCylinder
-    radial_cylinder: g.StraightCylinder
+    rotation_linkage: g.RotationLinkage
+    radial_linkage: g.SlideLinkage
+    vertical_linkage: g.SlideLinkage
+    vertical_cylinder: g.SlideCylinder
+    radial_cylinder: g.SlideCylinder
     rotation_cylinder: g.Cylinder
     seal: g.Seal
     end_stop: g.EndStop
@@ -135,10 +145,11 @@ class Machine(g.Group):
         """Geometry and masses of each leg."""
         return self._each_leg
 
-    def cylinder(self, joint: str) -> g.Cylinder:
-        """What the four cylinders of a joint share."""
-        found: g.Cylinder = getattr(self, f"{joint}_cylinder")
-        return found
+    def of_joint(self, joint: str, group: str) -> Any:
+        """The group of AXIS_GROUPS that the four axes of a joint share."""
+        if group == "limits":
+            return getattr(self.joints, joint)
+        return getattr(self, f"{joint}_{group}" if group in OF_A_JOINT else group)
 
     def quantity(self, path: str, file: str | Path = SHIPPED, field: str = "") -> Quantity:
         """Value, unit, mark and source at a dotted path; one axis' or leg's path counts back to
@@ -205,11 +216,9 @@ class Machine(g.Group):
 
     def _axis(self, name: str, own: Mapping[str, Any], file: str | Path, section: str) -> Axis:
         joint = name.split("_")[1]
-        shared = {part: getattr(self, part) for part in AXIS_GROUPS if part != "cylinder"}
-        shared["cylinder"] = self.cylinder(joint)
         parts = {
-            part: _changed(group, own, f"axes.{name}.{part}.", file, section)
-            for part, group in shared.items()
+            part: _changed(self.of_joint(joint, part), own, f"axes.{name}.{part}.", file, section)
+            for part in AXIS_GROUPS
         }
         return Axis(name=name, joint=joint, **parts)
 
@@ -227,8 +236,8 @@ def shared_path(path: str) -> str | None:
             f"rated_flow_{other}_m3_s" for other in JOINTS if other != joint
         }:
             return None
-        group = f"{joint}_cylinder" if words[2] == "cylinder" else words[2]
-        return f"{group}.{words[3]}"
+        group = f"{joint}_{words[2]}" if words[2] in OF_A_JOINT else words[2]
+        return f"joints.{joint}.{words[3]}" if group == "limits" else f"{group}.{words[3]}"
     return None
 
 

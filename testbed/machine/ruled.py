@@ -7,6 +7,7 @@ from __future__ import annotations
 import re
 
 from testbed.errors import InputError
+from testbed.machine.groups import RotationLinkage, SlideLinkage
 from testbed.machine.model import Machine, shared_path
 from testbed.machine.names import AXES
 
@@ -116,6 +117,7 @@ def check_kind(path: str, value: object, machine: Machine, file: object, section
     volume = "power_unit.accumulator_volume_m3"
     if path == "power_unit.accumulator_precharge_pa" and machine.quantity(volume).value == 0.0:
         _refuse("there is no accumulator", f"{volume} > 0", path, value, file, section)
+    _check_linkage(path, value, machine, file, section)
     for pattern, paths, kind in OF_A_KIND:
         found = re.fullmatch(pattern, path)
         if found is None:
@@ -126,6 +128,26 @@ def check_kind(path: str, value: object, machine: Machine, file: object, section
         if all(machine.quantity(text).value != kind for text in sayings):
             ruling = f"{sayings[0]} = {kind}"
             _refuse(f"only {ruling} reads it", ruling, path, value, file, section)
+
+
+def _check_linkage(path: str, value: object, machine: Machine, file: object, section: str) -> None:
+    """Refuse a number of a lever where there is a rack, of an offset's where there is none."""
+    found = re.fullmatch(r"(?:axes\.(\w+)\.linkage|(\w+)_linkage)\.(\w+)", path)
+    if found is None:
+        return
+    mine = [axis for axis in machine.axes.values() if found[1] in (None, axis.name)]
+    linkages = [axis.linkage for axis in mine if found[2] in (None, axis.joint)]
+    prefix = path.removesuffix(found[3])
+    if found[3] == "along_m" and all(
+        isinstance(linkage, SlideLinkage) and linkage.across_m == 0.0 for linkage in linkages
+    ):
+        ruling = f"{prefix}across_m > 0"
+        _refuse("only an offset across the slide reads it", ruling, path, value, file, section)
+    if found[3] != "rack_radius_m" and all(
+        isinstance(linkage, RotationLinkage) and linkage.rack_radius_m > 0.0 for linkage in linkages
+    ):
+        ruling = f"{prefix}rack_radius_m = 0"
+        _refuse("a rack takes the lever's place", ruling, path, value, file, section)
 
 
 def _refuse(why: str, allowed: str, path: str, value: object, file: object, section: str) -> None:

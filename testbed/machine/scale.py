@@ -36,6 +36,11 @@ class Scale:
         return self.force * ROBOCLIMBER_NOMINAL_N
 
     @property
+    def moment(self) -> float:
+        """Of forces at lengths."""
+        return self.force * self.length
+
+    @property
     def speed(self) -> float:
         """By Froude's law: gravity is the same."""
         return float(self.length**0.5)

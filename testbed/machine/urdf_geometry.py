@@ -3,8 +3,7 @@ take from it.
 
 A leg of this plan turns about an upright axis at its hip, slides outward along a level line through
 that axis, and slides down. Its numbers are the hip, the outward direction at angle 0, how far and
-how high the foot is at extension 0, and the ranges of its joints; the two sliding joints are the
-extensions of their cylinders.
+how high the foot is at extension 0, and the ranges of its joints.
 """
 
 from __future__ import annotations
@@ -61,13 +60,12 @@ class _Geometry:
         }
         for leg in LEGS:
             out |= {f"each_leg.{leg}.{name}": v for name, v in self._leg(leg).items()}
-            for joint in ("radial", "vertical"):
-                out[f"axes.{leg}_{joint}.cylinder.stroke_m"] = self._stroke_m(f"{leg}_{joint}")
-        out["joints.rotation.lower_rad"], out["joints.rotation.upper_rad"] = self._turn()
-        for joint in ("radial", "vertical"):
-            out[f"joints.{joint}.upper_m"] = max(
-                out[f"axes.{leg}_{joint}.cylinder.stroke_m"] for leg in LEGS
-            )
+            turn = f"axes.{leg}_rotation.limits"
+            out[f"{turn}.lower_rad"], out[f"{turn}.upper_rad"] = self._range(f"{leg}_rotation")
+            for slide in (f"{leg}_radial", f"{leg}_vertical"):
+                way_m = self._way_m(slide)
+                out[f"axes.{slide}.cylinder.stroke_m"] = way_m
+                out[f"axes.{slide}.limits.upper_m"] = way_m
         return out
 
     def _mounted(self) -> dict[str, Any]:
@@ -158,7 +156,8 @@ class _Geometry:
                 allowed=kind,
             )
 
-    def _stroke_m(self, name: str) -> float:
+    def _way_m(self, name: str) -> float:
+        """Way of a slide, from its retracted cylinder on."""
         lower, upper = self._range(name)
         if abs(lower) > ROUNDING:
             raise InputError(
@@ -166,24 +165,9 @@ class _Geometry:
                 file=self.path,
                 field=f"joint {name} lower limit",
                 value=lower,
-                allowed="0: the joint's position is the cylinder's extension",
+                allowed="0: slides count from where they are drawn in",
             )
         return upper
-
-    def _turn(self) -> tuple[float, float]:
-        """Range of the rotation joints, one for all: their cylinders share a linkage."""
-        ranges = {leg: self._range(f"{leg}_rotation") for leg in LEGS}
-        first = ranges[LEGS[0]]
-        for leg, found in ranges.items():
-            if max(abs(a - b) for a, b in zip(found, first, strict=True)) > ROUNDING:
-                raise InputError(
-                    "has another range than the other rotation joints",
-                    file=self.path,
-                    field=f"joint {leg}_rotation",
-                    value=found,
-                    allowed=f"{first[0]:g} to {first[1]:g} rad",
-                )
-        return first
 
     def _range(self, joint: str) -> tuple[float, float]:
         limit = self.joints[joint].find("limit")

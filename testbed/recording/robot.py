@@ -106,7 +106,7 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
             check_pressure(channel, data[quantity], time, table)
     for leg in LEGS:
         quantity = f"position_{leg}_vertical"
-        field, stroke_m = f"channels.{quantity}.unit", machine.axes[f"{leg}_vertical"].stroke_m
+        field, stroke_m = f"channels.{quantity}.unit", machine.axes[f"{leg}_vertical"].travel_m
         check_span(field, channels[quantity].unit, data[quantity], stroke_m, file)
     return RobotRecording(folder, header, machine, data)
 

@@ -36,7 +36,7 @@ class LivePage:
 
     def frame(self, data: Columns, truth: Columns) -> list[int]:
         """The moment of one recorded row as animation.js draws it."""
-        motion = motion_at(data, truth, self._scenario.terrain.slope_deg, self._robot.legs, NOW)
+        motion = motion_at(data, truth, self._scenario.terrain.slope_deg, self._robot, NOW)
         if self._start is None:
             self._start = motion
         return frames(motion, self._start.origin_m[0])[0]

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from testbed.estimation.losses import loss_force_n
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.robot.kinematics import LegKinematics
-from testbed.simulation.metrics import LOSS_FORCE_N
+from testbed.robot.robot import Robot
 from testbed.simulation.stability import rotation
 
 Array = npt.NDArray[np.float64]
@@ -44,6 +44,8 @@ class Motion:
     """(n): the drill on the body, off the slope."""
     hole_m: Array
     """(n): depth of the hole."""
+    bears_n: float
+    """A foot with at least this normal force carries."""
 
 
 def frame_rows(truth: Columns) -> Rows:
@@ -60,10 +62,8 @@ def recorded(data: Columns, truth: Columns) -> bool:
     return names[0] in data and names[1] in truth and len(truth["t"]) > 1
 
 
-def motion_at(
-    data: Columns, truth: Columns, slope_deg: float, legs: LegKinematics, rows: Rows
-) -> Motion:
-    """The moments of these rows. `legs`: those of the machine that moved."""
+def motion_at(data: Columns, truth: Columns, slope_deg: float, robot: Robot, rows: Rows) -> Motion:
+    """The moments of these rows. `robot`: the one that moved."""
     slope = np.radians(slope_deg)
     up, off = np.cos(slope), np.sin(slope)
     to_slope = np.array([[up, 0, off], [0, 1, 0], [-off, 0, up]])
@@ -77,7 +77,7 @@ def motion_at(
     quaternions = np.stack([truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"], axis=1)
     turn = np.array([to_slope @ rotation(*map(float, q)) for q in quaternions])
     joints = np.stack([data[f"position_{axis}"][rows] for axis in AXES], axis=1)
-    feet_in_body = np.array([legs.feet(row) for row in joints])
+    feet_in_body = np.array([robot.legs.feet(row) for row in joints])
     nothing = np.zeros(len(rows))
     return Motion(
         time_s=truth["t"][rows],
@@ -89,12 +89,13 @@ def motion_at(
         rope_force_n=np.stack([vectors(f"rope_force_in_world_{side}_") for side in SIDES], axis=1),
         thrust_n=vectors("drill_wrench_in_world_f")[:, 2],
         hole_m=truth["hole_depth"][rows] if "hole_depth" in truth else nothing,
+        bears_n=loss_force_n(robot.machine.scale.nominal_load_n),
     )
 
 
 def footholds(motion: Motion, leg: int) -> Array:
     """Where a foot stood (k, 2), m: the middle of each stretch of time in which it carried."""
-    carries = motion.normal_n[:, leg] >= LOSS_FORCE_N
+    carries = motion.normal_n[:, leg] >= motion.bears_n
     edges = np.flatnonzero(np.diff(np.concatenate([[False], carries, [False]]).astype(int)))
     spans = edges.reshape(-1, 2)
     return np.array([motion.feet_m[a:b, leg, :2].mean(axis=0) for a, b in spans]).reshape(-1, 2)
@@ -107,7 +108,7 @@ def support(motion: Motion, moment: int) -> tuple[Array, Array]:
     around = [LEGS.index(leg) for leg in ("fl", "fr", "rr", "rl")]
     normal = motion.normal_n[moment].clip(min=0.0)
     places = motion.feet_m[moment, :, :2]
-    corners = [k for k in around if normal[k] >= LOSS_FORCE_N]
+    corners = [k for k in around if normal[k] >= motion.bears_n]
     total = float(normal.sum())
     middle = normal @ places / total if total > 0.0 else places.mean(axis=0)
     return places[corners], middle

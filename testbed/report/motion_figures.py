@@ -24,7 +24,6 @@ from testbed.report.style import (
     finish_time_axis,
     new_figure,
 )
-from testbed.simulation.metrics import LOSS_FORCE_N
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -143,12 +142,13 @@ def body(truth: Columns, up_m: Array, tilt_deg: Array, margin: Array, events: Ev
     return figure
 
 
-def grip(truth: Columns, friction: float, events: Events) -> Figure:
-    """Per foot: the share of its grip that it takes, where it carries."""
+def grip(truth: Columns, friction: float, events: Events, bears_n: float) -> Figure:
+    """Per foot: the share of its grip that it takes, where it carries `bears_n` or more."""
     figure, axes = new_figure(1, 2.9, legend_rows=1)
     t, ax = truth["t"], axes[0]
     for leg in LEGS:
-        ax.plot(*envelope(t, friction_use(truth, leg, friction)), color=LEG_COLOUR[leg], label=leg)
+        use = friction_use(truth, leg, friction, bears_n)
+        ax.plot(*envelope(t, use), color=LEG_COLOUR[leg], label=leg)
     ax.axhline(1.0, color=BLACK, lw=0.8, ls="--")
     ax.set_title(f"friction use, of a coefficient of {friction:g}")
     ax.set_ylabel("[share]")
@@ -159,12 +159,12 @@ def grip(truth: Columns, friction: float, events: Events) -> Figure:
     return figure
 
 
-def friction_use(truth: Columns, leg: str, friction: float) -> Array:
+def friction_use(truth: Columns, leg: str, friction: float, bears_n: float) -> Array:
     """Tangential force over coefficient times normal force (rows); nan where the foot does not
     carry.
     """
     force = np.stack([truth[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"])
     normal = truth[f"contact_normal_{leg}"]
     tangential = np.sqrt(np.maximum((force**2).sum(axis=0) - normal**2, 0.0))
-    carries = normal >= LOSS_FORCE_N
+    carries = normal >= bears_n
     return np.where(carries, tangential / (friction * np.where(carries, normal, 1.0)), np.nan)

@@ -71,7 +71,7 @@ def shown(
     slope_deg = float(summary.get("slope_deg") or 0.0)
     motion = ground = None
     if recorded(data, truth):
-        motion = motion_at(data, truth, slope_deg, robot.legs, frame_rows(truth))
+        motion = motion_at(data, truth, slope_deg, robot, frame_rows(truth))
         ground = heights_around(terrain, motion.feet_m[:, :, :2].reshape(-1, 2))
     layers = [(x["kind"], x["bottom_m"]) for x in (summary.get("drill") or {}).get("layers") or []]
     events = summary.get("events") or []
@@ -127,7 +127,7 @@ def _whereabouts(run: Shown) -> Iterator[Part]:
         margins = stability_margin(run.truth, run.loss_n)
         row = int(np.argmin(margins))
         weakest = motion_at(
-            run.data, run.truth, run.slope_deg, run.robot.legs, np.array([row], dtype=np.int64)
+            run.data, run.truth, run.slope_deg, run.robot, np.array([row], dtype=np.int64)
         )
         rock = " The rock in greys, the higher the lighter." if run.ground is not None else ""
         yield Part(
@@ -179,7 +179,7 @@ def _standing(run: Shown) -> Iterator[Part]:
         yield Part(
             "Grip",
             "Share of its grip that each foot takes while it carries; it slides at 1 (dashed).",
-            motion_figures.grip(truth, run.terrain.friction, events),
+            motion_figures.grip(truth, run.terrain.friction, events, run.loss_n),
         )
 
 

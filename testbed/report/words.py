@@ -100,7 +100,10 @@ ESTIMATE_WORDS = (
     ),
 )
 SAFETY_WORDS = (
-    Word("contact lost", "less than 300 N of contact normal for at least 20 ms."),
+    Word(
+        "contact lost",
+        "less than 3 % of a foot's nominal load (300 N of 10 kN) as contact normal for at least 20 ms.",
+    ),
     Word(
         "detector",
         "what says from sensors alone whether a foot is in contact; missed and false alarms count against the truth.",

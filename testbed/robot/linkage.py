@@ -1,158 +1,213 @@
-"""From joint to cylinder: joint 1 has its cylinder on a lever, joints 2 and 3 are their cylinders'
-extension.
+"""From joint to cylinder: how far a rod is out, and what its force does to the joint.
 
-Joint 1: the rod's pin sits on a lever of length b = `lever_m` on the turntable, the barrel's pin at
-a = `body_anchor_m` on the body; the angle between both, seen from the rotation axis, is g =
-`angle_neutral_rad` + q. The length between the pins is L(q) = sqrt(a^2 + b^2 - 2 a b cos g), its
-derivative dL/dq = a b sin g / L is the moment arm: a cylinder force F (+ pushes, lengthens) turns
-the joint with F dL/dq, and the piston moves at dL/dq times the joint's speed.
+The twelve axes have a linkage each, of one of three kinds, with q the joint's position and L the
+length that it makes of the rod:
+
+    LINEAR    L = s q
+    LEVER     L = sqrt(a^2 + b^2 - 2 a b cos g)
+    INCLINED  L = s sqrt((q + u)^2 + w^2)
+
+LINEAR is a slide with its cylinder along it, s = 1 (1/2 where a chain doubles the way), or a rack
+on a pinion of radius s. LEVER turns: its pins are a from the hinge on the body and b on the
+turntable, with an angle g = neutral angle + q between them. INCLINED is a slide with its cylinder
+askew beside it: its pins are u apart along the drawn-in slide and w across it.
+
+Extension is L(q) less L at the joint's lower limit. The arm dL/dq turns force into force and speed
+into speed: a cylinder force F (+ pushes, lengthens) drives the joint with F dL/dq, and the piston
+moves at dL/dq times the joint's speed. All rods lengthen as their joint's position grows.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
-from testbed.machine.groups import Cylinder, StraightCylinder
-from testbed.machine.model import Machine
-from testbed.machine.names import LEGS
+from testbed.formats.records import Record, quantity
+from testbed.machine.groups import RotationLinkage, SlideCylinder, SlideLinkage
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import AXES, JOINTS
 
 Array = NDArray[np.float64]
-ROTATION: tuple[int, ...] = tuple(range(0, 3 * len(LEGS), 3))
-"""Indices of the four rotation axes among the twelve."""
+LINEAR, LEVER, INCLINED = 0, 1, 2
+LEAST_ARM = 0.1
+"""A cylinder that stands more across its slide than this pushes the guides, not the slide (E)."""
+
+
+class Linkage(Record):
+    """One cylinder's linkage; what its kind does not have is 0."""
+
+    kind = quantity("1", "LINEAR, LEVER or INCLINED", kind="i8")
+    slope = quantity("1", "s: rod by joint (a rack: m/rad)")
+    anchor = quantity("m", "a: hinge to the pin on the body")
+    lever = quantity("m", "b: hinge to the pin on the turntable")
+    neutral = quantity("rad", "g at joint position 0")
+    along = quantity("m", "u: distance of the pins along the slide at position 0")
+    across = quantity("m", "w: distance of the pins across the slide")
+    closed = quantity("m", "L at extension 0")
 
 
 @njit
-def pin_distance_m(
-    angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float
-) -> float:
-    """Distance of the two pins of joint 1, m, at a joint angle, rad (compiled; scalars)."""
-    product = body_anchor_m * lever_m * math.cos(angle_neutral_rad + angle_rad)
-    return math.sqrt(body_anchor_m**2 + lever_m**2 - 2.0 * product)
+def length_of(position: float, linkage: Any) -> float:
+    """L of a joint position (rad or m), m."""
+    if linkage.kind == LEVER:
+        product = linkage.anchor * linkage.lever * math.cos(linkage.neutral + position)
+        return math.sqrt(linkage.anchor**2 + linkage.lever**2 - 2.0 * product)
+    if linkage.kind == INCLINED:
+        return float(linkage.slope * math.sqrt((position + linkage.along) ** 2 + linkage.across**2))
+    return float(linkage.slope * position)
 
 
 @njit
-def arm_m(
-    angle_rad: float, body_anchor_m: float, lever_m: float, angle_neutral_rad: float
-) -> float:
-    """Moment arm dL/dq of joint 1, m (metres of piston per radian), at a joint angle, rad
-    (compiled; scalars).
-    """
-    distance: float = pin_distance_m(angle_rad, body_anchor_m, lever_m, angle_neutral_rad)
-    return body_anchor_m * lever_m * math.sin(angle_neutral_rad + angle_rad) / distance
+def arm_of(position: float, linkage: Any) -> float:
+    """DL/dq at a joint position (rad or m): m/rad, or 1."""
+    if linkage.kind == LEVER:
+        distance = length_of(position, linkage)
+        across = linkage.anchor * linkage.lever * math.sin(linkage.neutral + position)
+        return float(across / distance)
+    if linkage.kind == INCLINED:
+        distance = math.sqrt((position + linkage.along) ** 2 + linkage.across**2)
+        return float(linkage.slope * (position + linkage.along) / distance)
+    return float(linkage.slope)
 
 
 @njit
-def joint_to_cylinder(positions: Array, geometry: Array, extensions: Array, arms: Array) -> None:
-    """Fill `extensions` (12, m) and `arms` (12, m/rad or 1) from joint positions (12, rad and m),
-    in AXES order.
+def joint_of(extension: float, linkage: Any) -> float:
+    """Joint position (rad or m) at an extension, m; nan where the pins cannot be that far apart."""
+    length = extension + linkage.closed
+    if linkage.kind == LEVER:
+        squares = linkage.anchor**2 + linkage.lever**2 - length**2
+        cosine = squares / (2.0 * linkage.anchor * linkage.lever)
+        return math.acos(cosine) - linkage.neutral if abs(cosine) <= 1.0 else math.nan
+    if linkage.kind == INCLINED:
+        square = (length / linkage.slope) ** 2 - linkage.across**2
+        return math.sqrt(square) - linkage.along if square >= 0.0 else math.nan
+    return float(length / linkage.slope)
 
-    `geometry` is `RotationLinkage.geometry`: (a m, b m, neutral angle rad, length at extension 0
-    m).
+
+@njit
+def joint_to_cylinder(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
+    """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m) and
+    their `Linkage` records (n).
     """
-    for axis in range(positions.shape[0]):
-        if axis % 3 == 0:
-            angle = positions[axis]
-            extensions[axis] = (
-                pin_distance_m(angle, geometry[0], geometry[1], geometry[2]) - geometry[3]
-            )
-            arms[axis] = arm_m(angle, geometry[0], geometry[1], geometry[2])
-        else:
-            extensions[axis] = positions[axis]
-            arms[axis] = 1.0
+    for i in range(positions.shape[0]):
+        extensions[i] = length_of(positions[i], linkages[i]) - linkages[i].closed
+        arms[i] = arm_of(positions[i], linkages[i])
 
 
-@dataclass(frozen=True)
-class RotationLinkage:
-    """Joint 1's cylinder: extension 0 at the joint's lower limit, growing with the angle up to
-    `stroke_m`.
-    """
+@njit
+def _joint_to_cylinder_rows(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
+    for k in range(positions.shape[0]):
+        joint_to_cylinder(positions[k], linkages, extensions[k], arms[k])
 
-    body_anchor_m: float
-    lever_m: float
-    angle_neutral_rad: float
-    lower_rad: float
-    upper_rad: float
+
+@dataclass(frozen=True, eq=False)
+class Linkages:
+    """The twelve linkages of a machine, in AXES order."""
+
+    records: NDArray[Any]
+    """`Linkage` (12,), for compiled callers."""
+    limits: Array
+    """(12, 2) lower and upper limit of each joint, rad and m."""
 
     @classmethod
-    def from_machine(cls, machine: Machine) -> RotationLinkage:
-        """The linkage of a machine. Raises InputError if the pins pass a dead centre within the
-        range.
+    def from_machine(cls, machine: Machine) -> Linkages:
+        """The linkages of a machine. Raises InputError for one that passes a dead centre within its
+        joint's range.
         """
-        numbers, limits = machine.rotation_linkage, machine.joints.rotation
-        linkage = cls(
-            numbers.body_anchor_m,
-            numbers.lever_m,
-            numbers.angle_neutral_rad,
-            limits.lower_rad,
-            limits.upper_rad,
+        records, limits = Linkage.zeros(len(AXES)), np.empty((len(AXES), 2))
+        for record, ends, axis in zip(records, limits, machine.axes.values(), strict=True):
+            ends[:] = _limits_of(axis)
+            _fill(record, axis.linkage)
+            _check_dead_centre(record, ends, axis, machine)
+            record["closed"] = length_of(float(ends[0]), record)
+        return cls(records, limits)
+
+    def rods(self, joints: ArrayLike) -> tuple[Array, Array]:
+        """Extensions, m, and arms, m/rad or 1, of joint positions (12,) or (n, 12), rad and m; of
+        their shape.
+        """
+        positions = np.ascontiguousarray(joints, dtype=float)
+        extensions, arms = np.empty_like(positions), np.empty_like(positions)
+        rows = (-1, len(AXES))
+        _joint_to_cylinder_rows(
+            positions.reshape(rows), self.records, extensions.reshape(rows), arms.reshape(rows)
         )
-        first, last = (
-            linkage.angle_neutral_rad + linkage.lower_rad,
-            linkage.angle_neutral_rad + linkage.upper_rad,
-        )
+        return extensions, arms
+
+    def joints(self, extensions_m: Array) -> Array:
+        """Joint positions (12,), rad and m, at extensions (12,), m; nan where a linkage does not
+        reach so far.
+        """
+        both = zip(extensions_m, self.records, strict=True)
+        return np.array([joint_of(float(extension), record) for extension, record in both])
+
+    @cached_property
+    def stroke_m(self) -> Array:
+        """(12,) extension at each joint's upper limit."""
+        return self.rods(self.limits[:, 1])[0]
+
+    def gain_arms(self, joints: Array) -> Array:
+        """(12,) the arms by which gains and limits of joints are made from those of cylinders: each
+        linkage's where the first leg's joint of that kind stands, so that legs that are built alike
+        have the same at any posture (12,).
+        """
+        first = np.tile(joints[: len(JOINTS)], len(AXES) // len(JOINTS))
+        return self.rods(np.clip(first, self.limits[:, 0], self.limits[:, 1]))[1]
+
+
+def straight(count: int) -> NDArray[Any]:
+    """`Linkage` records (count,) of cylinders whose extension is their joint's position."""
+    records = Linkage.zeros(count)
+    records["slope"] = 1.0
+    return records
+
+
+def _limits_of(axis: Axis) -> tuple[float, float]:
+    if isinstance(axis.cylinder, SlideCylinder):
+        return 0.0, axis.cylinder.stroke_m
+    return axis.limits.ends
+
+
+def _fill(record: Any, numbers: RotationLinkage | SlideLinkage) -> None:
+    """A Linkage from its numbers, but for the length at extension 0."""
+    if isinstance(numbers, SlideLinkage):
+        record["slope"] = numbers.ratio
+        if numbers.across_m > 0.0:
+            record["kind"] = INCLINED
+            record["along"], record["across"] = numbers.along_m, numbers.across_m
+    elif numbers.rack_radius_m > 0.0:
+        record["slope"] = numbers.rack_radius_m
+    else:
+        record["kind"] = LEVER
+        record["anchor"], record["lever"] = numbers.body_anchor_m, numbers.lever_m
+        record["neutral"] = numbers.angle_neutral_rad
+
+
+def _check_dead_centre(record: Any, ends: Array, axis: Axis, machine: Machine) -> None:
+    """Refuse a linkage whose rod cannot move its joint everywhere."""
+    shared = axis.linkage is machine.of_joint(axis.joint, "linkage")
+    place = f"{axis.joint}_linkage" if shared else f"axes.{axis.name}.linkage"
+    if record["kind"] == LEVER:
+        first, last = (float(record["neutral"]) + float(end) for end in ends)
         if not 0.0 < first < last < math.pi:
             raise InputError(
                 "reaches a dead centre within the joint's range",
-                field="rotation_linkage.angle_neutral_rad",
-                value=linkage.angle_neutral_rad,
+                field=f"{place}.angle_neutral_rad",
+                value=float(record["neutral"]),
                 allowed="0 < neutral + angle < pi",
             )
-        return linkage
-
-    @property
-    def closed_length_m(self) -> float:
-        """Distance of the pins at extension 0, m."""
-        return float(
-            pin_distance_m(self.lower_rad, self.body_anchor_m, self.lever_m, self.angle_neutral_rad)
+    elif record["kind"] == INCLINED and arm_of(0.0, record) < LEAST_ARM * float(record["slope"]):
+        least_m = LEAST_ARM * float(record["across"]) / math.sqrt(1.0 - LEAST_ARM**2)
+        raise InputError(
+            "stands across its slide where that is drawn in",
+            field=f"{place}.along_m",
+            value=float(record["along"]),
+            allowed=f"at least {least_m:.3g} m beside an offset of {float(record['across']):g} m",
         )
-
-    @property
-    def stroke_m(self) -> float:
-        """Extension at the joint's upper limit, m."""
-        return float(self.extension_m(self.upper_rad))
-
-    @property
-    def geometry(self) -> Array:
-        """The numbers that `joint_to_cylinder` takes, (4,)."""
-        return np.array(
-            [self.body_anchor_m, self.lever_m, self.angle_neutral_rad, self.closed_length_m]
-        )
-
-    def extension_m(self, angle_rad: ArrayLike) -> Array:
-        """Cylinder extension, m, of any array of joint angles, rad."""
-        a, b = self.body_anchor_m, self.lever_m
-        turned = self.angle_neutral_rad + np.asarray(angle_rad, dtype=float)
-        return np.asarray(
-            np.sqrt(a * a + b * b - 2 * a * b * np.cos(turned)) - self.closed_length_m
-        )
-
-    def moment_arm_m(self, angle_rad: ArrayLike) -> Array:
-        """D extension / d angle, m: torque per newton of cylinder force, for any array of joint
-        angles, rad.
-        """
-        turned = self.angle_neutral_rad + np.asarray(angle_rad, dtype=float)
-        across = self.body_anchor_m * self.lever_m * np.sin(turned)
-        return np.asarray(across / (self.extension_m(angle_rad) + self.closed_length_m))
-
-    def angle_rad(self, extension_m: ArrayLike) -> Array:
-        """Joint angle, rad, of any array of cylinder extensions, m; NaN where the pins cannot be
-        that far apart.
-        """
-        a, b = self.body_anchor_m, self.lever_m
-        length = np.asarray(extension_m, dtype=float) + self.closed_length_m
-        cosine = (a * a + b * b - length * length) / (2 * a * b)
-        inside = np.abs(cosine) <= 1.0
-        return np.where(
-            inside, np.arccos(np.clip(cosine, -1.0, 1.0)) - self.angle_neutral_rad, np.nan
-        )
-
-
-def stroke_m(cylinder: Cylinder, linkage: RotationLinkage) -> float:
-    """Stroke of a cylinder, m: its own, or what the rotation linkage asks of it."""
-    return cylinder.stroke_m if isinstance(cylinder, StraightCylinder) else linkage.stroke_m

@@ -1,4 +1,4 @@
-"""A machine with its bodies: numbers, masses and gravity, leg kinematics and linkage, built once
+"""A machine with its bodies: numbers, masses and gravity, leg kinematics and linkages, built once
 and handed on.
 """
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from testbed.machine.model import Machine
 from testbed.robot.kinematics import LegKinematics
-from testbed.robot.linkage import RotationLinkage
+from testbed.robot.linkage import Linkages
 from testbed.robot.model import Payload, RobotModel
 
 
@@ -20,7 +20,7 @@ class Robot:
     machine: Machine
     model: RobotModel
     legs: LegKinematics
-    linkage: RotationLinkage
+    linkages: Linkages
 
     @classmethod
     def of(
@@ -44,5 +44,5 @@ class Robot:
             machine,
             RobotModel(bodies or machine.urdf, payload, rope_height_m),
             LegKinematics.from_machine(machine),
-            RotationLinkage.from_machine(machine),
+            Linkages.from_machine(machine),
         )

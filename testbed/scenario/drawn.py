@@ -23,8 +23,12 @@ from testbed.formats.checked import Checked, Pair, Sequence, checked
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.machine.scale import Scale, exponent
 from testbed.scenario.parts import Undeclared
 
+OF_SIZE = ("m", "kg", "N", "Pa")
+"""Units in which a machine of another size errs by more or less; a gyroscope's bias is its maker's.
+"""
 GROUND = "terrain.stiffness_n_m"
 """The one number of a draw that is neither the machine's nor an effect's: the ground's."""
 
@@ -66,6 +70,15 @@ class Tolerance(Checked):
         place = name.rpartition(".")[0]  # an effect's parameters are there together
         present = np.random.default_rng([seed, zlib.crc32(f"{place} exists".encode())]).random()
         return drawn if present < self.chance else None
+
+    def times(self, name: str, scale: Scale) -> float:
+        """What the range grows by on a machine of this size: offsets and errors do with their unit,
+        shares and factors do not.
+        """
+        turns = self.unit == "m or rad" and "_rotation" in name
+        unit = "rad" if turns else self.unit.partition(" or ")[0]
+        grows = self.by != "factor" and unit in OF_SIZE
+        return float(scale.length ** exponent(unit)) if grows else 1.0
 
     def applied(self, drawing: float, drawn: float) -> float:
         """The true number."""
@@ -117,6 +130,7 @@ def draw_machine(name: str | None, seed: int, drawing: Machine) -> Drawn:
     numbers: dict[str, dict[str, Any]] = {}
     factor = 1.0
     for tolerance, number, drawn in _draws(name, seed):
+        drawn *= tolerance.times(number, drawing.scale)
         if number == GROUND:
             factor, unit, value = drawn, tolerance.unit, drawn
         elif "@" in number:

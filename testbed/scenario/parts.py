@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from testbed.formats.checked import (
     Checked,
@@ -125,6 +125,11 @@ class Ropes(Checked):
         le=1.5,
         description="share of the weight along the slope that the ropes carry at the start",
     )
+    pull: Literal["equal", "straight"] = Field(
+        default="equal",
+        description="how they share at the start: equal tensions, or so that together they pull as straight up the "
+        "slope as they can, where the anchors lie aside",
+    )
     attachment_height_m: float | None = Field(
         default=None,
         ge=-0.2,
@@ -159,9 +164,13 @@ class Ropes(Checked):
 
     @field_validator("tension_n")
     @classmethod
-    def _no_push(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+    def _no_push(
+        cls, value: tuple[float, float] | None, others: ValidationInfo
+    ) -> tuple[float, float] | None:
         if value is not None and min(value) < 0:
             raise impossible("a rope cannot push", "tensions of at least 0 N")
+        if value is not None and others.data.get("pull") == "straight":
+            raise impossible("says how the ropes pull, as ropes.pull does", "one of both")
         return value
 
 

@@ -301,23 +301,30 @@ def _check_one_supply(hydraulics: Hydraulics, file: Path) -> None:
         )
 
 
+def lacks(scenario: Scenario) -> set[str]:
+    """What a scenario's machine does not have of drill, rod store and traction devices, by their
+    links.
+    """
+    return lacking(machines_of(scenario).belief.urdf)
+
+
 def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
     """Refuse a start posture beyond the machine's strokes and ranges."""
-    turn = machine.joints.rotation
-    lower_deg, upper_deg = math.degrees(turn.lower_rad), math.degrees(turn.upper_rad)
     for leg, radial_m, vertical_m, angle_deg in zip(
         LEGS, robot.radial_m, robot.vertical_m, robot.rotation_deg, strict=True
     ):
         for joint, extension_m in (("radial", radial_m), ("vertical", vertical_m)):
-            stroke_m = machine.axes[f"{leg}_{joint}"].stroke_m
-            if not 0.0 <= extension_m <= stroke_m:
+            travel_m = machine.axes[f"{leg}_{joint}"].travel_m
+            if not 0.0 <= extension_m <= travel_m:
                 raise InputError(
                     f"is outside the cylinder's stroke at {leg}",
                     file=file,
                     field=f"robot.{joint}_m",
                     value=extension_m,
-                    allowed=f"0 to {stroke_m:g} m",
+                    allowed=f"0 to {travel_m:g} m",
                 )
+        ends = machine.axes[f"{leg}_rotation"].limits.ends
+        lower_deg, upper_deg = (math.degrees(end) for end in ends)
         if not lower_deg - 1e-9 <= angle_deg <= upper_deg + 1e-9:
             raise InputError(
                 f"is outside the joint's range at {leg}",
@@ -332,7 +339,7 @@ def _check_raise(scenario: Scenario, machine: Machine, file: Path) -> None:
     """Refuse to raise the body further than the vertical cylinders go."""
     task = scenario.task
     tasks = task.tasks if isinstance(task, Chain) else (task,)
-    stroke_m = min(machine.axes[f"{leg}_vertical"].stroke_m for leg in LEGS)
+    stroke_m = min(machine.axes[f"{leg}_vertical"].travel_m for leg in LEGS)
     for part in tasks:
         if isinstance(part, Raise) and part.to_m > stroke_m:
             raise InputError(

@@ -273,7 +273,7 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
         "force_rms_n": force_rms_n(data, truth),
         "force_rms_by_leg_n": force_rms_by_leg_n(data, truth),
         "expected_rms_n": expected_rms_n(data, truth),
-        "residuals": residual_summary(data, methods(data)),
+        "residuals": residual_summary(data, methods(data), rule.nominal_load_n),
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
         "contact_loss_rule": asdict(rule) | {"force_n": rule.force_n},

@@ -21,14 +21,15 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.machine.names import LEGS
+from testbed.machine.scale import ROBOCLIMBER_NOMINAL_N
 
 Array = npt.NDArray[np.float64]
 
 SIGNS = np.array([[1, 1, 1], [1, -1, 1], [1, 1, -1], [1, -1, -1]], dtype=float)
 """Row per leg fl, fr, rl, rr: its share in sum, left minus right, front minus rear."""
 
-SMALLEST_N = 150.0
-"""Below this a leg's residual is not worth a word (E: 1.5 % of a quarter of the weight)."""
+SMALLEST_SHARE = 0.015
+"""Below this share of a foot's nominal load a leg's residual is not worth a word (E)."""
 CLEAR_SHARE = 0.85
 """A leg is named when it alone explains this share of the three combinations' squares."""
 
@@ -81,7 +82,11 @@ def load_residuals(data: Mapping[str, Array], method: str) -> dict[str, Array]:
     }
 
 
-def suspect(residuals_n: Mapping[str, float], expected_n: Mapping[str, float]) -> Suspect | None:
+def suspect(
+    residuals_n: Mapping[str, float],
+    expected_n: Mapping[str, float],
+    nominal_n: float = ROBOCLIMBER_NOMINAL_N,
+) -> Suspect | None:
     """The one leg that explains the residuals (expected minus estimated, one number a leg), or
     None.
 
@@ -95,7 +100,9 @@ def suspect(residuals_n: Mapping[str, float], expected_n: Mapping[str, float]) -
         [np.sum((fixed - e * signs) ** 2) for e, signs in zip(errors, SIGNS, strict=True)]
     )
     best = int(np.argmin(left))
-    if abs(errors[best]) < SMALLEST_N or left[best] > (1.0 - CLEAR_SHARE) * float(np.sum(fixed**2)):
+    if abs(errors[best]) < SMALLEST_SHARE * nominal_n or left[best] > (1.0 - CLEAR_SHARE) * float(
+        np.sum(fixed**2)
+    ):
         return None
     leg = LEGS[best]
     return Suspect(leg, float(errors[best]), float(errors[best] / expected_n[leg]))
@@ -118,7 +125,11 @@ def beyond_friction(data: Mapping[str, Array], method: str) -> dict[str, Array]:
     return out
 
 
-def odd_one_out(gaps_n: Mapping[str, float], expected_n: Mapping[str, float]) -> Suspect | None:
+def odd_one_out(
+    gaps_n: Mapping[str, float],
+    expected_n: Mapping[str, float],
+    nominal_n: float = ROBOCLIMBER_NOMINAL_N,
+) -> Suspect | None:
     """The one leg whose gap friction cannot explain while the others' it can, or None.
 
     `gaps_n`: median of `beyond_friction`, one number a leg. A leg is named when its gap is worth a
@@ -128,12 +139,14 @@ def odd_one_out(gaps_n: Mapping[str, float], expected_n: Mapping[str, float]) ->
     if any(leg not in gaps_n for leg in LEGS):
         return None
     first, second = sorted(LEGS, key=lambda leg: -abs(gaps_n[leg]))[:2]
-    if not abs(gaps_n[first]) > max(SMALLEST_N, 3.0 * abs(gaps_n[second])):
+    if not abs(gaps_n[first]) > max(SMALLEST_SHARE * nominal_n, 3.0 * abs(gaps_n[second])):
         return None
     return Suspect(first, gaps_n[first], gaps_n[first] / expected_n[first], friction_allowed=True)
 
 
-def residual_summary(data: Mapping[str, Array], names: list[str]) -> dict[str, Any]:
+def residual_summary(
+    data: Mapping[str, Array], names: list[str], nominal_n: float = ROBOCLIMBER_NOMINAL_N
+) -> dict[str, Any]:
     """Method looked at, median residual and gap per leg [N], and the leg that stands out (None
     where nobody does).
     """
@@ -145,7 +158,9 @@ def residual_summary(data: Mapping[str, Array], names: list[str]) -> dict[str, A
         for by_leg in (load_residuals(data, method), beyond_friction(data, method))
     )
     expected = {leg: float(np.nanmedian(data[f"expected_{leg}"])) for leg in medians}
-    named = odd_one_out(gaps, expected) if gaps else suspect(medians, expected)
+    named = (
+        odd_one_out(gaps, expected, nominal_n) if gaps else suspect(medians, expected, nominal_n)
+    )
     return {
         "method": method,
         "median_n": medians,

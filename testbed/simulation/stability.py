@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import NDArray
 
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
@@ -21,13 +21,13 @@ from testbed.robot.robot import Robot
 from testbed.robot.stability import tipping_work_j, wrench_margin_n
 from testbed.scenario.scenario import Scenario
 
-Array = npt.NDArray[np.float64]
+Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
 EVERY_S, MOST_LOOKS = 0.5, 240
 SETTLED_S = 0.5
 """The first contacts of a run form within this time."""
 TOUCHING_N = 20.0
-"""A foot with more normal force than this stands: it can carry more."""
+"""A foot of ROBOCLIMBER with more normal force than this stands: it can carry more."""
 
 
 def stability_summary(
@@ -42,7 +42,16 @@ def stability_summary(
     rows = min(len(data["t"]), len(truth["t"]))
     step = max(round(EVERY_S / float(np.median(np.diff(truth["t"])))), rows // MOST_LOOKS, 1)
     looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
-    found = np.array([_margins(model, scenario.terrain.friction, data, truth, k) for k in looks])
+    touching = machine.scale.force * TOUCHING_N
+    normals = np.array([truth[f"contact_normal_{leg}"] for leg in LEGS])
+    stands = [np.flatnonzero(normals[:, k] >= touching) for k in looks]
+    friction = scenario.terrain.friction
+    found = np.array(
+        [
+            _margins(model, friction, data, truth, k, feet)
+            for k, feet in zip(looks, stands, strict=True)
+        ]
+    )
     wrench, energy = (int(np.argmin(found[:, k])) for k in (0, 1))
     return {
         "lowest_wrench_margin_n": float(found[wrench, 0]),
@@ -53,16 +62,20 @@ def stability_summary(
 
 
 def _margins(
-    model: RobotModel, friction: float, data: Columns, truth: Columns, row: int
+    model: RobotModel,
+    friction: float,
+    data: Columns,
+    truth: Columns,
+    row: int,
+    standing: NDArray[np.intp],
 ) -> tuple[float, float]:
-    """Wrench margin, N, and energy margin, J, at one row; all in the body frame."""
+    """Wrench margin, N, and energy margin, J, at one row with these feet on the ground; all in the
+    body frame.
+    """
     joints = np.array([data[f"position_{axis}"][row] for axis in AXES])
     to_body = rotation(*(float(truth[f"body_pose_in_world_q{k}"][row]) for k in "xyzw")).T
     gravity = to_body @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     feet = model.foot_positions_m(joints)
-    standing = [
-        k for k, leg in enumerate(LEGS) if truth[f"contact_normal_{leg}"][row] >= TOUCHING_N
-    ]
     pulls = (
         np.array([[truth[f"rope_force_in_world_{side}_{k}"][row] for k in "xyz"] for side in SIDES])
         @ to_body.T
@@ -79,7 +92,7 @@ def _margins(
     forces = np.vstack([model.total_mass_kg * gravity, pulls, drill, stored])
     points = np.vstack([centre, model.rope_attachments_m, model.drill_mount_m, model.rod_store_m])
     up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
-    wrench = wrench_margin_n(feet[standing], up, friction, load, centre) if standing else 0.0
+    wrench = wrench_margin_n(feet[standing], up, friction, load, centre) if len(standing) else 0.0
     return wrench, tipping_work_j(feet[standing], forces, points)
 
 

@@ -24,7 +24,7 @@ from testbed.estimation.commissioning import Number, Weighed, of_ropes, weigh_it
 from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.files import check_file, write_text
 from testbed.machine.model import Machine
-from testbed.machine.names import LEGS
+from testbed.machine.names import LEGS, SIDES
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
 from testbed.report.page import render
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 LONGEST_S = 600.0
 ROPES_STAGE = "commissioning_slope"
+ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
 """The second stage of a commissioning that is given as a scenario on level ground."""
 NEVER_SHOWN = (
     "zeros of either chamber's sensor by itself",
@@ -136,7 +137,7 @@ def _ropes(run: RobotRecording, file: RobotModelFile) -> dict[str, Number]:
         path = Path(folder) / "model.yaml"
         write_robot_model(path, file)
         belief = robot_belief(run, path)
-    return of_ropes(*learnt_over(run.data, belief))
+    return of_ropes(*learnt_over(run.data, belief), run.machine.scale)
 
 
 def commission_any(
@@ -166,15 +167,15 @@ def commission_any(
 def recorded(
     name: str, overrides: Sequence[str] = (), seed: int | None = None
 ) -> Iterator[list[Path]]:
-    """Recordings of a scenario's programme and, where it is on level ground, of the ropes', for as
-    long as needed.
+    """Recordings of a scenario's programme and, where it is on level ground and the machine has
+    ropes, of theirs, for as long as needed.
     """
-    from testbed.scenario.scenario import load_scenario
+    from testbed.scenario.scenario import lacks, load_scenario
     from testbed.simulation.run import run_scenario
 
     scenarios = [load_scenario(name, list(overrides), seed)]
     first = scenarios[0]
-    if not first.ropes.enabled:
+    if not first.ropes.enabled and not lacks(first) & ROPES_PULL_AT:
         scenarios.append(_on_ropes(first))
     seconds = sum(scenario.duration_s for scenario in scenarios)
     if seconds > LONGEST_S:

@@ -7,12 +7,15 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from testbed.errors import naming
 from testbed.formats.files import write_text
-from testbed.machine.build import build_machine
+from testbed.machine.build import ALIKE, build_machine
 from testbed.machine.folder import BODIES, NUMBERS, drawing_board, machine_folder, read_head
-from testbed.machine.model import Machine
-from testbed.machine.names import GRAVITY_M_S2
+from testbed.machine.groups import RotationLinkage
+from testbed.machine.model import Axis, Machine
+from testbed.machine.names import GRAVITY_M_S2, JOINTS, VERTICAL
 from testbed.machine.urdf_check import lacking
 
 HEADS = ["figure", "value", "unit"]
@@ -41,28 +44,67 @@ def check_machine(given: str, draw: bool = False) -> dict[str, Any]:
 def _figures(machine: Machine) -> dict[str, tuple[Any, str]]:
     """What a person looks at first: name -> value, unit."""
     legs = machine.each_leg.values()
-    vertical = [machine.axes[f"{leg}_vertical"] for leg in machine.each_leg]
-    bore_m = min(axis.cylinder.bore_m for axis in vertical)
-    push_n = machine.power_unit.supply_pressure_pa * math.pi / 4.0 * bore_m**2
+    push_n = _least_push_n(machine)
     quarter_n = 0.25 * machine.total_mass_kg * GRAVITY_M_S2
     strokes = {
-        joint: min(machine.axes[f"{leg}_{joint}"].stroke_m for leg in machine.each_leg)
+        joint: min(machine.axes[f"{leg}_{joint}"].travel_m for leg in machine.each_leg)
         for joint in ("radial", "vertical")
     }
-    turn = machine.joints.rotation
+    turns = {machine.axes[f"{leg}_rotation"].limits.ends for leg in machine.each_leg}
     return {
         "total mass": (round(machine.total_mass_kg, 1), "kg"),
         "weight of a quarter": (round(quarter_n), "N"),
-        "push of a vertical cylinder at full supply": (round(push_n), "N"),
+        "least push of a vertical cylinder on its foot, full supply": (round(push_n), "N"),
         "that push over the quarter": (round(push_n / quarter_n, 2), "1"),
         "hips, front to rear": (round(2.0 * max(leg.hip_x_m for leg in legs), 3), "m"),
         "radial stroke, shortest": (round(strokes["radial"], 4), "m"),
         "vertical stroke, shortest": (round(strokes["vertical"], 4), "m"),
-        "rotation": (
-            f"{math.degrees(turn.lower_rad):.1f} to {math.degrees(turn.upper_rad):.1f}",
-            "deg",
-        ),
+        "rotation": (", ".join(_degrees(*ends) for ends in sorted(turns)), "deg"),
+        **_linkage_figures(machine),
         "supply": (round(machine.power_unit.supply_pressure_pa / 1e5, 1), "bar"),
         "without": (", ".join(sorted(lacking(machine.urdf))) or "nothing", ""),
         "scale of force and length": (f"{machine.scale.force:g}, {machine.scale.length:g}", "1"),
     }
+
+
+def _degrees(lower_rad: float, upper_rad: float) -> str:
+    return f"{math.degrees(lower_rad):.1f} to {math.degrees(upper_rad):.1f}"
+
+
+def _least_push_n(machine: Machine) -> float:
+    """What the weakest vertical cylinder pushes its foot with, drawn in or out, at full supply."""
+    from testbed.robot.linkage import Linkages
+
+    linkages = Linkages.from_machine(machine)
+    arms = np.array([linkages.rods(ends)[1] for ends in linkages.limits.T]).min(axis=0)
+    bores = np.array([axis.cylinder.bore_m for axis in machine.axes.values()])
+    pushes = machine.power_unit.supply_pressure_pa * math.pi / 4.0 * bores**2 * arms
+    return float(pushes[list(VERTICAL)].min())
+
+
+def _linkage_figures(machine: Machine) -> dict[str, tuple[Any, str]]:
+    """Of each joint the kinds of its linkages with the arms' range."""
+    from testbed.robot.linkage import Linkages
+
+    linkages = Linkages.from_machine(machine)
+    share = np.linspace(0.0, 1.0, 21)[:, None]
+    lower, upper = linkages.limits.T
+    arms = linkages.rods(lower + share * (upper - lower))[1]
+    out = {}
+    for k, joint in enumerate(JOINTS):
+        own = slice(k, None, len(JOINTS))
+        kinds = sorted({_kind_of(axis) for axis in list(machine.axes.values())[own]})
+        least, most = float(arms[:, own].min()), float(arms[:, own].max())
+        span = f"{least:.3g}" if most - least < ALIKE else f"{least:.3g} to {most:.3g}"
+        out[f"{joint}, rod by joint ({', '.join(kinds)})"] = (
+            span,
+            "m/rad" if joint == "rotation" else "1",
+        )
+    return out
+
+
+def _kind_of(axis: Axis) -> str:
+    """How a cylinder moves its joint, in a word."""
+    if isinstance(axis.linkage, RotationLinkage):
+        return "rack" if axis.linkage.rack_radius_m > 0.0 else "lever"
+    return "inclined" if axis.linkage.across_m > 0.0 else "straight"

@@ -16,12 +16,11 @@ from testbed.laws.supply import PowerUnit, SupplyState
 from testbed.laws.traction import TractionParameters, TractionState
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
+from testbed.robot.linkage import Linkage
 from testbed.robot.loads.foot_forces import BodyMotion, JointMotion, LegNumbers
 from testbed.world.sensing import CHAMBERS, OtherSensors, Transducer
 
 QUATERNION = ("x", "y", "z", "w")
-LINKAGE = ("body_anchor", "lever", "neutral_angle", "shortest")
-"""RotationLinkage.geometry; the angle in rad."""
 
 
 class EngineState(Record):
@@ -81,8 +80,8 @@ class Board(Record):
     parameters = part(AxisParameters, "of these", per=AXES)
     inputs = part(AxisInput, "what acts on them over the step", per=AXES)
     extension = quantity("m", "of the rods", per=AXES)
-    arms = quantity("m/rad", "extension by joint position (sliding joints: 1)", per=AXES)
-    linkage = quantity("m", "of the rotation joint", per=LINKAGE, units={"_angle": "rad"})
+    arms = quantity("m/rad", "extension by joint position (straight: 1)", per=AXES)
+    linkages = part(Linkage, "from joint to rod", per=AXES)
     supply = part(SupplyState, "oil between pump and valves")
     unit = part(PowerUnit, "the power unit")
     ropes = part(Rope, "the ropes", per=SIDES)

@@ -62,7 +62,7 @@ def furnish(truth: Truth, belief: Robot, engine: Engine, start: Start) -> NDArra
     _fill_hydraulics(board, truth, start)
     _hang_ropes(board, truth, start)
     _fit_sensors(board, truth)
-    board["loops"] = position_loops(belief.machine, float(_arms(truth.robot, start.joints)[0]))
+    board["loops"] = position_loops(belief.machine, belief.linkages.gain_arms(start.joints))
     board["loops"]["reference"] = start.joints
     board["valves_locked"] = truth.scenario.hydraulics.valves_locked
     return boards
@@ -95,11 +95,10 @@ def _fill_hydraulics(board: Any, truth: Truth, start: Start) -> None:
     switch_off(hydraulics.without, parameters, unit)
     put_into_cylinders(truth.hidden, parameters)
     put_into_supply(truth.hidden, unit)
-    linkage, extension = truth.robot.linkage, start.joints.copy()
-    extension[0::3] = [linkage.extension_m(angle) for angle in start.joints[0::3]]
-    forces = start.joint_forces / _arms(truth.robot, start.joints)
+    extension, arms = truth.robot.linkages.rods(start.joints)
+    forces = start.joint_forces / arms
     board["parameters"], board["unit"] = parameters, unit
-    board["linkage"] = linkage.geometry
+    board["linkages"] = truth.robot.linkages.records
     supply = start_supply(unit, hydraulics.oil_temperature_degc, machine.power_unit.tank_oil_m3)
     board["supply"] = supply
     seals = np.random.default_rng([truth.scenario.seed, SEAL_STREAM])
@@ -112,13 +111,6 @@ def _fill_hydraulics(board: Any, truth: Truth, start: Start) -> None:
         tank_pa=float(unit["tank_pressure"]),
         stuck=stuck,
     )
-
-
-def _arms(robot: Robot, joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(12) metres of rod by joint position, 1/rad or 1."""
-    arms = np.ones(len(AXES))
-    arms[0::3] = [robot.linkage.moment_arm_m(angle) for angle in joints[0::3]]
-    return arms
 
 
 def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:

@@ -202,7 +202,7 @@ def move_rods(board: Any) -> None:
     The rods run through where the engine has them, in the middle of the hydraulics' step:
     coupling.py says why.
     """
-    joint_to_cylinder(board.engine.joint, board.linkage, board.extension, board.arms)
+    joint_to_cylinder(board.engine.joint, board.linkages, board.extension, board.arms)
     rotation = board.rotation
     for leg in range(4):
         f = board.foot_force[leg]
@@ -214,7 +214,7 @@ def move_rods(board: Any) -> None:
             rod = board.inputs[i]
             rate = board.engine.joint_rate[i] * board.arms[i]
             centre_window(rod, board.extension[i], rate, board.clock.step_s)
-            rod.load = along if k == 2 else 0.0
+            rod.load = along / board.arms[i] if k == 2 else 0.0
             rod.side_load = across if k == 2 else abs(along) if k == 1 else 0.0
 
 

@@ -14,7 +14,7 @@ from testbed.laws.supply import PowerUnit
 from testbed.laws.traction import RESERVE_M, TractionParameters
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
-from testbed.robot.linkage import RotationLinkage, stroke_m
+from testbed.robot.linkage import Linkages
 
 Records = NDArray[Any]
 
@@ -23,10 +23,9 @@ def axis_parameters(machine: Machine, *, locked: bool = False) -> Records:
     """AxisParameters (12,): every cylinder with its valve, hoses, seal, stops and transducers, as
     declared.
     """
-    linkage = RotationLinkage.from_machine(machine)
     axes = AxisParameters.zeros(len(AXES))
+    axes["stroke"] = Linkages.from_machine(machine).stroke_m
     for out, axis in zip(axes, machine.axes.values(), strict=True):
-        out["stroke"] = stroke_m(axis.cylinder, linkage)
         _cylinder(out, axis)
         _valve(out, axis)
         _seal(out["seal"], axis)

@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 TRIES, TOUCH_M = 40, 1.0e-6
 """A foot is brought down onto uneven ground to within this distance."""
 
+TAUT_SHARE = 0.05
+"""A rope that has nothing to do is kept taut by this share of the other's tension (E)."""
+
 
 @dataclass(frozen=True)
 class Start:
@@ -148,8 +151,20 @@ def _tensions(
         return np.zeros(2)
     if r.tension_n is not None:
         return np.array(r.tension_n)
+    shares = np.ones(2) if r.pull == "equal" else straight_shares(directions_in_body)
     along = -gravity[0] * model.total_mass_kg
-    return np.full(2, max(r.share * along / directions_in_body[:, 0].sum(), 0.0))
+    largest_n = max(r.share * along / float(shares @ directions_in_body[:, 0]), 0.0)
+    return np.asarray(largest_n * shares)
+
+
+def straight_shares(directions: Array) -> Array:
+    """How two ropes along `directions` (2, 3), body frame, share a pull that leads as little aside
+    as it can: (2,), the larger 1. None goes slack.
+    """
+    left = directions[:, 1]
+    aside = np.abs(left / directions[:, 0])
+    shares = np.abs(left[::-1]) if left[0] * left[1] < 0.0 else 1.0 * (aside == aside.min())
+    return np.asarray(np.maximum(shares / shares.max(), TAUT_SHARE))
 
 
 def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array, q: Array) -> None:

@@ -36,6 +36,9 @@ from testbed.control.gaits.table import gait_of
 from testbed.errors import InputError
 from testbed.robot.loads.foot_load_sets import internal_force_of
 
+ARMS = np.tile([0.19, 1.0, 1.0], 4)
+"""Of levers about the middle of their range."""
+
 
 def walk(made: CrawlGait, until_s: float) -> list[tuple[np.ndarray, np.ndarray]]:
     """Set points and stance of a machine that follows perfectly and whose feet never meet ground
@@ -79,7 +82,7 @@ def test_sideways_is_a_heading_like_any_other() -> None:
 
 def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
     """One radial joint over 0.1 m: 0.1 m of 63 mm bore at 70 % of 16 L/min, with ramps."""
-    pace = Pace(MACHINE, 0.19)
+    pace = Pace(MACHINE, ARMS)
     joints = np.tile(START, (11, 1))
     joints[:, 1] += np.linspace(0.0, 0.1, 11)
     volume = 0.1 * math.pi / 4 * 0.063**2
@@ -92,7 +95,7 @@ def test_a_shift_takes_as_long_as_its_slowest_valve() -> None:
 
 
 def test_haste_asks_for_more_of_the_valves_and_for_no_more_than_a_traction_device_has() -> None:
-    pace, joints = Pace(MACHINE, 0.19), np.tile(START, (11, 1))
+    pace, joints = Pace(MACHINE, ARMS), np.tile(START, (11, 1))
     joints[:, 1] += np.linspace(0.0, 0.1, 11)
     still, ropes = np.zeros((11, 2)), np.linspace([30.0, 30.0], [29.9, 29.9], 11)
     usual = pace.shift_s(joints, still), pace.shift_s(np.tile(START, (11, 1)), ropes)

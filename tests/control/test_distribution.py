@@ -20,10 +20,11 @@ from testbed.control.distribution.pseudo_inverse import PseudoInverse
 from testbed.control.distribution.quadratic import Quadratic
 from testbed.control.distribution.statics import FEET, NORMALS, ROPES, Balance, Statics
 from testbed.control.distribution.use_program import About, LastPlan, UseProgram
-from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul
+from testbed.control.layers.trim import OFFSET_SPEED_M_S, Trim, haul, hauling
 from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.machine.names import VERTICAL
+from testbed.machine.scale import ROBOCLIMBER
 
 WEIGHT_N = 4000 * 9.81
 
@@ -281,7 +282,7 @@ def test_of_the_errors_only_what_is_self_balanced_is_acted_upon() -> None:
 def test_rope_is_hauled_in_where_tension_lacks_and_rests_at_what_is_wanted() -> None:
     """1000 N too little: 1e-5 m/s per N hauls in 10 mm/s."""
     rates = np.zeros(2)
-    haul(np.array([9000.0, 10_010.0]), np.full(2, 10_000.0), rates)
+    haul(np.array([9000.0, 10_010.0]), np.full(2, 10_000.0), hauling(ROBOCLIMBER), rates)
     assert rates == pytest.approx([-0.01, 0.0])
 
 

@@ -13,7 +13,8 @@ from testbed.control.gaits.crawl.pace import FREE_SHARE, SWING_RAMP, Pace
 from testbed.control.gaits.crawl.phases import Doing
 from testbed.control.gaits.crawl.swing import Swing
 
-PACE = Pace(MACHINE, 0.19)
+ARMS = np.tile([0.19, 1.0, 1.0], 4)
+PACE = Pace(MACHINE, ARMS)
 
 
 def swing(forward: float, up: float, above: float = 0.0) -> Swing:

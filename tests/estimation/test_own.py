@@ -20,13 +20,13 @@ from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow, DrillKnown
-from testbed.robot.linkage import RotationLinkage
+from testbed.robot.linkage import Linkages
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import ExpectedLoads, point_wrench
 from testbed.robot.model import attitude_gravity
 
 MODEL, MACHINE = shipped_model(), build_machine()
-LINKAGE = RotationLinkage.from_machine(MACHINE)
+LINKAGES = Linkages.from_machine(MACHINE)
 BELIEF = Believed.from_machine(MACHINE, 1e-3)
 LEVEL = attitude_gravity(0.0, 0.0)
 STANCE = np.tile([0.1, 0.2, 0.25], 4)
@@ -38,9 +38,7 @@ def body(tuning: OwnTuning | None = None) -> np.ndarray:
 
 
 def arms(q: np.ndarray) -> np.ndarray:
-    out = np.ones(12)
-    out[::3] = LINKAGE.moment_arm_m(q[::3])
-    return out
+    return LINKAGES.rods(q)[1]
 
 
 def standing(
@@ -97,7 +95,7 @@ def test_map_from_cylinders_to_foot_is_the_inverse_of_pinocchios_jacobian() -> N
         _, jacobians = MODEL.feet(q)
         for k in range(4):
             found = np.empty((3, 3))
-            wrench.leg_map(legs[k], q[3 * k : 3 * k + 3], arms(q)[3 * k], found)
+            wrench.leg_map(legs[k], q[3 * k : 3 * k + 3], arms(q)[3 * k : 3 * k + 3], found)
             # tau = -J^T F, cylinder forces f = tau / arm
             j = jacobians[k][:, 3 * k : 3 * k + 3]
             expected = -np.linalg.inv(j.T) @ np.diag(arms(q)[3 * k : 3 * k + 3])

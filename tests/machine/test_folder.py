@@ -61,14 +61,18 @@ def test_a_machine_of_nothing_but_a_name_is_roboclimber(tmp_path: Path) -> None:
 def test_one_leg_and_one_cylinder_may_differ(tmp_path: Path) -> None:
     text = (
         "numbers:\n  each_leg: {rl: {radial_offset_m: {value: 0.4, unit: m, mark: E, source: short}}}\n"
-        "  axes: {fl_vertical: {cylinder: {stroke_m: {value: 0.8, unit: m, mark: E, source: long}}}}\n"
-        "  joints: {vertical: {upper_m: {value: 0.8, unit: m, mark: E, source: long}}}\n"
+        "  axes:\n"
+        "    fl_vertical: {limits: {upper_m: {value: 0.8, unit: m, mark: E, source: long}}}\n"
+        "    rr_rotation: {limits: {upper_rad: {value: 0.4, unit: rad, mark: E, source: near}}}\n"
     )
     check_machine(str(_folder(tmp_path, HEAD + text)))
     mine = build_machine(folder=tmp_path)
     assert mine.each_leg["rl"].radial_offset_m == pytest.approx(0.4)
     assert mine.each_leg["fl"].radial_offset_m == pytest.approx(0.5)
-    assert mine.axes["fl_vertical"].stroke_m == pytest.approx(0.8)
+    assert mine.axes["fl_vertical"].travel_m == pytest.approx(0.8)
+    assert mine.axes["fr_vertical"].travel_m == pytest.approx(0.5)
+    assert mine.axes["rr_rotation"].limits.ends == pytest.approx((-0.6108652, 0.4))
+    assert mine.axes["rl_rotation"].limits is mine.joints.rotation
 
 
 @pytest.mark.parametrize(

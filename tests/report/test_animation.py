@@ -60,7 +60,7 @@ def climbing(rows: int) -> tuple[Columns, Columns]:
 
 def moving(rows: int) -> Motion:
     data, truth = climbing(rows)
-    return motion_at(data, truth, 30.0, ROBOT.legs, frame_rows(truth))
+    return motion_at(data, truth, 30.0, ROBOT, frame_rows(truth))
 
 
 def test_the_body_climbs_along_x_its_feet_follow_and_their_forces_point_off_the_slope() -> None:
@@ -91,7 +91,7 @@ def test_a_foot_that_is_lifted_once_has_two_footholds_where_it_stood() -> None:
     data, truth = climbing(200)
     air = slice(90, 120)
     truth["contact_normal_fl"][air] = 0.0
-    motion = motion_at(data, truth, 30.0, ROBOT.legs, np.arange(200))
+    motion = motion_at(data, truth, 30.0, ROBOT, np.arange(200))
     places = footholds(motion, 0)
     assert len(places) == 2 and len(footholds(motion, 1)) == 1
     assert places[1, 0] - places[0, 0] == pytest.approx((159.5 - 44.5) / 199, abs=1e-6)

@@ -168,5 +168,5 @@ def test_a_foot_uses_all_its_grip_when_its_force_leans_by_the_friction_angle() -
     normal, tangential = np.array([1000.0, 1000.0, 100.0]), np.array([600.0, 150.0, 60.0])
     truth = {"contact_normal_fl": normal, "foot_force_in_world_fl_x": tangential}
     truth |= {"foot_force_in_world_fl_y": 0.0 * normal, "foot_force_in_world_fl_z": normal}
-    use = friction_use(truth, "fl", 0.6)
+    use = friction_use(truth, "fl", 0.6, bears_n=300.0)
     assert use[:2] == pytest.approx([1.0, 0.25]) and np.isnan(use[2])

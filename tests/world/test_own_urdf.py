@@ -51,7 +51,7 @@ def test_numbers_that_the_urdf_gives_replace_the_declared_ones(tmp_path: Path) -
             body__mass_kg=1400.0,
         )
     )
-    assert machine.axes["rr_vertical"].stroke_m == 0.8
+    assert machine.axes["rr_vertical"].travel_m == 0.8
     assert machine.each_leg["rl"].hip_x_m == 0.95 and machine.each_leg["fl"].hip_x_m == 0.90
     assert machine.total_mass_kg == pytest.approx(4000.0 - 63.2)
     assert machine.quantity("body.mass_kg").source == "read from own.urdf"

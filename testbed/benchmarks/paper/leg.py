@@ -20,7 +20,7 @@ from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import Sensor
-from testbed.machine.names import GRAVITY_M_S2
+from testbed.machine.names import AXES, GRAVITY_M_S2
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.sensing import counted
 from testbed.world.switches import switch_off
@@ -127,7 +127,7 @@ def run(
     axes = start_axes(params, start, np.array([-MASS_KG * GRAVITY_M_S2]))
     supply = start_supply(unit, COLD_DEGC, machine.power_unit.tank_oil_m3)
     loops, given, bench = (
-        position_loops(machine, 1.0)[[VERTICAL_AXIS]].copy(),
+        position_loops(machine, np.ones(len(AXES)))[[VERTICAL_AXIS]].copy(),
         AxisInput.zeros(),
         Cell.zeros()[0],
     )

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.control.command import Command, SetPoints
-from testbed.control.distribution.squeeze import add_pull, add_squeeze
+from testbed.control.distribution.squeeze import add_pull, add_squeeze, squeezing
 from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance, Statics
 from testbed.control.measured import Measured
 from testbed.errors import InputError
@@ -81,7 +81,10 @@ class Distribution:
         self._gait: SetPoints | None = None
         """Where the gait's own set points stand."""
         self._pull: Array | None = None
-        self._edge, self._side = np.ones(FEET), np.zeros(FEET)
+        self._edges = np.array([np.ones(FEET), np.zeros(FEET)])
+        scale = statics.scale
+        self._squeezing = squeezing(scale)
+        self._hidden = HIDDEN * np.tile([scale.moment, scale.force, scale.force], len(LEGS))
         self._inner = self._jacobian = self._whole = self._balanced = np.empty(0)
 
     def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
@@ -99,7 +102,8 @@ class Distribution:
         rope_rates = command.rope_rates_m_s
         if plan.feasible:
             rope_rates = rope_rates.copy()
-            add_pull(plan.forces[FEET:], now.measured[FEET:], dt, self._pull, rope_rates)
+            wanted, felt = plan.forces[FEET:], now.measured[FEET:]
+            add_pull(wanted, felt, dt, self._squeezing, self._pull, rope_rates)
             if command.stance.all():
                 begin, rates = self._squeezed(plan, now, dt, begin, rates, measured.position)
         return replace(
@@ -116,9 +120,8 @@ class Distribution:
         measured_n = now.measured  # as it is: a mean over 30 ms makes the loop hunt
         force = np.asarray(self._jacobian.T @ (self._balanced @ (measured_n - plan.forces)))
         rates = rates.copy()
-        add_squeeze(
-            force, now.compliance, measured_n, plan.forces, dt, self._edge, self._side, rates
-        )
+        by, edges = self._squeezing, self._edges
+        add_squeeze(force, now.compliance, measured_n, plan.forces, dt, by, edges, rates)
         return position + self._whole @ (begin - position), rates
 
     def _look_at_posture(self, now: Balance) -> None:
@@ -130,7 +133,7 @@ class Distribution:
         self._inner, self._jacobian = now.inner, -now.joint_map[:, :FEET].T
         moved = np.linalg.solve(self._jacobian, now.rigid)
         self._whole = moved @ (now.rigid.T @ self._jacobian)
-        self._balanced = self_balanced(now, self._jacobian)
+        self._balanced = self_balanced(now, self._jacobian, self._hidden)
 
 
 def _checked(plan: Plan) -> Plan:
@@ -146,17 +149,17 @@ def _checked(plan: Plan) -> Plan:
     return plan
 
 
-def self_balanced(now: Balance, jacobian: Array) -> Array:
+def self_balanced(now: Balance, jacobian: Array, hidden: Array = HIDDEN) -> Array:
     """(12, 14): errors of foot forces and pulls, N -> the likeliest self-balanced error of the foot
     forces, N.
 
     Ropes that pull otherwise than planned change what the feet must bear: that part is no error of
     theirs. Of the rest, whatever moves the body is an error of the measurement; it is shared out by
-    what each joint's friction may hide. `jacobian` (12 foot directions, 12 joints).
+    what each joint's friction may hide. `jacobian` (12 foot directions, 12 joints); `hidden` (12).
     """
     feet, inner = now.balance[:, :FEET], now.inner
     borne = feet.T @ np.linalg.solve(feet @ feet.T, now.balance[:, FEET:])
-    scaled = jacobian / HIDDEN
+    scaled = jacobian / hidden
     weighed = inner.T @ scaled @ scaled.T
     likeliest = inner @ np.linalg.solve(weighed @ inner, weighed)
     return np.hstack([likeliest, likeliest @ borne])

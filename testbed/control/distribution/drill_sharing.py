@@ -1,7 +1,7 @@
 """Sharing for drilling: keep every foot loaded against the thrust that is and the thrust that may
 come.
 
-The program of quadratic.py with what a surge of the thrust takes off each foot: with `surge_n` more
+The program of quadratic.py with what a surge of the thrust takes off each foot: with SURGE_N more
 of it the friction used is still the least. What the thrust takes off a foot follows from four
 equally stiff legs, d n / d thrust = -N^+ wrench. The drill's true reaction is not the ordered one
 (blows, rods, a wrong payload): the sum of the estimated loads says how much is missing, and a slow
@@ -31,9 +31,8 @@ OBSERVER_LIMIT_N = 4000.0
 class DrillSharing(Quadratic):
     """See the module's docstring."""
 
-    def __init__(self, friction: float | None = None, surge_n: float = SURGE_N) -> None:
+    def __init__(self, friction: float | None = None) -> None:
         super().__init__(friction)
-        self.surge_n = surge_n
         self.disturbance_n = 0.0
         """Thrust beyond the ordered one that the loads tell of, N, + away from the slope."""
 
@@ -45,7 +44,7 @@ class DrillSharing(Quadratic):
 
     def taken(self, now: Balance) -> Array:
         """(4,) what a surge takes off each foot, N."""
-        return taken_by_thrust(now) * self.surge_n
+        return taken_by_thrust(now) * now.scale.force * SURGE_N
 
     def _observe(self, now: Balance) -> None:
         """The feet's normal loads must balance the rest along z; what lacks is a thrust nobody
@@ -56,7 +55,8 @@ class DrillSharing(Quadratic):
         pull = now.balance[2, ROPES] @ now.measured_pull_n
         missing = -(now.load[2] + pull) - float(now.measured_loads_n.sum())
         moved = self.disturbance_n + OBSERVER_SHARE * (missing - self.disturbance_n)
-        self.disturbance_n = float(np.clip(moved, -OBSERVER_LIMIT_N, OBSERVER_LIMIT_N))
+        most = now.scale.force * OBSERVER_LIMIT_N
+        self.disturbance_n = float(np.clip(moved, -most, most))
 
 
 def taken_by_thrust(now: Balance) -> Array:

@@ -97,9 +97,8 @@ class Quadratic:
     believed machine's.
     """
 
-    def __init__(self, friction: float | None = None, lowest_n: float = LOWEST_NORMAL_N) -> None:
+    def __init__(self, friction: float | None = None) -> None:
         self.friction = friction
-        self.lowest_n = lowest_n
         self._last: _Last | None = None
         self._use_rows = _cones(0.0)
         self._program = UseProgram(self._use_rows)
@@ -155,7 +154,7 @@ class Quadratic:
         scale = _size(now.load)
         taken = self.taken(now) / scale * last.doubt
         begun = LastPlan(last.normals, last.pull, taken)
-        z = self._program.solve(now, begun, self._about(last, scale, now.rope_rating_n))
+        z = self._program.solve(now, begun, self._about(last, scale, now))
         if z is None:
             last.lowest = 0.0 if last.lowest < GIVEN_UP else EASED * last.lowest
             return None
@@ -173,16 +172,16 @@ class Quadratic:
         )
         return np.asarray(z[:UNKNOWNS] * scale)
 
-    def _about(self, last: _Last, scale: float, rating_n: float) -> About:
+    def _about(self, last: _Last, scale: float, now: Balance) -> About:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and
         n_0.
         """
         tangential = max(sum(last.normals.tolist()) / len(LEGS), 0.02) ** -2
         return About(
             scale=scale,
-            lowest=self.lowest_n * last.lowest / scale,
-            highest_pull=rating_n / scale,
-            doubt=DOUBT_N * last.doubt / scale,
+            lowest=now.scale.force * LOWEST_NORMAL_N * last.lowest / scale,
+            highest_pull=now.rope_rating_n / scale,
+            doubt=now.scale.force * DOUBT_N * last.doubt / scale,
             use=last.use,
             least_use=max(last.use - CLOSER, 0.0),
             tangential=tangential,

@@ -4,14 +4,15 @@ distribution.py.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.control.layers.trim import haul
+from testbed.control.layers.trim import Hauling, haul, hauling
 from testbed.machine.names import LEGS
+from testbed.machine.scale import Scale
 
 Array = NDArray[np.float64]
 TOLERANCE: Array = np.tile([21.0, 49.0, 42.0], len(LEGS))
@@ -38,38 +39,70 @@ PULL_SLEW_N_S = 4000.0
 """Fastest change of a wanted pull (E)."""
 
 
+class Squeezing(NamedTuple):
+    """These numbers for one machine."""
+
+    tolerance: Any
+    edge_start: Any
+    speed_limit: Any
+    seek_m_s: float
+    pull_slew_n_s: float
+    hauling: Hauling
+
+
+def squeezing(scale: Scale) -> Squeezing:
+    """Those of a machine of this size."""
+    speeds = np.tile([1.0 / scale.speed, scale.speed, scale.speed], len(LEGS))
+    return Squeezing(
+        np.tile([scale.moment, scale.force, scale.force], len(LEGS)) * TOLERANCE,
+        speeds * EDGE_START,
+        speeds * SPEED_LIMIT,
+        scale.speed * SEEK_M_S,
+        scale.force / scale.speed * PULL_SLEW_N_S,
+        hauling(scale),
+    )
+
+
 @njit
-def add_pull(wanted: Any, tension: Any, dt: float, pull: Any, rates: Any) -> None:
+def add_pull(wanted: Any, tension: Any, dt: float, by: Squeezing, pull: Any, rates: Any) -> None:
     """Let `pull` (2) follow what is wanted (2), N; add to the ropes' rates (2) what brings the
     tensions (2) there.
     """
-    step = PULL_SLEW_N_S * dt
+    step = by.pull_slew_n_s * dt
     for k in range(pull.shape[0]):
         pull[k] += min(max(wanted[k] - pull[k], -step), step)
-    haul(tension, pull, rates)
+    haul(tension, pull, by.hauling, rates)
 
 
 @njit
 def add_squeeze(
-    force: Any, compliance: Any, felt: Any, wanted: Any, dt: float, edge: Any, side: Any, rates: Any
+    force: Any,
+    compliance: Any,
+    felt: Any,
+    wanted: Any,
+    dt: float,
+    by: Squeezing,
+    edges: Any,
+    rates: Any,
 ) -> None:
     """Add to the joints' rates (12) what takes `force` (12) off them, and what lets hanging feet
     seek the ground.
 
     compliance (12) of the joints; felt, wanted (14): forces in the order of Statics' unknowns;
-    edge, side (12): in first guesses and -1, 0, 1, of the last tick, brought up to date.
+    edges (2, 12): in first guesses, and -1, 0, 1 as the side, of the last tick, brought up to date.
     """
+    edge, side = edges[0], edges[1]
     for i in range(rates.shape[0]):
         size = abs(force[i])
-        now = 0.0 if size < TOLERANCE[i] else 1.0 if force[i] > 0.0 else -1.0
+        now = 0.0 if size < by.tolerance[i] else 1.0 if force[i] > 0.0 else -1.0
         if now != 0.0 and now == side[i]:
             edge[i] = min(edge[i] + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
         else:
             edge[i] = max(1.0, 1.0 if now == 0.0 else 0.7 * edge[i])
         side[i] = now
         rates[i] += now * min(
-            GAIN_1_S * compliance[i] * size + edge[i] * EDGE_START[i], SPEED_LIMIT[i]
+            GAIN_1_S * compliance[i] * size + edge[i] * by.edge_start[i], by.speed_limit[i]
         )
     for leg in range(len(LEGS)):
         if felt[3 * leg] < HANGING_SHARE * wanted[3 * leg]:
-            rates[3 * leg + 2] += SEEK_M_S
+            rates[3 * leg + 2] += by.seek_m_s

@@ -17,7 +17,8 @@ from testbed.control.measured import Measured
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.robot.linkage import RotationLinkage, joint_to_cylinder
+from testbed.machine.scale import ROBOCLIMBER, Scale
+from testbed.robot.linkage import Linkages
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.loads.foot_loads import drill_wrench, point_wrench
@@ -80,6 +81,8 @@ class Balance:
     """Believed coefficient between foot and ground."""
     rope_rating_n: float
     """What a traction device may pull."""
+    scale: Scale = ROBOCLIMBER
+    """The machine's size, with which bounds grow."""
 
     @property
     def measured_loads_n(self) -> Array:
@@ -113,7 +116,7 @@ class Statics:
     """
 
     def __init__(self, model: RobotModel, machine: Machine, rope_directions_in_body: Array) -> None:
-        self.model = model
+        self.model, self.scale = model, machine.scale
         self._ropes = np.array(
             [
                 point_wrench(d, at)
@@ -122,7 +125,7 @@ class Statics:
         ).T
         areas = np.array([_areas(axis.cylinder) for axis in machine.axes.values()])
         self._area_a, self._area_b = areas.T.copy()
-        self._linkage = RotationLinkage.from_machine(machine).geometry
+        self._linkages = Linkages.from_machine(machine)
         self._friction, self._rating_n = machine.ground.friction, machine.traction.rating_n
         self._tank_pa = float(machine.power_unit.tank_pressure_pa)
         self._on_demand_pa = (
@@ -158,6 +161,7 @@ class Statics:
             rigid=p.rigid,
             inner=p.inner,
             compliance=p.compliance,
+            scale=self.scale,
         )
 
     def _work_out(self, position: Array) -> _Posture:
@@ -167,8 +171,7 @@ class Statics:
         balance[:, ROPES] = self._ropes
         joint_map[:, :FEET] = -jacobians[:, _ORDER].reshape(FEET, len(AXES)).T
         turned = np.linalg.qr(balance[:, :FEET].T, mode="complete")[0]
-        extension, arms = np.empty(len(AXES)), np.empty(len(AXES))
-        joint_to_cylinder(position, self._linkage, extension, arms)
+        arms = self._linkages.rods(position)[1]
         compliance = self._oil.joint_compliance(position)
         legs = joint_map[:, :FEET].reshape(len(LEGS), 3, len(LEGS), 3)[_LEG, :, _LEG]
         return _Posture(

@@ -101,12 +101,11 @@ def _with_mast(task: Any, gait: Gait, start: BelievedStart) -> Gait:
 
 def _crawl(task: Crawl, start: BelievedStart) -> CrawlGait:
     machine = start.robot.machine
-    arm_m = float(start.robot.linkage.moment_arm_m(start.joints[0]))
     attachments = start.model.rope_attachments_m
     return CrawlGait(
         task,
         start,
         Footholds(start.model, start.legs, start.joints, machine.ground.friction),
-        Pace(machine, arm_m),
-        RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n),
+        Pace(machine, start.robot.linkages.gain_arms(start.joints)),
+        RopeHold(start.anchors_in_body_m, attachments, start.rope_tension_n, machine.scale),
     )

@@ -7,7 +7,7 @@ proportion to what a rope's measured tension lacks of its wanted pull.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from testbed.compiled import njit
 from testbed.control.command import Command, along_vertical
 from testbed.control.measured import Measured
 from testbed.machine.names import LEGS
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 Array = NDArray[np.float64]
 PULL_GAIN_M_S_N = 1.0e-5
@@ -30,21 +31,39 @@ OFFSET_SPEED_M_S = 0.05
 """Fastest change of an offset (E)."""
 
 
+class Hauling(NamedTuple):
+    """How a machine's ropes are brought to wanted tensions."""
+
+    gain_m_s_n: float
+    speed_m_s: float
+    tolerance_n: float
+
+
+def hauling(scale: Scale) -> Hauling:
+    """That of a machine of this size."""
+    return Hauling(
+        scale.speed / scale.force * PULL_GAIN_M_S_N,
+        scale.speed * PULL_SPEED_M_S,
+        scale.force * PULL_TOLERANCE_N,
+    )
+
+
 @njit
-def haul(tension_n: Any, wanted_n: Any, rates: Any) -> None:
+def haul(tension_n: Any, wanted_n: Any, by: Hauling, rates: Any) -> None:
     """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions
     (2) there, N.
     """
     for k in range(rates.shape[0]):
         excess = tension_n[k] - wanted_n[k]
-        if abs(excess) >= PULL_TOLERANCE_N:
-            rates[k] += min(max(PULL_GAIN_M_S_N * excess, -PULL_SPEED_M_S), PULL_SPEED_M_S)
+        if abs(excess) >= by.tolerance_n:
+            rates[k] += min(max(by.gain_m_s_n * excess, -by.speed_m_s), by.speed_m_s)
 
 
 class Trim:
     """A Layer; see the module's docstring."""
 
-    def __init__(self) -> None:
+    def __init__(self, scale: Scale = ROBOCLIMBER) -> None:
+        self._hauling, self._offset_m_s = hauling(scale), scale.speed * OFFSET_SPEED_M_S
         self.goal_m: Array = np.zeros(len(LEGS))
         """Wanted offsets of the vertical joints' set points, m, LEGS order."""
         self.pull_n: Array | None = None
@@ -53,11 +72,11 @@ class Trim:
 
     def over(self, command: Command, t: float, dt: float, measured: Measured) -> Command:
         """See Layer."""
-        most = OFFSET_SPEED_M_S * dt
+        most = self._offset_m_s * dt
         step = np.clip(self.goal_m - self._offset, -most, most)
         self._offset = self._offset + step
         if self.pull_n is not None:
             rates = command.rope_rates_m_s.copy()
-            haul(measured.rope_tension, self.pull_n, rates)
+            haul(measured.rope_tension, self.pull_n, self._hauling, rates)
             command = replace(command, rope_rates_m_s=rates)
         return command.moved(along_vertical(self._offset), along_vertical(step / dt))

@@ -23,7 +23,6 @@ from testbed.machine.groups import Cylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, LEGS
 from testbed.robot.attitude import rotation_from_attitude
-from testbed.robot.linkage import ROTATION, stroke_m
 from testbed.robot.loads.drill_loads import known_wrench
 from testbed.robot.robot import Robot
 
@@ -87,7 +86,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         pressure_b_rate=bins.pressure_b_rate,
         area_a_m2=area_a,
         area_b_m2=area_b,
-        stroke_m=np.array([stroke_m(a.cylinder, robot.linkage) for a in machine.axes.values()]),
+        stroke_m=robot.linkages.stroke_m,
         coulomb_n=coulomb,
         viscous_n=viscous,
         load_n=np.array([one.load for one in found]),
@@ -188,8 +187,7 @@ def of_bin(robot: Robot, measured: Measured, k: int, joint: Array) -> OfBin:
     """Bin k, were the encoders at `joint` (12)."""
     bins = measured.bins
     lift = bins.specific_force[k]
-    arm = bins.arm_m[k].copy()
-    arm[list(ROTATION)] = robot.linkage.moment_arm_m(joint[list(ROTATION)])
+    arm = robot.linkages.rods(joint)[1]
     change = np.concatenate([np.zeros(3), bins.turning[k], bins.joint_acceleration[k]])
     speed = np.concatenate([np.zeros(6), bins.joint_rate[k]])
     # The unit's specific force is acceleration less gravity in one: gravity against it, the origin

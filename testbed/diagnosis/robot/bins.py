@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
-from testbed.robot.linkage import ROTATION
 from testbed.robot.model import attitude_gravity
 from testbed.robot.robot import Robot
 
@@ -42,7 +41,9 @@ class Bins:
     speed_m_s: Array
     acceleration_m_s2: Array
     arm_m: Array
-    """(n, 12) way of the piston by that of its joint: m/rad for rotation joints, else 1."""
+    """(n, 12) way of the piston by that of its joint: m/rad for rotation joints; 1 where it stands
+    straight.
+    """
     direction: Array
     pressure_a_pa: Array
     pressure_b_pa: Array
@@ -130,10 +131,7 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
 
     joint = per_axis("position")
     rate = rates("position")
-    extension, arm = joint.copy(), np.ones_like(joint)
-    turns = list(ROTATION)
-    extension[:, turns] = robot.linkage.extension_m(joint[:, turns])
-    arm[:, turns] = robot.linkage.moment_arm_m(joint[:, turns])
+    extension, arm = robot.linkages.rods(joint)
     speed, change = rate * arm, _slope(rate, step)
     absent = np.zeros(count)
     attitude = np.column_stack([mean(f"attitude_{angle}") for angle in ("roll", "pitch", "yaw")])

@@ -28,7 +28,6 @@ from testbed.laws.orifice import LAMINAR_DROP_PA
 from testbed.laws.supply import LOAD_SENSING
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
-from testbed.robot.linkage import stroke_m
 from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
@@ -116,7 +115,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     over = through(0.0, 0.0, READING_STEP_PA)
     low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
     c, oil = axis.cylinder, axis.oil
-    stroke = stroke_m(c, robot.linkage)
+    stroke = robot.linkages.stroke_m[i]
     whole = 0.25 * np.pi * c.bore_m**2
     areas = (whole, whole - 0.25 * np.pi * c.rod_m**2)
     x, p = (

@@ -39,13 +39,12 @@ from testbed.formats.records import Record, part, quantity
 from testbed.laws.holding import NO_HOLDING, outlet_share
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS, VERTICAL
+from testbed.robot.linkage import arm_of, length_of
 
 SMOOTH_S = 0.0015
 """Time constant of the pressures (E)."""
 OBSERVER_RAD_S = 60.0
 """Bandwidth of the observer of speed (E)."""
-REST_M_S = 0.001
-"""Slower than this the piston stands still (E)."""
 
 
 class Derived(Record):
@@ -212,7 +211,8 @@ def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
     state.time += dt
     if not (math.isfinite(pa) and math.isfinite(pb)):
         return
-    x, command = row.position[axis], row.valve[axis]
+    arm, command = arm_of(row.position[axis], mine.linkage), row.valve[axis]
+    x = length_of(row.position[axis], mine.linkage) - mine.linkage.closed
     if state.started == 0.0:
         state.pressure_a, state.pressure_b, state.spool, state.started = pa, pb, command, 1.0
     share = min(dt / (SMOOTH_S + dt), 1.0)
@@ -224,15 +224,16 @@ def derive_leg(row: Any, leg: int, belief: Any, state: Any, out: Any) -> None:
     state.spool_rate += dt * pull
     state.spool += dt * state.spool_rate
     moved = oil_travel(change, row.supply_pressure, x, state, c, valve, dt)
-    encoder.observe(state.encoder, x, valve.encoder_resolution, dt, OBSERVER_RAD_S)
-    v = encoder.bounded_speed(state.encoder, valve.encoder_resolution, REST_M_S)
-    extra = extra_friction(c, pa + pb, row.estimate.own[leg], 0.0)
+    count = arm * valve.encoder_resolution
+    encoder.observe(state.encoder, x, count, dt, OBSERVER_RAD_S)
+    v = encoder.bounded_speed(state.encoder, count, belief.rest_speed)
+    extra = extra_friction(c, pa + pb, row.estimate.own[leg] / arm, 0.0)
     now = Conditions(place_factor(c, x), extra, 1.0, 0.0)
     low, high = break_away(c.friction, now)
     state.seal = min(max(state.seal + c.seal_stiffness * moved, low), high)
     viscous = v * c.friction.sides[EXTENDING if v >= 0.0 else RETRACTING].viscous
     weight = mine.mass * gravity_along(row.attitude, belief.gravity)
     force = piston_force(state.pressure_a, state.pressure_b, c.area_a, c.area_b)
-    balance = force + weight + c.offset
-    out.carried[leg], out.balance[leg] = balance - state.seal - viscous, balance
-    out.velocity[leg], out.published[leg] = v, friction_value(v, c.friction, now)
+    balance = arm * force + weight + arm * c.offset
+    out.balance[leg], out.carried[leg] = balance, balance - arm * state.seal - arm * viscous
+    out.velocity[leg], out.published[leg] = v, arm * friction_value(v, c.friction, now)

@@ -33,9 +33,9 @@ from testbed.estimation.live import encoder, friction_at_rest
 from testbed.formats.records import Record, part, quantity
 
 END_ZONE_M = 1.0e-3
-"""Nearer to a stop than this the stop may carry any load."""
+"""Nearer to a stop than this the stop of ROBOCLIMBER may carry any load (E)."""
 END_FORCE_N = 4.0e4
-"""What a stop may carry."""
+"""What its stop may carry (E)."""
 
 
 class AxisBelief(Record):
@@ -92,6 +92,8 @@ class Decisions(Record):
     fresh = quantity("s", "over which that fades: creep leads friction towards the middle")
     knows_dependence = quantity("1", "0/1: friction beyond (5)")
     remembers = quantity("1", "0/1: the memory of friction at rest")
+    end_zone = quantity("m", "nearer to a stop than this the stop may carry any load")
+    end_force = quantity("N", "what a stop may carry")
     rest = part(friction_at_rest.RestNumbers, "of that memory")
 
 
@@ -187,11 +189,12 @@ def step_axis(
     state.rested = state.rested + dt if slides <= 0.0 else 0.0
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     spread = spread_n(v, fresh * (high - low), c.friction, now, decisions)
-    end = high if likely > 0.0 else -low
-    state.use = min(max(likely / end, -1.0), 1.0) if end > 0.0 else 0.0
+    most = high if likely > 0.0 else -low
+    state.use = min(max(likely / most, -1.0), 1.0) if most > 0.0 else 0.0
     state.across = loads.across
-    if x < END_ZONE_M or x > c.stroke - END_ZONE_M:  # a stop pushes as the load asks for
-        low, high, spread = low - END_FORCE_N, high + END_FORCE_N, END_FORCE_N
+    zone, end = decisions.end_zone, decisions.end_force
+    if x < zone or x > c.stroke - zone:  # a stop pushes as the load asks for
+        low, high, spread = low - end, high + end, end
     state.friction, state.low, state.high, state.spread = likely, low, high, spread
     sense = seen.sense if slides >= 1.0 else 0.0
     if sense != 0.0 and sense != state.sense:

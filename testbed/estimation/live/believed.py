@@ -20,11 +20,12 @@ from testbed.estimation.cylinder import stribeck_of
 from testbed.estimation.detectors.base import Hold
 from testbed.estimation.detectors.derived import valves_of
 from testbed.estimation.detectors.held import Held
-from testbed.machine.groups import Cylinder, StraightCylinder
+from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
-from testbed.machine.names import GRAVITY_M_S2, LEGS
+from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
 from testbed.recording.known import HOLDINGS, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
+from testbed.robot.linkage import Linkages, straight
 
 OIL = ("dead_volume_a_m3", "dead_volume_b_m3", "bulk_modulus_pa", "valve_deadband")
 OF_VALVES = {
@@ -162,8 +163,7 @@ class Tuning:
     """A load at or below it is a lost foot."""
     contact_hold: Hold = Held.hold
     """When it counts as loaded again."""
-    drift_beyond_n: float = Held.numbers["break_away"]
-    """What two loads differ by beyond it, for long, is a sensor's drift."""
+    break_away_n: float = Held.numbers["break_away"]
 
     def scaled(self, machine: Machine) -> Tuning:
         """The same for a machine of another size and other transducers."""
@@ -175,7 +175,7 @@ class Tuning:
             e_max_n=force * self.e_max_n,
             contact_off_n=force * self.contact_off_n,
             contact_hold=self.contact_hold.scaled(force),
-            drift_beyond_n=force * self.drift_beyond_n,
+            break_away_n=force * self.break_away_n,
             rest_m_s=machine.scale.speed * self.rest_m_s,
             slide_m_s=machine.scale.speed * self.slide_m_s,
             pressure_sd_pa=self.pressure_sd_pa * machine.sensor.pressure_noise_pa / NOISE_PA,
@@ -207,6 +207,8 @@ class Believed:
     """The whole machine as body_belief.body_of gives it; None: each vertical cylinder is estimated
     by itself.
     """
+    linkages: NDArray[Any] = field(default_factory=lambda: straight(len(LEGS)))
+    """Records `Linkage` (4,) of the vertical cylinders."""
     supply_pa: float = 9.0e6
     """Supply pressure where none is measured, gauge."""
 
@@ -238,7 +240,8 @@ class Believed:
         An effect with a `place` (`fl` or `fl_vertical`) concerns that leg alone, one without
         concerns all. Raises InputError where the file lacks a number.
         """
-        four = [_declared_leg(machine, leg) for leg in LEGS]
+        strokes = Linkages.from_machine(machine).stroke_m[list(VERTICAL)]
+        four = [_declared_leg(machine, leg, m) for leg, m in zip(LEGS, strokes, strict=True)]
         found = cls._of(four, effects, dt_s, machine)
         return replace(found, supply_pa=machine.power_unit.ready_pressure_pa)
 
@@ -299,7 +302,14 @@ class Believed:
             legs.append(leg)
         four = (legs[0], legs[1], legs[2], legs[3])
         tuning = Tuning().scaled(machine)
-        return cls(four, valves_of(machine), dt_s, machine.sensor.encoder_linear_m, tuning=tuning)
+        return cls(
+            four,
+            valves_of(machine),
+            dt_s,
+            machine.sensor.encoder_linear_m,
+            tuning=tuning,
+            linkages=Linkages.from_machine(machine).records[list(VERTICAL)],
+        )
 
 
 def _declare_valves(valves: NDArray[Any], known: Known) -> None:
@@ -319,18 +329,17 @@ def _declare_valves(valves: NDArray[Any], known: Known) -> None:
         valves["pilot_ratio"] = known.circuit.counterbalance_pilot_ratio
 
 
-def _declared_leg(machine: Machine, leg: str) -> Leg:
+def _declared_leg(machine: Machine, leg: str, stroke_m: float) -> Leg:
     """The vertical cylinder of a leg as the machine declares it."""
     axis = machine.axes[f"{leg}_vertical"]
     c = axis.cylinder
-    assert isinstance(c, StraightCylinder)
     area_a = 0.25 * math.pi * c.bore_m**2
     return Leg(
         area_a_m2=area_a,
         area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
         friction=friction_of(c),
         mass_kg=machine.each_leg[leg].sliding_mass_kg,
-        stroke_m=c.stroke_m,
+        stroke_m=stroke_m,
         viscosity_reference_degc=axis.seal.viscosity_reference_degc,
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import friction_at_rest
-from testbed.estimation.live.axis import Decisions
+from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
 from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
+from testbed.machine.scale import Scale
 from testbed.recording.leg_model import EffectEntry
-from testbed.robot.linkage import RotationLinkage, stroke_m
+from testbed.robot.linkage import Linkages
 from testbed.robot.model import RobotModel
 
 Array = NDArray[np.float64]
@@ -99,6 +100,23 @@ class OwnTuning:
     e_max_n: float = 500.0
     hold_samples: float = 4.0
 
+    def scaled(self, scale: Scale) -> OwnTuning:
+        """The same for a machine of another size."""
+        by_unit = {
+            "_n_m": scale.moment,
+            "_m_s": scale.speed,
+            "_n2": scale.force**2,
+            "_n2_s": scale.force**2,
+            "_n": scale.force,
+            "_m": scale.length,
+        }
+        changes = {}
+        for f in fields(self):
+            unit = next((end for end in by_unit if f.name.endswith(end)), None)
+            if unit is not None:
+                changes[f.name] = by_unit[unit] * getattr(self, f.name)
+        return replace(self, **changes)
+
 
 def body_of(
     machine: Machine,
@@ -117,20 +135,23 @@ def body_of(
     surveyed at the start;
     zeros where there are no ropes. `sure`: how sure all this is; None: by the workshop's
     tolerances. `effects`: of cylinders, believed at the axis of their place, those of vertical ones
-    in `legs` already.
+    in `legs` already. `tuning`: as for ROBOCLIMBER.
     """
-    t = OwnTuning() if tuning is None else tuning
-    linkage = RotationLinkage.from_machine(machine)
+    t = (OwnTuning() if tuning is None else tuning).scaled(machine.scale)
+    linkages = Linkages.from_machine(machine)
+    arms = linkages.rods(linkages.limits.mean(axis=1))[1]
     out = BodyBelief.zeros()
     body = out[0]
     body["believed"] = 1.0
     _trust(body, t, model.total_mass_kg * GRAVITY_M_S2)
+    body["decisions"]["end_zone"] = machine.scale.length * END_ZONE_M
+    body["decisions"]["end_force"] = machine.scale.force * END_FORCE_N
     sure = Uncertainty(WORKSHOP) if sure is None else sure
     body["known"] = Constants.as_table(_learnt(constants(sure, machine), t))[0]
     body["calibrated_at"] = machine.sensor.calibration_temperature_degc
     body["base_mass"], body["base_centre"] = model.base_mass()
     body["inertia"] = model.mass_matrix(model.limits.mean(axis=1))[3:6, 3:6]
-    body["linkage"] = linkage.geometry
+    body["linkages"] = linkages.records
     body["foot_height"] = model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
     body["rope_point"] = model.rope_attachments_m
     body["rope_direction"] = rope_directions_in_world
@@ -141,7 +162,9 @@ def body_of(
     numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
     for i, axis in enumerate(machine.axes.values()):
-        _declare(body["axes"][i], axis, linkage, [e for e in effects if e.place == axis.name])
+        own = [e for e in effects if e.place == axis.name]
+        _declare(body["axes"][i], axis, float(linkages.stroke_m[i]), own)
+        body["axes"][i]["encoder_resolution"] = arms[i] * _count(axis)
         if axis.joint == "vertical":
             legs[i // len(JOINTS)].write(body["axes"][i].cylinder)
     return out
@@ -197,15 +220,22 @@ def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
         fresh=t.fresh_s,
         knows_dependence=t.rich,
         remembers=t.history,
+        end_zone=0.0,
+        end_force=0.0,
         rest=friction_at_rest.numbers(1.0, t.drift_s, t.bent_s, t.open_share)[0],
     )[0]
 
 
-def _declare(
-    out: Any, axis: Axis, linkage: RotationLinkage, effects: Sequence[EffectEntry]
-) -> None:
-    """One AxisBelief as the machine declares it, with believed effects where they are not the
-    vertical legs'.
+def _count(axis: Axis) -> float:
+    """One count of an axis' encoder, rad or m."""
+    sensor = axis.sensor
+    turns = axis.joint == "rotation"
+    return 2.0 * math.pi / sensor.encoder_counts_per_turn if turns else sensor.encoder_linear_m
+
+
+def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntry]) -> None:
+    """One AxisBelief as the machine declares it, but for its encoder, with believed effects where
+    they are not the vertical legs'.
     """
     c, seal, sensor = axis.cylinder, axis.seal, axis.sensor
     area_a = 0.25 * math.pi * c.bore_m**2
@@ -213,7 +243,7 @@ def _declare(
         area_a_m2=area_a,
         area_b_m2=area_a - 0.25 * math.pi * c.rod_m**2,
         friction=friction_of(c),
-        stroke_m=stroke_m(c, linkage),
+        stroke_m=stroke_m,
         position_slope=seal.position_slope,
         pressure_coefficient_m2=seal.pressure_coefficient_m2,
         load_coefficient=seal.load_coefficient,
@@ -232,10 +262,6 @@ def _declare(
     out.cylinder.side_coefficient = seal.side_load_coefficient
     out.cylinder.side_growth = seal.side_load_growth
     out.dwell_gain, out.dwell_time = seal.dwell_gain, seal.dwell_time_s
-    out.encoder_resolution = sensor.encoder_linear_m
-    if axis.joint == "rotation":
-        arm = float(linkage.moment_arm_m(0.0))
-        out.encoder_resolution = 2.0 * math.pi / sensor.encoder_counts_per_turn * arm
     out.end_cushion_length = axis.end_stop.cushion_length_m
     out.end_cushion_damping = axis.end_stop.cushion_damping_n_s_m
     per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k

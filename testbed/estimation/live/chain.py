@@ -89,8 +89,9 @@ def belief_of(believed: Believed) -> NDArray[Any]:
         hold_samples=t.hold_samples,
     )[0]
     belief["contact"] = limits_at(-t.contact_off_n, t.contact_hold)[0]
-    numbers = Held.numbers | {"break_away": t.drift_beyond_n}
+    numbers = Held.numbers | {"break_away": t.break_away_n}
     belief["combined"] = CombinedNumbers.one(**numbers)[0]
+    belief["legs"]["linkage"] = believed.linkages
     for record, leg, valve in zip(belief["legs"], believed.legs, believed.valves, strict=True):
         leg.write(record["cylinder"])
         record["valve"] = valve

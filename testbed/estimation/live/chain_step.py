@@ -37,12 +37,14 @@ from testbed.estimation.live import contact, encoder, friction_at_rest
 from testbed.estimation.live.whole_body import BodyBelief, BodyState, step_body
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS, VERTICAL
+from testbed.robot.linkage import Linkage, arm_of, length_of
 
 
 class LegBelief(Record):
     """What is believed of a vertical cylinder and what it carries."""
 
     cylinder = part(Cylinder, "cylinder, seals, sensors")
+    linkage = part(Linkage, "from joint to rod")
     mass = quantity("kg", "what moves with it")
     valve = part(Valve, "valve and oil")
 
@@ -96,7 +98,8 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     """One leg, one step, from the measured part of a DataRow to its estimates.
 
     Corrects the pressures for believed sensor errors first; published columns (1), (3) use them
-    corrected too.
+    corrected too. Friction and oil are the rod's; `arm`, the rod's way by the joint's, turns its
+    forces into the foot's.
     """
     axis, dt = VERTICAL[leg], belief.dt
     mine = belief.legs[leg]
@@ -104,19 +107,24 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     pa = true_pressure(row.pressure_a[axis], c.sensor_a, state.time)
     pb = true_pressure(row.pressure_b[axis], c.sensor_b, state.time)
     state.time += dt
-    encoder.observe(seen, row.position[axis], belief.encoder_resolution, dt, belief.observer)
-    v = encoder.bounded_speed(seen, belief.encoder_resolution, belief.rest_speed)
-    slides = encoder.sliding(seen, belief.encoder_resolution, belief.rest_speed, belief.slide_speed)
+    arm = arm_of(row.position[axis], mine.linkage)
+    count = arm * belief.encoder_resolution
+    reading = length_of(row.position[axis], mine.linkage) - mine.linkage.closed
+    encoder.observe(seen, reading, count, dt, belief.observer)
+    v = encoder.bounded_speed(seen, count, belief.rest_speed)
+    slides = encoder.sliding(seen, count, belief.rest_speed, belief.slide_speed)
     x, a = seen.extension, seen.acceleration
-    extra = extra_friction(c, pa + pb, state.own.estimate.value, 0.0)
+    extra = extra_friction(c, pa + pb, state.own.estimate.value / arm, 0.0)
     thinning = thinning_by_warmth(c, row.oil_temperature)
     now = Conditions(place_factor(c, x), extra, thinning, 0.0)
     piston = piston_force(pa, pb, c.area_a, c.area_b)
-    balance = piston + mine.mass * (gravity_along(row.attitude, belief.gravity) - a) + c.offset
-    balance += c.cushion_stiffness * max(c.cushion_start - x, 0.0) - c.spring_stiffness * (
-        x - c.spring_rest
+    weight = mine.mass * (gravity_along(row.attitude, belief.gravity) - a / arm)
+    balance = arm * piston + weight + arm * c.offset
+    balance += arm * (
+        c.cushion_stiffness * max(c.cushion_start - x, 0.0)
+        - c.spring_stiffness * (x - c.spring_rest)
     )
-    simple = balance - friction_value(v, c.friction, now)
+    simple = balance - arm * friction_value(v, c.friction, now)
     low, high = friction_set(v, seen.sense, slides, c.friction, now)
     if slides > 0.0 and state.slid == 0.0:
         state.own.lively = 1.0  # the set has just collapsed: what follows is news, not a spike
@@ -126,13 +134,15 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     friction = friction_at_rest.step(
         state.rest, piston, low, high, slides, push, ratio, belief.rest
     )
-    estimate.one_chamber[leg], estimate.two_chamber[leg] = pa * c.area_a, piston
+    estimate.one_chamber[leg], estimate.two_chamber[leg] = arm * pa * c.area_a, arm * piston
     estimate.friction[leg] = simple
     estimate.kbf[leg] = kbf.step(state.kbf, simple, belief.filter)
     estimate.modified_kbf[leg] = modified_kbf.step(state.modified_kbf, simple, belief.filter)
-    own = persistent.step(state.own, balance - friction, belief.filter)
-    sd = standard_deviation(high - low, v, state.own.estimate.variance, thinning, leg, belief)
-    tell_own(row, leg, own, (balance - high, balance - low, sd))
+    own = persistent.step(state.own, balance - arm * friction, belief.filter)
+    of_rod = arm**2 * rod_variance(high - low, v, thinning, c, belief)
+    inertia = (mine.mass * belief.acceleration_sd) ** 2
+    sd = math.sqrt(of_rod + inertia + state.own.estimate.variance)
+    tell_own(row, leg, own, (balance - arm * high, balance - arm * low, sd))
 
 
 @njit
@@ -148,24 +158,19 @@ def tell_own(row: Any, leg: int, load: float, interval: tuple[float, float, floa
 
 
 @njit
-def standard_deviation(
-    width: float, v: float, variance: float, thinning: float, leg: int, belief: Any
-) -> float:
-    """Of `own`, N: sensors' accuracy through the areas, friction's uncertainty, speed,
-    acceleration, the set's width.
+def rod_variance(width: float, v: float, thinning: float, c: Any, belief: Any) -> float:
+    """Of the rod's force less friction, N2: sensors' accuracy through the areas, friction's
+    uncertainty, speed, the set's width.
 
     At rest friction spreads over its set by friction_at_rest.SPREAD of the half width.
     """
-    mine = belief.legs[leg]
-    c = mine.cylinder
     out, back = c.friction.sides[EXTENDING], c.friction.sides[RETRACTING]
     sensors = belief.pressure_sd**2 * (c.area_a**2 + c.area_b**2)
     slope = (out.viscous if v >= 0.0 else back.viscous) * thinning
     level = belief.friction_share * 0.5 * (out.coulomb + back.coulomb)
     friction = level**2 + (slope * belief.speed_sd) ** 2
-    inertia = (mine.mass * belief.acceleration_sd) ** 2
     rest = (0.5 * friction_at_rest.SPREAD * width) ** 2
-    return math.sqrt(sensors + friction + inertia + variance + rest)
+    return float(sensors + friction + rest)
 
 
 @njit

@@ -25,11 +25,11 @@ from testbed.scenario.drawn import Tolerance, tolerances
 WORKSHOP = "workshop"
 """The tolerance file of a machine of which nothing else is said."""
 CHAMBER_PA = 4.0e6
-"""About what stands in a chamber under load (E): what a sensor's gain and bow make of it counts as
-its zero.
+"""About what stands in a chamber under load (E), on ROBOCLIMBER: what a sensor's gain and bow make
+of it counts as its zero.
 """
 LOAD_N = 8.0e3
-"""About what a vertical cylinder carries (E)."""
+"""About what a vertical cylinder of ROBOCLIMBER carries (E)."""
 OFF_MIDDLE = 0.25
 """About how far a piston is from the middle of its stroke, share of the stroke (E)."""
 HOLDS = 1.0 / 3.290
@@ -71,8 +71,9 @@ class Uncertainty:
         tolerance = self._tolerances.get(number)
         if tolerance is None:
             return 0.0
-        scale = machine.quantity(number).value if tolerance.by == "factor" else 1.0
-        return float(abs(scale) * spread_of(tolerance)[1])
+        share = tolerance.by == "factor"
+        times = machine.quantity(number).value if share else tolerance.times(number, machine.scale)
+        return float(abs(times) * spread_of(tolerance)[1])
 
     def expected(self, machine: Machine) -> dict[str, float]:
         """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing ->
@@ -84,7 +85,8 @@ class Uncertainty:
                 continue
             if number.startswith("axes.") and number.split(".")[2] in ("cylinder", "seal"):
                 drawn = machine.quantity(number).value
-                mean = tolerance.applied(drawn, spread_of(tolerance)[0])
+                times = tolerance.times(number, machine.scale)
+                mean = tolerance.applied(drawn, times * spread_of(tolerance)[0])
                 if mean != drawn:
                     out[number] = mean
         return out
@@ -137,19 +139,20 @@ def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
         return sure.sd(number, machine)
 
     area_a, area_b = areas_m2(axis)
+    chamber_pa = machine.scale.length * CHAMBER_PA
     whole = f"sensor.zero_a@{axis.name}.zero"
     if whole in sure.found:  # it was found with all that the sensors add to the force
         return area_a * sure.found[whole]
     parts = [
         area_a * sd(f"sensor.zero_a@{at}.zero"),
         area_b * sd(f"sensor.zero_b@{at}.zero"),
-        area_a * CHAMBER_PA * sd(f"sensor.gain_a@{at}.gain_error"),
-        area_b * CHAMBER_PA * sd(f"sensor.gain_b@{at}.gain_error"),
+        area_a * chamber_pa * sd(f"sensor.gain_a@{at}.gain_error"),
+        area_b * chamber_pa * sd(f"sensor.gain_b@{at}.gain_error"),
         (area_a - area_b) * sd(f"sensor.linearity@{at}.bow"),
         area_a * sd(f"sensor.hysteresis@{at}.width"),
     ]
     bore_m = sure.sd(f"axes.{axis.name}.cylinder.bore_m", machine)
-    parts.append(2.0 * bore_m / axis.cylinder.bore_m * LOAD_N)
+    parts.append(2.0 * bore_m / axis.cylinder.bore_m * machine.scale.force * LOAD_N)
     return math.hypot(*parts)
 
 
@@ -167,10 +170,11 @@ def friction_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> tuple[float,
         * (cylinder.coulomb_out_n + cylinder.coulomb_in_n)
         * OFF_MIDDLE
         * sd("seal.position_slope"),
-        2.0 * CHAMBER_PA * sd("seal.pressure_coefficient_m2"),
+        2.0 * machine.scale.length * CHAMBER_PA * sd("seal.pressure_coefficient_m2"),
     ]
     if axis.joint == "vertical":
-        both.append(LOAD_N * sure.sd(f"friction.load@{axis.name}.coefficient", machine))
+        jams = sure.sd(f"friction.load@{axis.name}.coefficient", machine)
+        both.append(machine.scale.force * LOAD_N * jams)
     out, back = (
         math.hypot(sd(f"cylinder.coulomb_{way}_n"), 0.5 * sd(f"cylinder.static_{way}_n"), *both)
         for way in ("out", "in")

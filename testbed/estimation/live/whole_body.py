@@ -31,7 +31,7 @@ from testbed.estimation.live.wrench import (
 from testbed.formats.records import SET, Record, part, quantity
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
-from testbed.robot.linkage import joint_to_cylinder
+from testbed.robot.linkage import Linkage, joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 
 LEVEL_SHARE = 0.15
@@ -77,9 +77,7 @@ class BodyBelief(Record):
     base_centre = quantity("m", "its centre from the body's origin", per=XYZ)
     inertia = quantity("kg m2", "of the whole machine about the body's origin", per=(XYZ, XYZ))
     balance_sd = quantity("N", "expected error of the balance (moments N m)", per=fu.WRENCH)
-    linkage = quantity(
-        "m", "pins of joint 1 (angle: rad)", per=("body_anchor", "lever", "neutral", "closed")
-    )
+    linkages = part(Linkage, "from joint to rod", per=AXES)
     foot_height = quantity("m", "underside of a foot above the origin, joints at 0", per=LEGS)
     rope_point = quantity("m", "where the ropes pull, body frame", per=(SIDES, XYZ))
     rope_direction = quantity("1", "towards the anchors, world frame", per=(SIDES, XYZ))
@@ -205,7 +203,7 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
         fu.predict(fusion)
     maps, on_ground = np.zeros((4, 3, 3)), np.ones(4)
     for k in range(4):
-        leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k], maps[k])
+        leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k : 3 * k + 3], maps[k])
         if hangs(k, row, body, state):
             on_ground[k] = 0.0
             if state.in_air[k] >= body.air_dwell and body.learns_in_air != 0.0:
@@ -390,12 +388,12 @@ def step_body(row: Any, body: Any, state: Any) -> None:
     BodyBelief, BodyState.
     """
     extension, arms = np.empty(12), np.empty(12)
-    joint_to_cylinder(row.position, body.linkage, extension, arms)
+    joint_to_cylinder(row.position, body.linkages, extension, arms)
     joints, lift = state.joints, state.motion.lift
     for i in range(12):
         axis = state.axes[i]
         readings = row.pressure_a[i], row.pressure_b[i], extension[i], row.valve[i]
-        loads = loads_of(i, state.last_force[i // 3])
+        loads = loads_of(i, state.last_force[i // 3], arms[i])
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[i], axis)
         joints.position[i] = row.position[i]
         joints.rate[i], joints.acceleration[i] = axis.speed / arms[i], axis.acceleration / arms[i]
@@ -415,11 +413,11 @@ def step_body(row: Any, body: Any, state: Any) -> None:
 
 
 @njit
-def loads_of(axis: int, foot_force: Any) -> Loads:
-    """What acts on an axis' rod, from the last step's force (3) on its foot."""
+def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
+    """What acts on an axis' rod, by its arm, from the last step's force (3) on its foot."""
     if axis % 3 == 2:
         across = math.sqrt(foot_force[0] ** 2 + foot_force[1] ** 2)
-        return Loads(foot_force[2], across, True)
+        return Loads(foot_force[2] / arm, across, True)
     return Loads(0.0, abs(foot_force[2]) if axis % 3 == 1 else 0.0, False)
 
 
@@ -453,7 +451,7 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
     """
     map_, own, interval = np.empty((3, 3)), row.own, row.estimate_own
     for k in range(4):
-        leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k], map_)
+        leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k : 3 * k + 3], map_)
         for j in range(3):
             off = learnt(3 * k + j, state)
             for r in range(3):

@@ -39,16 +39,18 @@ def turn_out_of_unit(vector: Any, roll: float, pitch: float) -> None:
 
 
 @njit
-def leg_map(leg: Any, q: Any, arm: float, out: Any) -> None:
+def leg_map(leg: Any, q: Any, arms: Any, out: Any) -> None:
     """Out (3, 3): change of the foot's force (body frame) by each cylinder's force, N/N, at joint
-    positions q (3).
+    positions q (3) with the cylinders' arms (3).
     """
+    turning, sliding, lifting = arms[0], arms[1], arms[2]
     rx, ry = ff.turn_z(q[0], leg.radial[0], leg.radial[1])
     fx, fy = ff.turn_z(q[0], leg.foot[0] + leg.radial[0] * q[1], leg.foot[1] + leg.radial[1] * q[1])
     reach, aside = fx * rx + fy * ry, -fx * ry + fy * rx
-    out[0, 0], out[1, 0], out[2, 0] = arm * ry / reach, -arm * rx / reach, 0.0
-    out[0, 1], out[1, 1], out[2, 1] = -rx + aside / reach * ry, -ry - aside / reach * rx, 0.0
-    out[0, 2], out[1, 2], out[2, 2] = 0.0, 0.0, 1.0
+    out[0, 0], out[1, 0], out[2, 0] = turning * ry / reach, -turning * rx / reach, 0.0
+    out[0, 1] = sliding * (-rx + aside / reach * ry)
+    out[1, 1] = sliding * (-ry - aside / reach * rx)
+    out[0, 2], out[1, 2], out[2, 1], out[2, 2] = 0.0, 0.0, 0.0, lifting
 
 
 @njit

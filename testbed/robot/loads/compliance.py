@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine
-from testbed.robot.linkage import RotationLinkage, joint_to_cylinder, stroke_m
+from testbed.robot.linkage import Linkages
 
 Array = NDArray[np.float64]
 WORKING_PRESSURE_PA = 4.0e6
@@ -30,14 +30,13 @@ class OilColumns:
 
     def __init__(self, machine: Machine) -> None:
         """Areas and volumes of the twelve cylinders of the machine."""
-        linkage = RotationLinkage.from_machine(machine)
+        self._linkages = Linkages.from_machine(machine)
         cylinders = [axis.cylinder for axis in machine.axes.values()]
-        self._geometry = linkage.geometry
         self._area_a = np.array([math.pi / 4 * c.bore_m**2 for c in cylinders])
         self._area_b = self._area_a - np.array([math.pi / 4 * c.rod_m**2 for c in cylinders])
         self._dead_a = np.array([c.dead_volume_a_m3 for c in cylinders])
         self._dead_b = np.array([c.dead_volume_b_m3 for c in cylinders])
-        self._stroke = np.array([stroke_m(c, linkage) for c in cylinders])
+        self._stroke = self._linkages.stroke_m
         oil = machine.oil
         self._bulk, self._air = oil.bulk_modulus_pa, oil.entrained_air
         self._modulus = self._modulus_pa(WORKING_PRESSURE_PA)
@@ -71,6 +70,5 @@ class OilColumns:
 
         pressures_pa: see stiffness_n_m.
         """
-        extensions, arms = np.empty(self._stroke.size), np.empty(self._stroke.size)
-        joint_to_cylinder(np.asarray(positions, dtype=float), self._geometry, extensions, arms)
+        extensions, arms = self._linkages.rods(positions)
         return np.asarray(1.0 / (self.stiffness_n_m(extensions, pressures_pa) * arms**2))

@@ -7,7 +7,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from testbed.machine.model import Machine
+from testbed.machine.groups import RotationLinkage
+from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS
 from testbed.robot.urdf.shapes import Shape, bar, box, post
 
@@ -38,15 +39,21 @@ def _body(p: Machine) -> list[Shape]:
     drawn.append(box((0.26, 0.30, 0.44), (0.10, -0.36, 0.34), "light"))
     drawn.append(box((0.20, 0.01, 0.14), (0.10, -0.515, 0.44), "glass"))
     for leg in LEGS:
-        drawn += _corner(p, hip_x if leg[0] == "f" else -hip_x, hip_y if leg[1] == "l" else -hip_y)
+        x, y = hip_x if leg[0] == "f" else -hip_x, hip_y if leg[1] == "l" else -hip_y
+        drawn += _corner(p.axes[f"{leg}_rotation"], x, y)
     return drawn
 
 
-def _corner(p: Machine, x: float, y: float) -> list[Shape]:
-    """Bearing plates of one hip, and the rotation cylinder's barrel along the platform."""
+def _corner(axis: Axis, x: float, y: float) -> list[Shape]:
+    """Bearing plates of one hip, and the rotation cylinder's barrel along the platform; on a rack
+    it lies along the pinion.
+    """
+    linkage = axis.linkage
+    assert isinstance(linkage, RotationLinkage)
     inward = -math.copysign(1.0, x)
-    lever = p.rotation_linkage.lever_m * math.copysign(1.0, -x)
-    anchor = (x + inward * p.rotation_linkage.body_anchor_m, y, 0.17)
+    lever = (linkage.rack_radius_m or linkage.lever_m) * math.copysign(1.0, -x)
+    beside = lever if linkage.rack_radius_m > 0.0 else 0.0
+    anchor = (x + inward * linkage.body_anchor_m, y + beside, 0.17)
     pin = (x, y + lever, 0.17)
     middle = tuple(a + 0.62 * (b - a) for a, b in zip(anchor, pin, strict=True))
     drawn = [

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from testbed.formats.files import write_text
 from testbed.machine.build import build_machine
-from testbed.machine.groups import Group
+from testbed.machine.groups import Group, RotationJoint, SlidingJoint
 from testbed.machine.model import Machine
 from testbed.machine.names import LEGS, SIDES
 from testbed.robot.urdf.drawing import visuals
@@ -140,8 +140,10 @@ def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
         _link(f"{leg}_{part}", legs, (sole,) if part == "foot" else (), f"{part}_")
         for part in parts
     ]
-    turn, slide, lift = p.joints.rotation, p.joints.radial, p.joints.vertical
     rotation, radial, vertical, foot = (f"{leg}_{part}" for part in parts)
+    turn, slide, lift = (p.axes[axis].limits for axis in (rotation, radial, vertical))
+    assert isinstance(turn, RotationJoint)
+    assert isinstance(slide, SlidingJoint) and isinstance(lift, SlidingJoint)
     joints = [
         Joint(
             "revolute",

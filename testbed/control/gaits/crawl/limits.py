@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from testbed.laws.traction import RESERVE_M
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.robot.linkage import RotationLinkage
+from testbed.robot.linkage import Linkages
 
 Array = NDArray[np.float64]
 
@@ -76,9 +76,10 @@ def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
     reach_m = legs.radial_offset_m + 0.5 * (
         machine.joints.radial.lower_m + machine.joints.radial.upper_m
     )
-    arm_m = RotationLinkage.from_machine(machine).moment_arm_m(0.0)
+    linkages = Linkages.from_machine(machine)
+    arms = linkages.rods(linkages.limits.mean(axis=1))[1][:3]
     direction = legs.radial_direction_rad
-    ways = np.array([abs(np.sin(direction)) / reach_m * float(arm_m), abs(np.cos(direction)), 1.0])
+    ways = arms * np.array([abs(np.sin(direction)) / reach_m, abs(np.cos(direction)), 1.0])
     areas = np.array([np.pi / 4 * a.cylinder.bore_m**2 for a in (rotation, radial, vertical)])
     flows = np.array([a.rated_flow_m3_s for a in (rotation, radial, vertical)])
     volume, seconds = ways * areas, ways * areas / flows

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.machine.model import Machine
-from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
 RAMP = 0.12
@@ -37,11 +36,11 @@ tension's sake.
 class Pace:
     """Limits of one machine: cylinder flows (12), traction speed and the pump's flow."""
 
-    def __init__(self, machine: Machine, arm_m: float) -> None:
-        """`arm_m`: moment arm of the rotation cylinders at the start, m."""
+    def __init__(self, machine: Machine, arms: Array) -> None:
+        """`arms` (12): of the cylinders at the start, m/rad or 1."""
         axes = list(machine.axes.values())
         areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in axes])
-        self._volume = areas * np.tile([arm_m, 1.0, 1.0], len(LEGS))
+        self._volume = areas * arms
         self._rated = np.array([axis.rated_flow_m3_s for axis in axes])
         self._pump = PUMP_SHARE * machine.power_unit.full_flow_m3_s
         self._traction_area = machine.traction.piston_area_m2

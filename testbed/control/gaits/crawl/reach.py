@@ -1,15 +1,21 @@
 """What fits where a stride does not: the longest stride, and the furthest that the ropes may lead
-to a side.
+to a side; and what no posture could do.
+
+Feet that press on the slope with N hold mu N along it. Of the weight along the slope, N tan(slope),
+a pull that leads aside by an angle a leaves them at least sin(a), however strong it is: where
+sin(a) tan(slope) > mu no posture and no pull holds the machine.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from testbed.control.gait import BelievedStart
 from testbed.errors import InputError
+from testbed.machine.names import GRAVITY_M_S2
 from testbed.scenario.tasks import Crawl
 
 HALVINGS = 6
@@ -38,6 +44,16 @@ def explained(
         widest = largest(lambda share: rehearse(task, share))
         if widest > 0.0:
             fits.append(f"ropes up to about {abs(widest * azimuth_deg):.0f} deg aside")
+        fits.append("ropes.pull: straight where the anchors lie aside")
+    if start.rope_tension_n.any():
+        never = friction_share(start)
+        if never > 1.0:
+            return InputError(
+                f"{asked}: no posture and no pull holds the machine: the nearer rope leads {nearest_deg(start):.0f} deg aside, "
+                f"which asks for {never:.2f} times the friction that is believed",
+                field="ropes.azimuth_deg",
+                allowed=f"ropes of which one leads no more than {widest_deg(start):.0f} deg aside",
+            )
     what = " or ".join(fits) or "no stride fits from here"
     return InputError(
         f"{asked}: {error.problem}",
@@ -57,6 +73,32 @@ def largest(rehearse: Callable[[float], None]) -> float:
         except InputError:
             high = share
     return low
+
+
+def nearest_deg(start: BelievedStart) -> float:
+    """The least angle from straight up the slope at which the ropes can pull together, deg."""
+    aside = np.degrees(np.arctan2(*start.rope_directions_in_body[:, 1::-1].T))
+    return 0.0 if aside[0] * aside[1] <= 0.0 else float(np.abs(aside).min())
+
+
+def friction_share(start: BelievedStart) -> float:
+    """Least share of the believed friction that standing takes with the best pull of these ropes,
+    whatever the posture; without drill and with ropes along the slope.
+    """
+    return math.sin(math.radians(nearest_deg(start))) / max(_holds(start), 1e-9)
+
+
+def widest_deg(start: BelievedStart) -> float:
+    """The angle at which `friction_share` is 1, deg."""
+    return math.degrees(math.asin(min(_holds(start), 1.0)))
+
+
+def _holds(start: BelievedStart) -> float:
+    """Friction over the slope's tangent: the share of the weight along it that feet hold. The slope
+    is what the feet's load says of it.
+    """
+    upright = min(float(start.load_n.sum()) / (start.model.total_mass_kg * GRAVITY_M_S2), 1.0)
+    return start.robot.machine.ground.friction * upright / max(math.sqrt(1.0 - upright**2), 1e-9)
 
 
 def rope_azimuth_deg(start: BelievedStart) -> float:

@@ -8,13 +8,14 @@ components. A rope that would have to push for that is left slack.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.scale import ROBOCLIMBER, Scale
 
 Array = NDArray[np.float64]
 TENSION_GAIN_M_S_N = 6.0e-6
@@ -35,6 +36,13 @@ TIGHT_SHARE = 1.30
 """Above this share the body waits (E)."""
 
 
+class Keeping(NamedTuple):
+    """How tensions are kept while the body moves."""
+
+    gain_m_s_n: float
+    most_m_s: float
+
+
 @dataclass
 class RopeHold:
     """anchors_m (2, 3), left and right: in the path frame, as surveyed; attachments_m (2, 3): on
@@ -45,9 +53,14 @@ class RopeHold:
     attachments_m: Array
     tension_n: Array
     """(2,) at the start; zeros: no ropes."""
+    scale: Scale = ROBOCLIMBER
 
     def __post_init__(self) -> None:
         self._any = bool(self.tension_n.any())
+        speed = self.scale.speed
+        self._keeping = Keeping(
+            speed / self.scale.force * TENSION_GAIN_M_S_N, speed * CORRECTION_M_S
+        )
         self.ways_m: Array = self.anchors_m - self.attachments_m
         """(2, 3) from attachments to anchors with the body at the start."""
         self.pull_n: Array = (self.tension_n @ self.directions(np.zeros(3)))[:2]
@@ -61,7 +74,7 @@ class RopeHold:
         turn = (share - 1.0) * math.atan2(y, x)
         c, s = math.cos(turn), math.sin(turn)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        return RopeHold(self.anchors_m @ rotation.T, self.attachments_m, self.tension_n)
+        return replace(self, anchors_m=self.anchors_m @ rotation.T)
 
     def lengths_m(self, body: Array) -> Array:
         """(2,) from attachment to anchor with the body at `body` (3), path frame."""
@@ -83,7 +96,8 @@ class RopeHold:
         """
         out = np.zeros(2)
         if self._any:
-            rope_rates(self.ways_m, self.pull_n, body, before, dt, measured_n, out)
+            ways, pull, by = self.ways_m, self.pull_n, self._keeping
+            rope_rates(ways, pull, body, before, dt, measured_n, by, out)
         return out
 
     def readiness(self, body: Array, measured_n: Array) -> float:
@@ -153,7 +167,14 @@ def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
 
 @njit
 def rope_rates(
-    ways: Any, pull: Any, body: Any, before: Any, dt: float, measured_n: Any, out: Any
+    ways: Any,
+    pull: Any,
+    body: Any,
+    before: Any,
+    dt: float,
+    measured_n: Any,
+    by: Keeping,
+    out: Any,
 ) -> None:
     """See RopeHold.rates_m_s."""
     directions = np.empty((2, 3))
@@ -161,7 +182,5 @@ def rope_rates(
     wanted = wanted_tensions(directions, pull)
     vx, vy, vz = (body[0] - before[0]) / dt, (body[1] - before[1]) / dt, (body[2] - before[2]) / dt
     for k in range(2):
-        excess = min(
-            max(TENSION_GAIN_M_S_N * (measured_n[k] - wanted[k]), -CORRECTION_M_S), CORRECTION_M_S
-        )
+        excess = min(max(by.gain_m_s_n * (measured_n[k] - wanted[k]), -by.most_m_s), by.most_m_s)
         out[k] = excess - (directions[k, 0] * vx + directions[k, 1] * vy + directions[k, 2] * vz)
