@@ -12,7 +12,7 @@ from testbed.estimation.friction.identification import identify_rig
 from testbed.formats.table import read_columns
 from testbed.recording.axis import read_rig
 from testbed.recording.robot import read_robot
-from testbed.workflows.diagnose import diagnose_folder
+from testbed.workflows.diagnose import Wanted, diagnose_folder
 from testbed.workflows.estimate import estimate_file
 
 SAMPLES = Path(__file__).parent / "data" / "first_version"
@@ -57,6 +57,6 @@ def test_a_robot_says_what_it_believes_about_itself() -> None:
 
 @pytest.mark.long
 def test_a_rig_is_diagnosed(tmp_path: Path) -> None:
-    done = diagnose_folder(SAMPLES / "leg", tmp_path / "out", None, None, lambda _: None)
+    done = diagnose_folder(SAMPLES / "leg", tmp_path / "out", Wanted())
     assert done.tree["verdict"] == "none"
     assert read_believed(tmp_path / "out" / "model.yaml").rig == "vertical-leg"

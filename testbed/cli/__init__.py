@@ -426,7 +426,13 @@ def diagnose(
         Path | None, typer.Option(help="Model to start from: what does it still lack?")
     ] = None,
     suggest: Annotated[
-        Path | None, typer.Option(help="Write a motion that parts ambiguous effects (.csv).")
+        Path | None,
+        typer.Option(
+            help="Write a motion that parts ambiguous effects: .csv of an axis, .yaml of a robot."
+        ),
+    ] = None,
+    also: Annotated[
+        Path | None, typer.Option(help="A second run of the same robot, judged together.")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -437,10 +443,10 @@ def diagnose(
     """
     from testbed.report.console import print_json, print_table
     from testbed.report.progress import working
-    from testbed.workflows.diagnose import diagnose_folder
+    from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     with working("diagnosing") as tell:
-        done = diagnose_folder(rig, out, model, suggest, tell)
+        done = diagnose_folder(rig, out, Wanted(model, suggest, also), tell)
     if json:
         print_json(done.tree)
     else:

@@ -409,6 +409,11 @@ def robot_diagnosis(
     out: Out,
     runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
+    ] = None,
+    second: Annotated[bool, typer.Option(help="Let a second motion decide close cases.")] = True,
+    closed: Annotated[bool, typer.Option(help="Judge what was found on another motion.")] = True,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
@@ -416,8 +421,9 @@ def robot_diagnosis(
     a name, or none.
     """
     from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
+    from testbed.benchmarks.diagnosis.robot_trials import Asked
 
-    show(RobotBlindTest(runs, first_seed), out, jobs, json)
+    show(RobotBlindTest(runs, first_seed, Asked(recordings, second, closed)), out, jobs, json)
 
 
 @lab.command()

@@ -87,6 +87,11 @@ class Effect:
     places: ClassVar[tuple[str, ...]] = AXES
     """Where on the robot it may sit."""
 
+    @property
+    def places_on_robot(self) -> tuple[str, ...]:
+        """Those of them at which a diagnosis of the whole robot looks for it."""
+        return self.places
+
     # -- what recordings can show of it ------------------------------------------------------------
     rigs: ClassVar[tuple[str, ...]] = ("vertical-leg", "cylinder", "drive")
     """Kinds of rig on which it can exist."""
@@ -104,8 +109,6 @@ class Effect:
     """A change of friction (5): only a piston that slides shows it."""
     needs_sliding: ClassVar[bool] = False
     """The same for what is no friction."""
-    sought_on_robot: ClassVar[bool] = True
-    """Whether it is looked for at a single leg of the robot, which shows less than a bench."""
     looked_for: ClassVar[float] = 1.0
     """Among so many alternatives its signature was picked as the best: its evidence is worth that
     much less.

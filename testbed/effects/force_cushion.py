@@ -10,7 +10,8 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
-from testbed.effects.terms import ForceTerms, Signals, Values
+from testbed.effects.signature import Change, RobotSeen, Signature
+from testbed.effects.terms import Array, ForceTerms, Signals, Values
 
 LEFT_COST, LEFT_SHARE = 40.0, 0.04
 """Log-likelihood that a cushion costs which the piston never leaves; the share of the time outside
@@ -41,7 +42,6 @@ class Cushion(Effect):
         ),
     )
     live = {"stiffness": "cushion_stiffness_n_m", "start": "cushion_start_m"}
-    sought_on_robot = False
     telling_motion = "slow strokes into the lower quarter of the travel, both ways"
     alike = {
         "force.spring": "a spring pushes along the whole travel, a cushion not beyond its start",
@@ -87,6 +87,41 @@ class Cushion(Effect):
         """On the piston."""
         cylinder = world.cylinders[place]
         cylinder.cushion_n_m, cylinder.cushion_start_m = values["stiffness"], values["start"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Cushions that begin at several places of the travel."""
+        i = seen.axis(place)
+        x = seen.extension_m[:, i]
+        return {
+            f"stiffness {k}": Change(force={i: -np.maximum(start - x, 0.0)})
+            for k, start in enumerate(_tried(x))
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """All of them together, and where they begin in the mean."""
+        starts = _tried(seen.extension_m[:, seen.axis(place)])
+        parts = np.array([linear[f"stiffness {k}"] for k in range(len(starts))])
+        whole = float(parts.sum())
+        start = float(parts @ starts) / whole if whole else float(starts[-1])
+        return {"stiffness": whole, "start": float(np.clip(start, starts[0], starts[-1]))}
+
+    def positive(self, number: str) -> bool:
+        """See Effect."""
+        return True
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 3.0e4
+
+
+TRIED = (0.35, 0.65, 1.0)
+"""Shares of the travel at which a cushion of the robot is tried to begin."""
+
+
+def _tried(extension_m: Array) -> Array:
+    """Extensions at which it is tried to begin, m; (n,) extensions that were visited."""
+    low, high = float(extension_m.min()), float(extension_m.max())
+    return low + np.array(TRIED) * (high - low)
 
 
 EFFECTS = (Cushion(),)

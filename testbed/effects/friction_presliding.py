@@ -10,6 +10,7 @@ from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Coordinate, Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, ForceTerms, Signals, Values
 from testbed.recording.leg_model import Friction
 
@@ -86,7 +87,6 @@ class Presliding(Effect):
     is_friction = True
     far_from_linear = True
     replaces_friction = True
-    sought_on_robot = False
     telling_motion = "small sinusoids of 0.2 to 2 mm about several places"
     alike = {
         "sensor.delay": "a delay grows with the speed of a reversal, a bristle with its distance",
@@ -131,6 +131,51 @@ class Presliding(Effect):
         cylinder.bristle_stiffness_n_m = values["stiffness"]
         cylinder.bristle_damping_n_s_m = values["damping"]
         cylinder.elastic_share = 0.0
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Friction that turns round over a distance instead of at once, for several distances."""
+        i = seen.axis(place)
+        return {
+            f"share {k}": Change(force={i: seen.coulomb_n[:, i] * _held_back(seen, i, bend)})
+            for k, bend in enumerate(BENDS_M)
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """The stiffness of a bristle that slips after the mean distance; its damping is not
+        seen.
+        """
+        parts = np.maximum([linear[f"share {k}"] for k in range(len(BENDS_M))], 0.0)
+        whole = float(parts.sum())
+        bend = float(parts @ np.array(BENDS_M)) / whole if whole else BENDS_M[0]
+        coulomb = float(np.median(seen.coulomb_n[:, seen.axis(place)]))
+        return {"stiffness": coulomb / bend, "damping": USUAL_DAMPING_N_S_M}
+
+    def positive(self, number: str) -> bool:
+        """See Effect."""
+        return True
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 0.5
+
+
+BENDS_M, USUAL_DAMPING_N_S_M = (2.0e-3, 6.0e-3, 1.5e-2), 550.0
+"""Distances over which a bristle of the robot's seals is tried to bend before it slips."""
+
+
+def _held_back(seen: RobotSeen, i: int, bend_m: float) -> Array:
+    """(n,) how far the friction of cylinder i, as a share of its Coulomb force, is behind its
+    sense of sliding: dz/dt = v - |v| z / bend, friction z / bend.
+    """
+    way = seen.speed_m_s[:, i] * float(seen.time_s[1] - seen.time_s[0])
+    keep = np.exp(-np.abs(way) / bend_m)
+    out = np.empty(seen.bins)
+    share = float(seen.direction[0, i])
+    for k in range(seen.bins):
+        settled = float(np.sign(way[k]))
+        share = settled + (share - settled) * float(keep[k])
+        out[k] = share
+    return out - seen.direction[:, i]
 
 
 EFFECTS = (Presliding(),)

@@ -9,6 +9,7 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import ForceTerms, Signals, Values
 
 LEAST_WARMING_K = 3.0
@@ -38,7 +39,6 @@ class TemperatureFriction(Effect):
     needs = ("position", "oil_temperature")
     shapes = ("coulomb_rate",)
     is_friction = True
-    sought_on_robot = False
     live = {"rate": "viscosity_rate_1_k"}
     telling_motion = "the same constant-speed strokes with cold and with warm oil"
     alike = {"sensor.drift_a": "a drift goes on when the oil's temperature stands still"}
@@ -67,6 +67,12 @@ class TemperatureFriction(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """On top of the oil's own thinning."""
         world.cylinders[place].thinning_1_k = values["rate"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Less viscous friction than believed, in proportion to the warmth."""
+        i = seen.axis(place)
+        warm = seen.oil_degc - REFERENCE_DEGC
+        return {"rate": Change(force={i: -warm * seen.viscous_n[:, i]})}
 
 
 EFFECTS = (TemperatureFriction(),)

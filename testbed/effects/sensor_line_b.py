@@ -9,6 +9,7 @@ import numpy as np
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, Signals, Values
 
 SMOOTHING_S = 0.010
@@ -23,6 +24,10 @@ def flat(values: Array, width: float) -> Array:
 
     once = gaussian_filter1d(values, width, mode="nearest")
     return np.asarray(2.0 * once - gaussian_filter1d(once, width, mode="nearest"), dtype=np.float64)
+
+
+USUAL_DAMPING, LEAST_LAG_S = 0.8, 1.0e-3
+"""Of the lines of a robot (E)."""
 
 
 class LineB(Effect):
@@ -41,7 +46,6 @@ class LineB(Effect):
     rigs = ("vertical-leg", "cylinder")
     seen_in = ("force", "flow")
     far_from_linear = True
-    sought_on_robot = False
     telling_motion = "sharp steps of the valve against a held piston, then slow ramps"
     alike = {"sensor.delay": "a delay makes pressure A late too"}
 
@@ -67,6 +71,28 @@ class LineB(Effect):
         cylinder = world.cylinders[place]
         cylinder.line_b_hz = values["natural_frequency"]
         cylinder.line_b_damping = values["damping"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """Sensor B is late by 2 damping / w of the pressure's rate; its swing is not seen."""
+        i = seen.axis(place)
+        return {"lag": Change(force={i: seen.area_b_m2[i] * seen.pressure_b_rate[:, i]})}
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """Of a line with the usual damping."""
+        w = 2.0 * USUAL_DAMPING / max(linear["lag"], LEAST_LAG_S)
+        return {"natural_frequency": w / (2.0 * math.pi), "damping": USUAL_DAMPING}
+
+    def to_linear(self, values: Values) -> dict[str, float]:
+        """The other way round."""
+        return {"lag": values["damping"] / (math.pi * values["natural_frequency"])}
+
+    def positive(self, number: str) -> bool:
+        """See Effect."""
+        return True
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 0.05
 
 
 EFFECTS = (LineB(),)

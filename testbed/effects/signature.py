@@ -126,6 +126,8 @@ class RobotSeen:
     `supply_by_flow` by its flow.
     """
     supply_by_flow: Array
+    drawn_m3_s: Array
+    """(n,) flow that all cylinders together are believed to draw."""
     line_hz: Array
     """(12,) frequency of the strongest line of each piston's force; `line_n` its amplitude, 0 where
     it may be noise.

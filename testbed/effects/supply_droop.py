@@ -8,6 +8,7 @@ from testbed.compiled import njit
 from testbed.effects.base import Effect, ParameterSpec
 from testbed.effects.fitting import Observed
 from testbed.effects.hidden import Hidden
+from testbed.effects.signature import Change, RobotSeen, Signature
 from testbed.effects.terms import Array, FlowTerms, Signals, Values
 from testbed.machine.names import AXES
 
@@ -37,6 +38,10 @@ def drooping_pa(
     return out
 
 
+TIMES_S = (0.05, 0.3, 1.0)
+"""With which the supply of a whole robot is tried to follow its flow."""
+
+
 class Droop(Effect):
     """A supply that gives way under flow."""
 
@@ -61,8 +66,12 @@ class Droop(Effect):
     rigs = ("vertical-leg",)
     seen_in = ("flow", "supply")
     places = ("supply", *AXES)  # one power unit; a cylinder as its place is where it is felt
-    sought_on_robot = False
     telling_motion = "full-speed strokes after a rest, with the supply pressure recorded"
+
+    @property
+    def places_on_robot(self) -> tuple[str, ...]:
+        """All cylinders feel the one unit alike."""
+        return self.places[:1]
 
     def flow(self, signals: Signals, terms: FlowTerms, values: Values) -> None:
         """The supply pressure follows the drawn flow."""
@@ -76,6 +85,39 @@ class Droop(Effect):
     def hide(self, world: Hidden, place: str, values: Values) -> None:
         """Of the one power unit."""
         world.droop_pa_s_m3, world.droop_s = values["droop"], values["time"]
+
+    def signature(self, seen: RobotSeen, place: str) -> Signature:
+        """A supply that gives way with the drawn flow, at once and late."""
+        return {
+            f"droop {k}": Change(supply=late(seen.drawn_m3_s, seen.time_s, time))
+            for k, time in enumerate(TIMES_S)
+        }
+
+    def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
+        """All droops together, with their mean time."""
+        parts = np.array([linear[f"droop {k}"] for k in range(len(TIMES_S))])
+        whole = float(parts.sum())
+        mean = float(parts @ np.array(TIMES_S)) / whole if whole else TIMES_S[0]
+        return {"droop": whole, "time": float(np.clip(mean, TIMES_S[0], TIMES_S[-1]))}
+
+    def positive(self, number: str) -> bool:
+        """See Effect."""
+        return True
+
+    def spread(self, number: str) -> float:
+        """See Effect."""
+        return 2.0e9
+
+
+def late(values: Array, time_s: Array, lag_s: float) -> Array:
+    """Values (n,) at even times as a first-order lag hands them on."""
+    keep = float(np.exp(-(time_s[1] - time_s[0]) / lag_s))
+    out = np.empty_like(values)
+    state = float(values[0])
+    for k, value in enumerate(values):
+        state = float(value) + (state - float(value)) * keep
+        out[k] = state
+    return out
 
 
 EFFECTS = (Droop(),)

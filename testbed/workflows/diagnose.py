@@ -4,7 +4,7 @@ written.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from testbed.formats.ownership import owned
 
 if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
+    from testbed.diagnosis.robot.groups import Balances
     from testbed.recording.robot import RobotRecording
 
 Table = tuple[list[str], list[list[str]]]
@@ -31,20 +32,37 @@ class Diagnosed:
     page: Path
 
 
-def diagnose(folder: str | Path, out: str | Path, model: str | Path | None = None) -> Diagnosed:
+@dataclass(frozen=True)
+class Wanted:
+    """What may be asked of a diagnosis beside its findings. `model`: file to start from; `suggest`:
+    file for a motion that parts what cannot be told apart; `also`: another recording of the robot.
+    """
+
+    model: Path | None = None
+    suggest: Path | None = None
+    also: Path | None = None
+
+
+def diagnose(
+    folder: str | Path,
+    out: str | Path,
+    model: str | Path | None = None,
+    also: str | Path | None = None,
+) -> Diagnosed:
     """Say which effect the machine recorded in `folder` has and its model lacks; `model`: one to
     start from.
 
-    `folder` is an axis' rig (identify/ and verify/) or a robot's run. Into `out` go findings.json,
-    the models (add `model.yaml` to a run by `simulate(.., model=..)`) and report.html; `.tree` of
-    the answer is findings.json. Raises InputError for anything that cannot be used.
+    `folder` is an axis' rig (identify/ and verify/) or a robot's run, `also` a second run of the
+    same robot. Into `out` go findings.json, the models (add `model.yaml` to a run by
+    `simulate(.., model=..)`) and report.html; `.tree` of the answer is findings.json. Raises
+    InputError for anything that cannot be used.
     """
-    start = None if model is None else Path(model)
-    return diagnose_folder(Path(folder), Path(out), start, None, lambda _: None)
+    start, other = (None if path is None else Path(path) for path in (model, also))
+    return diagnose_folder(Path(folder), Path(out), Wanted(start, also=other))
 
 
 def diagnose_folder(
-    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
+    folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None] = lambda _: None
 ) -> Diagnosed:
     """Diagnose `folder` and write everything into `out`. Raises InputError for anything that cannot
     be used.
@@ -52,16 +70,11 @@ def diagnose_folder(
     from testbed.workflows.estimate import is_robot
 
     folder = folder.parent if folder.name == "recording.yaml" else folder
-    return (
-        _robot(folder, out, model, suggest, tell)
-        if is_robot(folder)
-        else _axis(folder, out, model, suggest, tell)
-    )
+    kind = _robot if is_robot(folder) else _axis
+    return kind(folder, out, wanted, tell)
 
 
-def _axis(
-    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
-) -> Diagnosed:
+def _axis(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None]) -> Diagnosed:
     from testbed.diagnosis.leg.diagnose import diagnose
     from testbed.diagnosis.leg.experiments import write_motion
     from testbed.diagnosis.leg.findings import as_json, summary_rows, write_findings
@@ -69,10 +82,17 @@ def _axis(
     from testbed.recording.axis import read_rig
     from testbed.report.diagnosis_page import page
 
+    suggest = wanted.suggest
+    if wanted.also is not None:
+        raise InputError(
+            "is for a robot's run; a rig has all its recordings in one folder",
+            field="--also",
+            value=str(wanted.also),
+        )
     if suggest is not None:
         check_file(suggest, (".csv", ".parquet"), "--suggest", within=out)
     rig = read_rig(folder)
-    start = read_believed(model) if model is not None else None
+    start = read_believed(wanted.model) if wanted.model is not None else None
     with owned(out):
         found = diagnose(rig, tell, start)
         write_findings(found, out)
@@ -84,54 +104,72 @@ def _axis(
     )
 
 
-def _robot(
-    folder: Path, out: Path, model: Path | None, suggest: Path | None, tell: Callable[[str], None]
-) -> Diagnosed:
-    from testbed.diagnosis.robot.diagnose import check_duration
+def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None]) -> Diagnosed:
     from testbed.diagnosis.robot.findings import as_json, summary_rows, write_findings
-    from testbed.diagnosis.robot.rig import NEEDED
-    from testbed.recording.robot import read_robot
     from testbed.recording.robot_model import RobotModelFile, read_robot_model
     from testbed.report.robot_diagnosis_page import page
+    from testbed.workflows.second_motion import suggest_motion
 
-    if suggest is not None:
-        raise InputError(
-            "is for one axis; of a robot's run, let the body sway",
-            field="--suggest",
-            value=str(suggest),
-        )
-    run = read_robot(folder, NEEDED)
-    check_duration(run.data["t"], run.folder / run.header.data)
-    believed = RobotModelFile() if model is None else read_robot_model(model)
+    runs = [_read_run(path) for path in (folder, wanted.also) if path is not None]
+    believed = RobotModelFile() if wanted.model is None else read_robot_model(wanted.model)
+    if wanted.suggest is not None:
+        check_file(wanted.suggest, (".yaml",), "--suggest", within=out)
     with owned(out):
-        found = diagnose_recording(run, model, tell)
+        found = diagnose_recordings(runs, wanted.model, tell)
         write_findings(found, believed, out)
         write_text(out / PAGE, page(found))
-    return Diagnosed(
-        f"{found.name}: {found.verdict.kind}", as_json(found), summary_rows(found), out / PAGE
-    )
+        tree = as_json(found)
+        if wanted.suggest is not None:
+            tree["next_motion"] = suggest_motion(found, folder, wanted.suggest, tell)
+    return Diagnosed(f"{found.name}: {found.verdict.kind}", tree, summary_rows(found), out / PAGE)
 
 
-def diagnose_recording(
-    run: RobotRecording, model: Path | None, tell: Callable[[str], None] | None = None
+def _read_run(folder: Path) -> RobotRecording:
+    from testbed.diagnosis.robot.diagnose import check_duration
+    from testbed.diagnosis.robot.rig import NEEDED
+    from testbed.recording.robot import read_robot
+
+    run = read_robot(folder, NEEDED)
+    check_duration(run.data["t"], run.folder / run.header.data)
+    return run
+
+
+def diagnose_recordings(
+    runs: Sequence[RobotRecording],
+    model: Path | None,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> RobotDiagnosis:
-    """What a recording shows that the robot's model, with what a model file adds, lacks.
+    """What one recording, or two together, show that the robot's model, with what a model file
+    adds, lacks.
 
     Raises InputError for a model or a survey that cannot be understood.
     """
-    from testbed.diagnosis.robot.diagnose import diagnose_robot
+    from testbed.diagnosis.robot.diagnose import judged
+    from testbed.diagnosis.robot.together import together
     from testbed.effects.base import MARK
     from testbed.recording.robot_model import read_robot_model
+
+    entries = () if model is None else read_robot_model(model).effects
+    granted = {
+        f"{entry.name}{MARK}{entry.place}": {k: p.value for k, p in entry.parameters.items()}
+        for entry in entries
+    }
+    tell("holding the measurements against the machine")
+    balances = [balances_of_run(run, model, granted) for run in runs]
+    tell("weighing hypotheses")
+    both = balances[0] if len(balances) == 1 else together(*balances)
+    return judged(runs[0].name, both, granted)
+
+
+def balances_of_run(
+    run: RobotRecording, model: Path | None, granted: dict[str, dict[str, float]]
+) -> Balances:
+    """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
+    from testbed.diagnosis.robot.groups import balances_of
     from testbed.robot.robot import Robot
     from testbed.workflows.estimate import survey_of
     from testbed.world.believed import own_belief
 
     ropes, carried_kg = survey_of(run.header.surveyed, run.file)
     believed = own_belief(run.machine, model)
-    entries = () if model is None else read_robot_model(model).effects
-    granted = {
-        f"{entry.name}{MARK}{entry.place}": {k: p.value for k, p in entry.parameters.items()}
-        for entry in entries
-    }
-    robot = Robot.of(believed.machine, carried_kg)
-    return diagnose_robot(run.name, run.data, robot, ropes, granted, tell)
+    return balances_of(run.data, Robot.of(believed.machine, carried_kg), ropes, granted)

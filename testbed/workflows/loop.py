@@ -53,7 +53,7 @@ def close_loop(
 def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.expectations import elsewhere, hidden_effects, hidden_numbers
-    from testbed.workflows.diagnose import diagnose_folder
+    from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     scenario = load_scenario(name)
     say(f"{name}: first run")
@@ -61,7 +61,7 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
     findings = folder / "diagnosis" / "findings.json"
     if not findings.is_file():
         say(f"{name}: diagnosis")
-        diagnose_folder(folder / "first", folder / "diagnosis", None, None, lambda _: None)
+        diagnose_folder(folder / "first", folder / "diagnosis", Wanted())
     found = json.loads(findings.read_text())
     say(f"{name}: another scenario, as believed")
     other = elsewhere(scenario, NEXT, scenario.seed + NEXT_SEED)

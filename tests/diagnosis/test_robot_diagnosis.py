@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest, scores
+from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
 from testbed.benchmarks.diagnosis.robot_calibration import fit, restated
 from testbed.benchmarks.diagnosis.robot_draws import KINDS, MOTIONS, drawn
+from testbed.benchmarks.diagnosis.robot_scores import scores, target
 from testbed.benchmarks.harness import LINES
 from testbed.diagnosis.leg.findings import FORMAT
 from testbed.diagnosis.robot.diagnose import SHORTEST_S, check_duration
@@ -66,12 +67,13 @@ def run_trial(seed: int, truth: list[str], said: list[str], factor: float) -> di
         "kind": "single" if truth else "clean",
         "truth": truth,
         "hidden": hidden if truth else [],
-        "visible": bool(truth),
+        "visible": truth,
         "verdict": verdict,
         "names": said,
         "effects": [effect | {"ambiguous_with": []}] if said else [],
         "hypotheses": hypotheses,
         "signs": [[["sensor.gain_a@fl_vertical"], factor]],
+        "second": {},
         "closed": {"before": 300.0, "after": 200.0, "sound": 100.0} if said else {},
         "seconds": 1.0,
     }
@@ -94,6 +96,27 @@ def test_fitted_numbers_tell_strong_evidence_from_weak() -> None:
     trials += [run_trial(20 + k, [], [], 5.0 + 0.2 * k) for k in range(20)]
     for trial in restated(trials, fit(trials)):
         assert (trial["verdict"] == "effect") == bool(trial["truth"])
+
+
+def test_what_is_hidden_and_not_visible_may_be_named_or_not() -> None:
+    both = run_trial(1, GAIN, GAIN, 90.0) | {"truth": [*GAIN, "rope.stiffness@rope"]}
+    assert target(both) == frozenset(GAIN)
+    assert target(both | {"names": both["truth"]}) == frozenset(both["truth"])
+    assert target(both | {"names": [*GAIN, "robot.payload@body"]}) == frozenset(GAIN)
+    assert scores([both])["name_and_place"]["share"] == 1.0
+
+
+def test_a_second_motion_is_scored_beside_what_was_said_without_it() -> None:
+    second = {"motion": "rise", "visible": GAIN, "verdict": "effect", "names": GAIN}
+    close = run_trial(1, GAIN, [], 20.0) | {"second": second}
+    found = scores([close, run_trial(2, GAIN, GAIN, 90.0)])["second"]
+    assert found["cases"] == 1 and found["motions"] == {"rise": 1}
+    assert found["without"]["share"] == 0.0 and found["with"]["share"] == 1.0
+
+
+def test_what_sound_machines_reach_counts_for_nothing() -> None:
+    trials = [run_trial(k, [], [], 12.0 + 0.1 * k) for k in range(20)]
+    assert 13.0 < fit(trials)["sound"]["sensor.gain_a"] < 14.0
 
 
 def test_kept_trials_are_read_by_the_harness(tmp_path: Path) -> None:

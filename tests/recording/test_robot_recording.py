@@ -183,7 +183,7 @@ def test_every_fault_is_one_line_and_nothing_is_written(
 def test_a_diagnosis_needs_more_channels_than_an_estimate(
     name: str, sound: tuple[dict[str, Any], Columns], tmp_path: Path
 ) -> None:
-    from testbed.workflows.diagnose import diagnose_folder
+    from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     head, columns = sound
     for stem in (
@@ -193,20 +193,20 @@ def test_a_diagnosis_needs_more_channels_than_an_estimate(
     folder = write(tmp_path / "run", head, columns)
     assert estimate_file(folder, None, tmp_path / "force.csv")["rows"] == 300
     with pytest.raises(InputError, match="is missing"):
-        diagnose_folder(folder, tmp_path / "found", None, None, lambda _: None)
+        diagnose_folder(folder, tmp_path / "found", Wanted())
     assert not (tmp_path / "found").exists()
 
 
 def test_a_run_too_short_to_diagnose_leaves_no_folder(
     sound: tuple[dict[str, Any], Columns], tmp_path: Path
 ) -> None:
-    from testbed.workflows.diagnose import diagnose_folder
+    from testbed.workflows.diagnose import Wanted, diagnose_folder
 
     folder = write(tmp_path / "run", *sound)
     with pytest.raises(
         InputError, match=r"data\.parquet: is too short to diagnose: 0\.299 s .*at least 4\.6 s"
     ):
-        diagnose_folder(folder, tmp_path / "found", None, None, lambda _: None)
+        diagnose_folder(folder, tmp_path / "found", Wanted())
     assert not (tmp_path / "found").exists()
 
 

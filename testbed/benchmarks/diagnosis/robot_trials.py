@@ -1,10 +1,11 @@
-"""The whole robot's diagnosis on one random run, and what believing it does on another motion of
-the same machine.
+"""The whole robot's diagnosis on one random run, what a second motion adds where it cannot decide,
+and what believing it does on another motion of the same machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -13,14 +14,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, Drawn, drawn
+from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, SECONDS, Drawn, drawn
+from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
-from testbed.scenario.scenario import Scenario
+from testbed.scenario.scenario import load_scenario
 
 if TYPE_CHECKING:
     from testbed.diagnosis.robot.diagnose import RobotDiagnosis
+    from testbed.diagnosis.robot.groups import Balances
+    from testbed.diagnosis.robot.hypotheses import Ledger
 
 Array = npt.NDArray[np.float64]
 VISIBLE = 6.0
@@ -29,51 +33,31 @@ SETTLED_S = 1.0
 """Errors are scored after the start's transients."""
 
 
-def simulate(scenario: Scenario) -> tuple[dict[str, Array], dict[str, Array], dict[str, Any]]:
-    """What the sensors of a run read and what is true, column -> (n,), and what was surveyed before
-    it.
+@dataclass(frozen=True)
+class Asked:
+    """How a trial is made. `recordings`: folder for its simulated runs; `second`: whether a second
+    motion decides what the first cannot; `closed`: whether what was found is believed elsewhere.
     """
-    from testbed.world.simulation import Simulation
 
-    world = Simulation(scenario)
-    try:
-        data, truth = [], []
-        while not world.finished:
-            measured, true = world.run_block(1000)[:2]
-            data.append(measured)
-            truth.append(true)
-        tables = (
-            (world.data_columns, np.concatenate(data)),
-            (world.truth_columns, np.concatenate(truth)),
-        )
-        columns = [
-            {name: np.ascontiguousarray(table[:, k]) for k, name in enumerate(names)}
-            for names, table in tables
-        ]
-        return columns[0], columns[1], world.surveyed()
-    finally:
-        world.close()
+    recordings: Path | None = None
+    second: bool = True
+    closed: bool = True
 
 
-def diagnosed(name: str, data: Mapping[str, Array], surveyed: Any) -> RobotDiagnosis:
-    """The diagnosis of a run with the shipped machine as what the robot believes."""
-    from testbed.diagnosis.robot.diagnose import diagnose_robot
-    from testbed.robot.robot import Robot
-    from testbed.workflows.estimate import survey_of
-
-    ropes, carried_kg = survey_of(surveyed, Path(name))
-    return diagnose_robot(name, data, Robot.of(build_machine(), carried_kg), ropes)
+ALL_ASKED = Asked()
 
 
-def trial(seed: int) -> Trial:
+def trial(seed: int, asked: Asked) -> Trial:
     """One run: simulate it, diagnose it, compare with what was hidden."""
+    from testbed.diagnosis.robot.diagnose import judged
     from testbed.diagnosis.robot.findings import as_json
     from testbed.diagnosis.robot.hypotheses import Ledger
 
     case = drawn(seed)
-    data, _, surveyed = simulate(case.scenario())
+    run = run_of(case.scenario(), asked.recordings)
     began = perf_counter()
-    found = diagnosed(f"seed-{seed}", data, surveyed)
+    balances = balances_in(run)
+    found = judged(f"seed-{seed}", balances)
     seconds = perf_counter() - began
     said = as_json(found)
     return {
@@ -82,31 +66,94 @@ def trial(seed: int) -> Trial:
         "kind": case.kind,
         "truth": list(case.truth),
         "hidden": list(case.hidden),
-        "visible": _visible(Ledger(found.balances), case),
+        "visible": visible(Ledger(balances), case),
         "verdict": said["verdict"],
-        "names": [f"{e['name']}@{e['place']}" for e in said["effects"]],
+        "names": names_in(said),
         "effects": said["effects"],
         "hypotheses": said["hypotheses"],
         "signs": found.signs.as_json(),
-        "closed": _closed(found, case),
+        "second": _second(found, case, asked) if asked.second else {},
+        "closed": _closed(found, case, asked) if asked.closed else {},
         "seconds": seconds,
     }
 
 
-def _visible(ledger: Any, case: Drawn) -> bool:
-    """Whether all that is hidden can be seen: each name raises the evidence of the set of them.
-    What no name covers is visible where leaving a sound machine is worth as much.
+def names_in(said: dict[str, Any]) -> list[str]:
+    """The effects of findings, as `effect@place`."""
+    return [f"{e['name']}@{e['place']}" for e in said["effects"]]
+
+
+def balances_in(run: Run) -> Balances:
+    """A run's balances with the shipped machine as what the robot believes."""
+    from testbed.diagnosis.robot.groups import balances_of
+    from testbed.robot.robot import Robot
+    from testbed.workflows.estimate import survey_of
+
+    ropes, carried_kg = survey_of(run.surveyed, Path("run"))
+    return balances_of(run.data, Robot.of(build_machine(), carried_kg), ropes, {})
+
+
+def visible(ledger: Ledger, case: Drawn) -> list[str]:
+    """Which of the hidden effects can be seen: those whose names raise the evidence of the set of
+    all. One that no name covers is seen where its own signature, or an error of any course at its
+    place, is worth as much.
     """
+    from testbed.diagnosis.robot.unexplained import UNNAMED
+
     if case.kind == "outside":
-        return bool(ledger.best()[0].log_factor >= VISIBLE)
-    if not case.truth or any(name not in ledger.names for name in case.truth):
-        return False
-    whole = ledger.hypothesis(case.truth).log_factor
-    rests = [tuple(n for n in case.truth if n != name) for name in case.truth]
-    return all(whole - ledger.hypothesis(rest).log_factor >= VISIBLE for rest in rests)
+        there = [f"{UNNAMED}.{part}@{h['at']}" for h in case.hidden for part in ("force", "flow")]
+        there = [name for name in (*case.truth, *there) if name in ledger.names]
+        most = max((ledger.hypothesis((name,)).log_factor for name in there), default=0.0)
+        return list(case.truth) if most >= VISIBLE else []
+    there = [name for name in case.truth if name in ledger.names]
+    whole = ledger.hypothesis(tuple(there)).log_factor
+    rests = {name: tuple(n for n in there if n != name) for name in there}
+    return [n for n, rest in rests.items() if whole - ledger.hypothesis(rest).log_factor >= VISIBLE]
 
 
-def _closed(found: RobotDiagnosis, case: Drawn) -> dict[str, float]:
+def _second(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, Any]:
+    """Where the two likeliest sets cannot be told apart: the motion that is chosen, and what both
+    recordings together say.
+    """
+    from testbed.diagnosis.robot.diagnose import judged
+    from testbed.diagnosis.robot.findings import as_json
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.diagnosis.robot.motions import motion_named, promises, rivals
+    from testbed.diagnosis.robot.together import together
+
+    two = rivals(found.verdict.hypotheses)
+    if two is None:
+        return {}
+    promised = promises(Ledger(found.balances), two, rehearsals(asked.recordings))
+    chosen = max(promised, key=promised.__getitem__)
+    run = run_of(case.again(motion_named(chosen).overrides()), asked.recordings)
+    both = together(found.balances, balances_in(run))
+    said = as_json(judged(found.name, both))
+    return {
+        "rivals": [list(names) for names in two],
+        "motion": chosen,
+        "promised": promised,
+        "visible": visible(Ledger(both), case),
+        "verdict": said["verdict"],
+        "names": names_in(said),
+        "hypotheses": said["hypotheses"],
+    }
+
+
+@cache
+def rehearsals(folder: Path | None) -> dict[str, Ledger]:
+    """Every motion of the catalogue on the machine as it is believed."""
+    from testbed.diagnosis.robot.hypotheses import Ledger
+    from testbed.diagnosis.robot.motions import motions
+
+    def ledger(overrides: list[str]) -> Ledger:
+        scenario = load_scenario(MOTIONS["stand"], overrides, 0, SECONDS)
+        return Ledger(balances_in(run_of(scenario, folder)))
+
+    return {motion.name: ledger(motion.overrides()) for motion in motions()}
+
+
+def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float]:
     """Foot-force error, N RMS over the feet, on another motion: as believed, with what was found,
     and of the machine without what is hidden.
     """
@@ -121,17 +168,15 @@ def _closed(found: RobotDiagnosis, case: Drawn) -> dict[str, float]:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.yaml"
         write_robot_model(path, models(found, RobotModelFile())["after"])
-        data, truth, surveyed = simulate(case.scenario(other))
+        run = run_of(case.scenario(other), asked.recordings)
         return {
-            "before": force_error_n(data, truth, surveyed, None),
-            "after": force_error_n(data, truth, surveyed, path),
-            "sound": force_error_n(*simulate(sound.scenario(other)), None),
+            "before": force_error_n(run, None),
+            "after": force_error_n(run, path),
+            "sound": force_error_n(run_of(sound.scenario(other), asked.recordings), None),
         }
 
 
-def force_error_n(
-    data: Mapping[str, Array], truth: Mapping[str, Array], surveyed: Any, model: Path | None
-) -> float:
+def force_error_n(run: Run, model: Path | None) -> float:
     """Root mean square error of the own estimate over the four feet, N, with what a model file adds
     to the belief.
     """
@@ -140,8 +185,8 @@ def force_error_n(
     from testbed.world.believed import own_belief
 
     believed = own_belief(build_machine(), model)
-    belief = believed.legs(float(np.median(np.diff(data["t"]))))
-    told = forces(data, with_body(belief, believed, surveyed, Path("run")))
-    later = data["t"] > data["t"][0] + SETTLED_S
-    errors = [told[f"force_{leg}_n"] - truth[f"foot_load_{leg}"] for leg in LEGS]
+    belief = believed.legs(float(np.median(np.diff(run.data["t"]))))
+    told = forces(run.data, with_body(belief, believed, run.surveyed, Path("run")))
+    later = run.data["t"] > run.data["t"][0] + SETTLED_S
+    errors = [told[f"force_{leg}_n"] - run.truth[f"foot_load_{leg}"] for leg in LEGS]
     return float(np.sqrt(np.mean(np.square(errors)[:, later])))

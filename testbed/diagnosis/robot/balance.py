@@ -33,6 +33,9 @@ MOST, HARDLY = 0.5, 0.01
 LIFTED_M = 0.02
 """A foot that control does not mean to carry and that is drawn up by so much hangs in the air."""
 
+BELLY_CLEAR_M = 0.05
+"""A belly that is nearer to the ground between the feet may touch it (E)."""
+
 
 @dataclass(frozen=True, eq=False)
 class BodyBalance:
@@ -117,11 +120,13 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),
         supply_by_pressure=other.supply.by_pressure,
         supply_by_flow=other.supply.by_flow,
+        drawn_m3_s=other.supply.drawn_m3_s,
         line_hz=other.line_hz,
         line_n=other.line_n,
     )
     counted = np.ones((n, 18), dtype=bool)
     counted[:, 6:] = np.repeat(measured.hangs, JOINTS_A_LEG, axis=1)
+    counted[_lies(machine, frames, seen.foot_m), :6] = False
     missing, by_force = (np.array([getattr(one, name) for one in found]) for name in ROWS)
     return BodyBalance(seen, missing, by_force, counted, foot_force, spread)
 
@@ -315,6 +320,20 @@ def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
             last = np.interp(index, index[stands], height[stands, leg])
             out[:, leg] = (bins.carrying[:, leg] < HARDLY) & (last - height[:, leg] > LIFTED_M)
     return out
+
+
+def _lies(machine: Machine, frames: Array, foot_m: Array) -> npt.NDArray[np.bool_]:
+    """(n,) whether the belly is so low between the feet (n, 4, 3) that it may rest on the ground,
+    which then carries what no sensor reads.
+    """
+    body = machine.body
+    length, width = 0.5 * body.belly_box_m[0], 0.5 * body.belly_box_m[1]
+    corners = np.array(
+        [(x, y, body.belly_height_m) for x in (-length, length) for y in (-width, width)]
+    )
+    off_slope = frames[:, 2]
+    ground = np.einsum("nj,nlj->nl", off_slope, foot_m).mean(axis=1)
+    return np.asarray((off_slope @ corners.T).min(axis=1) - ground < BELLY_CLEAR_M)
 
 
 def _slope_frames(rotation: Array, bins: Bins) -> Array:

@@ -9,7 +9,7 @@ together, and for something that no name covers (hypotheses.py) becomes a distri
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.bins import BIN_S, SETTLING_S
 from testbed.diagnosis.robot.evidence import RawGroup
-from testbed.diagnosis.robot.groups import Balances, balances_of
+from testbed.diagnosis.robot.groups import Balances
 from testbed.diagnosis.robot.hypotheses import Hypothesis, Ledger
 from testbed.diagnosis.robot.parameters import Found, found_in
 from testbed.diagnosis.robot.probabilities import (
@@ -27,10 +27,11 @@ from testbed.diagnosis.robot.probabilities import (
     RobotSigns,
     calibration,
     distribution,
+    has_names,
 )
+from testbed.effects import ALL
 from testbed.effects.signature import Signature
 from testbed.errors import InputError
-from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 LEARNT_SHARE = 0.65
@@ -38,7 +39,6 @@ LEARNT_SHARE = 0.65
 SHORTEST_S = SETTLING_S + 40 * BIN_S
 AMBIGUOUS = 3.0
 """A rival within so many units of belief of a name is reported as not told apart."""
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,8 @@ class RobotDiagnosis:
     verdict: Verdict
     found: tuple[Found, ...]
     errors: Mapping[str, Mapping[str, float]]
+    cannot_show: Mapping[str, tuple[str, ...]]
+    """Kind of effect -> places at which one of the usual size would not be seen here."""
     resembles: str = ""
     """What an unnamed effect looks like most."""
 
@@ -84,26 +86,11 @@ def check_duration(time_s: Array, file: Path) -> None:
         )
 
 
-def diagnose_robot(
-    name: str,
-    data: Mapping[str, Array],
-    robot: Robot,
-    ropes_in_world: Array,
-    granted: Mapping[str, Mapping[str, float]] | None = None,
-    progress: Progress | None = None,
-) -> RobotDiagnosis:
-    """`data`: columns of the run's recording (never its truth); `robot`: as it believes itself to
-    be; `ropes_in_world`
-    (2, 3): unit vectors towards the anchors as surveyed.
-
-    `granted`: effect at its place -> parameters that the model has already; what is looked for is
-    what it lacks.
+def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotDiagnosis:
+    """What balances, of one recording or of two together, say; `granted`: effects at their places
+    that are not looked for.
     """
-    tell = progress or (lambda _: None)
-    tell("holding the measurements against the machine")
-    balances = balances_of(data, robot, ropes_in_world, granted or {})
-    tell("weighing hypotheses")
-    ledger = Ledger(balances, left_out=granted or ())
+    ledger = Ledger(balances, left_out=granted)
     tried = ledger.best()
     signs = RobotSigns.of(tried)
     weights = distribution(signs, calibration())
@@ -114,7 +101,7 @@ def diagnose_robot(
             break
         weights = _without(weights, failed)
         verdict = _verdict(ledger, tried, weights, failed)
-    unnamed = [h for h in tried if (NO_NAME if _is_unnamed(h) else h.names) == NO_NAME]
+    unnamed = [h for h in tried if not has_names(h.names)]
     return RobotDiagnosis(
         name=name,
         balances=balances,
@@ -122,14 +109,28 @@ def diagnose_robot(
         verdict=verdict,
         found=found_in(balances, verdict.chosen, calibration()["width"]),
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
+        cannot_show=_cannot_show(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
     )
 
 
-def _is_unnamed(hypothesis: Hypothesis) -> bool:
-    from testbed.diagnosis.robot.probabilities import has_names
+VISIBLE = 6.0
+"""Ln of the Bayes factor from which an effect would be seen by whoever knows its name."""
 
-    return not has_names(hypothesis.names)
+
+def _cannot_show(ledger: Ledger) -> dict[str, tuple[str, ...]]:
+    """Kinds of effects that have a name, and the places at which these balances would not show
+    them.
+    """
+    out = {}
+    for effect in ALL:
+        if effect.is_tolerance:
+            continue
+        names = {place: f"{effect.kind}@{place}" for place in effect.places_on_robot}
+        shown = {p for p, n in names.items() if n in ledger.names and ledger.expected(n) >= VISIBLE}
+        if len(shown) < len(names):
+            out[effect.kind] = tuple(place for place in names if place not in shown)
+    return out
 
 
 def _verdict(

@@ -30,10 +30,14 @@ PLACE_M, WAY_M = 5.0, 5.0
 """Nobody knows where a foot was set down, nor where the body went."""
 GIVES_M_N = 1.5e-7
 """A ground of 7 MN/m gives by this under a newton, more or less (E)."""
-SLIPS_AT, SLIP_M, ROLLS = 0.25, 4.0e-3, 0.15
-"""A foot that uses more friction than this may slip, by so much from bin to bin, and by this share
-of it off the slope: a sound machine on its ground may, too (E).
+SLIPS_AT, SURELY_AT, SLIP_M, ROLLS = 0.15, 0.35, 1.5e-3, 0.15
+"""A foot that uses more friction than the first may slip; from the second on by SLIP_M from bin to
+bin, and by a share ROLLS of it off the slope: a sound machine on its ground does, too (E).
 """
+LEAST_LOAD_N, AROUND = 1500.0, 3
+"""A foot that carries less in one of so many bins to either side may be in the air."""
+NEAR_BINS = 5
+"""A slip comes about a bin's use of friction: so many bins to either side count."""
 TILT_RAD = 2.0e-4
 """Noise of the inertial unit in a bin (E)."""
 
@@ -66,7 +70,7 @@ def group_of(balance: BodyBalance, bins: Bins) -> RawGroup:
 
 def standing_of(balance: BodyBalance, bins: Bins) -> Standing:
     """Which foot stands when, and where it seems to be."""
-    stands = _stands(bins)
+    stands = _stands(bins, in_slope(balance, balance.foot_force)[:, :, 2])
     some = stands.copy()
     some[np.arange(bins.count) % EVERY != 0] = False
     k, leg = np.nonzero(some)
@@ -90,11 +94,19 @@ def in_slope(balance: BodyBalance, points: Array) -> Array:
     return np.asarray(np.einsum("nij,nlj->nli", balance.seen.slope_frame, points))
 
 
-def _stands(bins: Bins) -> npt.NDArray[np.bool_]:
-    """(n, 4) a foot is meant to carry in this bin and in both beside it."""
-    carries = bins.carrying > ALL_ALONG
-    padded = np.vstack([carries[:1], carries, carries[-1:]])
-    return np.asarray(padded[:-2] & carries & padded[2:])
+def _stands(bins: Bins, load_n: Array) -> npt.NDArray[np.bool_]:
+    """(n, 4) a foot is meant to carry and does, by its load off the slope (n, 4), in this bin and
+    in those about it.
+    """
+    carries = (bins.carrying > ALL_ALONG) & (load_n > LEAST_LOAD_N)
+    return np.asarray(_about(carries, AROUND).all(axis=0))
+
+
+def _about(values: Array | npt.NDArray[np.bool_], reach: int) -> npt.NDArray[np.generic]:
+    """(2 reach + 1, n, ...) values (n, ...) of the bins about each bin."""
+    bins = np.arange(len(values))
+    near = [np.clip(bins + k, 0, len(values) - 1) for k in range(-reach, reach + 1)]
+    return np.array([values[index] for index in near])
 
 
 def _noise(s: Standing, balance: BodyBalance) -> Array:
@@ -107,14 +119,21 @@ def _noise(s: Standing, balance: BodyBalance) -> Array:
     own = np.where(same_foot & same_axis, SLOW_M**2 * np.exp(-apart / SLOW_S) + PLACE_M**2, 0.0)
     body = np.where((apart == 0.0) & same_axis, WAY_M**2, 0.0)
     level = (s.axes < 2)[:, None] & (s.axes < 2)[None, :]
-    steps = (SLIP_M * np.clip((seen.friction_use - SLIPS_AT) / 0.2, 0.0, 1.0)) ** 2
-    slipped = np.cumsum(steps, axis=0)[s.bins, s.legs]
+    slipped = np.cumsum(_slips(seen.friction_use) ** 2, axis=0)[s.bins, s.legs]
     walk = np.minimum(slipped[:, None], slipped[None, :])
     out = own + body + WHITE_M**2 * np.eye(len(time))
     out += np.where(same_foot & same_axis, np.where(level, 1.0, ROLLS**2) * walk, 0.0)
     for turned in _turned(s, balance):
         out += np.where(apart == 0.0, TILT_RAD**2, 0.0) * np.outer(turned, turned)
     return np.asarray(out)
+
+
+def _slips(use: Array) -> Array:
+    """(n, 4) how far a foot of a sound machine may slip in a bin, m, by the friction it uses about
+    then, (n, 4).
+    """
+    most = _about(use, NEAR_BINS).max(axis=0)
+    return np.asarray(SLIP_M * np.clip((most - SLIPS_AT) / (SURELY_AT - SLIPS_AT), 0.0, 1.0))
 
 
 def _turned(s: Standing, balance: BodyBalance) -> list[Array]:

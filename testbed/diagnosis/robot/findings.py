@@ -37,6 +37,7 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
                 for group, row in d.errors.items()
             },
         },
+        "cannot_show": {kind: list(places) for kind, places in d.cannot_show.items()},
         **({"resembles": d.resembles} if d.resembles else {}),
     }
 

@@ -15,6 +15,8 @@ from testbed.diagnosis.robot.tolerances import middle, standard_deviation
 from testbed.effects import ALL
 from testbed.effects.friction_position import PositionFriction
 from testbed.effects.friction_pressure import PressureFriction
+from testbed.effects.sensor_delay import Delay
+from testbed.effects.sensor_line_b import LineB
 from testbed.effects.signature import Change, RobotSeen
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES
@@ -35,6 +37,10 @@ noise.
 """
 TURNING_SHARE, TURNING_BINS = 0.5, 2
 """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+SHAKEN_SHARE = 0.3
+"""A line of more than this share of dry friction turns the piston to and fro."""
+LATE_S = 5.0e-3
+"""By how much pressures of any machine are late: lines, converters, seals that bend (E)."""
 SIDE = 0.2
 """Friction by side load that a sound machine may have, share of it."""
 VERTICAL = tuple(range(2, len(AXES), 3))
@@ -69,7 +75,7 @@ def tolerance_columns(balance: BodyBalance, machine: Machine) -> Array:
 
 def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, float]]:
     for effect in ALL:
-        for place in effect.places:
+        for place in effect.places_on_robot:
             star = place if place == BODY else "*"
             for number, change in effect.signature(seen, place).items():
                 parts = number.split(" ")  # a first moment is a mass times a place
@@ -120,10 +126,15 @@ def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, f
             Change(force={i: np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)}),
             share,
         )
+    if seen.line_n[i] > SHAKEN_SHARE * np.median(seen.coulomb_n[:, i]):
+        yield Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]}), 1.0
     number, drawn = "axes.*.seal.side_load_coefficient", seal.side_load_coefficient
     side = float(np.hypot(standard_deviation(number, drawn), 0.3 * (middle(number, drawn) - drawn)))
     yield Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]}), side
     place = AXES[i]
+    for lag in (Delay(), LineB()):
+        (change,) = lag.signature(seen, place).values()
+        yield change, LATE_S
     for effect, number, declared in (
         (PositionFriction(), "position_slope", seal.position_slope),
         (PressureFriction(), "pressure_coefficient_m2", seal.pressure_coefficient_m2),
@@ -158,7 +169,8 @@ def noise_of(balance: BodyBalance) -> Array:
     share = np.abs(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
     spread = (SLIDING_SHARE * share + REST_SHARE * (1.0 - share)) * dry
-    spread = np.hypot(spread, seen.line_n)
+    shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
+    spread = np.hypot(spread, seen.line_n + dry * shaken)
     turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
     age = friction_age(seen, share, dry)
     for axis in range(len(AXES)):

@@ -26,6 +26,8 @@ from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 FORCES = "forces"
+MOST_NUMBERS = 4
+"""An effect with more numbers has a course in time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,13 @@ class Candidate:
     def name(self) -> str:
         """`sensor.gain_a@fl_vertical`."""
         return f"{self.effect.kind}@{self.place}"
+
+    @property
+    def is_course(self) -> bool:
+        """Whether its numbers are those of a course in time, which another recording does not
+        share.
+        """
+        return len(self.signature) > MOST_NUMBERS or self.effect.band_amplitude is not None
 
     @property
     def spreads(self) -> Array:
@@ -100,10 +109,7 @@ def balances_of(
 def _candidates(body: BodyBalance) -> list[Candidate]:
     """Every effect at every place that these balances could show."""
     placed = (
-        (effect, place)
-        for effect in (*ALL, *ALL_UNEXPLAINED)
-        if effect.sought_on_robot
-        for place in effect.places
+        (effect, place) for effect in (*ALL, *ALL_UNEXPLAINED) for place in effect.places_on_robot
     )
     found = (Candidate(e, place, e.signature(body.seen, place)) for e, place in placed)
     return [candidate for candidate in found if candidate.signature]

@@ -7,6 +7,7 @@ few numbers.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,15 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.robot.groups import Balances
+from testbed.diagnosis.robot.groups import MOST_NUMBERS, Balances
 from testbed.diagnosis.robot.unexplained import is_unexplained
 from testbed.effects import kind_of
 
 Array = npt.NDArray[np.float64]
 SEEDS = 8
 """So many of the best single effects are tried with every other one."""
-MOST_NUMBERS = 4
-"""An effect with more numbers has a course in time."""
 KEPT = 60
 """Of all hypotheses so many of the best are told."""
 
@@ -59,31 +58,53 @@ class Ledger:
         self._price = {n: math.log(e.looked_for) for n, e in effects.items()}
         self._width = np.concatenate([balances.candidates[n].spreads for n in self.names])
         whole = int(ends[-1])
-        self._gradient, self._information = np.zeros(whole), np.zeros((whole, whole))
+        self.gradient, self._information = np.zeros(whole), np.zeros((whole, whole))
         for group in balances.groups.values():
             shown = [n for n in self.names if n in group.columns]
             if not shown:
                 continue
             index = np.concatenate([self._where[n] for n in shown])
             columns = np.hstack([group.columns[n] for n in shown]) * self._width[index]
-            self._gradient[index] += columns.T @ group.missing
+            self.gradient[index] += columns.T @ group.missing
             self._information[np.ix_(index, index)] += columns.T @ columns
 
     def hypothesis(self, names: tuple[str, ...]) -> Hypothesis:
         """The evidence of a set, and its numbers one effect's after the other's."""
         if not names:
             return Hypothesis((), 0.0, np.zeros(0), np.zeros((0, 0)))
-        index = np.concatenate([self._where[n] for n in names])
+        index = self._index(names)
         scaled = self._information[np.ix_(index, index)] + np.eye(len(index))
-        gradient, width = self._gradient[index], self._width[index]
-        inverse = np.linalg.inv(scaled)
+        gradient, width = self.gradient[index], self._width[index]
+        inverse: Array = np.asarray(np.linalg.inv(scaled), dtype=np.float64)
         size = np.linalg.slogdet(scaled)[1]
         factor = 0.5 * float(gradient @ inverse @ gradient) - 0.5 * float(size)
-        mean = inverse @ gradient
+        mean = np.asarray(inverse @ gradient, dtype=np.float64)
         sure = mean / np.sqrt(np.diag(inverse))
         factor += sum(log_twice_above(sure[k]) for k in np.flatnonzero(self._positive[index]))
         factor -= sum(self._price[n] for n in names)
         return Hypothesis(names, factor, width * mean, inverse * np.outer(width, width))
+
+    def were(self, names: tuple[str, ...], numbers: Array) -> Ledger:
+        """The ledger of a recording that misses nothing but what these effects make, one's numbers
+        after the other's, as they are in their own units.
+        """
+        out = copy.copy(self)
+        index = self._index(names)
+        out.gradient = self._information[:, index] @ (numbers / self._width[index])
+        return out
+
+    def _index(self, names: tuple[str, ...]) -> npt.NDArray[np.int64]:
+        """Where the numbers of a set are among all."""
+        where = [self._where[name] for name in names]
+        return np.concatenate(where) if where else np.zeros(0, dtype=np.int64)
+
+    def expected(self, name: str) -> float:
+        """Ln of the Bayes factor that an effect of a size drawn from its prior would have in the
+        mean: half the sum of lambda - ln(1 + lambda) over the eigenvalues of its information.
+        """
+        index = self._where[name]
+        inside = np.linalg.eigvalsh(self._information[np.ix_(index, index)]).clip(0.0)
+        return float(0.5 * np.sum(inside - np.log1p(inside)))
 
     def best(self) -> list[Hypothesis]:
         """The best hypotheses of one and of two effects, by their evidence, the best first."""

@@ -24,7 +24,7 @@ MEDIAN_OF_POWER = 0.69
 """Median over mean of the power of noise."""
 SURE = 100.0
 """Power over its neighbourhood's from which a line is surely one."""
-RESTLESS, LEAST_N = 10.0, 60.0
+RESTLESS, LEAST_N = 3.0, 80.0
 """Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so
 large (E).
 """
@@ -79,10 +79,8 @@ def lines_of(data: Mapping[str, Array], machine: Machine) -> tuple[Line, ...]:
 def _strongest(time: Array, force: Array) -> Line:
     from scipy.ndimage import median_filter
 
-    grid = np.arange(LOWEST_HZ, HIGHEST_HZ, GRID_HZ)
     change = np.diff(force, prepend=force[0])  # a spectrum that falls with frequency becomes flat
-    whole = _amplitudes(time, change, grid)
-    power = np.abs(whole) ** 2
+    grid, power = _spectrum(time, change)
     floor = median_filter(power, round(NEIGHBOURS_HZ / GRID_HZ), mode="nearest") / MEDIAN_OF_POWER
     best = int(np.argmax(power / floor))
     frequency = float(grid[best])
@@ -96,6 +94,17 @@ def _strongest(time: Array, force: Array) -> Line:
     amplitude = float(np.sqrt(power[best]) / gain) if sure else 0.0
     parts = np.array([[value.real, value.imag] for value in found])
     return Line(frequency, parts, np.array(variance), amplitude)
+
+
+def _spectrum(time: Array, values: Array) -> tuple[Array, Array]:
+    """Frequencies GRID_HZ apart, and the squared amplitudes of lines of (n,) values there."""
+    window = np.hanning(len(time) + 2)[1:-1]
+    base = round(1.0 / ((time[1] - time[0]) * GRID_HZ))
+    finer = -(-len(time) // base)
+    whole = 2.0 * np.fft.rfft(values * window, base * finer)[::finer] / window.sum()
+    grid = np.asarray(GRID_HZ * np.arange(len(whole)), dtype=np.float64)
+    inside = (grid >= LOWEST_HZ) & (grid < HIGHEST_HZ)
+    return np.asarray(grid[inside]), np.asarray(np.abs(whole[inside]) ** 2, dtype=np.float64)
 
 
 def _amplitudes(time: Array, values: Array, frequencies: Array) -> npt.NDArray[np.complex128]:

@@ -1,6 +1,6 @@
 """The oil of twelve cylinders: what the flow balance of each chamber misses, as means over bins.
 
-    Q + (leaks) -+ A v - V (1/beta) dp/dt = 0,   Q of the declared valve, its edges and its
+    Q + (leaks) -+ A v - (V / beta + hose) dp/dt = 0,   Q of the declared valve, its edges and its
     load-holding valve
 
 Volumes and compressed oil are differences over a bin, so no derivative is taken; the valve's flow
@@ -45,6 +45,8 @@ SPOOL_OFF = 0.002
 """The spool's place is known to this share of its travel: play, amplifier (E)."""
 PRESSURE_OFF_PA = 1.5e5
 """A pressure drop across an edge is known to this: sensors, lines, a swing within a bin (E)."""
+HOSE_M3_PA = 3.0e-13
+"""What hoses of any machine may take up, by each time in which they fill (E)."""
 STEP, READING_STEP_PA = 1e-3, 2.0e4
 
 
@@ -147,7 +149,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
             edge[:, k] *= ((edge[:, k] @ leaks[k] > 0.0) | (drained[:, k] < 0.0))[:, None]
     seeps = np.einsum("nce,ce->nc", edge, leaks)
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
-    missing = missing - swept - softness * squeezed
+    widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
+    missing = missing - swept - softness * squeezed - widened
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -231,7 +234,7 @@ def tolerated(oil: Oil, axis: Axis) -> Iterator[tuple[Array, float]]:
         )
         yield column, sd
     for k in range(len(HOSE_TIMES_S)):
-        yield oil.by_hose[:, k], declared.hose_capacity_m3_pa
+        yield oil.by_hose[:, k], max(declared.hose_capacity_m3_pa, HOSE_M3_PA)
 
 
 def group_of(oil: Oil, i: int, axis: Axis, time_s: Array) -> RawGroup:
@@ -280,6 +283,8 @@ class Supply:
     missing: Array
     by_pressure: Array
     by_flow: Array
+    drawn_m3_s: Array
+    """Flow that all cylinders draw together."""
     noise: Array
 
     def group(self, time_s: Array) -> RawGroup:
@@ -314,13 +319,27 @@ def supply_of(oils: Sequence[Oil], bins: Bins, machine: Machine) -> Supply:
     apart = np.abs(bins.time_s[:, None] - bins.time_s[None, :])
     noise = SUPPLY_WHITE_PA**2 * np.eye(bins.count)
     noise += SUPPLY_SLOW_PA**2 * np.exp(-apart / SUPPLY_S)
+    surge = SURGE_PA * _swing(share) + SWITCH_SHARE * _swing(believed)
+    noise += np.diag(surge**2) + np.exp(-apart / SURGE_S) * np.outer(surge, surge)
     if unit.supply_kind == LOAD_SENSING:
         noise += (SENSING_SHARE * unit.load_sensing_margin_pa) ** 2 * (
             np.exp(-apart / SUPPLY_S) + np.eye(bins.count)
         )
-    return Supply(believed - bins.supply_pa, by_pressure, by_flow, noise)
+    return Supply(believed - bins.supply_pa, by_pressure, by_flow, drawn, noise)
 
 
+def _swing(values: Array) -> Array:
+    """(n,) how far values (n,) swing about each bin."""
+    bins = np.arange(len(values))
+    reach = range(-SURGE_BINS, SURGE_BINS + 1)
+    near = np.array([values[np.clip(bins + k, 0, len(values) - 1)] for k in reach])
+    return np.asarray(near.max(axis=0) - near.min(axis=0))
+
+
+SURGE_PA, SWITCH_SHARE, SURGE_S, SURGE_BINS = 2.0e7, 0.5, 0.2, 4
+"""What the supply pressure surges by where all flow is shut off at once, and by which share of what
+is asked of it it lags behind; for how long, and over how many bins about a change (E).
+"""
 SET_SHARE, SENSING_SHARE, OPEN_M3_S = 0.01, 0.3, 1.0e-7
 """A set pressure is set to this share; a load-sensing margin holds to that share from bin to bin
 (E).

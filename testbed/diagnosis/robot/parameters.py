@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from testbed.diagnosis.robot.groups import Balances, Candidate
 from testbed.diagnosis.robot.hypotheses import Hypothesis
+from testbed.diagnosis.robot.together import of_first
 from testbed.recording.leg_model import Parameter
 
 Array = npt.NDArray[np.float64]
@@ -53,7 +54,7 @@ def _found(balances: Balances, candidate: Candidate, mean: Array, covariance: Ar
     numbers = list(candidate.signature)
 
     def parameters(values: Array) -> dict[str, float]:
-        linear = dict(zip(numbers, values.tolist(), strict=True))
+        linear = of_first(dict(zip(numbers, values.tolist(), strict=True)))
         return candidate.effect.from_linear(linear, balances.body.seen, candidate.place)
 
     best = parameters(mean)

@@ -4,11 +4,15 @@ Each hypothesis has ln of a Bayes factor against a sound machine (hypotheses.py)
 the linear model and its noise; neither is exact for the machine. So evidence counts by a share of
 itself, and a price stands against every step away from a sound machine:
 
-    score(none) = 0,   score(set) = share ln B - price(size),   score(no name) = share' ln B -
-    price(unnamed)
+    score(none) = 0
+    score(set) = share (ln B - sound) - price(size)
+    score(no name) = share' (ln B - sound) - price(unnamed)
 
-and probabilities go as exp(score). Errors of any course in time fit what is wrong with the model
-itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
+and probabilities go as exp(score). `sound` is what sound machines reach, for each kind of effect of
+the set: some signatures look like what the model itself is wrong about, others like nothing. An
+effect's law is another than its signature to the letter: a second effect must explain more than a
+share `form` of what the first explains. Errors of any course in time fit what is wrong with the
+model itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
 tolerance of any workshop far beyond its size, count as `unnamed`. The numbers are in
 `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
@@ -52,9 +56,10 @@ class RobotSigns:
         return cls(tuple((tuple(names), float(factor)) for names, factor in rows))
 
 
-def distribution(signs: RobotSigns, numbers: Mapping[str, float]) -> dict[Names, float]:
+def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, float]:
     """Probability of every set of names, () for a sound machine and NO_NAME; they add up to 1."""
     scores: dict[Names, list[float]] = {(): [0.0]}
+    alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
     for names, factor in signs.sets:
         unnamed = not has_names(names)
         price = numbers["two" if len(names) == 2 else "unnamed" if unnamed else "one"]
@@ -62,7 +67,10 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, float]) -> dict[Names,
             price += numbers["unnamed"] - numbers["one"]
         bends = any(is_unexplained(name) for name in names)
         share = numbers["share_unnamed" if bends else "share"]
-        scores.setdefault(NO_NAME if unnamed else names, []).append(share * factor - price)
+        above = factor - sum(numbers["sound"].get(kind_of(name), 0.0) for name in names)
+        if len(names) == 2:
+            above -= numbers["form"] * max(0.0, *(alone.get(name, 0.0) for name in names))
+        scores.setdefault(NO_NAME if unnamed else names, []).append(share * above - price)
     top = max(max(row) for row in scores.values())
     weights = {names: sum(math.exp(score - top) for score in row) for names, row in scores.items()}
     total = sum(weights.values())

@@ -1,0 +1,117 @@
+"""Two recordings of one machine together, and the motion that is chosen to part two hypotheses."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.robot.evidence import RawGroup
+from testbed.diagnosis.robot.groups import Balances, Candidate
+from testbed.diagnosis.robot.hypotheses import Ledger
+from testbed.diagnosis.robot.motions import CLOSE, motion_named, motions, promises, rivals
+from testbed.diagnosis.robot.together import APART_S, together
+from testbed.effects import by_name
+from testbed.effects.signature import Change
+from testbed.errors import InputError
+from testbed.scenario.scenario import load_scenario
+
+LEFT, RIGHT = "sensor.gain_a@fl_vertical", "sensor.gain_a@fr_vertical"
+ROWS = 20
+
+
+def recording(
+    left: np.ndarray, right: np.ndarray, missing: np.ndarray, tolerance: float = 0.0
+) -> Balances:
+    """A recording in which two gains would show as these columns; white noise of 1."""
+    columns = {2: left, 5: right}
+    raw = RawGroup(
+        missing=missing,
+        time_s=np.arange(float(ROWS)),
+        noise=np.eye(ROWS),
+        tolerated=np.full((ROWS, 1), tolerance),
+        rows_of=lambda change: sum(
+            (columns[i] * force[0] for i, force in change.force.items()), np.zeros(ROWS)
+        ),
+    )
+    effect = by_name("sensor.gain_a")
+    found = {
+        name: Candidate(effect, place, {"gain_error": Change(force={axis: np.ones(1)})})
+        for name, place, axis in ((LEFT, "fl_vertical", 2), (RIGHT, "fr_vertical", 5))
+    }
+    groups = {"forces": raw.whitened({n: c.signature for n, c in found.items()})}
+    whole = SimpleNamespace(
+        bins=None, body=None, raw={"forces": raw}, groups=groups, candidates=found
+    )
+    return cast(Balances, whole)
+
+
+def course(seed: int) -> np.ndarray:
+    """Any course of a column."""
+    return np.random.default_rng(seed).normal(size=ROWS) * 30.0
+
+
+def test_a_second_recording_parts_what_the_first_cannot() -> None:
+    alike, own, other = course(1), course(2), course(3)
+    first = recording(alike, alike, 0.1 * alike)
+    both = Ledger(together(first, recording(own, other, 0.1 * own)))
+    left, right = (Ledger(first).hypothesis((n,)).log_factor for n in (LEFT, RIGHT))
+    assert left == pytest.approx(right)
+    assert both.hypothesis((LEFT,)).log_factor > both.hypothesis((RIGHT,)).log_factor + 20.0
+
+
+def test_two_recordings_share_an_effects_number() -> None:
+    first = recording(course(1), course(2), 0.1 * course(1))
+    second = recording(course(4), course(5), 0.1 * course(4))
+    alone = Ledger(first).hypothesis((LEFT,))
+    found = Ledger(together(first, second)).hypothesis((LEFT,))
+    assert found.mean == pytest.approx([0.1], rel=0.03) and len(found.mean) == 1
+    assert found.covariance[0, 0] < 0.7 * alone.covariance[0, 0]
+
+
+def test_a_tolerance_is_the_same_machines_in_both_recordings() -> None:
+    """An offset that a sound machine may have, alike in both, is no news; one of either sign is."""
+    nothing = np.zeros(ROWS)
+    one, other = np.full(ROWS, 5.0), np.full(ROWS, -5.0)
+    left = np.concatenate([np.ones(10), np.zeros(10)])
+
+    def misfit(second: np.ndarray) -> float:
+        group = together(
+            recording(left, nothing, one, 5.0), recording(left, nothing, second, 5.0)
+        ).groups["forces"]
+        return float(group.missing @ group.missing)
+
+    assert misfit(other) > 10.0 * misfit(one)
+
+
+def test_rows_of_the_second_come_after_the_first() -> None:
+    both = together(*(recording(course(1), course(2), course(3)) for _ in range(2)))
+    time = both.raw["forces"].time_s
+    assert len(time) == 2 * ROWS and time[ROWS] == APART_S
+
+
+def test_the_motion_that_shows_the_difference_promises_most() -> None:
+    alike = course(1)
+    first = Ledger(recording(alike, alike, 0.1 * alike))
+    rehearsals = {
+        "parts": Ledger(recording(course(2), course(3), np.zeros(ROWS))),
+        "does not": Ledger(recording(alike, 1.001 * alike, np.zeros(ROWS))),
+    }
+    promised = promises(first, ((LEFT,), (RIGHT,)), rehearsals)
+    assert promised["parts"] > 20.0 > 1.0 > promised["does not"]
+
+
+def test_sets_that_are_close_are_rivals() -> None:
+    close: Any = (((LEFT,), 0.5), ((RIGHT,), 0.4), ((), 0.1))
+    clear: Any = (((LEFT,), 0.41 + CLOSE), ((), 0.4))
+    assert rivals(close) == ((LEFT,), (RIGHT,)) and rivals(clear) is None
+
+
+def test_every_motion_of_the_catalogue_is_one_that_a_standing_robot_can_make() -> None:
+    for motion in motions():
+        scenario = load_scenario("stand_clean", motion.overrides())
+        assert scenario.task.kind == motion.task["kind"]
+    with pytest.raises(InputError, match="no motion has that name"):
+        motion_named("dance")
