@@ -15,7 +15,7 @@ import numpy as np
 from testbed.benchmarks.contact_loss.page import curves, page
 from testbed.benchmarks.contact_loss.rivals import grid_of, rivals, scores_of, thresholds_text
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
-from testbed.benchmarks.contact_loss.score import Reference, scored
+from testbed.benchmarks.contact_loss.score import Reference, scored, squares
 from testbed.benchmarks.contact_loss.summary import COMMISSIONED, summarise, tables, tuned
 from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape, record
 from testbed.benchmarks.contact_loss.warning import outcomes
@@ -216,7 +216,9 @@ class ContactLoss(Benchmark[Scene]):
             for name, thresholds in self.grids if case.kind != "supervised" else ():
                 score, hold = scores_of(name, tape, case.seed)
                 found[name] = scored(score[late], np.array(thresholds), reference, hold)
-        return {"detectors": found, "warning": outcomes(case, tape, reference)}
+        own = tape.samples["row"]["estimate"]["own"][late]
+        square = squares(own - tape.load_n[late], reference)
+        return {"detectors": found, "square": square, "warning": outcomes(case, tape, reference)}
 
     def summarise(self, answers: Answers) -> Tree:
         """See summary.summarise; the result carries the thresholds that it was scored with."""

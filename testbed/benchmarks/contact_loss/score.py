@@ -134,6 +134,18 @@ def seconds(where: Flags, load_class: NDArray[np.int8], step_s: float) -> list[f
     return [round(float(count) * step_s, 4) for count in counts]
 
 
+def squares(error_n: Array, reference: Reference) -> list[list[float]]:
+    """Sum of the squares (N2) of a load's error (n, 4) while the feet carry, and over how many
+    samples, by class.
+    """
+    where = reference.carrying
+    sums = [
+        np.bincount(reference.load_class[where], weights, minlength=len(CLASSES))
+        for weights in (error_n[where] ** 2, None)
+    ]
+    return [list(map(float, part)) for part in sums]
+
+
 def scored(score: Array, thresholds: Array, reference: Reference, hold: Hold) -> list[Tree]:
     """A detector's scores (n, 4) at each threshold (m,): see `_counted`."""
     step_s = float(np.median(np.diff(reference.time_s)))

@@ -4,6 +4,7 @@ the aims.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -189,6 +190,7 @@ def summarise(
         best = next(entry for entry in entries if entry["best"])
         warning = warning_marks(scenes)
         return {
+            "load_error_n": _load_error_n(scenes),
             "detectors": entries,
             "warning": warning,
             "aims": aims(best, entries[0], warning),
@@ -215,6 +217,15 @@ def summarise(
         COMMISSIONED: marks(commissioned) if commissioned else None,
         "supervisor": supervisor_marks(every),
         "definitions": DEFINITIONS,
+    }
+
+
+def _load_error_n(scenes: Sequence[Tree]) -> dict[str, float | None]:
+    """RMS error of the whole-body estimate while a foot carries, by class, N."""
+    sums, counts = np.sum([scene["square"] for scene in scenes], axis=0)
+    return {
+        word: math.sqrt(sums[k] / counts[k]) if counts[k] else None
+        for k, word in enumerate(CLASSES)
     }
 
 
