@@ -172,7 +172,9 @@ def detect(
     out: Annotated[Path, typer.Option(help="Table to write: .parquet or .csv.")],
     detector: Annotated[
         str | None,
-        typer.Option(help="A detector by name, or FILE.py:Class. [robot: held; else single_force]"),
+        typer.Option(
+            help="A detector by name, or FILE.py:Class. [robot: learned; else single_force]"
+        ),
     ] = None,
     force: Annotated[
         str | None,

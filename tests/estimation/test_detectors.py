@@ -12,7 +12,7 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.detectors import derived
-from testbed.estimation.detectors.base import Hold, scores_over
+from testbed.estimation.detectors.base import Hold, scaled, scores_over
 from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
@@ -155,6 +155,16 @@ def test_a_touchdown_is_believed_sooner_the_clearer_it_is(back_n: float, after_s
     assert np.flatnonzero(~lost[1000:])[0] * 1e-3 == pytest.approx(after_s, abs=0.025)
 
 
+@pytest.mark.parametrize("name", [Held.name, Learned.name])
+def test_a_detector_of_a_larger_machine_says_the_same_of_larger_forces(name: str) -> None:
+    load = np.concatenate([np.full(100, 3000.0), np.full(100, 200.0)])
+    small, large = detector_of(name), scaled(detector_of(name), 2.0)
+    samples, double = _samples(load), _samples(2.0 * load)
+    double["row"]["expected"] *= 2.0
+    per_threshold = small.scores(samples) / small.threshold
+    np.testing.assert_allclose(large.scores(double) / large.threshold, per_threshold, rtol=1e-9)
+
+
 def test_a_hold_of_forces_grows_with_the_machine() -> None:
     assert Hold(100.0, 0.3, 500.0, 0.02).scaled(2.0) == Hold(200.0, 0.3, 1000.0, 0.02)
 
@@ -194,7 +204,7 @@ def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
     odds = np.tanh(np.tanh(views @ w0.T + b0) @ w1.T + b1) @ w2[0] + b2[0]
     expected = [odds[0]]
     for now in odds[1:]:
-        expected.append(expected[-1] + (now - expected[-1]) / 9.0)
+        expected.append(expected[-1] + (now - expected[-1]) / 4.0)
     np.testing.assert_allclose(Learned().scores(samples), expected, rtol=1e-9, atol=1e-9)
 
 

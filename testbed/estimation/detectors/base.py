@@ -6,9 +6,10 @@ A detector is any class with
     sample.py)
 
 and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
-sets it), `hold` (a Hold: when a lost foot counts as loaded again) and `start(dt_s)`, called before
-the first sample with the seconds between two. Causal, no truth. The same object serves live and
-over a recording, sample by sample. Numbers and threshold live in the detector's own file.
+sets it), `hold` (a Hold: when a lost foot counts as loaded again), `scaled(force)` (the same for a
+machine whose forces are so many times those of ROBOCLIMBER) and `start(dt_s)`, called before the
+first sample with the seconds between two. Causal, no truth. The same object serves live and over a
+recording, sample by sample. Numbers and threshold live in the detector's own file.
 """
 
 from __future__ import annotations
@@ -116,6 +117,13 @@ def start(detector: Any, dt_s: float) -> None:
     """Tell a detector that a run begins, if it wishes to know."""
     if hasattr(detector, "start"):
         detector.start(dt_s)
+
+
+def scaled(detector: Any, force: float) -> Any:
+    """A detector for a machine whose forces are so many times as large; itself where it has no
+    scale.
+    """
+    return detector.scaled(force) if hasattr(detector, "scaled") else detector
 
 
 def scores_over(detector: Any, samples: NDArray[Any]) -> Array:

@@ -24,7 +24,7 @@ class Held(CompiledDetector, step=step):
 
     name, text = "held", "mean of two loads over 5 ms, three levels"
     threshold = -175.0
-    hold = Hold(margin=626.0, dwell_s=0.22, sure_margin=1200.0, sure_s=0.018)
+    hold: Hold = Hold(margin=626.0, dwell_s=0.22, sure_margin=1200.0, sure_s=0.018)
     Numbers, State = CombinedNumbers, CombinedState
     numbers: ClassVar[dict[str, float]] = Combined.numbers | {
         "mean_time": 0.005,
@@ -32,3 +32,9 @@ class Held(CompiledDetector, step=step):
         "weight_own": 0.83,
         "weight_carried": 0.17,
     }
+
+    def scaled(self, force: float) -> Held:
+        """The same for a machine whose forces are so many times as large."""
+        out = Held(break_away=force * self.numbers["break_away"])
+        out.threshold, out.hold = force * self.threshold, self.hold.scaled(force)
+        return out

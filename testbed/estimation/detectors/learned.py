@@ -30,7 +30,7 @@ from testbed.machine.names import LEGS
 Array = NDArray[np.float64]
 WIDE, NARROW = 16, 8
 """Sizes of the two inner layers."""
-SMOOTH_S = 0.008
+SMOOTH_S = 0.003
 """Time constant of the score."""
 WEIGHTS = Path(__file__).with_name("learned.npz")
 
@@ -118,8 +118,8 @@ class Learned:
     """
 
     name, text = "learned", "small network on memories of all feet, three levels"
-    threshold = 1.95
-    hold = Hold(margin=3.8, dwell_s=0.23, sure_margin=4.8, sure_s=0.005)
+    threshold = 1.75
+    hold = Hold(margin=2.7, dwell_s=0.45, sure_margin=3.7, sure_s=0.007)
 
     scale: ClassVar[dict[str, float]] = {"loss_force": 294.3}
 
@@ -128,6 +128,10 @@ class Learned:
         self._numbers = numbers_of(found, self.scale | scale)
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
         self.start(1.0e-3)
+
+    def scaled(self, force: float) -> Learned:
+        """The same for a machine whose forces are so many times as large."""
+        return Learned(loss_force=force * self.scale["loss_force"])
 
     def start(self, dt_s: float) -> None:
         """Forget everything; `dt_s` lies between two samples."""

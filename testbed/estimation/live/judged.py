@@ -9,7 +9,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.detectors.base import DROP, Hold, scores_over, start
+from testbed.estimation.detectors.base import DROP, Hold, scaled, scores_over, start
+from testbed.estimation.detectors.held import Held
 from testbed.estimation.detectors.sample import Watch
 from testbed.estimation.detectors.table import detector_of
 from testbed.estimation.live.contact import ContactState, limits_at, step
@@ -24,7 +25,8 @@ class Judge:
     """
 
     def __init__(self, name: str, belief: NDArray[Any], field: str = "estimator.detector") -> None:
-        self._detector = detector_of(name, field)
+        force = float(belief["combined"]["break_away"][0]) / Held.numbers["break_away"]
+        self._detector = scaled(detector_of(name, field), force)
         self._limits = limits_of(self._detector, field)
         self._dt_s, self._watch = float(belief["dt"][0]), Watch(belief)
         self._states = ContactState.zeros(len(LEGS))

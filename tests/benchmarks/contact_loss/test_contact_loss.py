@@ -215,7 +215,7 @@ def test_a_scene_is_judged_with_both_beliefs_and_each_has_its_marks() -> None:
     assert [d["recall"] for d in result[COMMISSIONED]["detectors"]] == [1.0, 1.0]
     assert result["load_error_n"] == {"near": None, "light": None, "loaded": 400.0}
     assert [t.title.endswith(", commissioned") for t in tables(result)] == [False, True]
-    assert "Aims, for <i>held</i>, commissioned" in page(result)
+    assert "Aims, for <i>learned</i>, commissioned" in page(result)
 
 
 WARNED = dict.fromkeys(("lost", "early", "near", "false", "late", "light", "light_lost"), 0) | {
