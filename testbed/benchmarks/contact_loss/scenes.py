@@ -45,7 +45,7 @@ FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 2000}
 alone.
 """
 MOST_TUNING = 1000
-MACHINES = 11
+MACHINES = 7
 """Drawn machines of a split; prime to CRAWL_EVERY, so that each of them drills and walks."""
 SETTLE_S = 2.0
 """The first seconds, in which everything starts from nothing, are not scored."""
