@@ -182,14 +182,14 @@ class _Seen:
 
     @classmethod
     def of(cls, data: Mapping[str, Array], machine: Machine) -> _Seen:
-        t = data["t"]
-        every = max(1, round(EVERY_S / float(np.median(np.diff(t)))))
-        rate = 1.0 / float(np.median(np.diff(t)))
+        time_s = data["t"]
+        every = max(1, round(EVERY_S / float(np.median(np.diff(time_s)))))
+        rate = 1.0 / float(np.median(np.diff(time_s)))
         pushes, arms, pressures, speeds, accelerations = [], [], [], [], []
         linkages = Linkages.from_machine(machine)
         joints = np.array([data[f"position_{axis}"] for axis in AXES])
         every_arm = linkages.rods(joints.T)[1].T
-        for k, leg in enumerate(LEGS):
+        for index, leg in enumerate(LEGS):
             axis = machine.axes[f"{leg}_vertical"]
             area_a, area_b = areas_m2(axis)
             pushes.append(
@@ -199,15 +199,17 @@ class _Seen:
             pressures.append(
                 data[f"pressure_a_{leg}_vertical"] + data[f"pressure_b_{leg}_vertical"]
             )
-            x = through_steps(t, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m)
-            _, v, a = motion(x, rate, SMOOTH_S)
-            arms.append(every_arm[VERTICAL[k]])
-            speeds.append(arms[k] * v)
-            accelerations.append(a)
+            position = through_steps(
+                time_s, data[f"position_{leg}_vertical"], machine.sensor.encoder_linear_m
+            )
+            _, velocity, acceleration = motion(position, rate, SMOOTH_S)
+            arms.append(every_arm[VERTICAL[index]])
+            speeds.append(arms[index] * velocity)
+            accelerations.append(acceleration)
         carrying = np.array([data[f"carrying_{leg}"] for leg in LEGS]) > SET
         lifted_m = machine.scale.length * LIFTED_M
         in_air = np.array(
-            [_in_air(data, leg, carrying[k], t, lifted_m) for k, leg in enumerate(LEGS)]
+            [_in_air(data, leg, carrying[k], time_s, lifted_m) for k, leg in enumerate(LEGS)]
         )
         if not in_air.any(axis=1).all():
             raise InputError(
@@ -215,12 +217,14 @@ class _Seen:
                 field="carrying",
                 allowed="the programme of commissioning_flat: every foot lifted by 2 cm and more",
             )
-        sideways = np.array([[data[f"own_{k}_{leg}"] for leg in LEGS] for k in "xy"])
+        sideways = np.array(
+            [[data[f"own_{component}_{leg}"] for leg in LEGS] for component in "xy"]
+        )
         roll, pitch = data["attitude_roll"], data["attitude_pitch"]
         gravity = GRAVITY_M_S2 * np.array(
             [np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)]
         )
-        settled = _settled(np.asarray(carrying.all(axis=0)), t)
+        settled = _settled(np.asarray(carrying.all(axis=0)), time_s)
         pick = slice(None, None, every)
         return cls(
             np.array(pushes)[:, pick],
@@ -237,19 +241,19 @@ class _Seen:
         )
 
 
-def _settled(on: NDArray[np.bool_], t: Array) -> NDArray[np.bool_]:
+def _settled(on: NDArray[np.bool_], time_s: Array) -> NDArray[np.bool_]:
     """Where `on` has held for a while."""
-    last_off = np.maximum.accumulate(np.where(on, t[0], t))
-    return np.asarray(on & (t - last_off > SETTLED_S))
+    last_off = np.maximum.accumulate(np.where(on, time_s[0], time_s))
+    return np.asarray(on & (time_s - last_off > SETTLED_S))
 
 
 def _in_air(
-    data: Mapping[str, Array], leg: str, carrying: Any, t: Array, lifted_m: float
+    data: Mapping[str, Array], leg: str, carrying: Any, time_s: Array, lifted_m: float
 ) -> NDArray[np.bool_]:
     """Where a foot that is not meant to carry has been lifted from where it stood."""
-    x = data[f"position_{leg}_vertical"]
-    stood = np.maximum.accumulate(np.where(carrying, np.arange(len(t)), 0))
-    return np.asarray(~carrying & (x < x[stood] - lifted_m))
+    extension = data[f"position_{leg}_vertical"]
+    stood = np.maximum.accumulate(np.where(carrying, np.arange(len(time_s)), 0))
+    return np.asarray(~carrying & (extension < extension[stood] - lifted_m))
 
 
 def _priors(machine: Machine) -> tuple[Array, Array]:
@@ -286,26 +290,26 @@ def _laws(seen: _Seen, k: int, axis: Axis, thinning: float) -> tuple[Array, Arra
     """(n, 9): what each of OF_LEG adds to the measured push of leg k; (n): what is declared beyond
     them.
     """
-    cylinder, v = axis.cylinder, seen.speed[k]
-    out, back = (v > 0.0).astype(float), (v < 0.0).astype(float)
-    fading_out = np.exp(-np.abs(v) / cylinder.stribeck_out_m_s)
-    fading_in = np.exp(-np.abs(v) / cylinder.stribeck_in_m_s)
+    cylinder, velocity = axis.cylinder, seen.speed[k]
+    out, back = (velocity > 0.0).astype(float), (velocity < 0.0).astype(float)
+    fading_out = np.exp(-np.abs(velocity) / cylinder.stribeck_out_m_s)
+    fading_in = np.exp(-np.abs(velocity) / cylinder.stribeck_in_m_s)
     columns = [
-        np.ones_like(v),
+        np.ones_like(velocity),
         out,
         -back,
         out * fading_out,
         -back * fading_in,
-        out * v * thinning,
-        back * v * thinning,
-        np.sign(v) * seen.across_n[k],
-        np.sign(v) * seen.pressures_pa[k],
+        out * velocity * thinning,
+        back * velocity * thinning,
+        np.sign(velocity) * seen.across_n[k],
+        np.sign(velocity) * seen.pressures_pa[k],
     ]
     place = seen.joints[3 * k + 2] / axis.travel_m - 0.5
     dependence = (
         axis.seal.position_slope * place * 0.5 * (cylinder.coulomb_out_n + cylinder.coulomb_in_n)
     )
-    return np.column_stack(columns), np.sign(v) * dependence
+    return np.column_stack(columns), np.sign(velocity) * dependence
 
 
 def _rows(
@@ -323,18 +327,18 @@ def _rows(
     laws = np.zeros((4, count, len(prior)))
     slides = np.abs(seen.speed) > machine.scale.speed * SLIDES_M_S
     rows, values, sds = [], [], []
-    for k, leg in enumerate(LEGS):
+    for index, leg in enumerate(LEGS):
         axis = machine.axes[f"{leg}_vertical"]
-        columns, declared = _laws(seen, k, axis, thinning)
-        columns *= seen.arms[k][:, None]
-        mine = slice(size * k, size * (k + 1))
-        laws[k, :, mine] = columns
+        columns, declared = _laws(seen, index, axis, thinning)
+        columns *= seen.arms[index][:, None]
+        mine = slice(size * index, size * (index + 1))
+        laws[index, :, mine] = columns
         moving_kg = machine.each_leg[leg].sliding_mass_kg
-        load[k] = seen.arms[k] * (seen.push_n[k] - declared) - columns @ prior[mine]
-        load[k] += moving_kg * (-seen.gravity[2] - seen.acceleration[k])
-        at = seen.in_air[k] & slides[k]
-        rows.append(laws[k, at])
-        values.append(load[k, at])
+        load[index] = seen.arms[index] * (seen.push_n[index] - declared) - columns @ prior[mine]
+        load[index] += moving_kg * (-seen.gravity[2] - seen.acceleration[index])
+        at = seen.in_air[index] & slides[index]
+        rows.append(laws[index, at])
+        values.append(load[index, at])
         sds.append(np.full(at.sum(), machine.scale.force * AIR_SD_N))
     at = np.flatnonzero(seen.on_ground & slides.all(axis=0))
     for row, value, sd in _balances(seen, model, load, laws, at):
@@ -352,8 +356,8 @@ def _balances(
     """
     scale = Scale.of(model.total_mass_kg)
     total = model.total_mass_kg
-    feet = np.array([model.foot_positions_m(seen.joints[:, i]) for i in at])
-    centre = np.array([model.centre_of_mass_m(seen.joints[:, i]) for i in at])
+    feet = np.array([model.foot_positions_m(seen.joints[:, sample]) for sample in at])
+    centre = np.array([model.centre_of_mass_m(seen.joints[:, sample]) for sample in at])
     gravity, up = seen.gravity[:, at].T, load[:, at].T
     along, left = seen.sideways_n[0][:, at].T, seen.sideways_n[1][:, at].T
     x, y, z = feet[:, :, 0], feet[:, :, 1], feet[:, :, 2]
@@ -381,9 +385,9 @@ def _leg_numbers(
     """What was found of each leg (OF_LEG); `prior`: means and standard deviations of before."""
     out: dict[str, Number] = {}
     sizes = {"viscous": scale.force / scale.speed, "side": 1.0, "pressure": scale.length**2}
-    for k, leg in enumerate(LEGS):
-        for j, name in enumerate(OF_LEG):
-            at, axis = len(OF_LEG) * k + j, f"{leg}_vertical"
+    for index, leg in enumerate(LEGS):
+        for column, name in enumerate(OF_LEG):
+            at, axis = len(OF_LEG) * index + column, f"{leg}_vertical"
             path = zero_name(axis) if name == "zero" else _path(axis, name)
             unit = {"viscous": "N s/m", "side": "1", "pressure": "m2"}.get(
                 name.partition("_")[0], "N"
@@ -414,11 +418,13 @@ def _body_numbers(
     before = model.total_mass_kg, float(prior_sd[0])
     shown = mass_sd < SHOWN * before[1]
     numbers = {"total_mass_kg": Number(total, "kg", mass_sd, shown, before)}
-    for k, axis in enumerate("xyz"):
-        spread = math.hypot(float(sd[k + 1]) / total, scale.length * CENTRE_FLOOR_M)
-        before = float(drawn[k]), float(prior_sd[k + 1]) / total
+    for index, axis in enumerate("xyz"):
+        spread = math.hypot(float(sd[index + 1]) / total, scale.length * CENTRE_FLOOR_M)
+        before = float(drawn[index]), float(prior_sd[index + 1]) / total
         shown = spread < SHOWN * before[1]
-        numbers[f"centre_of_mass_{axis}_m"] = Number(float(centre[k]), "m", spread, shown, before)
+        numbers[f"centre_of_mass_{axis}_m"] = Number(
+            float(centre[index]), "m", spread, shown, before
+        )
     return numbers, mass_kg, np.asarray(moment)
 
 
@@ -452,17 +458,24 @@ def _attitude(seen: _Seen, model: RobotModel) -> dict[str, Number]:
     slides_m_s = Scale.of(model.total_mass_kg).speed * SLIDES_M_S
     quiet = np.flatnonzero(seen.on_ground & (np.abs(seen.speed) < slides_m_s).all(axis=0))[::10]
     turned = []
-    for i in quiet:
-        feet = model.foot_positions_m(seen.joints[:, i])
+    for sample in quiet:
+        feet = model.foot_positions_m(seen.joints[:, sample])
         plane = np.column_stack([feet[:, 0], feet[:, 1], np.ones(4)])
         along, across, _ = np.linalg.lstsq(plane, feet[:, 2], rcond=None)[0]
-        x, y, z = seen.gravity[:, i]
+        x, y, z = seen.gravity[:, sample]
         roll, pitch = math.atan2(-y, -z), math.asin(x / GRAVITY_M_S2)
         turned.append([roll + math.atan(across), pitch - math.atan(along)])
     mean = np.mean(turned, axis=0)
     out = {}
     for name, value in zip(("roll", "pitch"), mean, strict=True):
         number = f"{Attitude.kind}@body.{name}"
-        before = 0.0, spread_of(next(t for t in tolerances("workshop") if t.number == number))[1]
+        before = (
+            0.0,
+            spread_of(
+                next(
+                    tolerance for tolerance in tolerances("workshop") if tolerance.number == number
+                )
+            )[1],
+        )
         out[number] = Number(float(value), "rad", LEVEL_SD_RAD, before=before)
     return out

@@ -65,8 +65,8 @@ class Key:
 
     def longer(self, factor: float) -> Key:
         """The same with ways that are longer by a factor."""
-        x, y, z = (factor * v for v in self.body_m)
-        fl, fr, rl, rr = (factor * v for v in self.lift_m)
+        x, y, z = (factor * way for way in self.body_m)
+        fl, fr, rl, rr = (factor * way for way in self.lift_m)
         return replace(self, body_m=(x, y, z), lift_m=(fl, fr, rl, rr))
 
 
