@@ -16,6 +16,6 @@ class Steady(CompiledDetector, step=step):
     """The weights are the combined detector's."""
 
     name, text = "steady", "mean of three loads, over 20 ms"
-    threshold = -675.0
+    threshold = -691.5
     Numbers, State = CombinedNumbers, CombinedState
     numbers: ClassVar[dict[str, float]] = Combined.numbers | {"mean_time": 0.02}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.contact_loss import floor
-from testbed.benchmarks.contact_loss.benchmark import ContactLoss
+from testbed.benchmarks.contact_loss.benchmark import Commissioned, ContactLoss
 from testbed.benchmarks.contact_loss.page import page
 from testbed.benchmarks.contact_loss.rivals import rivals, shipped_thresholds
 from testbed.benchmarks.contact_loss.scenes import MACHINES, Scene, _undeclared, draw, scenes
@@ -189,6 +189,13 @@ def _mine(folder: Path) -> Path:
 def test_machines_that_are_not_drawn_need_no_commissioning() -> None:
     with pytest.raises(InputError, match="--commission"):
         ContactLoss(0.002, draw=None, commission=True)
+
+
+def test_a_machine_is_commissioned_once_for_all_of_its_scenes() -> None:
+    """Its answer is taken over wherever the folder is, and is another machine's for another one."""
+    here, there = (Commissioned(Path(name), "workshop", (2000, 2001)) for name in "ab")
+    assert here.cases() == {"2000": 2000, "2001": 2001}
+    assert here.mark(2000) == there.mark(2000) != here.mark(2001)
 
 
 def test_a_scene_is_judged_with_both_beliefs_and_each_has_its_marks() -> None:
