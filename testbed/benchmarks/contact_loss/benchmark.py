@@ -97,8 +97,8 @@ class Commissioned(Benchmark[int]):
         return {str(seed): seed for seed in self.seeds}
 
     def made_from(self, case: int) -> str:
-        """The machine alone, wherever its folder is."""
-        return f"{case} {self.draw}"
+        """The machine and the command that commissions it, wherever the folder is."""
+        return f"{case} {self.draw} {code(Path(inspect.getfile(commission)))}"
 
     def without(self) -> tuple[str, ...]:
         """The benchmark itself, and what is made of recordings."""
@@ -108,8 +108,8 @@ class Commissioned(Benchmark[int]):
         """Runs the programme of commissioning and writes the model file; the numbers it found."""
         changes = (f"machine.draw={self.draw}", f"machine.seed={case}")
         with recorded("commissioning_flat", changes, case) as runs:
-            found: Tree = commission(runs, model_file(self.folder, case))
-        return found["numbers"]
+            found = commission(runs, model_file(self.folder, case))
+        return {"numbers": found["numbers"]}
 
     def summarise(self, answers: Answers) -> Answers:
         """What was found of each."""
