@@ -291,18 +291,25 @@ def contact_loss(
 def soak(
     out: Out,
     trials: Annotated[
-        int, typer.Option(min=1, help="Trials of each kind; of kills every tenth and twentieth.")
+        int, typer.Option(min=1, help="Trials of each kind; of those that take long, fewer.")
     ] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first trial of a kind.")] = 0,
+    hours: Annotated[
+        float, typer.Option(min=0.0, max=25.0, help="Simulated hours of drilling in one run.")
+    ] = 12.0,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A kind, as 'killed run'; may be repeated. [all]"),
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Try the testbed with bad intent: spoilt files, random actions, kills; what fell over, hung or
-    was lost.
+    """Try the testbed with bad intent: spoilt files, random actions, kills, full disks, clocks that
+    jump, two owners, half a day in one run; what fell over, hung or was lost.
     """
     from testbed.benchmarks.soak.benchmark import Soak
 
-    show(Soak(trials, seed), out, jobs, json)
+    show(Soak(trials, seed, hours, tuple(only or ())), out, jobs, json)
 
 
 @benchmarks.command()
