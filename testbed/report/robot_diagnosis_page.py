@@ -45,7 +45,7 @@ def contents(d: RobotDiagnosis) -> dict[str, Any]:
         "errors": _rows(d),
         "learnt": round(100 * LEARNT_SHARE),
         "rivals": [(spoken(name), factor) for name, factor in singles[:SHOWN]],
-        "cannot_show": ", ".join(found["cannot_show"]),
+        "left_out": found["left_out"],
         "resembles": spoken(d.resembles) if d.resembles else "",
         "force": force_figure(d),
         "places": place_figure(d),
