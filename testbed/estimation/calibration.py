@@ -13,6 +13,7 @@ cannot be fitted: then it counts as an error, and the covariance grows according
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -108,9 +109,11 @@ class _Rows:
     pressure_sum_pa: Array
 
 
-def calibrate(recordings: Sequence[Recording]) -> Calibrated:
-    """Calibrate from one or more recordings of one rig. Raises InputError naming what cannot serve,
-    and why.
+def calibrate(recordings: Sequence[Recording], accuracy_pa: float = 0.0) -> Calibrated:
+    """Calibrate from one or more recordings of one rig.
+
+    accuracy_pa: standard deviation of what each sensor errs by that no averaging removes (bow,
+    hysteresis); the covariances grow by it. Raises InputError naming what cannot serve, and why.
     """
     first = recordings[0]
     _check_same(recordings)
@@ -139,7 +142,27 @@ def calibrate(recordings: Sequence[Recording]) -> Calibrated:
         )
         for i, name in enumerate(names)
     }
+    for name in sensors:  # an error of either sensor is shared out between both
+        both = math.hypot(*(_area_m2(first, other) for other in sensors))
+        sensors[name] = _bent(sensors[name], accuracy_pa * both / _area_m2(first, name))
     return Calibrated(sensors, residual, len(rows.target_n), outliers, fitted)
+
+
+def _area_m2(recording: Recording, channel: str) -> float:
+    known = recording.known
+    return known.area_a_m2 if channel == "pressure_a" else known.area_b_m2
+
+
+def _bent(sensor: Sensor, accuracy_pa: float) -> Sensor:
+    """The sensor with the covariance of a line that a smooth error shifts by `accuracy_pa` (Pa) in
+    the middle of what the sensor has seen, and tilts by as much at the ends.
+    """
+    low, high = sensor.span_v
+    shift, middle = accuracy_pa / sensor.k_pa_per_v, 0.5 * (low + high)
+    tilt = shift / max(0.5 * (high - low), 1e-9)
+    line = np.array([tilt, -middle * tilt])
+    more = np.outer(line, line) + np.diag([0.0, shift**2])
+    return replace(sensor, covariance=sensor.covariance + more)
 
 
 def volts(recording: Recording, channel: str) -> Array:

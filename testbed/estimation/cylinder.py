@@ -75,6 +75,8 @@ class Cylinder(Record):
     dead_volume_a = quantity("m3", "oil in chamber A at extension 0")
     dead_volume_b = quantity("m3", "oil in chamber B at full extension")
     bulk_modulus = quantity("Pa", "of the oil, without air")
+    hose_a = quantity("m3/Pa", "elasticity of chamber A's hose")
+    hose_b = quantity("m3/Pa", "elasticity of chamber B's hose")
     air = quantity("1", "volume of entrained air at 1 bar, share")
     seal_stiffness = quantity("N/m", "of the seals' bristles")
     deadband = quantity("1", "valve command below which no oil flows")
@@ -219,16 +221,18 @@ def softness(gauge_pa: float, cylinder: Any) -> float:
 @njit
 def oil_springs(pa: float, pb: float, extension: float, cylinder: Any) -> tuple[float, float]:
     """Stiffness of both chambers, N/m, ports shut: beta_A A_A^2 / V_A, beta_B A_B^2 / V_B at gauge
-    pressures, Pa.
+    pressures, Pa, the hoses' widening in both.
 
     V_A = dead_a + A_A x, V_B = dead_b + A_B (stroke - x).
     """
     inside = min(max(extension, 0.0), cylinder.stroke)
     volume_a = cylinder.dead_volume_a + cylinder.area_a * inside
     volume_b = cylinder.dead_volume_b + cylinder.area_b * (cylinder.stroke - inside)
+    gives_a = volume_a * softness(pa, cylinder) + cylinder.hose_a
+    gives_b = volume_b * softness(pb, cylinder) + cylinder.hose_b
     return (
-        float(cylinder.area_a * cylinder.area_a / (volume_a * softness(pa, cylinder))),
-        float(cylinder.area_b * cylinder.area_b / (volume_b * softness(pb, cylinder))),
+        float(cylinder.area_a * cylinder.area_a / gives_a),
+        float(cylinder.area_b * cylinder.area_b / gives_b),
     )
 
 

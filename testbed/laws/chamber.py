@@ -3,10 +3,13 @@ counted exactly.
 
 With W the oil in a chamber (standard volume, oil.py), x the extension, q the flow through an edge:
 
-    W_A' = q_PA + q_TA - C_i (pA - pB) - C_o (pA - pt) - hose,   W_A nu(pA) = dead volume + A_A x
-    W_B' = q_PB + q_TB + C_i (pA - pB) - C_o (pB - pt) - hose,   W_B nu(pB) = dead volume + A_B
-    (stroke - x)
+    W_A' = q_PA + q_TA - C_i (pA - pB) - C_o (pA - pt) - hose,   W_A nu(pA) = V_A + E (pA - p0)
+    W_B' = q_PB + q_TB + C_i (pA - pB) - C_o (pB - pt) - hose,   W_B nu(pB) = V_B + E (pB - p0)
+    V_A = dead volume + A_A x,   V_B = dead volume + A_B (stroke - x)
     hose: capacity ph' = capacity (p - ph) / time
+
+A hose widens at once by its elasticity E and slowly, as rubber does, by its capacity. Leakages are
+laminar: they grow as the oil thins.
 
 The step is the Rosenbrock method ROS2 (Verwer, Spee, Blom, Hundsdorfer 1999), two stages, L-stable
 with g = 1 - 1 / sqrt(2):
@@ -59,7 +62,8 @@ class ChamberParameters(Record):
 
     area = quantity("m2", "piston area")
     dead_volume = quantity("m3", "volume at the end of the stroke, with its line")
-    hose_capacity = quantity("m3/Pa", "oil that the hose takes up by its pressure; 0: stiff")
+    hose_elasticity = quantity("m3/Pa", "by how much the hose widens at once; 0: stiff")
+    hose_capacity = quantity("m3/Pa", "oil that the hose takes up slowly; 0: none")
     from_supply = quantity("m3/(s sqrt(Pa))", "flow of the edge from the supply, fully open")
     to_tank = quantity("m3/(s sqrt(Pa))", "flow of the edge to the tank, fully open")
     leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of the edge from the supply")
@@ -85,6 +89,7 @@ class ChamberWork(Record):
     hose_conductance = quantity("m3/(s Pa)", "capacity over time of the hose")
     hose_start = quantity("Pa", "pressure of the hose when the call began")
     near = part(OilNear, "the oil at the last pressure")
+    elasticity = quantity("m3/Pa", "of the hose")
     stiffness = quantity("Pa/m3", "dp/d oil")
     ramp = quantity("Pa/s", "dp/dt at constant oil")
     enthalpy = quantity("J/m3", "of the oil")
@@ -204,38 +209,43 @@ def begin(axis: Any, p: Any, rod: Any, h: float, work: Any) -> None:
     work.a.volume = p.a.dead_volume + p.a.area * x
     work.b.volume = p.b.dead_volume + p.b.area * (p.stroke - x)
     work.a.growth, work.b.growth = p.a.area * v, -p.b.area * v
-    work.inner_leakage, work.outer_leakage = p.inner_leakage, p.outer_leakage
+    thin = axis.leaking
+    work.inner_leakage, work.outer_leakage = thin * p.inner_leakage, thin * p.outer_leakage
     held = p.a.holding.kind != NO_HOLDING or p.b.holding.kind != NO_HOLDING
     work.holding = 1.0 if held else 0.0
     work.hose_share = 1.0 / (1.0 + GAMMA * h / p.hose_time)
     work.vapour_volume = vapour_volume(p.oil.bulk_modulus, p.oil.air)
     work.inverse_bulk = 1.0 / p.oil.bulk_modulus
-    begin_chamber(axis.a, p.a, p, work, work.a)
-    begin_chamber(axis.b, p.b, p, work, work.b)
+    begin_chamber(axis.a, p.a, p, work, work.a, thin)
+    begin_chamber(axis.b, p.b, p, work, work.b, thin)
     settle(axis.a, work.a, axis.a.pressure, p.oil, work)
     settle(axis.b, work.b, axis.b.pressure, p.oil, work)
 
 
 @njit_law(forceinline=True)
-def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any) -> None:
-    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w:
-    ChamberWork.
+def begin_chamber(chamber: Any, own: Any, p: Any, work: Any, w: Any, leaking: float) -> None:
+    """Hose and oil of one chamber at the start of a call; own: ChamberParameters, w: ChamberWork;
+    leaking: leakage over the declared one.
     """
     w.hose_conductance = own.hose_capacity / p.hose_time if own.hose_capacity > 0.0 else 0.0
     w.hose_start = chamber.hose_pressure
-    shut = p.valve.locked != 0.0
-    w.leak_from_supply = 0.0 if shut else own.leak_from_supply
-    w.leak_to_tank = 0.0 if shut else own.leak_to_tank
+    thin = 0.0 if p.valve.locked != 0.0 else leaking
+    w.leak_from_supply, w.leak_to_tank = thin * own.leak_from_supply, thin * own.leak_to_tank
+    w.elasticity = own.hose_elasticity
     w.near.gas = gas_volume(chamber.pressure, p.oil.air)
     w.near.inverse_pressure, w.near.inverse_slope = inverses(
-        chamber.pressure, chamber.oil, w.near.gas, work.inverse_bulk, p.oil.air
+        chamber.pressure, chamber.oil, w.near.gas, work.inverse_bulk, p.oil.air, w.elasticity
     )
 
 
 @njit_law(forceinline=True)
-def inverses(p: float, oil: float, gas: float, per_bulk: float, air: float) -> tuple[float, float]:
-    """1 / p and 1 / (oil dnu/dp) at the pressure p, in one division; 0 for the latter in a void."""
-    falls = oil * (
+def inverses(
+    p: float, oil: float, gas: float, per_bulk: float, air: float, elasticity: float
+) -> tuple[float, float]:
+    """1 / p and 1 / (oil dnu/dp - elasticity) at the pressure p, in one division; 0 for the latter
+    in a void.
+    """
+    falls = elasticity * p + oil * (
         (1.0 - air) * (1.0 - (p - ATMOSPHERE_PA) * per_bulk) * per_bulk * p + gas / POLYTROPIC
     )
     both = 1.0 / (p * falls)
@@ -250,17 +260,29 @@ def settle(chamber: Any, w: Any, guess: float, oil: Any, work: Any) -> None:
     guess: where to look, Pa; oil: OilParameters; w.near belongs to the pressure before.
     """
     near, air, per_bulk = chamber.pressure, oil.air, work.inverse_bulk
-    p, gas, nu, holds = pressure_near(w.volume, chamber.oil, guess, near, w.near, per_bulk, air)
+    room = w.volume + w.elasticity * (guess - ATMOSPHERE_PA)
+    p, gas, nu, holds = pressure_near(room, chamber.oil, guess, near, w.near, per_bulk, air)
     if not holds:
-        nu = w.volume / chamber.oil
-        p, gas, _ = pressure_of(
-            nu, guess, near, w.near.gas, oil.bulk_modulus, air, work.vapour_volume
-        )
-    per, inverse = inverses(p, chamber.oil, gas, per_bulk, air)
+        p, gas, nu = pressure_in(w, chamber.oil, guess, near, oil, work)
+    per, inverse = inverses(p, chamber.oil, gas, per_bulk, air, w.elasticity)
     chamber.pressure = p
     w.near.gas, w.near.inverse_pressure, w.near.inverse_slope = gas, per, inverse
     w.stiffness, w.ramp = -nu * inverse, w.growth * inverse
     w.enthalpy = enthalpy_with_gas(p, gas, per_bulk, air)
+
+
+@njit_law
+def pressure_in(
+    w: Any, held: float, guess: float, near: float, oil: Any, work: Any
+) -> tuple[float, float, float]:
+    """Pressure (Pa), gas volume and nu of `held` m3 of oil in a chamber, however far they moved;
+    near: its last pressure.
+    """
+    per, widening = w.volume / held, w.elasticity / held
+    p, gas, _ = pressure_of(
+        per, guess, near, w.near.gas, oil.bulk_modulus, oil.air, work.vapour_volume, widening
+    )
+    return p, gas, per + widening * (p - ATMOSPHERE_PA)
 
 
 @njit_law
@@ -403,16 +425,14 @@ def predicted(chamber: Any, w: Any, rate: float, h: float, oil: Any, work: Any) 
     """Pressure of a chamber at the substep's end if the rate of its oil holds, Pa; its volume
     advances.
     """
-    air = oil.air
     w.volume += h * w.growth
     near = chamber.pressure
     then = chamber.oil + h * rate
     guess = near + h * (w.stiffness * rate + w.ramp)
-    p, _, _, holds = pressure_near(w.volume, then, guess, near, w.near, work.inverse_bulk, air)
+    room = w.volume + w.elasticity * (guess - ATMOSPHERE_PA)
+    p, _, _, holds = pressure_near(room, then, guess, near, w.near, work.inverse_bulk, oil.air)
     if not holds:
-        p, _, _ = pressure_of(
-            w.volume / then, guess, near, w.near.gas, oil.bulk_modulus, air, work.vapour_volume
-        )
+        p, _, _ = pressure_in(w, then, guess, near, oil, work)
     return float(p)
 
 

@@ -80,6 +80,7 @@ class AxisState(Record):
     end_force = quantity("N", "mean of cushions and stops over the last step, along + extension")
     reached = quantity("m", "extension at the end of the last step")
     thinning = quantity("1", "viscous friction by the oil's temperature, share of the reference's")
+    leaking = quantity("1", "leakage by the oil's temperature, share of the declared")
 
 
 class AxisInput(Record):
@@ -179,13 +180,14 @@ def rod_force(
 
 
 @njit_law
-def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float) -> None:
-    """How much of the viscous friction is left at `warmth` K above the reference, into every axis's
-    `thinning`.
+def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: float) -> None:
+    """How much of the viscous friction is left at `warmth` K above its reference, into every axis's
+    `thinning`, and how much more leaks `beyond` K above the leakages' own, into `leaking`.
     """
     extra_rate = 0.0
-    thinning = math.exp(-viscosity * warmth)
+    thinning, leaking = math.exp(-viscosity * warmth), math.exp(viscosity * beyond)
     for i in range(axes.shape[0]):
+        axes[i].leaking = leaking
         if params[i].seal.viscosity_rate != extra_rate:
             extra_rate = params[i].seal.viscosity_rate
             thinning = math.exp(-(viscosity + extra_rate) * warmth)
@@ -215,6 +217,8 @@ def hydraulic_step(
     warmth, loss = supply.temperature - unit.viscosity_reference, supply.loss
     pt = unit.tank_pressure
     open_valves(axes, params, given, h, openings)
+    beyond = supply.temperature - unit.declared_at
+    thin_oil(axes, params, unit.viscosity_rate, warmth, beyond)
     for i in range(n):
         begin(axes[i], params[i], given[i], h, work[i])
         a[i, 0], b[i, 0] = axes[i].a.pressure, axes[i].b.pressure
@@ -254,7 +258,6 @@ def hydraulic_step(
             warm_all += warm
         returned += back_all
         heat += warm_all
-    thin_oil(axes, params, unit.viscosity_rate, warmth)
     rubbed = 0.0
     for i in range(n):
         mean_a, mean_b = mean_of_nodes(a[i]), mean_of_nodes(b[i])

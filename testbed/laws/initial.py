@@ -99,7 +99,8 @@ def fill_chambers(axis: Any, p: Any, x: float) -> None:
     for name, volume in volumes.items():
         chamber = axis[name]
         nu, _ = specific_volume(chamber["pressure"], p["oil"]["bulk_modulus"], p["oil"]["air"])
-        chamber["oil"] = volume / nu
+        widened = p[name]["hose_elasticity"] * (chamber["pressure"] - ATMOSPHERE_PA)
+        chamber["oil"] = (volume + widened) / nu
         chamber["hose_pressure"] = chamber["pressure"]
         axis["transducers"][name] = chamber["pressure"]
     axis["transducers"]["pipe_pressure"] = axis["b"]["pressure"]

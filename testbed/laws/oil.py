@@ -50,7 +50,7 @@ class OilNear(Record):
 
     inverse_pressure = quantity("1/Pa", "1 / pressure")
     gas = quantity("1", "gas volume of one standard volume")
-    inverse_slope = quantity("Pa/m3", "1 / (oil dnu/dp), negative; 0 in a void")
+    inverse_slope = quantity("Pa/m3", "1 / (oil dnu/dp - widening), negative; 0 in a void")
 
 
 @njit_law
@@ -100,15 +100,17 @@ def pressure_of(
     bulk_pa: float,
     air: float,
     nu_vapour: float,
+    widening: float = 0.0,
 ) -> tuple[float, float, float]:
     """The absolute pressure at which one standard volume takes up `nu`: Newton's iteration from
     `guess_pa`.
 
-    `gas_near` is the gas volume at `near_pa` (the last pressure of this oil). Returns p (Pa), the
-    gas volume there and d nu / dp (1/Pa; -inf in a void, which stays at vapour pressure). Relative
-    error of p below 1e-6.
+    widening: by how much its room grows with the pressure, 1/Pa: `nu` is that at p0. `gas_near` is
+    the gas volume at `near_pa` (the last pressure of this oil). Returns p (Pa), the gas volume
+    there and d nu / dp (1/Pa; -inf in a void, which stays at vapour pressure). Relative error of p
+    below 1e-6.
     """
-    if nu >= nu_vapour:
+    if nu + widening * (VAPOUR_PA - ATMOSPHERE_PA) >= nu_vapour:
         return VAPOUR_PA, air * GAS_AT_VAPOUR, -math.inf
     p = guess_pa if guess_pa > VAPOUR_PA else VAPOUR_PA
     gas = gas_volume_near(p, near_pa, gas_near)
@@ -117,7 +119,8 @@ def pressure_of(
         x = (p - ATMOSPHERE_PA) / bulk_pa
         per_p = gas * _POWER / p
         slope = -(1.0 - air) * (1.0 - x) / bulk_pa - per_p
-        step = (nu - (1.0 - air) * (1.0 - x + 0.5 * x * x) - gas) / slope
+        room = nu + widening * (p - ATMOSPHERE_PA)
+        step = (room - (1.0 - air) * (1.0 - x + 0.5 * x * x) - gas) / (slope - widening)
         if -1e-3 * p < step < 1e-3 * p:
             y = step / p
             return p + step, gas * (1.0 - y * (_POWER - y * _SERIES_2)), slope

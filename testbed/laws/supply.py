@@ -61,6 +61,7 @@ class PowerUnit(Record):
     ambient = quantity("degC", "of the air")
     viscosity_rate = quantity("1/K", "how viscous friction falls with the oil's temperature")
     viscosity_reference = quantity("degC", "temperature at which friction is as declared")
+    declared_at = quantity("degC", "oil temperature at which leakages are as declared")
     droop = quantity("Pa s/m3", "undeclared drop of the valves' pressure by the flow drawn")
     droop_time = quantity("s", "its time constant")
 

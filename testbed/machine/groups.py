@@ -29,6 +29,8 @@ Gauge = Annotated[float, Field(ge=-0.9e5, le=1.0e9)]
 Leakage = Annotated[float, Field(ge=0.0, le=1.0e-6)]
 Kind = Annotated[float, AfterValidator(_a_kind)]
 """One of three kinds of valve or supply: 0, 1 or 2; what they are stands beside the value."""
+NARROWEST_LOOP = 0.2
+"""Half width of the hysteresis of the best transducer, share of the worst one's (E)."""
 Vector = tuple[float, float, float]
 Box = tuple[Positive, Positive, Positive]
 
@@ -244,10 +246,14 @@ class Oil(Group):
     entrained_air: Annotated[float, Field(ge=0.0, lt=0.5)]
     internal_leakage_m3_s_pa: Leakage
     outer_leakage_m3_s_pa: Leakage
+    bulk_modulus_rate_1_k: Annotated[float, Field(ge=0.0, le=0.05)]
+    hose_elasticity_m3_pa: Leakage
+    hose_elasticity_b_m3_pa: Leakage
     hose_capacity_m3_pa: Leakage
     hose_capacity_b_m3_pa: Leakage
     hose_time_s: Annotated[float, Field(gt=0.0, le=1.0e4)]
     start_temperature_degc: Annotated[float, Field(ge=-60.0, le=150.0)]
+    declared_at_degc: Annotated[float, Field(ge=-60.0, le=150.0)]
     ambient_degc: Annotated[float, Field(ge=-90.0, le=100.0)]
     heat_capacity_j_k: Annotated[float, Field(gt=0.0, le=1.0e12)]
     cooling_w_k: Annotated[float, Field(ge=0.0, le=1.0e9)]
@@ -329,6 +335,8 @@ class Sensor(Group):
     """Transducers, encoders, load pins and the inertial unit."""
 
     pressure_range_pa: Positive
+    pressure_linearity_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
+    pressure_hysteresis_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
     pressure_noise_pa: NotNegative
     pressure_ripple_pa: Annotated[float, Field(ge=0.0, le=1.0e7)]
     pressure_ripple_hz: Annotated[float, Field(gt=0.0, le=1.0e5)]
@@ -352,6 +360,15 @@ class Sensor(Group):
     specific_force_noise_m_s2: NotNegative
     supply_noise_pa: NotNegative
     temperature_resolution_k: NotNegative
+
+    @property
+    def pressure_accuracy_pa(self) -> float:
+        """Standard deviation of what a transducer errs by and no averaging removes: its bow, evenly
+        drawn, and its loop, on whose one side or the other it reads.
+        """
+        narrowest = NARROWEST_LOOP * self.pressure_hysteresis_pa
+        loop = 0.5 * (narrowest + self.pressure_hysteresis_pa)
+        return math.hypot(self.pressure_linearity_pa / math.sqrt(3.0), loop)
 
 
 class Rope(Group):

@@ -63,7 +63,8 @@ The tank's content is only counted: what leaves it comes back, and no run can em
 MODEL: Rules = (
     (r"rope\..*|drill\..*|rock\..*|drill_body\..*|legs\.hip_z_m", UNREAD),
     (r"seal\.(bristle_damping_n_s_m|elastic_share)|end_stop\.(stiffness|damping)_\w+", UNREAD),
-    (r"oil\.(outer_leakage|hose|ambient|heat_capacity|cooling)\w+", UNREAD),
+    (r"oil\.(outer_leakage|hose_(capacity|time)|ambient|heat_capacity|cooling)\w+", UNREAD),
+    (r"oil\.(bulk_modulus_rate_1_k|declared_at_degc)", UNREAD),
     (r"power_unit\.(?!full_flow_m3_s|supply_|standby_pressure_pa|tank_pressure_pa).*", UNREAD),
     (
         r"sensor\.(pressure_(noise|resolution|ripple)_\w+|line_b_\w+|\w+_(noise|bias)_\w+|thermal_span_share)",

@@ -20,6 +20,7 @@ HydraulicPart = Literal[
     "edge_leakage",
     "air",
     "hose",
+    "hose_elasticity",
     "deadband",
     "hysteresis",
     "valve_dynamics",

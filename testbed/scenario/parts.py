@@ -215,6 +215,9 @@ class Sensors(Checked):
     thermal_drift: bool = Field(
         default=True, description="zero error of the pressure transducers with temperature"
     )
+    characteristic: bool = Field(
+        default=True, description="bow and hysteresis of the pressure transducers"
+    )
     without: Annotated[tuple[SensorPart, ...], Sequence] = Field(
         default=(), description="sensors that read the truth, free of all errors"
     )

@@ -90,8 +90,9 @@ def _place_bodies(board: Any, truth: Truth, engine: Engine) -> None:
 def _fill_hydraulics(board: Any, truth: Truth, start: Start) -> None:
     """Parameters of axes and power unit, chambers that hold the joints, a charged supply."""
     machine, hydraulics = truth.robot.machine, truth.scenario.hydraulics
-    parameters = axis_parameters(machine, locked=hydraulics.valves_locked)
-    unit = unit_parameters(machine, pump_on=hydraulics.pump)
+    degc = hydraulics.oil_temperature_degc
+    parameters = axis_parameters(machine, locked=hydraulics.valves_locked, oil_degc=degc)
+    unit = unit_parameters(machine, pump_on=hydraulics.pump, oil_degc=degc)
     switch_off(hydraulics.without, parameters, unit)
     put_into_cylinders(truth.hidden, parameters)
     put_into_supply(truth.hidden, unit)
@@ -99,7 +100,7 @@ def _fill_hydraulics(board: Any, truth: Truth, start: Start) -> None:
     forces = start.joint_forces / arms
     board["parameters"], board["unit"] = parameters, unit
     board["linkages"] = truth.robot.linkages.records
-    supply = start_supply(unit, hydraulics.oil_temperature_degc, machine.power_unit.tank_oil_m3)
+    supply = start_supply(unit, degc, machine.power_unit.tank_oil_m3)
     board["supply"] = supply
     seals = np.random.default_rng([truth.scenario.seed, SEAL_STREAM])
     stuck = hydraulics.stuck_seals * seals.uniform(-1.0, 1.0, len(AXES))
@@ -143,9 +144,10 @@ def _hang_ropes(board: Any, truth: Truth, start: Start) -> None:
 
 
 def _fit_sensors(board: Any, truth: Truth) -> None:
+    scenario = truth.scenario
     transducers, others = sensor_records(
-        truth.robot.machine, truth.scenario.sensors, truth.sensor_rng
+        truth.robot.machine, scenario.sensors, truth.sensor_rng, scenario.machine.seed
     )
-    put_into_sensors(truth.hidden, transducers, 1.0 / truth.scenario.rates.sensor_hz)
+    put_into_sensors(truth.hidden, transducers, 1.0 / scenario.rates.sensor_hz)
     put_into_other_sensors(truth.hidden, others)
     board["transducers"], board["sensors"] = transducers, others

@@ -12,6 +12,7 @@ from testbed.laws.hydraulics import AxisParameters
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.supply import PowerUnit
 from testbed.laws.traction import RESERVE_M, TractionParameters
+from testbed.machine.groups import Oil
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 from testbed.robot.linkage import Linkages
@@ -19,14 +20,17 @@ from testbed.robot.linkage import Linkages
 Records = NDArray[Any]
 
 
-def axis_parameters(machine: Machine, *, locked: bool = False) -> Records:
+def axis_parameters(
+    machine: Machine, *, locked: bool = False, oil_degc: float | None = None
+) -> Records:
     """AxisParameters (12,): every cylinder with its valve, hoses, seal, stops and transducers, as
-    declared.
+    declared; `oil_degc`: how warm its oil starts, if otherwise.
     """
+    degc = machine.oil.start_temperature_degc if oil_degc is None else oil_degc
     axes = AxisParameters.zeros(len(AXES))
     axes["stroke"] = Linkages.from_machine(machine).stroke_m
     for out, axis in zip(axes, machine.axes.values(), strict=True):
-        _cylinder(out, axis)
+        _cylinder(out, axis, degc)
         _valve(out, axis)
         _seal(out["seal"], axis)
         _ends(out["ends"], axis)
@@ -35,19 +39,27 @@ def axis_parameters(machine: Machine, *, locked: bool = False) -> Records:
     return axes
 
 
-def _cylinder(out: Any, axis: Axis) -> None:
+def _cylinder(out: Any, axis: Axis, degc: float) -> None:
     cylinder, oil = axis.cylinder, axis.oil
     bore, rod = cylinder.bore_m, cylinder.rod_m
     out["a"]["area"] = math.pi / 4 * bore**2
     out["b"]["area"] = math.pi / 4 * (bore**2 - rod**2)
     out["a"]["dead_volume"] = cylinder.dead_volume_a_m3
     out["b"]["dead_volume"] = cylinder.dead_volume_b_m3
+    out["a"]["hose_elasticity"] = oil.hose_elasticity_m3_pa
+    out["b"]["hose_elasticity"] = oil.hose_elasticity_b_m3_pa
     out["a"]["hose_capacity"] = oil.hose_capacity_m3_pa
     out["b"]["hose_capacity"] = oil.hose_capacity_b_m3_pa
     out["hose_time"] = oil.hose_time_s
-    out["oil"]["bulk_modulus"], out["oil"]["air"] = oil.bulk_modulus_pa, oil.entrained_air
+    out["oil"]["bulk_modulus"], out["oil"]["air"] = bulk_modulus_pa(oil, degc), oil.entrained_air
     out["inner_leakage"] = oil.internal_leakage_m3_s_pa
     out["outer_leakage"] = oil.outer_leakage_m3_s_pa
+
+
+def bulk_modulus_pa(oil: Oil, degc: float) -> float:
+    """Of an oil that starts this warm; a run keeps it, as its oil warms by a few K."""
+    beyond = degc - oil.declared_at_degc
+    return oil.bulk_modulus_pa * math.exp(-oil.bulk_modulus_rate_1_k * beyond)
 
 
 def _valve(out: Any, axis: Axis) -> None:
@@ -103,8 +115,13 @@ def _transducers(own: Any, axis: Axis) -> None:
     own["lag"] = 1.0 / (2 * math.pi * sensor.transducer_bandwidth_hz)
 
 
-def unit_parameters(machine: Machine, *, pump_on: bool = True) -> Any:
-    """The PowerUnit; gauge pressures of the file become absolute here."""
+def unit_parameters(
+    machine: Machine, *, pump_on: bool = True, oil_degc: float | None = None
+) -> Any:
+    """The PowerUnit; gauge pressures of the file become absolute here; `oil_degc`: how warm the oil
+    starts, if otherwise than declared.
+    """
+    degc = machine.oil.start_temperature_degc if oil_degc is None else oil_degc
     given, oil, seal = machine.power_unit, machine.oil, machine.seal
     unit = PowerUnit.zeros()[0]
     unit["pump_on"] = float(pump_on)
@@ -124,10 +141,11 @@ def unit_parameters(machine: Machine, *, pump_on: bool = True) -> Any:
     unit["accumulator_precharge"] = given.accumulator_precharge_pa + ATMOSPHERE_PA
     unit["line_volume"] = given.line_volume_m3
     unit["tank_pressure"] = given.tank_pressure_pa + ATMOSPHERE_PA
-    unit["oil"]["bulk_modulus"], unit["oil"]["air"] = oil.bulk_modulus_pa, oil.entrained_air
+    unit["oil"]["bulk_modulus"], unit["oil"]["air"] = bulk_modulus_pa(oil, degc), oil.entrained_air
     unit["heat_capacity"], unit["cooling"] = oil.heat_capacity_j_k, oil.cooling_w_k
     unit["ambient"] = oil.ambient_degc
     unit["viscosity_rate"] = seal.viscosity_rate_1_k
+    unit["declared_at"] = oil.declared_at_degc
     unit["viscosity_reference"] = seal.viscosity_reference_degc
     unit["droop_time"] = 1.0
     return unit

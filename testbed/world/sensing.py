@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.groups import Sensor
+from testbed.machine.groups import NARROWEST_LOOP, Sensor
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, SIDES
 from testbed.recording.rows import XYZ
@@ -106,10 +107,13 @@ def draw_noise(
 
 
 def sensor_records(
-    machine: Machine, chosen: Sensors, rng: np.random.Generator
+    machine: Machine, chosen: Sensors, rng: np.random.Generator, built: int = 0
 ) -> tuple[NDArray[Any], Any]:
     """Transducer (2, 12) and OtherSensors; each transducer draws its own thermal zero and span, the
     unit its biases.
+
+    built: seed of the machine, whose transducers keep their bow and their hysteresis whatever is
+    run.
     """
     s = machine.sensor
     t = Transducer.zeros(len(CHAMBERS), len(AXES))
@@ -122,6 +126,8 @@ def sensor_records(
         span = axis.sensor.thermal_span_share / axis.sensor.thermal_range_k
         with_span = chosen.thermal_drift and "pressure" not in chosen.without
         t["thermal_gain"][:, k] = span * spans[:, k] if with_span else 0.0
+        if chosen.characteristic and "pressure" not in chosen.without:
+            bend_transducers(t[:, k], axis.sensor, axis.name, built)
     other = OtherSensors.zeros()[0]
     other["rope_gain"] = 1.0
     noise = float(chosen.noise)
@@ -157,6 +163,15 @@ def _fit_transducers(pair: NDArray[Any], sensor: Sensor, chosen: Sensors, draws:
     pair["resolution"] = sensor.pressure_resolution_pa if chosen.quantisation else 0.0
     per_kelvin = sensor.thermal_zero_share * sensor.pressure_range_pa / sensor.thermal_range_k
     pair["thermal"] = per_kelvin * draws if chosen.thermal_drift else 0.0
+
+
+def bend_transducers(pair: NDArray[Any], sensor: Sensor, axis: str, built: int) -> None:
+    """Give an axis' two Transducers the bow and the hysteresis that they have in the machine of
+    seed `built`: the part of a data sheet's accuracy that does not average out.
+    """
+    rng = np.random.default_rng([built, zlib.crc32(f"transducers of {axis}".encode())])
+    pair["bow"] = sensor.pressure_linearity_pa * rng.uniform(-1.0, 1.0, 2)
+    pair["hysteresis"] = sensor.pressure_hysteresis_pa * rng.uniform(NARROWEST_LOOP, 1.0, 2)
 
 
 def fail(transducer: Any, reading_pa: float) -> None:

@@ -55,6 +55,7 @@ AXIS_OFF: dict[str, dict[str, float]] = {
     "edge_leakage": _EDGE_LEAKAGE,
     "air": {"oil.air": 0.0},
     "hose": {"a.hose_capacity": 0.0, "b.hose_capacity": 0.0},
+    "hose_elasticity": {"a.hose_elasticity": 0.0, "b.hose_elasticity": 0.0},
     "deadband": {"valve.dead_band": 0.0},
     "hysteresis": {"valve.hysteresis": 0.0},
     "valve_dynamics": {

@@ -146,8 +146,9 @@ def put_into_sensors(world: Hidden, transducers: NDArray[Any], step_s: float) ->
         b["gain"] += cylinder.gain_error_b
         a["zero"] += cylinder.zero_a_pa
         b["zero"] += cylinder.zero_b_pa
-        a["hysteresis"] = b["hysteresis"] = cylinder.hysteresis_pa
-        a["bow"] = b["bow"] = cylinder.bow_pa
+        for each in (a, b):
+            each["hysteresis"] += cylinder.hysteresis_pa
+            each["bow"] += cylinder.bow_pa
         if cylinder.drift_a_pa_s is not None:
             a["drift"] = cylinder.drift_a_pa_s
         if cylinder.pressure_delay_s:

@@ -16,7 +16,7 @@ import pytest
 from testbed.control.gaits.commission import duration_s, program
 from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
-from testbed.estimation.live.uncertainty import constants
+from testbed.estimation.live.uncertainty import areas_m2, constants
 from testbed.formats.table import read_columns
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.build import build_machine
@@ -72,7 +72,9 @@ def test_what_was_found_is_believed_with_its_interval(tmp_path: Path) -> None:
     own = own_belief(machine, tmp_path / "model.yaml")
     known = constants(own.sure, own.expected)[0]
     fl, fr = AXES.index("fl_vertical"), AXES.index("fr_vertical")
-    assert known["zero"][fl] == pytest.approx(20.0, rel=1e-3)
+    axis = machine.axes["fl_vertical"]
+    sensors = axis.sensor.pressure_accuracy_pa * np.hypot(*areas_m2(axis))
+    assert known["zero"][fl] == pytest.approx(np.hypot(20.0, sensors), rel=1e-3)
     assert known["side"][fl] == pytest.approx(0.03, rel=1e-3)
     assert known["side"][fr] == pytest.approx(0.2 / 12.0**0.5)
     assert known["mass"] == pytest.approx(np.hypot(10.0, 2.5 / 6.0**0.5 * 12.0**0.5), rel=1e-3)

@@ -97,11 +97,30 @@ def test_a_port_that_opens_to_the_tank_says_how_its_flow_grows() -> None:
     assert flow.tank_growth == pytest.approx(-0.3 * 1e-7 * 2000.0, rel=1e-4)
 
 
-def test_inverses_are_one_over_pressure_and_one_over_the_oil_s_slope() -> None:
+@pytest.mark.parametrize("hose", [0.0, 2.3e-13])
+def test_inverses_are_one_over_pressure_and_one_over_the_oil_s_slope_less_the_hose(
+    hose: float,
+) -> None:
     p, oil = 5e6, 2e-4
     _, slope = specific_volume(p, BULK, AIR)
-    per, inverse = inverses(p, oil, gas_volume(p, AIR), 1.0 / BULK, AIR)
-    assert per == pytest.approx(1.0 / p) and inverse == pytest.approx(1.0 / (oil * slope))
+    per, inverse = inverses(p, oil, gas_volume(p, AIR), 1.0 / BULK, AIR, hose)
+    assert per == pytest.approx(1.0 / p)
+    assert inverse == pytest.approx(1.0 / (oil * slope - hose))
+
+
+@pytest.mark.parametrize("far", [1.0, 1.5])
+def test_oil_and_volume_of_a_chamber_balance_with_its_widened_hose(far: float) -> None:
+    """Whether the pressure moved little or far: oil x nu(p) = volume + elasticity (p - p0)."""
+    axes, params, given = axis()
+    params["a"]["hose_elasticity"] = 2.3e-13
+    work = AxisWork.zeros()
+    begin(axes[0], params[0], given[0], 1e-3, work[0])
+    chamber, w, oil = axes[0].a, work[0].a, params[0].oil
+    chamber.oil *= 1.0 + 1e-3 * (far - 1.0) + 1e-7
+    settle(chamber, w, chamber.pressure * far, oil, work[0])
+    nu, _ = specific_volume(chamber.pressure, oil.bulk_modulus, oil.air)
+    room = w.volume + 2.3e-13 * (chamber.pressure - ATMOSPHERE_PA)
+    assert chamber.oil * nu == pytest.approx(room, rel=1e-9)
 
 
 def test_a_chamber_that_settles_has_the_pressure_of_its_oil_and_volume() -> None:

@@ -75,7 +75,7 @@ def test_the_model_keeps_the_drawing_and_the_world_takes_the_draw() -> None:
 
 
 def test_a_draw_stands_on_what_the_scenario_changes() -> None:
-    more = ["machine.draw=workshop", "hydraulics.parameters.oil.bulk_modulus_pa=0.7e9"]
+    more = ["machine.draw=workshop", "hydraulics.parameters.oil.bulk_modulus_pa=0.9e9"]
     factor = {
         len(changes): machines_of(
             load_scenario("stand_slope_45", changes)

@@ -131,6 +131,8 @@ def stored(axes: NDArray[Any], params: NDArray[Any], supply: Any, unit: Any) -> 
         for name in ("a", "b"):
             chamber = axis[name]
             total += chamber.oil * _energy(chamber.pressure, bulk, air)
+            widened = p[name].hose_elasticity * (chamber.pressure**2 - ATMOSPHERE_PA**2)
+            total += 0.5 * widened
             grid = np.linspace(ATMOSPHERE_PA, chamber.hose_pressure, 400)
             h = np.array([enthalpy(q, bulk, air) for q in grid])
             total += p[name].hose_capacity * float(np.trapezoid(h, grid))

@@ -84,8 +84,8 @@ def _both(axis: Any, name: str) -> Array:
 
 def _leaks(s: Any, p: Any, unit: Any) -> Array:
     """Leakage into chambers A and B, m3/s: across the piston and outwards, valve and edges shut."""
-    across = p.inner_leakage * (s.a.pressure - s.b.pressure)
-    out = p.outer_leakage * (_both(s, "pressure") - unit.tank_pressure)
+    across = s.leaking * p.inner_leakage * (s.a.pressure - s.b.pressure)
+    out = s.leaking * p.outer_leakage * (_both(s, "pressure") - unit.tank_pressure)
     return np.asarray(np.array([-across, across]) - out)
 
 
@@ -111,8 +111,9 @@ def _stands_at(oil: Array, p: Any, load: float, held: float, start: float, level
     """
 
     def push(x: float) -> float:
-        pa = _pressure((p.a.dead_volume + p.a.area * x) / oil[0], p)
-        pb = _pressure((p.b.dead_volume + p.b.area * (p.stroke - x)) / oil[1], p)
+        pa = _pressure(p.a.dead_volume + p.a.area * x, oil[0], p.a.hose_elasticity, p)
+        left = p.stroke - x
+        pb = _pressure(p.b.dead_volume + p.b.area * left, oil[1], p.b.hose_elasticity, p)
         friction = max(held + p.seal.bristle_stiffness * (x - start), level)
         gauge = pa * p.a.area - pb * p.b.area - (p.a.area - p.b.area) * ATMOSPHERE_PA
         return float(gauge - friction - load)
@@ -124,12 +125,13 @@ def _stands_at(oil: Array, p: Any, load: float, held: float, start: float, level
     return 0.5 * (low + high)
 
 
-def _pressure(nu: float, p: Any) -> float:
-    """Absolute pressure, Pa, at which one standard volume takes up `nu`: Newton's iteration."""
+def _pressure(volume: float, oil: float, elasticity: float, p: Any) -> float:
+    """Absolute pressure, Pa, of `oil` in a volume whose hose widens, m3: Newton's iteration."""
     pressure = 5e6
     for _ in range(30):
         found, slope = specific_volume(pressure, p.oil.bulk_modulus, p.oil.air)
-        step = (nu - found) / slope
+        room = volume + elasticity * (pressure - ATMOSPHERE_PA)
+        step = (room - oil * found) / (oil * slope - elasticity)
         pressure = max(pressure + step, 0.5 * pressure, VAPOUR_PA)
         if abs(step) < 1e-3:
             break

@@ -16,13 +16,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.hydraulics.reference import N_AXIS, SET, Amplifiers, pack, rates
+from testbed.benchmarks.hydraulics.reference import (
+    N_AXIS,
+    Amplifiers,
+    machine_of_both,
+    pack,
+    rates,
+)
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
 from testbed.laws.coupling import centre_window
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -110,12 +115,17 @@ class FreeRig:
 
     @classmethod
     def at_rest(
-        cls, mass_kg: float, load_n: float, position_m: float, without: tuple[str, ...] = ()
+        cls,
+        mass_kg: float,
+        load_n: float,
+        position_m: float,
+        without: tuple[str, ...] = (),
+        hoses: bool = False,
     ) -> FreeRig:
         """The declared machine's cylinder, `without` parts of its hydraulics; the oil keeps its
-        temperature.
+        temperature. hoses: their widening is apart from the oil's bulk modulus.
         """
-        machine = build_machine(of_set=SET)
+        machine = machine_of_both(hoses)
         params, unit = axis_parameters(machine)[2:3].copy(), unit_parameters(machine)
         switch_off([*without, "oil_warming"], params, unit)
         masses = Mass.zeros()

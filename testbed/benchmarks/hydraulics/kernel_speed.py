@@ -14,11 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.hydraulics.reference import N_AXIS, SET, Amplifiers, held_rates, pack
+from testbed.benchmarks.hydraulics.reference import (
+    N_AXIS,
+    Amplifiers,
+    held_rates,
+    machine_of_both,
+    pack,
+)
 from testbed.compiled import njit
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.machine.build import build_machine
 from testbed.scenario.parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
@@ -44,7 +49,7 @@ class Walk:
 
 def walk(steps: int = 150) -> Walk:
     """Every axis on its own sine, driven by a valve command that fits it."""
-    machine = build_machine(of_set=SET)
+    machine = machine_of_both()
     params, unit = (
         axis_parameters(machine),
         unit_parameters(machine),

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.hydraulics.reference import SET
+from testbed.benchmarks.hydraulics.reference import machine_of_both
 from testbed.laws.initial import start_axes, start_supply
-from testbed.machine.build import build_machine
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
@@ -60,7 +59,7 @@ def manoeuvre(number: int, duration_s: float = 1.5) -> Manoeuvre:
     """
     rng = np.random.default_rng([20090714, number])
     kind = KINDS[number % len(KINDS)]
-    machine = build_machine(of_set=SET)
+    machine = machine_of_both()
     n = 1 + OTHERS if kind == "starved supply" else 1
     params = axis_parameters(machine)[[2, 5, 8][:n]].copy()
     unit = unit_parameters(machine)

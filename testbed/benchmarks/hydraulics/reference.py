@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.build import build_machine
+from testbed.machine.model import Machine
 from testbed.machine.sets import SetName
 
 if TYPE_CHECKING:
@@ -25,11 +27,22 @@ Array = NDArray[np.float64]
 P0, PV, CM3 = 1.0e5, 1.0e3, 1.0e-6
 SET: SetName = "original"
 """The machine whose laws stand here: its supply is constant and its valves hold no load."""
+SEAL = ("seal.elastic_share",)
+OIL = ("oil.bulk_modulus_pa", "oil.hose_elasticity_m3_pa", "oil.hose_elasticity_b_m3_pa")
+"""Numbers of the default machine that it has all the same."""
 N_AXIS = 9
 """States of an axis: oil A, B (cm3), hose pressures A, B (MPa), spool, spool rate / 100, bristle
 (mm), dwell, integral of the force (N s / 100)."""
 N_SUPPLY = 2
 """States of the unit: oil in the line (cm3), pump stroke."""
+
+
+def machine_of_both(hoses: bool = True) -> Machine:
+    """The machine on which kernel and reference are compared, the widening of its hoses apart from
+    its oil or within the bulk modulus.
+    """
+    default, shared = build_machine(), (*SEAL, *OIL) if hoses else SEAL
+    return build_machine({path: default.quantity(path).value for path in shared}, of_set=SET)
 
 
 @njit
@@ -40,18 +53,18 @@ def volume_of_one(p: float, bulk: float, air: float) -> float:
 
 
 @njit
-def chamber_pressure(volume: float, oil: float, bulk: float, air: float) -> float:
-    """Root of nu(p) = volume / oil in ln p, by Newton inside a bracket; vapour pressure in a
-    void.
+def chamber_pressure(volume: float, oil: float, fluid: tuple[float, float], hose: float) -> float:
+    """Root of oil nu(p) = volume + hose (p - p0) in ln p, by Newton inside a bracket; vapour
+    pressure in a void. `fluid`: bulk modulus and air; hose: its elasticity, m3/Pa.
     """
-    nu = volume / oil
-    if nu >= volume_of_one(PV, bulk, air):
+    bulk, air = fluid
+    if volume + hose * (PV - P0) >= oil * volume_of_one(PV, bulk, air):
         return PV
     low, high = math.log(PV), math.log(1.0e9)
     y = math.log(5.0e6)
     for _ in range(200):
         p = math.exp(y)
-        f = volume_of_one(p, bulk, air) - nu
+        f = volume_of_one(p, bulk, air) - (volume + hose * (p - P0)) / oil
         if f > 0.0:
             low = y
         else:
@@ -59,6 +72,7 @@ def chamber_pressure(volume: float, oil: float, bulk: float, air: float) -> floa
         slope = p * (-(1.0 - air) * (1.0 - (p - P0) / bulk) / bulk) - air / 1.4 * (P0 / p) ** (
             1.0 / 1.4
         )
+        slope -= p * hose / oil
         new = y - f / slope
         if not low < new < high:
             new = 0.5 * (low + high)
@@ -188,28 +202,30 @@ def axis_rates(
     v: float,
     target: float,
     ends: tuple[float, float],
-    warm: float,
+    by_warmth: tuple[float, float],
 ) -> float:
     """Rates of one axis's states; returns what it draws from the supply, m3/s. `ends`: supply's and
-    tank's pressure.
+    tank's pressure; by_warmth: viscous friction and leakage over the declared.
     """
     ps, pt = ends
-    pa = chamber_pressure(p.a.dead_volume + p.a.area * x, y[0] * CM3, p.oil.bulk_modulus, p.oil.air)
-    pb = chamber_pressure(
-        p.b.dead_volume + p.b.area * (p.stroke - x), y[1] * CM3, p.oil.bulk_modulus, p.oil.air
-    )
+    warm, thin = by_warmth
+    fluid = p.oil.bulk_modulus, p.oil.air
+    room_a = p.a.dead_volume + p.a.area * x
+    room_b = p.b.dead_volume + p.b.area * (p.stroke - x)
+    pa = chamber_pressure(room_a, y[0] * CM3, fluid, p.a.hose_elasticity)
+    pb = chamber_pressure(room_b, y[1] * CM3, fluid, p.b.hose_elasticity)
     o = math.copysign(max(abs(y[4]) - p.valve.dead_band, 0.0), y[4]) / (1.0 - p.valve.dead_band)
     up, down = max(o, 0.0), max(-o, 0.0)
-    from_supply_a = edge(p.a.from_supply * up, ps - pa) + p.a.leak_from_supply * (ps - pa)
-    from_supply_b = edge(p.b.from_supply * down, ps - pb) + p.b.leak_from_supply * (ps - pb)
-    to_tank_a = edge(p.a.to_tank * down, pa - pt) + p.a.leak_to_tank * (pa - pt)
-    to_tank_b = edge(p.b.to_tank * up, pb - pt) + p.b.leak_to_tank * (pb - pt)
-    inner = p.inner_leakage * (pa - pb)
+    from_supply_a = edge(p.a.from_supply * up, ps - pa) + thin * p.a.leak_from_supply * (ps - pa)
+    from_supply_b = edge(p.b.from_supply * down, ps - pb) + thin * p.b.leak_from_supply * (ps - pb)
+    to_tank_a = edge(p.a.to_tank * down, pa - pt) + thin * p.a.leak_to_tank * (pa - pt)
+    to_tank_b = edge(p.b.to_tank * up, pb - pt) + thin * p.b.leak_to_tank * (pb - pt)
+    inner, outer = thin * p.inner_leakage * (pa - pb), thin * p.outer_leakage
     dy[2] = (pa / 1e6 - y[2]) / p.hose_time
     dy[3] = (pb / 1e6 - y[3]) / p.hose_time
     hose_a, hose_b = p.a.hose_capacity * dy[2] * 1e6, p.b.hose_capacity * dy[3] * 1e6
-    dy[0] = (from_supply_a - to_tank_a - inner - p.outer_leakage * (pa - pt) - hose_a) / CM3
-    dy[1] = (from_supply_b - to_tank_b + inner - p.outer_leakage * (pb - pt) - hose_b) / CM3
+    dy[0] = (from_supply_a - to_tank_a - inner - outer * (pa - pt) - hose_a) / CM3
+    dy[1] = (from_supply_b - to_tank_b + inner - outer * (pb - pt) - hose_b) / CM3
     wn = p.valve.frequency
     dy[4] = 100.0 * y[5]
     dy[5] = (wn * wn * (target - y[4]) - 2.0 * p.valve.damping * wn * 100.0 * y[5]) / 100.0
@@ -243,12 +259,12 @@ def rates(
     n = x.shape[0]
     dy = np.empty_like(y)
     ps = line_pressure(y[N_AXIS * n] * CM3, u)
-    drawn = 0.0
+    drawn, thin = 0.0, math.exp(u.viscosity_rate * (warmth + u.viscosity_reference - u.declared_at))
     for i in range(n):
         warm = math.exp(-(u.viscosity_rate + params[i].seal.viscosity_rate) * warmth)
         part = slice(N_AXIS * i, N_AXIS * (i + 1))
         drawn += axis_rates(
-            y[part], dy[part], params[i], x[i], v[i], target[i], (ps, u.tank_pressure), warm
+            y[part], dy[part], params[i], x[i], v[i], target[i], (ps, u.tank_pressure), (warm, thin)
         )
     unit_rates(y[N_AXIS * n :], dy[N_AXIS * n :], u, ps, drawn, taken)
     return dy

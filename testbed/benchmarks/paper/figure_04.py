@@ -18,6 +18,7 @@ from testbed.benchmarks.paper.experiment import (
     at_most,
 )
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
+from testbed.benchmarks.paper.machine import chosen
 from testbed.estimation.calibration import A_SD, B_SD_V, Calibrated, calibrate
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.report.tables import Table
@@ -101,7 +102,9 @@ def own_calibration(trace: Trace, ab: NDArray[np.float64], name: str) -> Calibra
         KNOWN,
         "load-cell",
     )
-    return calibrate([replace(recording, name=name)])
+    return calibrate(
+        [replace(recording, name=name)], chosen().machine().sensor.pressure_accuracy_pa
+    )
 
 
 def experiment() -> Experiment:

@@ -22,7 +22,7 @@ from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.groups import Sensor
 from testbed.machine.names import AXES, GRAVITY_M_S2
 from testbed.world.plumbing import axis_parameters, unit_parameters
-from testbed.world.sensing import counted
+from testbed.world.sensing import Transducer, bend_transducers, counted, transduce
 from testbed.world.switches import switch_off
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ class Trace:
     pressure_a_pa: Array
     pressure_b_pa: Array
     read_a_pa: Array
-    """Readings through perfectly calibrated sensors, with noise and steps of the converter."""
+    """Readings through calibrated sensors: bow, hysteresis, noise, steps of the converter."""
     read_b_pa: Array
     friction_n: Array
     load_n: Array
@@ -119,8 +119,8 @@ def run(
     left out.
     """
     machine = chosen().machine(changes)
-    params = axis_parameters(machine)[[VERTICAL_AXIS]].copy()
-    unit = unit_parameters(machine)
+    params = axis_parameters(machine, oil_degc=COLD_DEGC)[[VERTICAL_AXIS]].copy()
+    unit = unit_parameters(machine, oil_degc=COLD_DEGC)
     unit.ambient = COLD_DEGC
     switch_off([*without, "oil_warming"], params, unit)
     start = np.array([reference_m[0]])
@@ -137,15 +137,20 @@ def run(
     samples["reference_rate"] = np.gradient(reference_m) * RATE_HZ
     samples["reference_rate"][np.abs(samples["reference_rate"]) < 1e-9] = 0.0
     _simulate(axes, params, given, supply, unit, loops, bench, samples)
-    return _trace(samples, params[0], machine.sensor, np.random.default_rng([4, seed]))
+    return _trace(samples, params[0], machine.sensor, seed)
 
 
-def _trace(samples: NDArray[Any], p: Any, sensor: Sensor, rng: np.random.Generator) -> Trace:
+def _trace(samples: NDArray[Any], p: Any, sensor: Sensor, seed: int) -> Trace:
+    rng = np.random.default_rng([4, seed])
+    transducers = Transducer.zeros(2)
+    transducers["gain"], transducers["range"] = 1.0, sensor.pressure_range_pa
+    transducers["noise"] = sensor.pressure_noise_pa
+    transducers["resolution"] = sensor.pressure_resolution_pa
+    bend_transducers(transducers, sensor, "the bench", seed)
     reads = []
-    for name in ("sensed_a", "sensed_b"):
-        noisy = samples[name] + sensor.pressure_noise_pa * rng.standard_normal(len(samples))
-        step = sensor.pressure_resolution_pa
-        reads.append(np.clip(np.round(noisy / step) * step, 0.0, sensor.pressure_range_pa))
+    for transducer, name in zip(transducers, ("sensed_a", "sensed_b"), strict=True):
+        transducer["shown"] = samples[name][0]
+        reads.append(_read(samples[name], rng.standard_normal(len(samples)), transducer))
     return Trace(
         time_s=(np.arange(len(samples)) + 1) / RATE_HZ,
         reference_m=samples["reference"],
@@ -161,6 +166,15 @@ def _trace(samples: NDArray[Any], p: Any, sensor: Sensor, rng: np.random.Generat
         area_a_m2=float(p.a.area),
         area_b_m2=float(p.b.area),
     )
+
+
+@njit
+def _read(pressures: Array, noise: Array, transducer: Any) -> Array:
+    """What a Transducer shows of pressures (n), Pa gauge."""
+    out = np.empty_like(pressures)
+    for k in range(pressures.size):
+        out[k] = transduce(pressures[k], 0.0, 0.0, noise[k], transducer)
+    return out
 
 
 @njit

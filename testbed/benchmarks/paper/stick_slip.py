@@ -27,13 +27,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from testbed.benchmarks.paper.leg import MASS_KG, Array, run
+from testbed.benchmarks.paper.leg import COLD_DEGC, MASS_KG, Array, run
 from testbed.benchmarks.paper.leg import RATE_HZ as RATE
 from testbed.benchmarks.paper.machine import chosen
 from testbed.laws.oil import ATMOSPHERE_PA, effective_bulk_modulus
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.report.tables import Table
+from testbed.world.plumbing import bulk_modulus_pa
 
 SPEEDS_M_S = (1.0e-3, 2.0e-3, 3.0e-3, 4.0e-3, 5.0e-3, 7.0e-3, 10.0e-3)
 PRE_SLIDING_M = (2.7e-5, 1.0e-5, 5.0e-6, 3.0e-6)
@@ -111,19 +112,18 @@ def net_damping_n_s_m(speed_m_s: float, changes: Mapping[str, float] | None = No
     back_a, back_b = back_pressures_pa(p)
     pressure_a, pressure_b = back_a + ATMOSPHERE_PA, back_b + ATMOSPHERE_PA
     springs, oil_damping = 0.0, 0.0
+    bulk = bulk_modulus_pa(oil, COLD_DEGC)
     leaks = (
         valve.edge_pa_leakage_m3_s_pa + valve.edge_at_leakage_m3_s_pa,
         valve.edge_pb_leakage_m3_s_pa + valve.edge_bt_leakage_m3_s_pa,
     )
     pressures = pressure_a, pressure_b
     for area, volume, pressure, leak in zip(areas, volumes, pressures, leaks, strict=True):
-        k = (
-            area**2
-            * effective_bulk_modulus(pressure, oil.bulk_modulus_pa, oil.entrained_air)
-            / volume
-        )
+        soft = volume / effective_bulk_modulus(pressure, bulk, oil.entrained_air)
+        k = area**2 / (soft + oil.hose_elasticity_m3_pa)
         # an edge that passes q at the drop d has the slope q / (2 d)
         c = oil.internal_leakage_m3_s_pa + oil.outer_leakage_m3_s_pa + leak
+        c *= math.exp(seal.viscosity_rate_1_k * (COLD_DEGC - oil.declared_at_degc))
         c += area * speed_m_s / (2.0 * max(pressure - ATMOSPHERE_PA, ATMOSPHERE_PA))
         springs, oil_damping = springs + k, oil_damping + k**2 * c / area**2
     w2 = springs / MASS_KG

@@ -1,6 +1,6 @@
 """The oil of twelve cylinders: what the flow balance of each chamber misses, as means over bins.
 
-    Q + (leaks) -+ A v - V (1/beta) dp/dt = 0,   Q of the declared valve, its edges and its
+    Q + (leaks) -+ A v - (V / beta + hose) dp/dt = 0,   Q of the declared valve, its edges and its
     load-holding valve
 
 Volumes and compressed oil are differences over a bin, so no derivative is taken; the valve's flow
@@ -149,7 +149,8 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
             edge[:, k] *= ((edge[:, k] @ leaks[k] > 0.0) | (drained[:, k] < 0.0))[:, None]
     seeps = np.einsum("nce,ce->nc", edge, leaks)
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
-    missing = missing - swept - softness * squeezed
+    widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
+    missing = missing - swept - softness * squeezed - widened
     return Oil(
         pressure_pa=p,
         missing=missing,

@@ -74,6 +74,8 @@ class Leg:
     dead_volume_a_m3: float = 4.0e-4
     dead_volume_b_m3: float = 4.0e-4
     bulk_modulus_pa: float = 1.4e9
+    hose_a_m3_pa: float = 0.0
+    hose_b_m3_pa: float = 0.0
     entrained_air: float = 0.0
     seal_stiffness_n_m: float = 3.0e7
     valve_deadband: float = 0.03
@@ -92,6 +94,7 @@ class Leg:
         cylinder["dead_volume_a"] = self.dead_volume_a_m3
         cylinder["dead_volume_b"] = self.dead_volume_b_m3
         cylinder["bulk_modulus"] = self.bulk_modulus_pa
+        cylinder["hose_a"], cylinder["hose_b"] = self.hose_a_m3_pa, self.hose_b_m3_pa
         cylinder["air"] = self.entrained_air
         cylinder["seal_stiffness"] = self.seal_stiffness_n_m
         cylinder["deadband"] = self.valve_deadband
@@ -180,12 +183,12 @@ class Tuning:
             break_away_n=force * self.break_away_n,
             rest_m_s=machine.scale.speed * self.rest_m_s,
             slide_m_s=machine.scale.speed * self.slide_m_s,
-            pressure_sd_pa=self.pressure_sd_pa * machine.sensor.pressure_noise_pa / NOISE_PA,
+            pressure_sd_pa=math.hypot(
+                machine.sensor.pressure_accuracy_pa, machine.sensor.pressure_noise_pa
+            ),
         )
 
 
-NOISE_PA = 8.0e3
-"""Noise of the transducers for which `pressure_sd_pa` stands, counts included."""
 SLOWEST_S = 0.0051
 """Step up to which the explicit observers of encoder and spool are stable: 200 Hz."""
 
@@ -346,6 +349,8 @@ def _declared_leg(machine: Machine, leg: str, stroke_m: float) -> Leg:
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        hose_a_m3_pa=axis.oil.hose_elasticity_m3_pa,
+        hose_b_m3_pa=axis.oil.hose_elasticity_b_m3_pa,
         entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=axis.seal.bristle_stiffness_n_m,
         valve_deadband=axis.valve.deadband,

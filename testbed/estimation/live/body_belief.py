@@ -252,6 +252,8 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
         dead_volume_a_m3=c.dead_volume_a_m3,
         dead_volume_b_m3=c.dead_volume_b_m3,
         bulk_modulus_pa=axis.oil.bulk_modulus_pa,
+        hose_a_m3_pa=axis.oil.hose_elasticity_m3_pa,
+        hose_b_m3_pa=axis.oil.hose_elasticity_b_m3_pa,
         entrained_air=axis.oil.entrained_air,
         seal_stiffness_n_m=seal.bristle_stiffness_n_m,
         valve_deadband=axis.valve.deadband,

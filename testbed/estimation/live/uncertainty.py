@@ -25,8 +25,8 @@ from testbed.scenario.drawn import Tolerance, tolerances
 WORKSHOP = "workshop"
 """The tolerance file of a machine of which nothing else is said."""
 CHAMBER_PA = 4.0e6
-"""About what stands in a chamber under load (E), on ROBOCLIMBER: what a sensor's gain and bow make
-of it counts as its zero.
+"""About what stands in a chamber under load (E), on ROBOCLIMBER: what a sensor's gain makes of it
+counts as its zero.
 """
 LOAD_N = 8.0e3
 """About what a vertical cylinder of ROBOCLIMBER carries (E)."""
@@ -131,7 +131,7 @@ def areas_m2(axis: Axis) -> tuple[float, float]:
 
 def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
     """What the sensors of an axis, and its bore, may add to its force at about the pressures of its
-    work, N.
+    work, N; 0 where all is believed exactly: then each sample's own deviation holds what they err.
     """
     at = axis.name
 
@@ -139,17 +139,17 @@ def zero_sd(sure: Uncertainty, machine: Machine, axis: Axis) -> float:
         return sure.sd(number, machine)
 
     area_a, area_b = areas_m2(axis)
+    own = axis.sensor.pressure_accuracy_pa * math.hypot(area_a, area_b) if sure.draw else 0.0
     chamber_pa = machine.scale.length * CHAMBER_PA
     whole = f"sensor.zero_a@{axis.name}.zero"
-    if whole in sure.found:  # it was found with all that the sensors add to the force
-        return area_a * sure.found[whole]
+    if whole in sure.found:  # it was found with all that the sensors add, at the pressures of then
+        return math.hypot(area_a * sure.found[whole], own)
     parts = [
         area_a * sd(f"sensor.zero_a@{at}.zero"),
         area_b * sd(f"sensor.zero_b@{at}.zero"),
         area_a * chamber_pa * sd(f"sensor.gain_a@{at}.gain_error"),
         area_b * chamber_pa * sd(f"sensor.gain_b@{at}.gain_error"),
-        (area_a - area_b) * sd(f"sensor.linearity@{at}.bow"),
-        area_a * sd(f"sensor.hysteresis@{at}.width"),
+        own,
     ]
     bore_m = sure.sd(f"axes.{axis.name}.cylinder.bore_m", machine)
     parts.append(2.0 * bore_m / axis.cylinder.bore_m * machine.scale.force * LOAD_N)

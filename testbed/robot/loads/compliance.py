@@ -1,10 +1,10 @@
 """How much a foot gives: the oil columns of its three cylinders in series with the ground.
 
-A locked cylinder is a spring of the two oil volumes, k = beta (A_A^2 / V_A + A_B^2 / V_B), V_A =
-dead + A_A x, V_B = dead + A_B (stroke - x). Through the leg's Jacobian J (3 x 3) its compliance
-reaches the foot: J diag(1/k) J^T. Use it where positions are those of the unloaded cylinders; where
-positions are measured under load they contain the oil's give already, and only the ground (and
-frame) is left.
+A locked cylinder is a spring of the two oil volumes, k = A_A^2 / (V_A / beta + E_A) + A_B^2 / (V_B
+/ beta + E_B), V_A = dead + A_A x, V_B = dead + A_B (stroke - x), E the widening of their hoses.
+Through the leg's Jacobian J (3 x 3) its compliance reaches the foot: J diag(1/k) J^T. Use it where
+positions are those of the unloaded cylinders; where positions are measured under load they contain
+the oil's give already, and only the ground (and frame) is left.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ class OilColumns:
         self._dead_b = np.array([c.dead_volume_b_m3 for c in cylinders])
         self._stroke = self._linkages.stroke_m
         oil = machine.oil
+        self._hoses = oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa
         self._bulk, self._air = oil.bulk_modulus_pa, oil.entrained_air
         self._modulus = self._modulus_pa(WORKING_PRESSURE_PA)
 
@@ -60,7 +61,8 @@ class OilColumns:
         of_a = of_b = np.asarray(self._modulus)
         if pressures_pa is not None:
             of_a, of_b = (np.array([self._modulus_pa(float(p)) for p in of]) for of in pressures_pa)
-        return np.asarray(of_a * self._area_a**2 / volume_a + of_b * self._area_b**2 / volume_b)
+        gives_a, gives_b = volume_a / of_a + self._hoses[0], volume_b / of_b + self._hoses[1]
+        return np.asarray(self._area_a**2 / gives_a + self._area_b**2 / gives_b)
 
     def joint_compliance(
         self, positions: ArrayLike, pressures_pa: tuple[Array, Array] | None = None

@@ -334,6 +334,7 @@ def test_every_part_can_be_left_out_and_makes_a_difference(part: str) -> None:
     for without in ((), (part,)):
         rig = Rig()
         rig.params["seal"]["load_coefficient"] = 0.01
+        rig.params["a"]["hose_elasticity"] = 2.3e-13
         rig.unit.relief_pressure, rig.unit.pump_power = 8.5e6, 3e3
         if part == "load_holding":
             rig.params["a"]["holding"]["kind"] = PILOT_CHECK
