@@ -42,6 +42,7 @@ START: dict[str, float] = {
     "two": 13.0,
     "unnamed": 8.0,
     "form": 0.1,
+    "rest": 0.1,
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.85
