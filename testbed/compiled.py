@@ -170,5 +170,5 @@ def fill(out: Any, values: Any) -> None:
     An array assignment costs its caller a second of compilation: its error message is made by
     functions of its own.
     """
-    for k in range(out.shape[0]):
-        out[k] = values[k]
+    for index in range(out.shape[0]):
+        out[index] = values[index]

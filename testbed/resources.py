@@ -38,7 +38,7 @@ def scenario(name: str | Path) -> Path:
         shipped = folder("scenarios") / f"{given.stem}.yaml"
         if shipped.is_file() and str(given.parent) in (".", "scenarios"):
             return shipped
-    names = ", ".join(sorted(p.stem for p in folder("scenarios").glob("*.yaml")))
+    names = ", ".join(sorted(path.stem for path in folder("scenarios").glob("*.yaml")))
     raise InputError("no such scenario", file=str(name), allowed=f"a file, or one of {names}")
 
 
@@ -54,5 +54,5 @@ def sweep(name: str | Path) -> Path:
         found = shipped / f"{given.stem}.yaml"
         if found.is_file():
             return found
-    names = ", ".join(sorted(p.stem for p in shipped.glob("*.yaml")))
+    names = ", ".join(sorted(path.stem for path in shipped.glob("*.yaml")))
     raise InputError("no such sweep", file=str(name), allowed=f"a file, or one of {names}")

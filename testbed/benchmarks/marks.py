@@ -29,7 +29,9 @@ def sources(folders: tuple[str, ...], without: tuple[str, ...] = ()) -> str:
         if path.suffix in ENDINGS and _decides(path.relative_to(PACKAGE), folders, without)
     ]
     shipped = (path for name in ("urdf", "scenarios") for path in resources.folder(name).rglob("*"))
-    return digest(*map(code, sorted(files)), *map(code, sorted(p for p in shipped if p.is_file())))
+    return digest(
+        *map(code, sorted(files)), *map(code, sorted(path for path in shipped if path.is_file()))
+    )
 
 
 def _decides(path: Path, folders: Iterable[str], without: Iterable[str]) -> bool:

@@ -45,7 +45,9 @@ def replay(gait: Gait, rows: NDArray[Any]) -> Commands:
     step_s = float(np.median(np.diff(rows["t"])))
     ticks = rows["t"] / TICK_S
     seen = np.flatnonzero(np.abs(ticks - np.round(ticks)) * TICK_S < 0.5 * step_s)
-    given = [gait.command(float(rows["t"][k]), TICK_S, Measured(rows[k : k + 1])) for k in seen]
+    given = [
+        gait.command(float(rows["t"][row]), TICK_S, Measured(rows[row : row + 1])) for row in seen
+    ]
     return Commands(
         row=seen,
         t=rows["t"][seen],

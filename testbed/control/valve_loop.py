@@ -65,9 +65,9 @@ def valve_command(loop: Any, position: float, dt: float) -> float:
         return 0.0
     integral = loop.integral + dt * loop.integral_gain * error
     loop.integral = min(max(integral, -loop.integral_limit), loop.integral_limit)
-    u = loop.proportional * error + loop.feedforward * loop.reference_rate + loop.integral
-    if u > 0.0:
-        u += loop.deadband
-    elif u < 0.0:
-        u -= loop.deadband
-    return float(min(max(u, -loop.limit), loop.limit))
+    opening = loop.proportional * error + loop.feedforward * loop.reference_rate + loop.integral
+    if opening > 0.0:
+        opening += loop.deadband
+    elif opening < 0.0:
+        opening -= loop.deadband
+    return float(min(max(opening, -loop.limit), loop.limit))

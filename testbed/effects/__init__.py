@@ -67,14 +67,16 @@ def declared_by(machine: Machine) -> tuple[Active, ...]:
     findings.
     """
     given = [(effect, effect.declared_by(machine)) for effect in ALL]
-    return tuple(Active(e, e.complete(values)) for e, values in given if values is not None)
+    return tuple(
+        Active(effect, effect.complete(values)) for effect, values in given if values is not None
+    )
 
 
 def build(entries: Iterable[EffectEntry], file: str | Path | None = None) -> tuple[Active, ...]:
     """A model file's effects, checked. Raises InputError for an unknown name, parameter or a value
     out of bounds.
     """
-    return tuple(_active(entry, f"effects.{k}", file) for k, entry in enumerate(entries))
+    return tuple(_active(entry, f"effects.{index}", file) for index, entry in enumerate(entries))
 
 
 def _active(entry: EffectEntry, field: str, file: str | Path | None) -> Active:

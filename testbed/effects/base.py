@@ -251,7 +251,9 @@ class Effect:
         """Parameters that a simulated machine cannot have other than by default: shapes of real
         machines.
         """
-        return tuple(p.name for p in self.parameters if p.default is not None)
+        return tuple(
+            parameter.name for parameter in self.parameters if parameter.default is not None
+        )
 
     # -- its parameters ----------------------------------------------------------------------------
     def spec(self, parameter: str) -> ParameterSpec:
@@ -268,11 +270,11 @@ class Effect:
     @property
     def required(self) -> tuple[str, ...]:
         """Names of the parameters of the contract's formula."""
-        return tuple(p.name for p in self.parameters if p.default is None)
+        return tuple(parameter.name for parameter in self.parameters if parameter.default is None)
 
     @property
     def _parameter_names(self) -> str:
-        return ", ".join(p.name for p in self.parameters)
+        return ", ".join(parameter.name for parameter in self.parameters)
 
     def complete(
         self, values: Mapping[str, Any], file: str | Path | None = None, field: str | None = None
@@ -283,7 +285,7 @@ class Effect:
         """
         group = self.name if field is None else field
         for name in values:
-            if name not in {p.name for p in self.parameters}:
+            if name not in {parameter.name for parameter in self.parameters}:
                 raise InputError(
                     "unknown parameter",
                     file=file,

@@ -65,19 +65,19 @@ class Observed:
     @cached_property
     def position_m(self) -> Array:
         """Positions of all recordings, one after the other."""
-        return np.concatenate([s.position_m for s in self.signals])
+        return np.concatenate([signal.position_m for signal in self.signals])
 
     @property
     def seconds(self) -> float:
         """How long the recordings last together."""
-        return sum(float(s.time_s[-1] - s.time_s[0]) for s in self.signals)
+        return sum(float(signal.time_s[-1] - signal.time_s[0]) for signal in self.signals)
 
     @property
     def oil_temperature_span_k(self) -> float:
         """By how much the oil's temperature changes over all recordings, single outliers aside."""
-        channels = [s.oil_temperature_degc for s in self.signals]
+        channels = [signal.oil_temperature_degc for signal in self.signals]
         ranges = [np.percentile(values, [2, 98]) for values in channels if values is not None]
-        return float(max(r[1] for r in ranges) - min(r[0] for r in ranges))
+        return float(max(range_[1] for range_ in ranges) - min(range_[0] for range_ in ranges))
 
     @property
     def largest_load_n(self) -> float:
@@ -88,4 +88,6 @@ class Observed:
     @property
     def largest_acceleration_m_s2(self) -> float:
         """The acceleration that one sample in ten of the liveliest recording exceeds, m/s2."""
-        return max(float(np.percentile(np.abs(s.acceleration_m_s2), 90)) for s in self.signals)
+        return max(
+            float(np.percentile(np.abs(signal.acceleration_m_s2), 90)) for signal in self.signals
+        )

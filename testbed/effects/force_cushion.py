@@ -93,14 +93,14 @@ class Cushion(Effect):
         i = seen.axis(place)
         x = seen.extension_m[:, i]
         return {
-            f"stiffness {k}": Change(force={i: -np.maximum(start - x, 0.0)})
-            for k, start in enumerate(_tried(x))
+            f"stiffness {index}": Change(force={i: -np.maximum(start - x, 0.0)})
+            for index, start in enumerate(_tried(x))
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """All of them together, and where they begin in the mean."""
         starts = _tried(seen.extension_m[:, seen.axis(place)])
-        parts = np.array([linear[f"stiffness {k}"] for k in range(len(starts))])
+        parts = np.array([linear[f"stiffness {index}"] for index in range(len(starts))])
         whole = float(parts.sum())
         start = float(parts @ starts) / whole if whole else float(starts[-1])
         return {"stiffness": whole, "start": float(np.clip(start, starts[0], starts[-1]))}

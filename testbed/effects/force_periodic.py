@@ -67,7 +67,9 @@ class Periodic(Effect):
     def promise(self, observed: Observed) -> float:
         """Its strength is not fitted: the line's own power says what it could explain."""
         _, amplitude = strongest_line(observed)
-        noise = np.concatenate([r.noise_n[r.counted] for r in observed.residual])
+        noise = np.concatenate(
+            [residual.noise_n[residual.counted] for residual in observed.residual]
+        )
         return float(np.sum(np.minimum(0.25 * amplitude**2 / noise**2, 1.0)))
 
     def price(self, values: Values, observed: Observed) -> float:
@@ -83,9 +85,11 @@ class Periodic(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The two amplitudes of the strongest line of the piston's force."""
-        i = seen.axis(place)
+        axis = seen.axis(place)
         parts = np.eye(2)
-        return {name: Change(line={i: parts[k]}) for k, name in enumerate(("cosine", "sine"))}
+        return {
+            name: Change(line={axis: parts[index]}) for index, name in enumerate(("cosine", "sine"))
+        }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """The line's amplitude and frequency."""

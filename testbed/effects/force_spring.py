@@ -72,10 +72,10 @@ class Spring(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A force against extension, and what its rest makes a constant."""
-        i = seen.axis(place)
+        axis = seen.axis(place)
         return {
-            "stiffness": Change(force={i: seen.extension_m[:, i]}),
-            "stiffness rest": Change(force={i: -np.ones(seen.bins)}),
+            "stiffness": Change(force={axis: seen.extension_m[:, axis]}),
+            "stiffness rest": Change(force={axis: -np.ones(seen.bins)}),
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:

@@ -73,9 +73,9 @@ class LoadFriction(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that grows with the load that pushes the rod in."""
-        i = seen.axis(place)
-        pushed = np.maximum(seen.load_n[:, i], 0.0)
-        return {"coefficient": Change(force={i: seen.direction[:, i] * pushed})}
+        axis = seen.axis(place)
+        pushed = np.maximum(seen.load_n[:, axis], 0.0)
+        return {"coefficient": Change(force={axis: seen.direction[:, axis] * pushed})}
 
 
 EFFECTS = (LoadFriction(),)

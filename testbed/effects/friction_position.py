@@ -76,9 +76,11 @@ class PositionFriction(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that changes along the stroke."""
-        i = seen.axis(place)
-        along = seen.extension_m[:, i] / seen.stroke_m[i] - 0.5
-        return {"slope": Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i] * along})}
+        axis = seen.axis(place)
+        along = seen.extension_m[:, axis] / seen.stroke_m[axis] - 0.5
+        return {
+            "slope": Change(force={axis: seen.direction[:, axis] * seen.coulomb_n[:, axis] * along})
+        }
 
 
 EFFECTS = (PositionFriction(),)

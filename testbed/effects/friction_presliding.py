@@ -43,15 +43,15 @@ def bristle_force_n(
     """
     out = np.empty_like(velocity_m_s)
     bend = 0.0
-    for k in range(len(velocity_m_s)):  # before the start it slid as it will slide first
-        if abs(velocity_m_s[k]) > SLIDES_M_S:
-            bend = 1.0 if velocity_m_s[k] > 0 else -1.0
+    for index in range(len(velocity_m_s)):  # before the start it slid as it will slide first
+        if abs(velocity_m_s[index]) > SLIDES_M_S:
+            bend = 1.0 if velocity_m_s[index] > 0 else -1.0
             break
     last = position_m[0]
-    for k in range(len(velocity_m_s)):
-        moved = position_m[k] - last
-        last = position_m[k]
-        per_metre = stiffness / level_n[k]
+    for index in range(len(velocity_m_s)):
+        moved = position_m[index] - last
+        last = position_m[index]
+        per_metre = stiffness / level_n[index]
         if shape == 1.0:
             aim = 1.0 if moved > 0.0 else -1.0
             bend = aim + (bend - aim) * np.exp(-per_metre * abs(moved))
@@ -63,8 +63,8 @@ def bristle_force_n(
                 bend += per_metre * (moved - slip) / count
                 bend = min(1.0, max(-1.0, bend))
         size = abs(bend) ** shape
-        slip_m_s = abs(velocity_m_s[k]) * (size if bend >= 0.0 else -size)
-        out[k] = level_n[k] * bend + damping * (velocity_m_s[k] - slip_m_s)
+        slip_m_s = abs(velocity_m_s[index]) * (size if bend >= 0.0 else -size)
+        out[index] = level_n[index] * bend + damping * (velocity_m_s[index] - slip_m_s)
     return out
 
 
@@ -136,15 +136,15 @@ class Presliding(Effect):
         """Friction that turns round over a distance instead of at once, for several distances."""
         i = seen.axis(place)
         return {
-            f"share {k}": Change(force={i: seen.coulomb_n[:, i] * _held_back(seen, i, bend)})
-            for k, bend in enumerate(BENDS_M)
+            f"share {index}": Change(force={i: seen.coulomb_n[:, i] * _held_back(seen, i, bend)})
+            for index, bend in enumerate(BENDS_M)
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """The stiffness of a bristle that slips after the mean distance; its damping is not
         seen.
         """
-        parts = np.maximum([linear[f"share {k}"] for k in range(len(BENDS_M))], 0.0)
+        parts = np.maximum([linear[f"share {index}"] for index in range(len(BENDS_M))], 0.0)
         whole = float(parts.sum())
         bend = float(parts @ np.array(BENDS_M)) / whole if whole else BENDS_M[0]
         coulomb = float(np.median(seen.coulomb_n[:, seen.axis(place)]))
@@ -171,10 +171,10 @@ def _held_back(seen: RobotSeen, i: int, bend_m: float) -> Array:
     keep = np.exp(-np.abs(way) / bend_m)
     out = np.empty(seen.bins)
     share = float(seen.direction[0, i])
-    for k in range(seen.bins):
-        settled = float(np.sign(way[k]))
-        share = settled + (share - settled) * float(keep[k])
-        out[k] = share
+    for index in range(seen.bins):
+        settled = float(np.sign(way[index]))
+        share = settled + (share - settled) * float(keep[index])
+        out[index] = share
     return out - seen.direction[:, i]
 
 

@@ -70,13 +70,13 @@ class PressureFriction(Effect):
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
         """The Coulomb term grows with the pressures."""
-        a, b = signals.pressure_a_pa, signals.pressure_b_pa
-        if a is None:
+        pressure_a, pressure_b = signals.pressure_a_pa, signals.pressure_b_pa
+        if pressure_a is None:
             return
-        a = a.clip(0.0)
-        other = b.clip(0.0) if b is not None else 0.0 * a
+        pressure_a = pressure_a.clip(0.0)
+        other = pressure_b.clip(0.0) if pressure_b is not None else 0.0 * pressure_a
         added = coulomb_increase_n(
-            a, other, values["coefficient"], values["imbalance"], values["exponent"]
+            pressure_a, other, values["coefficient"], values["imbalance"], values["exponent"]
         )
         terms.coulomb_add_n = terms.coulomb_add_n + added
 
@@ -98,9 +98,9 @@ class PressureFriction(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Dry friction that grows with both pressures."""
-        i = seen.axis(place)
-        both = seen.pressure_a_pa[:, i] + seen.pressure_b_pa[:, i]
-        return {"coefficient": Change(force={i: seen.direction[:, i] * both})}
+        axis = seen.axis(place)
+        both = seen.pressure_a_pa[:, axis] + seen.pressure_b_pa[:, axis]
+        return {"coefficient": Change(force={axis: seen.direction[:, axis] * both})}
 
 
 def not_less_than_none(effect: Effect, coordinate: Coordinate) -> Coordinate:

@@ -33,9 +33,9 @@ class GroundFriction(Effect):
         leg = self.places.index(place)
         ways = knots(seen.time_s)
         return {
-            f"{axis} {k}": seen.moves(leg, way, axis)
+            f"{axis} {index}": seen.moves(leg, way, axis)
             for axis in (0, 1)
-            for k, way in enumerate(ways.T)
+            for index, way in enumerate(ways.T)
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:

@@ -35,7 +35,7 @@ class Settling(Effect):
         """How far the foot has sunk at times KNOT_S apart, straight lines between them."""
         leg = self.places.index(place)
         ways = knots(seen.time_s)
-        return {f"{k}": seen.moves(leg, -way, 2) for k, way in enumerate(ways.T)}
+        return {f"{index}": seen.moves(leg, -way, 2) for index, way in enumerate(ways.T)}
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """Depth: how far it has sunk at most; rate: of the quickest stretch."""

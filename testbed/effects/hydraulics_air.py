@@ -75,8 +75,8 @@ class Air(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil that gives way."""
-        i = seen.axis(place)
-        return {"fraction": Change(oil={i: seen.oil_by_air[:, i]})}
+        axis = seen.axis(place)
+        return {"fraction": Change(oil={axis: seen.oil_by_air[:, axis]})}
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -27,9 +27,9 @@ def hose_flow_m3_s(pressure_a_pa: Array, capacity: float, time: float, period_s:
     flow = np.empty_like(pressure_a_pa)
     inside = pressure_a_pa[0]
     keep = np.exp(-period_s / time)
-    for k in range(len(pressure_a_pa)):
-        flow[k] = capacity * (pressure_a_pa[k] - inside) / time
-        inside = pressure_a_pa[k] + (inside - pressure_a_pa[k]) * keep
+    for index in range(len(pressure_a_pa)):
+        flow[index] = capacity * (pressure_a_pa[index] - inside) / time
+        inside = pressure_a_pa[index] + (inside - pressure_a_pa[index]) * keep
     return flow
 
 
@@ -67,18 +67,20 @@ class Hose(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil that chamber A takes up later, of hoses that fill quickly and slowly."""
-        i = seen.axis(place)
+        axis = seen.axis(place)
         return {
-            f"capacity {k}": Change(oil={i: seen.oil_by_hose[:, i, k]})
-            for k in range(len(HOSE_TIMES_S))
+            f"capacity {index}": Change(oil={axis: seen.oil_by_hose[:, axis, index]})
+            for index in range(len(HOSE_TIMES_S))
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """All hoses together, with their mean time."""
-        parts = [linear[f"capacity {k}"] for k in range(len(HOSE_TIMES_S))]
+        parts = [linear[f"capacity {index}"] for index in range(len(HOSE_TIMES_S))]
         whole = sum(parts)
         time = (
-            sum(p * t for p, t in zip(parts, HOSE_TIMES_S, strict=True)) / whole if whole else 0.0
+            sum(part * time_s for part, time_s in zip(parts, HOSE_TIMES_S, strict=True)) / whole
+            if whole
+            else 0.0
         )
         return {"capacity": whole, "time": max(time, 0.0)}
 

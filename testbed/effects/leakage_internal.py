@@ -61,8 +61,8 @@ class Leakage(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Oil from A to B."""
-        i = seen.axis(place)
-        return {"coefficient": Change(oil={i: seen.oil_by_leak[:, i]})}
+        axis = seen.axis(place)
+        return {"coefficient": Change(oil={axis: seen.oil_by_leak[:, axis]})}
 
     def spread(self, number: str) -> float:
         """See Effect."""

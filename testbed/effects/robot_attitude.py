@@ -30,7 +30,7 @@ class Attitude(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Weight in another direction, ropes in another."""
-        return {name: seen.tilted(k) for k, name in enumerate(("roll", "pitch"))}
+        return {name: seen.tilted(index) for index, name in enumerate(("roll", "pitch"))}
 
 
 EFFECTS = (Attitude(),)

@@ -35,7 +35,7 @@ class CentreOfMass(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """First moments of the body's mass."""
         moments = seen.body_mass_kg * seen.asked_by_moment[:, :, 1:]
-        return {name: seen.weighs(moments[:, :, k]) for k, name in enumerate("xyz")}
+        return {name: seen.weighs(moments[:, :, index]) for index, name in enumerate("xyz")}
 
 
 EFFECTS = (CentreOfMass(),)

@@ -43,18 +43,20 @@ class HiddenPayload(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Weight and inertia at a point, which is linear in the mass and in its first moments."""
         names = ("mass", "mass x", "mass y", "mass z")
-        return {name: seen.weighs(seen.asked_by_moment[:, :, k]) for k, name in enumerate(names)}
+        return {
+            name: seen.weighs(seen.asked_by_moment[:, :, index]) for index, name in enumerate(names)
+        }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """First moments over the mass are its place."""
         mass = linear["mass"]
-        at = {k: linear[f"mass {k}"] / mass if mass else 0.0 for k in "xyz"}
+        at = {axis: linear[f"mass {axis}"] / mass if mass else 0.0 for axis in "xyz"}
         return {"mass": mass, **at}
 
     def to_linear(self, values: Values) -> dict[str, float]:
         """The mass and its first moments."""
         mass = values["mass"]
-        return {"mass": mass, **{f"mass {k}": mass * values[k] for k in "xyz"}}
+        return {"mass": mass, **{f"mass {axis}": mass * values[axis] for axis in "xyz"}}
 
     def spread(self, number: str) -> float:
         """A quarter of a ton, most of it near the middle."""

@@ -29,8 +29,8 @@ class RopeAttachment(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The same pull at another height."""
-        k = seen.rope(place)
-        pull = seen.tension_n[:, k, None] * seen.rope_way[:, k]
+        rope = seen.rope(place)
+        pull = seen.tension_n[:, rope, None] * seen.rope_way[:, rope]
         moment = np.cross(np.array([0.0, 0.0, 1.0]), pull)
         return {"height": Change(wrench=-np.hstack([np.zeros_like(pull), moment]))}
 

@@ -36,12 +36,12 @@ class RopeDirection(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """The pull turned out of its direction."""
-        k = seen.rope(place)
-        pull = seen.tension_n[:, k, None] * seen.rope_way[:, k]
+        rope = seen.rope(place)
+        pull = seen.tension_n[:, rope, None] * seen.rope_way[:, rope]
         off = seen.slope_frame[:, 2]
         aside = np.cross(off, pull)
         up = np.linalg.norm(pull, axis=1)[:, None] * off
-        point = seen.rope_point_m[k]
+        point = seen.rope_point_m[rope]
         return {
             "azimuth": Change(wrench=-at_point(aside, point)),
             "elevation": Change(wrench=-at_point(up, point)),

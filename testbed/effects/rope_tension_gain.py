@@ -33,9 +33,9 @@ class TensionGain(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A pull along the rope that is not there."""
-        k = seen.rope(place)
-        way, point = seen.rope_way[:, k], seen.rope_point_m[k]
-        pull = seen.tension_n[:, k, None] * way
+        rope = seen.rope(place)
+        way, point = seen.rope_way[:, rope], seen.rope_point_m[rope]
+        pull = seen.tension_n[:, rope, None] * way
         return {
             "gain_error": Change(wrench=at_point(pull, point)),
             "zero": Change(wrench=at_point(way, point)),

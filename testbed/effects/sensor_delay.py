@@ -67,10 +67,10 @@ class Delay(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Force and oil are late by what the pressures change meanwhile."""
-        i = seen.axis(place)
-        late = seen.pressure_b_rate[:, i] * seen.area_b_m2[i]
-        late = late - seen.pressure_a_rate[:, i] * seen.area_a_m2[i]
-        return {"delay": Change(force={i: late})}
+        axis = seen.axis(place)
+        late = seen.pressure_b_rate[:, axis] * seen.area_b_m2[axis]
+        late = late - seen.pressure_a_rate[:, axis] * seen.area_a_m2[axis]
+        return {"delay": Change(force={axis: late})}
 
 
 EFFECTS = (Delay(),)

@@ -58,8 +58,8 @@ class Drift(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A force that grows with time."""
-        i = seen.axis(place)
-        return {"rate": seen.reads(i, 0, seen.time_s)}
+        axis = seen.axis(place)
+        return {"rate": seen.reads(axis, 0, seen.time_s)}
 
     def spread(self, number: str) -> float:
         """See Effect: a run of the robot is short, only a quick drift is seen at all."""

@@ -33,11 +33,11 @@ class EncoderOffset(Effect):
         """The foot seems to stand elsewhere: its force acts at another arm, and stance feet seem to
         move.
         """
-        i = seen.axis(place)
-        leg, joint = divmod(i, 3)
+        axis = seen.axis(place)
+        leg, joint = divmod(axis, 3)
         feet = np.zeros_like(seen.foot_m)
         feet[:, leg] = seen.foot_by_joint[:, leg, :, joint]
-        return {"offset": Change(balance=seen.missing_by_joint[:, :, i], feet=feet)}
+        return {"offset": Change(balance=seen.missing_by_joint[:, :, axis], feet=feet)}
 
 
 EFFECTS = (EncoderOffset(),)

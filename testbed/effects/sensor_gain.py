@@ -62,8 +62,8 @@ class GainA(Gain):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too much force by the share of pA A_A."""
-        i = seen.axis(place)
-        return {"gain_error": seen.reads(i, 0, seen.pressure_a_pa[:, i])}
+        axis = seen.axis(place)
+        return {"gain_error": seen.reads(axis, 0, seen.pressure_a_pa[:, axis])}
 
 
 class GainB(Gain):
@@ -89,8 +89,8 @@ class GainB(Gain):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Too little force by the share of pB A_B."""
-        i = seen.axis(place)
-        return {"gain_error": seen.reads(i, 1, seen.pressure_b_pa[:, i])}
+        axis = seen.axis(place)
+        return {"gain_error": seen.reads(axis, 1, seen.pressure_b_pa[:, axis])}
 
 
 EFFECTS = (GainA(), GainB())

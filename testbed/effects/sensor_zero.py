@@ -42,8 +42,8 @@ class ZeroA(Zero):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A constant force."""
-        i = seen.axis(place)
-        return {"zero": seen.reads(i, 0, np.ones(seen.bins))}
+        axis = seen.axis(place)
+        return {"zero": seen.reads(axis, 0, np.ones(seen.bins))}
 
 
 class ZeroB(Zero):
@@ -60,8 +60,8 @@ class ZeroB(Zero):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A constant force."""
-        i = seen.axis(place)
-        return {"zero": seen.reads(i, 1, np.ones(seen.bins))}
+        axis = seen.axis(place)
+        return {"zero": seen.reads(axis, 1, np.ones(seen.bins))}
 
 
 EFFECTS = (ZeroA(), ZeroB())

@@ -146,7 +146,7 @@ class RobotSeen:
         """The change by a mass that asks for generalised forces (n, 18) which nobody believes
         in.
         """
-        joints = {i: asked[:, 6 + i] / self.arm_m[:, i] for i in range(len(AXES))}
+        joints = {index: asked[:, 6 + index] / self.arm_m[:, index] for index in range(len(AXES))}
         return Change(force=joints, wrench=asked[:, :6])
 
     def reads(self, axis: int, chamber: int, more_pa: Array) -> Change:

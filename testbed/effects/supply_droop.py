@@ -30,11 +30,11 @@ def drooping_pa(
     supply = nominal_pa
     droop, time = droop_and_time
     keep = np.exp(-period_s / time)
-    for k in range(len(against_pa)):
-        drawn = flow_per_root[k] * np.sqrt(max(supply - against_pa[k], 0.0))
+    for index in range(len(against_pa)):
+        drawn = flow_per_root[index] * np.sqrt(max(supply - against_pa[index], 0.0))
         aim = nominal_pa - droop * drawn
         supply = aim + (supply - aim) * keep
-        out[k] = supply
+        out[index] = supply
     return out
 
 
@@ -89,13 +89,13 @@ class Droop(Effect):
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """A supply that gives way with the drawn flow, at once and late."""
         return {
-            f"droop {k}": Change(supply=late(seen.drawn_m3_s, seen.time_s, time))
-            for k, time in enumerate(TIMES_S)
+            f"droop {index}": Change(supply=late(seen.drawn_m3_s, seen.time_s, time))
+            for index, time in enumerate(TIMES_S)
         }
 
     def from_linear(self, linear: Values, seen: RobotSeen, place: str) -> dict[str, float]:
         """All droops together, with their mean time."""
-        parts = np.array([linear[f"droop {k}"] for k in range(len(TIMES_S))])
+        parts = np.array([linear[f"droop {index}"] for index in range(len(TIMES_S))])
         whole = float(parts.sum())
         mean = float(parts @ np.array(TIMES_S)) / whole if whole else TIMES_S[0]
         return {"droop": whole, "time": float(np.clip(mean, TIMES_S[0], TIMES_S[-1]))}
@@ -114,9 +114,9 @@ def late(values: Array, time_s: Array, lag_s: float) -> Array:
     keep = float(np.exp(-(time_s[1] - time_s[0]) / lag_s))
     out = np.empty_like(values)
     state = float(values[0])
-    for k, value in enumerate(values):
+    for index, value in enumerate(values):
         state = float(value) + (state - float(value)) * keep
-        out[k] = state
+        out[index] = state
     return out
 
 

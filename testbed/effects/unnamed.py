@@ -37,11 +37,11 @@ def basis(signals: Signals) -> dict[str, Array]:
     }
     for name, pressure in (("a", signals.pressure_a_pa), ("b", signals.pressure_b_pa)):
         if pressure is not None:
-            p = pressure / 1e7
+            scaled = pressure / 1e7
             terms |= {
-                f"pressure_{name}": p,
-                f"pressure_{name}_2": p**2,
-                f"direction_pressure_{name}": direction * p,
+                f"pressure_{name}": scaled,
+                f"pressure_{name}_2": scaled**2,
+                f"direction_pressure_{name}": direction * scaled,
             }
     if signals.oil_temperature_degc is not None:
         warmth = (signals.oil_temperature_degc - 30.0) / 20.0
@@ -56,10 +56,10 @@ def rested(speed_m_s: Array, period_s: float) -> Array:
     """
     out = np.empty(speed_m_s.size)
     age = 0.0
-    for k in range(speed_m_s.size):
-        out[k] = age
-        rate = (1.0 + speed_m_s[k] / SLOW_M_S) / REST_S
-        settled = 1.0 / (1.0 + speed_m_s[k] / SLOW_M_S)
+    for index in range(speed_m_s.size):
+        out[index] = age
+        rate = (1.0 + speed_m_s[index] / SLOW_M_S) / REST_S
+        settled = 1.0 / (1.0 + speed_m_s[index] / SLOW_M_S)
         age = settled + (age - settled) * np.exp(-rate * period_s)
     return out
 
@@ -73,11 +73,11 @@ def friction_shapes(signals: Signals) -> dict[str, Array]:
     """
     velocity = signals.velocity_m_s
     shapes = {f"sliding_{name}": np.tanh(velocity / speed) for name, speed in SLIDING_M_S.items()}
-    shapes |= {f"stop_{name}": stop(signals.position_m, m) for name, m in STOPS_M.items()}
+    shapes |= {f"stop_{name}": stop(signals.position_m, way) for name, way in STOPS_M.items()}
     terms = shapes | {"velocity": velocity / 0.1, "speed": np.abs(velocity) / 0.1}
     if signals.pressure_a_pa is not None:
-        p = signals.pressure_a_pa / 1e7
-        terms |= {f"pressure_{name}": p * values for name, values in shapes.items()}
+        scaled = signals.pressure_a_pa / 1e7
+        terms |= {f"pressure_{name}": scaled * values for name, values in shapes.items()}
     return terms
 
 
@@ -88,10 +88,10 @@ def stop(position_m: Array, travel_m: float) -> Array:
     """
     out = np.empty(position_m.size)
     stretch, last = 0.0, position_m[0]
-    for k in range(position_m.size):
-        stretch = min(max(stretch + position_m[k] - last, -travel_m), travel_m)
-        last = position_m[k]
-        out[k] = stretch / travel_m
+    for index in range(position_m.size):
+        stretch = min(max(stretch + position_m[index] - last, -travel_m), travel_m)
+        last = position_m[index]
+        out[index] = stretch / travel_m
     return out
 
 
@@ -123,8 +123,8 @@ class Unnamed(Effect):
     equation = "F = sum of generic terms in position, velocity, pressures and oil temperature"
     text = "something is missing that no name covers"
     parameters = tuple(
-        ParameterSpec(n, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0)
-        for n in (*NAMES, *FRICTION_SHAPES)
+        ParameterSpec(shape, "N", -1e6, 1e6, (-500.0, 500.0), "weight of the term", 0.0)
+        for shape in (*NAMES, *FRICTION_SHAPES)
     )
 
     def force(self, signals: Signals, terms: ForceTerms, values: Values) -> None:
@@ -135,7 +135,7 @@ class Unnamed(Effect):
             columns = basis(signals)
             if not used.keys() <= columns.keys():
                 columns |= friction_shapes(signals)
-            for name in (n for n in used if n in columns):
+            for name in (shape for shape in used if shape in columns):
                 terms.force_n = terms.force_n - used[name] * columns[name]
 
     def active(self) -> Active:

@@ -55,8 +55,8 @@ class Deadband(Effect):
 
     def signature(self, seen: RobotSeen, place: str) -> Signature:
         """Less flow at small openings."""
-        i = seen.axis(place)
-        return {"deadband": Change(oil={i: seen.oil_by_deadband[:, i]})}
+        axis = seen.axis(place)
+        return {"deadband": Change(oil={axis: seen.oil_by_deadband[:, axis]})}
 
     def spread(self, number: str) -> float:
         """See Effect."""

@@ -283,8 +283,8 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         assert self._trim.pull_n is not None
         known = self._sim.machine.drill_known()
         return {
-            **{f"orders.offset_{leg}": self._trim.goal_m[k] for k, leg in enumerate(LEGS)},
-            **{f"orders.pull_{side}": self._trim.pull_n[k] for k, side in enumerate(SIDES)},
+            **{f"orders.offset_{leg}": self._trim.goal_m[index] for index, leg in enumerate(LEGS)},
+            **{f"orders.pull_{side}": self._trim.pull_n[index] for index, side in enumerate(SIDES)},
             "orders.thrust": known["ordered_thrust"],
             "orders.torque": known["ordered_torque"],
         }

@@ -72,15 +72,15 @@ def _actions(rows: Sequence[Observed]) -> str:
         "|---|---|---|---|---|---|",
     ]
     lines += [
-        f"| {k} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |"
-        for k, r in enumerate(rows)
+        f"| {index} | {row.meaning} | {row.unit} | {row.frame} | {row.low:g} | {row.high:g} |"
+        for index, row in enumerate(rows)
     ]
     return "\n".join(lines) + "\n"
 
 
 def _terms(terms: Sequence[Term]) -> str:
     lines = ["| reward term | meaning | unit | reward a unit |", "|---|---|---|---|"]
-    lines += [f"| {t.name} | {t.meaning} | {t.unit} | {t.weight:g} |" for t in terms]
+    lines += [f"| {term.name} | {term.meaning} | {term.unit} | {term.weight:g} |" for term in terms]
     return "\n".join(lines) + "\n"
 
 

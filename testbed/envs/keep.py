@@ -73,11 +73,11 @@ class KeepEnv(RoboclimberEnv):
     def _ordered(self) -> dict[str, float]:
         tension = np.asarray(self._sim.row["rope_tension"])
         return {
-            **{f"orders.offset_{leg}": self._trim.goal_m[k] for k, leg in enumerate(LEGS)},
-            **{f"orders.hauled_{side}": self._hauled[k] for k, side in enumerate(SIDES)},
+            **{f"orders.offset_{leg}": self._trim.goal_m[index] for index, leg in enumerate(LEGS)},
+            **{f"orders.hauled_{side}": self._hauled[index] for index, side in enumerate(SIDES)},
             **{
-                f"control.pull_change_{side}": tension[k] - self._first_pull[k]
-                for k, side in enumerate(SIDES)
+                f"control.pull_change_{side}": tension[index] - self._first_pull[index]
+                for index, side in enumerate(SIDES)
             },
         }
 

@@ -39,7 +39,7 @@ ALONG_VERTICAL = "vertical joint, + ground pushes the foot up"
 def seen(names: Iterable[str], span: tuple[float, float], frame: str = "-") -> list[Observed]:
     """Rows for recorded columns of one range."""
     found = [COLUMNS[name] for name in names]
-    return [Observed(c.name, c.meaning, c.unit, frame, *span) for c in found]
+    return [Observed(column.name, column.meaning, column.unit, frame, *span) for column in found]
 
 
 def _each(name: str, labels: Sequence[str]) -> list[str]:
@@ -165,11 +165,11 @@ class Observer:
 
     def __init__(self, data_columns: Sequence[str], table: Sequence[Observed] = TABLE) -> None:
         """data_columns: names of the data rows' columns, in their order."""
-        columns = {name: k for k, name in enumerate(data_columns)}
+        columns = {name: index for index, name in enumerate(data_columns)}
         own = [row.column.startswith(OWN) for row in table]
-        data = [k for k in range(len(table)) if not own[k]]
-        self._data_to, self._data_from = data, [columns[table[k].column] for k in data]
-        self._orders = {row.column: k for k, row in enumerate(table) if own[k]}
+        data = [index for index in range(len(table)) if not own[index]]
+        self._data_to, self._data_from = data, [columns[table[place].column] for place in data]
+        self._orders = {row.column: index for index, row in enumerate(table) if own[index]}
         self._middle = np.array([(row.high + row.low) / 2 for row in table])
         self._half = np.array([(row.high - row.low) / 2 for row in table])
         self._raw = np.zeros(len(table))
@@ -202,7 +202,7 @@ def as_markdown(table: Sequence[Observed] = TABLE) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     lines += [
-        f"| {k} | {r.column} | {r.meaning} | {r.unit} | {r.frame} | {r.low:g} | {r.high:g} |"
-        for k, r in enumerate(table)
+        f"| {index} | {row.column} | {row.meaning} | {row.unit} | {row.frame} | {row.low:g} | {row.high:g} |"
+        for index, row in enumerate(table)
     ]
     return "\n".join(lines)

@@ -40,8 +40,8 @@ def actor(state: Any) -> dict[str, Any]:
     names = [name for name in layers if f"{name}.weight" in state]
     names += ["action_net"] if "action_net.weight" in state else []
     return {
-        f"{word}_{k}": state[f"{name}.{word}"].detach().cpu().numpy()
-        for k, name in enumerate(names)
+        f"{word}_{index}": state[f"{name}.{word}"].detach().cpu().numpy()
+        for index, name in enumerate(names)
         for word in ("weight", "bias")
     }
 

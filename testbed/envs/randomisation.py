@@ -79,7 +79,11 @@ def _undeclared(how: Mapping[str, Any], rng: np.random.Generator) -> list[dict[s
         return []
     effect = by_name(how["effects"][int(which * len(how["effects"]))])
     first = effect.parameters[0]
-    values = {p.name: float(np.mean(p.prior)) for p in effect.parameters if p.default is None}
+    values = {
+        parameter.name: float(np.mean(parameter.prior))
+        for parameter in effect.parameters
+        if parameter.default is None
+    }
     low, high = first.prior
     values[first.name] = float(low + size * (high - low))
     return [

@@ -119,11 +119,14 @@ def calibrate(recordings: Sequence[Recording], accuracy_pa: float = 0.0) -> Cali
     _check_same(recordings)
     names: list[str] = [n for n in ("pressure_a", "pressure_b") if n in first.header.channels]
     gains, factors = _gains(first, names)
-    sliding = [_rows(r, names, True) for r in recordings]
+    sliding = [_rows(recording, names, True) for recording in recordings]
     fitted = sum(len(r.target_n) for r in sliding) >= MINIMUM_ROWS
-    parts = sliding if fitted else [_rows(r, names, False) for r in recordings]
+    parts = sliding if fitted else [_rows(recording, names, False) for recording in recordings]
     rows = _Rows(
-        *(np.concatenate([getattr(p, f) for p in parts]) for f in _Rows.__dataclass_fields__)
+        *(
+            np.concatenate([getattr(part, field) for part in parts])
+            for field in _Rows.__dataclass_fields__
+        )
     )
     if len(rows.target_n) < MINIMUM_ROWS:
         raise InputError(
@@ -135,12 +138,12 @@ def calibrate(recordings: Sequence[Recording], accuracy_pa: float = 0.0) -> Cali
     sensors: dict[str, Sensor] = {
         str(name): _sensor(
             name,
-            i,
+            index,
             recordings,
-            theta[2 * i : 2 * i + 2],
-            covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2],
+            theta[2 * index : 2 * index + 2],
+            covariance[2 * index : 2 * index + 2, 2 * index : 2 * index + 2],
         )
-        for i, name in enumerate(names)
+        for index, name in enumerate(names)
     }
     for name in sensors:  # an error of either sensor is shared out between both
         both = math.hypot(*(_area_m2(first, other) for other in sensors))
@@ -186,19 +189,22 @@ def volts(recording: Recording, channel: str) -> Array:
 
 def _check_same(recordings: Sequence[Recording]) -> None:
     first = recordings[0]
-    for r in recordings:
-        if r.rig == "drive":
+    for recording in recordings:
+        if recording.rig == "drive":
             raise InputError(
-                "a drive has no pressure sensors", file=r.folder, field="rig", value=r.rig
+                "a drive has no pressure sensors",
+                file=recording.folder,
+                field="rig",
+                value=recording.rig,
             )
-        check_same_machine(first, r, ("bore_m", "rod_m"))
-        if r.reference_force_n is None:
+        check_same_machine(first, recording, ("bore_m", "rod_m"))
+        if recording.reference_force_n is None:
             raise InputError(
                 "has no reference force to calibrate against",
-                file=r.folder,
+                file=recording.folder,
                 field="reference_force",
             )
-        check_alive(r, moving=False)
+        check_alive(recording, moving=False)
     if not any(
         np.ptp(r.reference_force_n) > 0.0 for r in recordings if r.reference_force_n is not None
     ):
@@ -271,8 +277,8 @@ def _design(rows: _Rows, gains: Array, c: float, level: float) -> tuple[Array, A
     friction out.
     """
     columns: list[Array] = []
-    for i, gain in enumerate(gains):
-        columns += [gain * rows.volts[:, i], np.full(len(rows.target_n), gain)]
+    for index, gain in enumerate(gains):
+        columns += [gain * rows.volts[:, index], np.full(len(rows.target_n), gain)]
     mean, sd = [1.0, 0.0] * len(gains), [A_SD, B_SD_V] * len(gains)
     if level > 0.0:
         v, sign = rows.velocity_m_s, np.sign(rows.velocity_m_s)
@@ -351,12 +357,18 @@ def _robust(x: Array, y: Array, mean: Array, sd: Array) -> tuple[float, Array, A
 def _sensor(
     name: str, index: int, recordings: Sequence[Recording], theta: Array, covariance: Array
 ) -> Sensor:
-    all_volts = [volts(r, name) for r in recordings]
-    low, high = min(float(v.min()) for v in all_volts), max(float(v.max()) for v in all_volts)
+    all_volts = [volts(recording, name) for recording in recordings]
+    low, high = (
+        min(float(volt.min()) for volt in all_volts),
+        max(float(volt.max()) for volt in all_volts),
+    )
     channel = recordings[0].header.channels[name]
     calibration = channel.calibration
     assert calibration is not None
-    saturated = sum(int((r.saturated_a if index == 0 else r.saturated_b).sum()) for r in recordings)
+    saturated = sum(
+        int((recording.saturated_a if index == 0 else recording.saturated_b).sum())
+        for recording in recordings
+    )
     full = (
         (channel.range_pa[1] - channel.range_pa[0]) / calibration.k_pa_per_v
         if channel.range_pa

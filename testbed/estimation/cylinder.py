@@ -280,6 +280,8 @@ def break_away_over(friction: Friction, factor: Array, extra: Array) -> tuple[Ar
 
 @njit
 def _levels(speed: Any, extends: Any, friction: Any, factor: Any, extra: Any, level: Any) -> None:
-    for k in range(len(speed)):
-        side = friction[0].sides[EXTENDING if extends[k] else RETRACTING]
-        level[k] = friction_size(speed[k], side, Conditions(factor[k], extra[k], 0.0, 0.0))
+    for index in range(len(speed)):
+        side = friction[0].sides[EXTENDING if extends[index] else RETRACTING]
+        level[index] = friction_size(
+            speed[index], side, Conditions(factor[index], extra[index], 0.0, 0.0)
+        )

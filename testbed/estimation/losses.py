@@ -76,8 +76,8 @@ class LossRule:
         """A contact (n,) without the stretches, of either kind, that are shorter than
         `shortest_s`.
         """
-        stretches = [(a, b, True) for a, b in intervals(carries, time_s, self.shortest_s)]
-        stretches += [(a, b, False) for a, b in intervals(~carries, time_s, self.shortest_s)]
+        stretches = [(a, stop, True) for a, stop in intervals(carries, time_s, self.shortest_s)]
+        stretches += [(a, stop, False) for a, stop in intervals(~carries, time_s, self.shortest_s)]
         out = np.ones(len(carries), dtype=bool)
         for start, _, state in sorted(stretches):
             out[start:] = state
@@ -103,7 +103,11 @@ def intervals(flags: Flags, time_s: Array, shortest_s: float = 0.0) -> list[tupl
     if shortest_s <= 0.0:
         return list(pairs)
     step = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    return [(a, b) for a, b in pairs if time_s[b - 1] - time_s[a] + step >= shortest_s - 1e-9]
+    return [
+        (start, stop)
+        for start, stop in pairs
+        if time_s[stop - 1] - time_s[start] + step >= shortest_s - 1e-9
+    ]
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,7 @@ def follow(lost: Flags, carrying: Flags, time_s: Array) -> Followed:
     A loss that was on already at the first sample has no beginning, and is none; its seconds count.
     """
     spans = intervals(~carrying, time_s)
-    losses = tuple(_called(lost, a, b, time_s) for a, b in spans if a > 0)
+    losses = tuple(_called(lost, start, stop, time_s) for start, stop in spans if start > 0)
     ends = [*(start for start, _ in spans[1:]), len(lost)][: len(spans)]
     touchdowns = [
         _called(~lost, end, later, time_s)
@@ -209,7 +213,9 @@ def score_contact(contact: Array, carrying: Flags, time_s: Array) -> ContactScor
     """
     found = follow(contact < SET, carrying, time_s)
     delays = [loss.delay_s for loss in found.losses if loss.delay_s is not None]
-    touchdowns = [t.delay_s for t in found.touchdowns if t.delay_s is not None]
+    touchdowns = [
+        touchdown.delay_s for touchdown in found.touchdowns if touchdown.delay_s is not None
+    ]
     steps = durations_s(time_s)
     return ContactScore(
         losses=len(found.losses),

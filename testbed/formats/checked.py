@@ -169,7 +169,7 @@ def _translated(error: ValidationError, data: Any, file: str | Path) -> InputErr
         )
     allowed = _ALLOWED.get(kind, message[0].lower() + message[1:].removeprefix("Input should be "))
     try:
-        allowed = allowed.format(**{k: _number(v) for k, v in context.items()})
+        allowed = allowed.format(**{name: _number(number) for name, number in context.items()})
     except (KeyError, IndexError):
         allowed = message
     problem = "is out of range" if kind in _RANGES else "cannot be used"

@@ -192,9 +192,9 @@ def plain(value: Any) -> Any:
     null.
     """
     if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
+        return {str(name): plain(number) for name, number in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):  # of numpy
         return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

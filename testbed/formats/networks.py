@@ -60,16 +60,18 @@ def network(arrays: Mapping[str, Any], file: str | Path) -> Network:
     finite.
     """
     layers: list[tuple[Array, Array]] = []
-    for k in count():
-        if k > 0 and f"weight_{k}" not in arrays:
+    for layer in count():
+        if layer > 0 and f"weight_{layer}" not in arrays:
             break
-        layers.append((_numbers(arrays, f"weight_{k}", file), _numbers(arrays, f"bias_{k}", file)))
+        layers.append(
+            (_numbers(arrays, f"weight_{layer}", file), _numbers(arrays, f"bias_{layer}", file))
+        )
         weight, bias = layers[-1]
-        inputs = weight.shape[-1] if k == 0 else layers[-2][0].shape[0]
+        inputs = weight.shape[-1] if layer == 0 else layers[-2][0].shape[0]
         if weight.ndim != 2 or weight.size == 0 or weight.shape[1] != inputs:
-            raise InputError("is no policy", file=file, field=f"weight_{k}", value=weight.shape)
+            raise InputError("is no policy", file=file, field=f"weight_{layer}", value=weight.shape)
         if bias.shape != weight.shape[:1]:
-            raise InputError("is no policy", file=file, field=f"bias_{k}", value=bias.shape)
+            raise InputError("is no policy", file=file, field=f"bias_{layer}", value=bias.shape)
     return Network(tuple(layers))
 
 

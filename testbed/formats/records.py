@@ -100,7 +100,7 @@ def part(
 
 def _labels(per: tuple[Any, ...] | int) -> tuple[tuple[str, ...], ...]:
     if isinstance(per, int):
-        return (tuple(str(k) for k in range(per)),)
+        return (tuple(str(index) for index in range(per)),)
     if all(isinstance(names, str) for names in per):
         return (tuple(per),) if per else ()
     return tuple(_labels(names)[0] for names in per)
@@ -128,7 +128,9 @@ class Record:
     def __init_subclass__(cls) -> None:
         """Build the NumPy dtype from the declarations, in their order."""
         inherited = {
-            n: item for base in cls.__bases__ for n, item in vars(base).get("fields", {}).items()
+            name: item
+            for base in cls.__bases__
+            for name, item in vars(base).get("fields", {}).items()
         }
         own = {name: item for name, item in vars(cls).items() if isinstance(item, Field)}
         cls.fields = inherited | own
@@ -216,9 +218,9 @@ def from_columns(
     for name, value in defaults.items():
         out[name] = value
     table = record.as_table(out)
-    for k, name in enumerate(record.column_names()):
+    for index, name in enumerate(record.column_names()):
         if name in columns:
-            table[:, k] = columns[name]
+            table[:, index] = columns[name]
     return out
 
 
@@ -235,7 +237,9 @@ def _columns(record: type[Record], prefix: str) -> Iterator[Column]:
         for labels in product(*item.labels):
             full = "_".join((prefix + (item.column or name), *labels))
             if item.record is None:
-                unit = next((u for end, u in item.units.items() if full.endswith(end)), item.unit)
+                unit = next(
+                    (unit_ for end, unit_ in item.units.items() if full.endswith(end)), item.unit
+                )
                 yield Column(full, unit, item.meaning)
             else:
                 yield from _columns(item.record, full + "_")

@@ -81,9 +81,13 @@ def _default(info: FieldInfo) -> str:
 
 
 def _list(values: tuple[Any, ...]) -> str:
-    if any(isinstance(v, BaseModel) for v in values):
+    if any(isinstance(value, BaseModel) for value in values):
         return f"{len(values)} entry"
-    return "[" + ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values) + "]"
+    return (
+        "["
+        + ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in values)
+        + "]"
+    )
 
 
 _SIGNS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
@@ -94,7 +98,10 @@ def _allowed(info: FieldInfo) -> str:
         if isinstance(made, NameOrClass):
             return made.allowed
     bounds = [
-        f"{s} {getattr(m, k):g}" for m in info.metadata for k, s in _SIGNS.items() if hasattr(m, k)
+        f"{sign} {getattr(bound, name):g}"
+        for bound in info.metadata
+        for name, sign in _SIGNS.items()
+        if hasattr(bound, name)
     ]
     return ", ".join(bounds) if bounds else _kind(info.annotation)
 
@@ -104,9 +111,9 @@ def _kind(annotation: Any) -> str:
     if origin is typing.Literal:
         return " | ".join(map(str, args))
     if origin in (typing.Union, types.UnionType):
-        return " or ".join(_kind(a) for a in args if a is not types.NoneType)
+        return " or ".join(_kind(arg) for arg in args if arg is not types.NoneType)
     if origin is tuple:
-        inner = [a for a in args if a is not Ellipsis]
+        inner = [arg for arg in args if arg is not Ellipsis]
         return f"list of {_kind(inner[0])}" if Ellipsis in args else f"{len(inner)} numbers"
     if origin is dict:
         return "mapping"

@@ -150,7 +150,7 @@ class _Taking:
         if isinstance(thing, PLAIN) and not isinstance(thing, Enum | np.generic):
             return thing
         if isinstance(thing, tuple):
-            parts = [self.value(part, f"{path}.{k}") for k, part in enumerate(thing)]
+            parts = [self.value(part, f"{path}.{index}") for index, part in enumerate(thing)]
             named = {} if type(thing) is tuple else {"named": _spelt(type(thing))}
             return {"tuple": parts, **named}
         if isinstance(thing, Enum):
@@ -180,7 +180,7 @@ class _Taking:
         elif isinstance(thing, BaseModel) and _is_ours(thing):
             node |= {"model": _spelt(type(thing)), "values": thing.model_dump(mode="json")}
         elif isinstance(thing, list | deque | set):
-            node["list"] = [self.value(part, f"{path}.{k}") for k, part in enumerate(thing)]
+            node["list"] = [self.value(part, f"{path}.{index}") for index, part in enumerate(thing)]
             node["kind"] = type(thing).__name__
         elif isinstance(thing, dict):
             node["dict"] = [

@@ -62,7 +62,11 @@ def load_class(
     module = _import(file)
     found = getattr(module, class_name, None)
     if not inspect.isclass(found):
-        own = [n for n, v in vars(module).items() if inspect.isclass(v) and not n.startswith("_")]
+        own = [
+            key
+            for key, value in vars(module).items()
+            if inspect.isclass(value) and not key.startswith("_")
+        ]
         raise InputError(
             "has no such class",
             file=file,
@@ -175,5 +179,7 @@ def _place_in_user_file(error: BaseException) -> tuple[str, int] | None:
     """
     if isinstance(error, SyntaxError) and error.filename in _LOADED:
         return error.filename, error.lineno or 0
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename in _LOADED]
+    frames = [
+        frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in _LOADED
+    ]
     return (frames[-1].filename, frames[-1].lineno or 0) if frames else None

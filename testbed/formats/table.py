@@ -132,7 +132,7 @@ def open_series(path: Path, wanted: Collection[str] | None = None) -> tuple[list
         raise InputError("is no regular file", file=place)
     try:
         names = pq.read_schema(parts[0] if parts else place).names
-        known = None if wanted is None else [c for c in names if c in wanted]
+        known = None if wanted is None else [name for name in names if name in wanted]
         _check_size(parts or [place], len(names if known is None else known))
         return names, pq.read_table(place, columns=known) if parts else read_parquet(place, known)
     except (OSError, pa.ArrowException) as error:

@@ -21,5 +21,7 @@ def flattened(
         elif not isinstance(value, (list, tuple)):
             out.append((path, value))
         elif lists:
-            out += flattened({str(k): entry for k, entry in enumerate(value)}, f"{path}.", lists)
+            out += flattened(
+                {str(index): entry for index, entry in enumerate(value)}, f"{path}.", lists
+            )
     return out

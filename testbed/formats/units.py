@@ -52,7 +52,7 @@ _FACTORS: dict[str, dict[str, float]] = {
     "Hz": {"Hz": 1.0, "kHz": 1e3},
 }
 UNITS: dict[str, Unit] = {
-    **{name: Unit(si, f) for si, group in _FACTORS.items() for name, f in group.items()},
+    **{name: Unit(si, factor) for si, group in _FACTORS.items() for name, factor in group.items()},
     "degC": Unit("degC"),
     "K": Unit("degC", 1.0, -273.15),
     "degF": Unit("degC", 5.0 / 9.0, -32.0),
@@ -74,8 +74,12 @@ def si_unit(unit: str) -> str:
 
 def to_si(values: Number, unit: str) -> Number:
     """A value or an array in `unit`, as SI; temperatures in degC."""
-    u = UNITS[unit]
-    return values if u.factor == 1.0 and u.zero == 0.0 else (values + u.zero) * u.factor
+    found = UNITS[unit]
+    return (
+        values
+        if found.factor == 1.0 and found.zero == 0.0
+        else (values + found.zero) * found.factor
+    )
 
 
 def span_to_si(span: float, unit: str) -> float:

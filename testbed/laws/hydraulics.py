@@ -102,8 +102,8 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
     p = params[0].valve
     weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, h)
     last = p
-    for i in range(axes.shape[0]):
-        p = params[i].valve
+    for index in range(axes.shape[0]):
+        p = params[index].valve
         if (
             p.frequency != last.frequency
             or p.damping != last.damping
@@ -111,10 +111,10 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
         ):
             weights = spool_weights(p.frequency, p.damping, p.amplifier_lag, h)
             last = p
-        valve_path(axes[i].valve, p, given[i].command, h, weights, openings[i])
+        valve_path(axes[index].valve, p, given[index].command, h, weights, openings[index])
         if p.locked != 0.0:
             for k in range(openings.shape[1]):
-                openings[i, k] = 0.0
+                openings[index, k] = 0.0
 
 
 @njit_law
@@ -123,12 +123,12 @@ def highest_load(axes: Any, openings: Any) -> float:
     is none.
     """
     load = 0.0
-    for i in range(axes.shape[0]):
-        o = openings[i, -1]
+    for index in range(axes.shape[0]):
+        o = openings[index, -1]
         if o > 0.0:
-            load = max(load, axes[i].a.pressure)
+            load = max(load, axes[index].a.pressure)
         elif o < 0.0:
-            load = max(load, axes[i].b.pressure)
+            load = max(load, axes[index].b.pressure)
     return load
 
 
@@ -138,8 +138,8 @@ def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
     p = params[0].transducers
     weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, h)
     last = p
-    for i in range(axes.shape[0]):
-        p = params[i].transducers
+    for index in range(axes.shape[0]):
+        p = params[index].transducers
         if (
             p.pipe_frequency != last.pipe_frequency
             or p.pipe_damping != last.pipe_damping
@@ -147,15 +147,15 @@ def sense(axes: Any, params: Any, a: Any, b: Any, h: float) -> None:
         ):
             weights = transducer_weights(p.pipe_frequency, p.pipe_damping, p.lag, h)
             last = p
-        sense_path(axes[i].transducers, p, a[i], b[i], h, weights)
+        sense_path(axes[index].transducers, p, a[index], b[index], h, weights)
 
 
 @njit_law(forceinline=True)
 def mean_of_nodes(values: Any) -> float:
     """Trapezoidal mean of values at the ends of equal intervals."""
     total = 0.5 * (values[0] + values[-1])
-    for k in range(1, values.shape[0] - 1):
-        total += values[k]
+    for index in range(1, values.shape[0] - 1):
+        total += values[index]
     return float(total / (values.shape[0] - 1))
 
 
@@ -186,12 +186,12 @@ def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: fl
     """
     extra_rate = 0.0
     thinning, leaking = math.exp(-viscosity * warmth), math.exp(viscosity * beyond)
-    for i in range(axes.shape[0]):
-        axes[i].leaking = leaking
-        if params[i].seal.viscosity_rate != extra_rate:
-            extra_rate = params[i].seal.viscosity_rate
+    for index in range(axes.shape[0]):
+        axes[index].leaking = leaking
+        if params[index].seal.viscosity_rate != extra_rate:
+            extra_rate = params[index].seal.viscosity_rate
             thinning = math.exp(-(viscosity + extra_rate) * warmth)
-        axes[i].thinning = thinning
+        axes[index].thinning = thinning
 
 
 @njit_law
@@ -219,9 +219,9 @@ def hydraulic_step(
     open_valves(axes, params, given, h, openings)
     beyond = supply.temperature - unit.declared_at
     thin_oil(axes, params, unit.viscosity_rate, warmth, beyond)
-    for i in range(n):
-        begin(axes[i], params[i], given[i], h, work[i])
-        a[i, 0], b[i, 0] = axes[i].a.pressure, axes[i].b.pressure
+    for index in range(n):
+        begin(axes[index], params[index], given[index], h, work[index])
+        a[index, 0], b[index, 0] = axes[index].a.pressure, axes[index].b.pressure
     load = 0.0
     if unit.kind == LOAD_SENSING:
         load = highest_load(axes, openings)
@@ -233,39 +233,50 @@ def hydraulic_step(
     for k in range(substeps):
         drawn = rise = 0.0
         seen = supply.pressure + supply.droop
-        for i in range(n):
+        for index in range(n):
             first_stage(
-                axes[i], params[i], work[i], openings[i, k], openings[i, k + 1], seen, pt, h
+                axes[index],
+                params[index],
+                work[index],
+                openings[index, k],
+                openings[index, k + 1],
+                seen,
+                pt,
+                h,
             )
-            drawn += work[i].drawn
-            rise += work[i].rise
+            drawn += work[index].drawn
+            rise += work[index].rise
         enthalpy = unit_work[0].enthalpy
         q, ahead = supply_first(supply, unit, unit_work, drawn, rise, h)
         seen = ahead + supply.droop + h * unit_work[0].droop_rate
         drawn = 0.0
-        for i in range(n):
-            second_stage(axes[i], params[i], work[i], openings[i, k + 1], q, seen, pt, h)
-            drawn += work[i].drawn
+        for index in range(n):
+            second_stage(
+                axes[index], params[index], work[index], openings[index, k + 1], q, seen, pt, h
+            )
+            drawn += work[index].drawn
         q = supply_second(supply, unit, unit_work, ahead, drawn, rise, h)
         enthalpy = 0.5 * (enthalpy + unit_work[0].enthalpy)
         back_all = warm_all = 0.0
-        for i in range(n):
+        for index in range(n):
             back, warm = close_step(
-                axes[i], params[i], work[i], q, enthalpy, unit_work[0].tank_enthalpy, h
+                axes[index], params[index], work[index], q, enthalpy, unit_work[0].tank_enthalpy, h
             )
-            a[i, k + 1], b[i, k + 1] = axes[i].a.pressure, axes[i].b.pressure
+            a[index, k + 1], b[index, k + 1] = axes[index].a.pressure, axes[index].b.pressure
             back_all += back
             warm_all += warm
         returned += back_all
         heat += warm_all
     rubbed = 0.0
-    for i in range(n):
-        mean_a, mean_b = mean_of_nodes(a[i]), mean_of_nodes(b[i])
-        before = axes[i].friction - axes[i].end_force
-        skipped = given[i].extension - axes[i].reached
-        rod_force(axes[i], params[i], given[i], mean_a, mean_b, skipped, supply.time, dt)
-        braking = axes[i].friction - axes[i].end_force
-        spent = dt * given[i].rate * braking + 0.5 * skipped * (before + braking)
-        rubbed += spent - kept_by_hoses(axes[i], params[i], work[i])
+    for index in range(n):
+        mean_a, mean_b = mean_of_nodes(a[index]), mean_of_nodes(b[index])
+        before = axes[index].friction - axes[index].end_force
+        skipped = given[index].extension - axes[index].reached
+        rod_force(
+            axes[index], params[index], given[index], mean_a, mean_b, skipped, supply.time, dt
+        )
+        braking = axes[index].friction - axes[index].end_force
+        spent = dt * given[index].rate * braking + 0.5 * skipped * (before + braking)
+        rubbed += spent - kept_by_hoses(axes[index], params[index], work[index])
     sense(axes, params, a, b, h)
     end_supply(supply, unit, unit_work, returned, heat + rubbed, loss, dt)

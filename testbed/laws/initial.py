@@ -52,18 +52,18 @@ def start_axes(
     """
     axes = AxisState.zeros(len(x))
     shares = np.broadcast_to(stuck, np.shape(x))
-    for axis, p, extension, wanted, share in zip(axes, params, x, force_n, shares, strict=True):
-        force = wanted + stick(axis["seal"], p["seal"], float(share))
+    for axis, param, extension, wanted, share in zip(axes, params, x, force_n, shares, strict=True):
+        force = wanted + stick(axis["seal"], param["seal"], float(share))
         low_a = low_b = ATMOSPHERE_PA + unloaded_pa
         if supply is not None:
-            low_a = min(low_a, settled_pa(p["a"], supply["pressure"], tank_pa, low_a))
-            low_b = min(low_b, settled_pa(p["b"], supply["pressure"], tank_pa, low_b))
-        area_a, area_b = p["a"]["area"], p["b"]["area"]
+            low_a = min(low_a, settled_pa(param["a"], supply["pressure"], tank_pa, low_a))
+            low_b = min(low_b, settled_pa(param["b"], supply["pressure"], tank_pa, low_b))
+        area_a, area_b = param["a"]["area"], param["b"]["area"]
         rest = force + (area_a - area_b) * ATMOSPHERE_PA
         pressure_b = max(low_b, (low_a * area_a - rest) / area_b)
         axis["a"]["pressure"] = (rest + pressure_b * area_b) / area_a
         axis["b"]["pressure"] = pressure_b
-        fill_chambers(axis, p, float(extension))
+        fill_chambers(axis, param, float(extension))
     return axes
 
 

@@ -132,8 +132,8 @@ def slip_through(rope: Any, hold_n: float) -> float:
         return 0.0
     slipped = (rope.tension - hold_n) * rope.unstrained / rope.stiffness_ea
     share = hold_n / rope.tension
-    for i in range(3):
-        rope.force[i] *= share
+    for index in range(3):
+        rope.force[index] *= share
     rope.tension = hold_n
     rope.unstrained += slipped
     return float(slipped)

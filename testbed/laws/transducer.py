@@ -49,12 +49,12 @@ def sense_path(s: Any, p: Any, a: Any, b: Any, h: float, weights: Any) -> None:
     behind = 2.0 * p.pipe_damping / p.pipe_frequency
     line, rate, sensed_a, sensed_b = s.pipe_pressure, s.pipe_rate, s.a, s.b
     fresh = 1.0 - old
-    for k in range(a.shape[0] - 1):
-        sensed_a = old * sensed_a + fresh * a[k] + rise * (a[k + 1] - a[k])
-        ramp = (b[k + 1] - b[k]) / h
+    for index in range(a.shape[0] - 1):
+        sensed_a = old * sensed_a + fresh * a[index] + rise * (a[index + 1] - a[index])
+        ramp = (b[index + 1] - b[index]) / h
         before = line
-        y, y_rate = line - b[k] + behind * ramp, rate - ramp
-        line = b[k + 1] - behind * ramp + yy * y + yr * y_rate
+        y, y_rate = line - b[index] + behind * ramp, rate - ramp
+        line = b[index + 1] - behind * ramp + yy * y + yr * y_rate
         rate = ramp + ry * y + rr * y_rate
         sensed_b = old * sensed_b + fresh * before + rise * (line - before)
     s.pipe_pressure, s.pipe_rate, s.a, s.b = line, rate, sensed_a, sensed_b

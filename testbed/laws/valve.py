@@ -147,9 +147,9 @@ def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any)
         swing = play(state, amplifier, width) - base
     else:
         base = state
-    for k in range(n):
-        if not moving and start < (k + 1) * h:
-            wn, zeta, before = p.frequency, p.damping, start - k * h
+    for index in range(n):
+        if not moving and start < (index + 1) * h:
+            wn, zeta, before = p.frequency, p.damping, start - index * h
             spool, rate = spool_after(spool, rate, base, 0.0, wn, zeta, tau, before)
             base = command - width if command > state else command + width
             swing = state - base
@@ -162,7 +162,7 @@ def valve_path(s: Any, p: Any, command: float, h: float, weights: Any, out: Any)
             spool = base + swing * forced + yy * y + yr * y_rate
             rate = swing * forced_rate + ry * y + rr * y_rate
         spool, rate = bounded(spool, rate)
-        out[k + 1] = opening(spool, band)
+        out[index + 1] = opening(spool, band)
     s.spool, s.spool_rate = spool, rate
     s.amplifier = command + (amplifier - command) * decay**n
     s.play = base + swing

@@ -132,7 +132,11 @@ def _scaled(base: Mapping[str, Quantity], length: float) -> Iterator[tuple[str, 
             yield name, replace(quantity, mark=mark, source=same)
             continue
         values = quantity.value
-        value = tuple(factor * v for v in values) if isinstance(values, tuple) else factor * values
+        value = (
+            tuple(factor * number for number in values)
+            if isinstance(values, tuple)
+            else factor * values
+        )
         source = f"ROBOCLIMBER's {values} scaled by Froude's law, length {length:g}"
         yield name, replace(quantity, value=value, mark="E", source=source)
 

@@ -262,7 +262,9 @@ def _changed(
     """A group with the numbers whose paths begin with `prefix`; the shared object itself where
     there are none.
     """
-    changes = {p.removeprefix(prefix): v for p, v in own.items() if p.startswith(prefix)}
+    changes = {
+        name.removeprefix(prefix): value for name, value in own.items() if name.startswith(prefix)
+    }
     if not changes:
         return group
     place = f"{section}.{prefix}" if section else prefix

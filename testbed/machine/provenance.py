@@ -37,8 +37,12 @@ class Quantity:
 
 def check_number(value: Any, file: str, path: str) -> None:
     """Raise InputError unless `value` is a finite number or a list of them."""
-    for v in value if isinstance(value, (list, tuple)) else (value,):
-        if isinstance(v, bool) or not isinstance(v, (int, float)) or not math.isfinite(v):
+    for number in value if isinstance(value, (list, tuple)) else (value,):
+        if (
+            isinstance(number, bool)
+            or not isinstance(number, (int, float))
+            or not math.isfinite(number)
+        ):
             raise InputError(
                 "is not a finite number",
                 file=file,

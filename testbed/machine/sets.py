@@ -26,4 +26,8 @@ def machine_set(name: SetName) -> dict[str, Quantity]:
     """
     quantities = read_quantities(Path(__file__).with_name("sets.yaml"))
     prefix = f"{name}."
-    return {p.removeprefix(prefix): q for p, q in quantities.items() if p.startswith(prefix)}
+    return {
+        key.removeprefix(prefix): quantity
+        for key, quantity in quantities.items()
+        if key.startswith(prefix)
+    }

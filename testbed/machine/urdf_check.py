@@ -157,7 +157,7 @@ def _check_inertial(name: str, link: ET.Element, path: str | Path) -> None:
             "must be positive", file=path, field=f"link {name} mass", value=value, allowed="> 0 kg"
         )
     ixx, ixy, ixz, iyy, iyz, izz = (
-        float(inertia.get(w, "nan")) for w in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        float(inertia.get(moment, "nan")) for moment in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     )
     minors = (
         ixx,

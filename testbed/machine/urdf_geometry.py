@@ -59,7 +59,7 @@ class _Geometry:
             **self._mounted(),
         }
         for leg in LEGS:
-            out |= {f"each_leg.{leg}.{name}": v for name, v in self._leg(leg).items()}
+            out |= {f"each_leg.{leg}.{name}": value for name, value in self._leg(leg).items()}
             turn = f"axes.{leg}_rotation.limits"
             out[f"{turn}.lower_rad"], out[f"{turn}.upper_rad"] = self._range(f"{leg}_rotation")
             for slide in (f"{leg}_radial", f"{leg}_vertical"):
@@ -152,7 +152,7 @@ class _Geometry:
                 "points another way than legs of this plan",
                 file=self.path,
                 field=f"joint {joint} axis in the body frame",
-                value=tuple(round(float(v), 6) for v in axis),
+                value=tuple(round(float(word), 6) for word in axis),
                 allowed=kind,
             )
 
@@ -179,7 +179,7 @@ class _Geometry:
         rotation, origin = self._pose(link_of(self.joints[joint], "child"))
         element = self.joints[joint].find("axis")
         text = "1 0 0" if element is None else element.get("xyz", "1 0 0")
-        return origin, rotation @ _unit(np.array([float(v) for v in text.split()]))
+        return origin, rotation @ _unit(np.array([float(word) for word in text.split()]))
 
     def _mount(self, link: str) -> tuple[float, float, float]:
         x, y, z = self._pose(link)[1].tolist()
@@ -219,8 +219,8 @@ def origin_of(origin: ET.Element | None) -> tuple[Array, Array]:
     """Rotation (3, 3) and translation (3,) of a URDF's <origin>; none is the identity."""
     if origin is None:
         return np.eye(3), np.zeros(3)
-    xyz = np.array([float(v) for v in origin.get("xyz", "0 0 0").split()])
-    rpy = [float(v) for v in origin.get("rpy", "0 0 0").split()]
+    xyz = np.array([float(word) for word in origin.get("xyz", "0 0 0").split()])
+    rpy = [float(word) for word in origin.get("rpy", "0 0 0").split()]
     return rotation_from_rpy(rpy), xyz
 
 
@@ -231,7 +231,7 @@ def _unit(vector: Array) -> Array:
 
 def rotation_from_rpy(rpy: list[float]) -> Array:
     """URDF's convention: R = Rz(yaw) Ry(pitch) Rx(roll), (3, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = [[f(v) for v in rpy] for f in (math.cos, math.sin)]
+    (cr, cp, cy), (sr, sp, sy) = [[f(word) for word in rpy] for f in (math.cos, math.sin)]
     return np.array(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],

@@ -119,7 +119,7 @@ def read_recording(folder: str | Path) -> Recording:
     folder = recording_folder(folder)
     file = folder / "recording.yaml"
     header = read_header(file)
-    wanted = {c.column: f"channels.{q}.column" for q, c in header.channels.items()}
+    wanted = {channel.column: f"channels.{key}.column" for key, channel in header.channels.items()}
     reference = header.reference_force
     if reference is not None and reference.column is not None:
         wanted[reference.column] = "reference_force.column"
@@ -168,10 +168,10 @@ def read_rig(folder: str | Path) -> Rig:
                 file=folder,
                 allowed="identify/<name>/ and verify/<name>/",
             )
-        names = sorted(p for p in (folder / part).iterdir() if p.is_dir())
+        names = sorted(path for path in (folder / part).iterdir() if path.is_dir())
         if not names:
             raise InputError("holds no recording", file=folder / part)
-        parts[part] = tuple(read_recording(p) for p in names)
+        parts[part] = tuple(read_recording(name) for name in names)
     rig = Rig(folder.resolve().name, folder, parts["identify"], parts["verify"])
     for other in (*rig.identify, *rig.verify):
         if other.rig != rig.kind:
@@ -207,7 +207,7 @@ def _in_si(header: Header, columns: dict[str, Array], file: Path) -> dict[str, A
     units.
     """
     units: dict[str, str] = {}
-    uses = [(c.column, c.unit) for c in header.channels.values()]
+    uses = [(channel.column, channel.unit) for channel in header.channels.values()]
     reference = header.reference_force
     if reference is not None and reference.column is not None:
         uses.append((reference.column, reference.unit or "N"))
@@ -227,18 +227,18 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
     time, position, data = series("time"), series("position"), folder / header.data
     assert time is not None and position is not None
     channels = header.channels
-    a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
-    b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
-    n = len(time)
+    pressure_a, saturated_a = pressure(channels.get("pressure_a"), series("pressure_a"), time, data)
+    pressure_b, saturated_b = pressure(channels.get("pressure_b"), series("pressure_b"), time, data)
+    rows = len(time)
     reference: Array | None = None
     if header.reference_force is not None:
         column = header.reference_force.column
         reference = (
             columns[column]
             if header.reference_force.kind == "load-cell" and column
-            else np.zeros(n)
+            else np.zeros(rows)
         )
-    never = np.zeros(n, dtype=np.bool_)
+    never = np.zeros(rows, dtype=np.bool_)
     return Recording(
         name=folder.resolve().name,
         folder=folder,
@@ -246,13 +246,17 @@ def _build(folder: Path, header: Header, columns: dict[str, Array]) -> Recording
         time_s=time,
         position_m=position,
         valve_command=series("valve_command"),
-        pressure_a_pa=a,
-        pressure_b_pa=b,
+        pressure_a_pa=pressure_a,
+        pressure_b_pa=pressure_b,
         supply_pressure_pa=series("supply_pressure"),
         oil_temperature_degc=series("oil_temperature"),
         actuator_force_n=series("actuator_force"),
         reference_force_n=reference,
         saturated_a=never if saturated_a is None else saturated_a,
         saturated_b=never if saturated_b is None else saturated_b,
-        extra={q: columns[c.column] for q, c in header.channels.items() if q not in QUANTITIES},
+        extra={
+            name: columns[channel.column]
+            for name, channel in header.channels.items()
+            if name not in QUANTITIES
+        },
     )

@@ -128,7 +128,7 @@ class Header(AnyHeader):
         """The same header once the table's columns have been converted."""
         reference = self.reference_force
         changes = {
-            "channels": {name: c.in_si() for name, c in self.channels.items()},
+            "channels": {name: channel.in_si() for name, channel in self.channels.items()},
             "reference_force": None if reference is None else reference.in_si(),
         }
         return self.model_copy(update=changes)

@@ -129,5 +129,9 @@ def pressure(
 
 def in_pa(channel: Channel, raw: Array) -> Array:
     """A pressure channel's column (n,) in Pa: as it is, or through the calibration from V."""
-    c = channel.calibration
-    return raw if c is None else c.k_pa_per_v * (c.a * raw + c.b)
+    calibration = channel.calibration
+    return (
+        raw
+        if calibration is None
+        else calibration.k_pa_per_v * (calibration.a * raw + calibration.b)
+    )

@@ -69,9 +69,11 @@ def read_foot(folder: str | Path, missing: bool = False) -> FootRecording:
     header = read_foot_header(file)
     channels, table = header.channels, folder / header.data
     columns = read_columns(
-        table, {c.column: f"channels.{q}.column" for q, c in channels.items()}, file
+        table, {channel.column: f"channels.{key}.column" for key, channel in channels.items()}, file
     )
-    series = {q: to_si(columns[c.column], c.unit) for q, c in channels.items()}
+    series = {
+        key: to_si(columns[channel.column], channel.unit) for key, channel in channels.items()
+    }
     check_time(series["time"], header.sample_rate_hz, table, file, channels["time"].column)
     for name, values in series.items():
         if not (missing and name == "force"):

@@ -55,5 +55,7 @@ def with_former(names: Iterable[str]) -> list[str]:
     out = []
     for name in names:
         out.append(name)
-        out += [b + name.removeprefix(n) for b, n in STEMS.items() if name.startswith(n)]
+        out += [
+            key + name.removeprefix(stem) for key, stem in STEMS.items() if name.startswith(stem)
+        ]
     return out

@@ -130,17 +130,17 @@ class Known(Checked):
         if not isinstance(data, Mapping):
             return data
         stated = {
-            k: v
-            for k, v in data.items()
-            if isinstance(v, Mapping) and k not in ("tolerances", "circuit")
+            key: value
+            for key, value in data.items()
+            if isinstance(value, Mapping) and key not in ("tolerances", "circuit")
         }
         for name, entry in stated.items():
             if not {"value"} <= set(entry) <= {"value", "tolerance"}:
                 raise impossible(
                     f"{name} has the keys {', '.join(map(str, entry))}", "value, tolerance"
                 )
-        shares = {k: v["tolerance"] for k, v in stated.items() if "tolerance" in v}
-        plain = {k: v["value"] if k in stated else v for k, v in data.items()}
+        shares = {key: value["tolerance"] for key, value in stated.items() if "tolerance" in value}
+        plain = {key: value["value"] if key in stated else value for key, value in data.items()}
         return plain | ({"tolerances": {**data.get("tolerances", {}), **shares}} if shares else {})
 
     @field_validator("tolerances")
@@ -211,4 +211,4 @@ class Known(Checked):
             self.valve_deadband,
             self.internal_leakage_m3_s_pa,
         )
-        return all(v is not None for v in needed)
+        return all(value is not None for value in needed)

@@ -84,7 +84,8 @@ class EffectEntry(Checked):
         if not isinstance(value, Mapping):
             return value
         return {
-            k: v if isinstance(v, (Mapping, Parameter)) else {"value": v} for k, v in value.items()
+            key: number if isinstance(number, (Mapping, Parameter)) else {"value": number}
+            for key, number in value.items()
         }
 
     @field_validator("place")
@@ -99,7 +100,7 @@ class EffectEntry(Checked):
     @property
     def values(self) -> dict[str, float]:
         """Parameter name -> value."""
-        return {k: p.value for k, p in self.parameters.items()}
+        return {key: parameter.value for key, parameter in self.parameters.items()}
 
 
 class LegModel(Checked):

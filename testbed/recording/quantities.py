@@ -43,7 +43,7 @@ LIKELY_MISSPELT = 0.92
 
 def quantities_of(rig: str) -> dict[str, Quantity]:
     """The quantities that a kind of rig may have, by name."""
-    return {name: q for name, q in QUANTITIES.items() if rig in q.rigs}
+    return {name: quantity for name, quantity in QUANTITIES.items() if rig in quantity.rigs}
 
 
 def misspelling_of(name: str, known: Iterable[str]) -> str | None:

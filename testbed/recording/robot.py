@@ -92,15 +92,15 @@ def read_robot(folder: str | Path, needed: Sequence[str] = ()) -> RobotRecording
     check_present(header.channels, needed, file)
     machine = machine_of(header, file)
     table = folder / header.data
-    channels = {q: c for q, c in header.channels.items() if is_evidence(q)}
+    channels = {key: c for key, c in header.channels.items() if is_evidence(key)}
     columns = read_columns(
-        table, {c.column: f"channels.{q}.column" for q, c in channels.items()}, file
+        table, {c.column: f"channels.{key}.column" for key, c in channels.items()}, file
     )
     time = to_si(columns[channels["t"].column], channels["t"].unit)
     check_time(time, header.sample_rate_hz, table, file, channels["t"].column)
     for name, values in columns.items():
         check_finite(name, values, time, table)
-    data = {q: in_pa(c, to_si(columns[c.column], c.unit)) for q, c in channels.items()}
+    data = {key: in_pa(c, to_si(columns[c.column], c.unit)) for key, c in channels.items()}
     for quantity, channel in channels.items():
         if quantity.startswith("pressure_"):
             check_pressure(channel, data[quantity], time, table)

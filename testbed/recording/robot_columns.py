@@ -26,7 +26,7 @@ OF_BODY: tuple[str, ...] = (
     "oil_temperature",
     *(f"rope_tension_{side}" for side in SIDES),
     *(f"attitude_{angle}" for angle in ("roll", "pitch", "yaw")),
-    *(f"angular_rate_{k}" for k in "xyz"),
+    *(f"angular_rate_{axis}" for axis in "xyz"),
 )
 """Without these the body of a surveyed machine cannot be balanced."""
 
@@ -51,7 +51,10 @@ def quantities() -> dict[str, tuple[str, str, bool]]:
         if column.unit not in units[pattern]:
             units[pattern].append(column.unit)
         found[pattern] = (column.meaning, column.name in OF_BODY)
-    return {p: (" or ".join(units[p]), meaning, needed) for p, (meaning, needed) in found.items()}
+    return {
+        name: (" or ".join(units[name]), meaning, needed)
+        for name, (meaning, needed) in found.items()
+    }
 
 
 def _pattern(name: str) -> str:

@@ -32,7 +32,7 @@ class PlacedEffect(Checked):
 
     def hidden(self) -> Undeclared:
         """The same as a scenario's entry, which checks the place."""
-        values = {name: p.value for name, p in self.parameters.items()}
+        values = {name: parameter.value for name, parameter in self.parameters.items()}
         return Undeclared(effect=self.name, at=self.place, parameters=values)
 
 
@@ -53,13 +53,16 @@ class RobotModelFile(Checked):
     @property
     def numbers(self) -> dict[str, float]:
         """Path of the machine -> believed value."""
-        return {path: p.value for path, p in self.machine.items()}
+        return {path: parameter.value for path, parameter in self.machine.items()}
 
 
 def _parameters(value: Any) -> Any:
     if not isinstance(value, Mapping):
         return value
-    return {k: v if isinstance(v, (Mapping, Parameter)) else {"value": v} for k, v in value.items()}
+    return {
+        name: number if isinstance(number, (Mapping, Parameter)) else {"value": number}
+        for name, number in value.items()
+    }
 
 
 def is_robot_model(path: str | Path) -> bool:

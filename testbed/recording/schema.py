@@ -45,7 +45,8 @@ def quantities(rig: str) -> list[dict[str, Any]]:
         robot_columns.quantities()
         if rig == "robot"
         else {
-            name: (q.unit, q.meaning, rig in q.needed_by) for name, q in quantities_of(rig).items()
+            name: (quantity.unit, quantity.meaning, rig in quantity.needed_by)
+            for name, quantity in quantities_of(rig).items()
         }
     )
     return [
@@ -80,9 +81,9 @@ def table() -> list[list[str]]:
                 out.append(["all" if len(rigs) == len(of_rig) else ", ".join(rigs), *row])
             seen.add(row)
     for rig in RIGS:
-        for q in quantities(rig):
-            default = "" if q["needed"] else "left out"
-            path = f"channels.{q['quantity']}"
-            out.append([rig, path, default, " or ".join(q["units"]), q["meaning"]])
+        for quantity in quantities(rig):
+            default = "" if quantity["needed"] else "left out"
+            path = f"channels.{quantity['quantity']}"
+            out.append([rig, path, default, " or ".join(quantity["units"]), quantity["meaning"]])
     out.append(["all", "channels.<another>", "left out", "any known unit", RIDES_ALONG])
     return out

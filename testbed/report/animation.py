@@ -90,4 +90,4 @@ def _ground(motion: Motion, ground: Heights | None) -> Any:
 
 def _whole(values: Any, factor: float) -> list[int]:
     scaled = np.nan_to_num(np.asarray(values, dtype=float).ravel() * factor)
-    return [int(v) for v in np.rint(scaled)]
+    return [int(number) for number in np.rint(scaled)]

@@ -97,7 +97,8 @@ def _parts(sides: tuple[Side, Side]) -> list[dict[str, str]]:
             ("Body, ropes and margin", _body(sides)),
         )
         return [
-            {"title": title, "svg": svg(figure, f"c{k}")} for k, (title, figure) in enumerate(drawn)
+            {"title": title, "svg": svg(figure, f"c{index}")}
+            for index, (title, figure) in enumerate(drawn)
         ]
 
 

@@ -46,7 +46,10 @@ def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
     """Every number of the machine, and what its mark means."""
     from testbed.machine.provenance import MARKS
 
-    rows = [[path, _number(q.value), q.unit, q.mark, q.source] for path, q in leaves]
+    rows = [
+        [path, _number(quantity.value), quantity.unit, quantity.mark, quantity.source]
+        for path, quantity in leaves
+    ]
     print_table("The machine's numbers", ["parameter", "value", "unit", "mark", "source"], rows)
     if sys.stdout.isatty():
         print("\nMarks: " + "; ".join(f"{mark} {meaning}" for mark, meaning in MARKS.items()))
@@ -54,7 +57,7 @@ def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
 
 def _number(value: Any) -> str:
     if isinstance(value, (tuple, list)):
-        return ", ".join(_number(v) for v in value)
+        return ", ".join(_number(part) for part in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -112,7 +115,9 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(("task", _task(summary)))
     for method, value in summary.get("force_rms_n", {}).items():
         rows.append((f"force error, {method_name(method)}", _newton(value)))
-    expected = [v for v in summary.get("expected_rms_n", {}).values() if v is not None]
+    expected = [
+        number for number in summary.get("expected_rms_n", {}).values() if number is not None
+    ]
     if expected:
         rows.append(("expected load error, worst leg", _newton(max(expected))))
     named = (summary.get("residuals") or {}).get("stands_out")
@@ -155,7 +160,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.append(
             (
                 "rope tension, highest",
-                ", ".join(f"{side} {_newton(v)}" for side, v in ropes.items()),
+                ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes.items()),
             )
         )
     expectations = summary.get("expectations")
@@ -226,11 +231,19 @@ def print_checked(result: Checked, as_json: bool) -> None:
 def print_calibration(result: Calibrated) -> None:
     """Every sensor's a and b with one standard deviation, and what the fit rests on."""
     rows = []
-    for name, s in result.sensors.items():
-        a_sd, b_sd = (float(s.covariance[i, i]) ** 0.5 for i in (0, 1))
-        span = f"{s.span_v[0]:.3f} to {s.span_v[1]:.3f}"
+    for name, sensor in result.sensors.items():
+        a_sd, b_sd = (float(sensor.covariance[place, place]) ** 0.5 for place in (0, 1))
+        span = f"{sensor.span_v[0]:.3f} to {sensor.span_v[1]:.3f}"
         rows.append(
-            [name, f"{s.a:.5f}", f"{a_sd:.5f}", f"{s.b:.5f}", f"{b_sd:.5f}", span, s.warning]
+            [
+                name,
+                f"{sensor.a:.5f}",
+                f"{a_sd:.5f}",
+                f"{sensor.b:.5f}",
+                f"{b_sd:.5f}",
+                span,
+                sensor.warning,
+            ]
         )
     heads = ["sensor", "a", "sd of a", "b, V", "sd of b, V", "seen, V", "note"]
     print_table("Calibration p = k (a V + b)", heads, rows)
@@ -247,8 +260,14 @@ def print_calibration(result: Calibrated) -> None:
 def print_identification(result: Identification, out: Path) -> None:
     """The eight parameters with their intervals, and why some are not shown."""
     rows = [
-        [p.name, f"{p.value:.5g}", f"{p.interval90[0]:.5g} to {p.interval90[1]:.5g}", p.unit, p.why]
-        for p in result.parameters
+        [
+            parameter.name,
+            f"{parameter.value:.5g}",
+            f"{parameter.interval90[0]:.5g} to {parameter.interval90[1]:.5g}",
+            parameter.unit,
+            parameter.why,
+        ]
+        for parameter in result.parameters
     ]
     print_table(
         "Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows

@@ -20,8 +20,8 @@ Array = npt.NDArray[np.float64]
 POINTS = 2500
 
 
-def _thin(n: int) -> npt.NDArray[np.int64]:
-    return np.linspace(0, n - 1, min(n, POINTS)).astype(np.int64)
+def _thin(count: int) -> npt.NDArray[np.int64]:
+    return np.linspace(0, count - 1, min(count, POINTS)).astype(np.int64)
 
 
 def _legend(figure: Any, panel: Any, marker: float = 1.0) -> None:
@@ -30,31 +30,31 @@ def _legend(figure: Any, panel: Any, marker: float = 1.0) -> None:
     figure.legend(*panel.get_legend_handles_labels(), markerscale=marker, loc="center right")
 
 
-def residual_figure(d: Diagnosis, recording: Recording) -> str:
+def residual_figure(diagnosis: Diagnosis, recording: Recording) -> str:
     """Force residual of one recording against time, position, velocity and pressure A: refit grey,
     after blue.
     """
     import matplotlib.pyplot as plt
 
-    mask = moving(recording, d.models["refit"])
-    signals = signals_of(recording, d.models["refit"].known)
+    mask = moving(recording, diagnosis.models["refit"])
+    signals = signals_of(recording, diagnosis.models["refit"].known)
     at = np.flatnonzero(mask)
     at = at[_thin(len(at))] if len(at) else at
-    t = recording.time_s
+    time_s = recording.time_s
 
     def on(values: Array) -> Array:
-        return np.interp(t, signals.time_s, values)[at]
+        return np.interp(time_s, signals.time_s, values)[at]
 
     axes_of: list[tuple[str, Array]] = [
-        ("time, s", t[at]),
+        ("time, s", time_s[at]),
         ("position, m", on(signals.position_m)),
         ("velocity, m/s", on(signals.velocity_m_s)),
     ]
     if signals.pressure_a_pa is not None:
         axes_of.append(("pressure A, bar", on(signals.pressure_a_pa) / 1e5))
     before, after = (
-        force_residual(recording, d.models["refit"])[at],
-        force_residual(recording, d.models["after"])[at],
+        force_residual(recording, diagnosis.models["refit"])[at],
+        force_residual(recording, diagnosis.models["after"])[at],
     )
     limit = 1.15 * float(np.percentile(np.abs(before), 99)) if len(before) else 1.0
     with plt.rc_context(RC):  # type: ignore[arg-type]
@@ -73,26 +73,30 @@ def residual_figure(d: Diagnosis, recording: Recording) -> str:
     return text
 
 
-def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
+def flow_figure(diagnosis: Diagnosis, recording: Recording) -> str | None:
     """Flow residuals of A and B against time, refit grey, after blue; None where the rig has no
     flow balance.
     """
     import matplotlib.pyplot as plt
 
-    if not d.problem.with_flow:
+    if not diagnosis.problem.with_flow:
         return None
-    series = series_of([recording], d.models["refit"].known)[0]
+    series = series_of([recording], diagnosis.models["refit"].known)[0]
     at = _thin(len(series.signals.time_s))
     before, after = (
-        flow_residual(series, d.models["refit"]),
-        flow_residual(series, d.models["after"]),
+        flow_residual(series, diagnosis.models["refit"]),
+        flow_residual(series, diagnosis.models["after"]),
     )
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panels = plt.subplots(1, 2, figsize=(9.0, 2.0), sharey=True)
-        for panel, name, b, a in zip(panels, "AB", before, after, strict=True):
-            limit = 1.3e6 * float(np.percentile(np.abs(b), 99.5))
-            panel.plot(series.signals.time_s[at], 1e6 * b[at], color=GREY, lw=0.6, label="refit")
-            panel.plot(series.signals.time_s[at], 1e6 * a[at], color=BLUE, lw=0.6, label="after")
+        for panel, name, earlier, later in zip(panels, "AB", before, after, strict=True):
+            limit = 1.3e6 * float(np.percentile(np.abs(earlier), 99.5))
+            panel.plot(
+                series.signals.time_s[at], 1e6 * earlier[at], color=GREY, lw=0.6, label="refit"
+            )
+            panel.plot(
+                series.signals.time_s[at], 1e6 * later[at], color=BLUE, lw=0.6, label="after"
+            )
             panel.set_ylim(-limit, limit)
             panel.set_title(f"chamber {name}")
             panel.set_xlabel("time, s")
@@ -103,18 +107,21 @@ def flow_figure(d: Diagnosis, recording: Recording) -> str | None:
     return text
 
 
-def evidence_figure(d: Diagnosis, rows: list[tuple[str, float]]) -> str:
+def evidence_figure(diagnosis: Diagnosis, rows: list[tuple[str, float]]) -> str:
     """Held-out log-likelihood that each single hypothesis gains over the refit, on a symmetric-log
     axis.
     """
     import matplotlib.pyplot as plt
 
-    chosen = set(d.verdict.chosen.names)
+    chosen = set(diagnosis.verdict.chosen.names)
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panel = plt.subplots(figsize=(6.2, 0.24 * len(rows) + 0.7))
-        for i, (name, gain) in enumerate(reversed(rows)):
+        for index, (name, gain) in enumerate(reversed(rows)):
             panel.barh(
-                i, gain, color=VERMILION if set(name.split(" + ")) <= chosen else GREY, height=0.7
+                index,
+                gain,
+                color=VERMILION if set(name.split(" + ")) <= chosen else GREY,
+                height=0.7,
             )
         panel.set_yticks(range(len(rows)), [name for name, _ in reversed(rows)])
         panel.set_xscale("symlog", linthresh=10.0)

@@ -22,39 +22,52 @@ HEADLINES = {
 }
 
 
-def page(d: Diagnosis) -> str:
+def page(diagnosis: Diagnosis) -> str:
     """The page's text."""
-    return render("diagnosis.html.j2", contents(d))
+    return render("diagnosis.html.j2", contents(diagnosis))
 
 
-def contents(d: Diagnosis) -> dict[str, Any]:
+def contents(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything the page's template shows."""
-    found = as_json(d)
+    found = as_json(diagnosis)
     repeated = found.get("repeated", {})
     return {
-        "rig": d.rig.name,
-        "kind": d.rig.kind,
-        "verdict": d.verdict.kind,
-        "headline": _headline(d),
+        "rig": diagnosis.rig.name,
+        "kind": diagnosis.rig.kind,
+        "verdict": diagnosis.verdict.kind,
+        "headline": _headline(diagnosis),
         "effects": [
-            e | {"text": by_name(e["name"]).text, "repeated": repeated.get(e["name"])}
-            for e in found["effects"]
+            effect
+            | {"text": by_name(effect["name"]).text, "repeated": repeated.get(effect["name"])}
+            for effect in found["effects"]
         ],
-        "goes_with": d.verdict.goes_with,
+        "goes_with": diagnosis.verdict.goes_with,
         "runs": _runs(found.get("error_of_runs_left_out_n", {})),
         "refused": found.get("refused", []),
-        "passed": found.get("passed", []) if d.verdict.kind == "unnamed" else [],
+        "passed": found.get("passed", []) if diagnosis.verdict.kind == "unnamed" else [],
         "hypotheses": found["hypotheses"][:8],
-        "errors": _error_rows(d),
-        "closed": {q: closed_share(d.errors, q) for q in ("force_n", "flow_m3_s")},
-        "evidence": evidence_figure(d, _gains(d)) if len(d.state.tried) > 1 else "",
-        "rivals": rivals(d.state, d.verdict),
-        "stated": d.verdict.hypotheses[0][1],
-        "figures": [(r.name, residual_figure(d, r), flow_figure(d, r)) for r in d.rig.verify],
+        "errors": _error_rows(diagnosis),
+        "closed": {
+            quantity: closed_share(diagnosis.errors, quantity)
+            for quantity in ("force_n", "flow_m3_s")
+        },
+        "evidence": evidence_figure(diagnosis, _gains(diagnosis))
+        if len(diagnosis.state.tried) > 1
+        else "",
+        "rivals": rivals(diagnosis.state, diagnosis.verdict),
+        "stated": diagnosis.verdict.hypotheses[0][1],
+        "figures": [
+            (
+                recording.name,
+                residual_figure(diagnosis, recording),
+                flow_figure(diagnosis, recording),
+            )
+            for recording in diagnosis.rig.verify
+        ],
         "left_out": found["left_out"],
         "glossary": (*DIAGNOSIS_WORDS, *MACHINE_WORDS),
-        "experiments": experiments(_group(d)),
-        "excess": max(d.found.excess_best.values(), default=1.0),
+        "experiments": experiments(_group(diagnosis)),
+        "excess": max(diagnosis.found.excess_best.values(), default=1.0),
     }
 
 
@@ -64,21 +77,25 @@ def _runs(errors: dict[str, dict[str, float]]) -> list[tuple[str, dict[str, floa
     return [(run, {stage: row[run] for stage, row in errors.items()}) for run in names]
 
 
-def _headline(d: Diagnosis) -> str:
-    if d.verdict.kind != "effect":
-        return HEADLINES[d.verdict.kind]
-    words = [f"{n} ({by_name(n).text})" for n in d.verdict.chosen.names]
+def _headline(diagnosis: Diagnosis) -> str:
+    if diagnosis.verdict.kind != "effect":
+        return HEADLINES[diagnosis.verdict.kind]
+    words = [f"{name} ({by_name(name).text})" for name in diagnosis.verdict.chosen.names]
     return "The model lacks " + " and ".join(words) + "."
 
 
-def _error_rows(d: Diagnosis) -> list[dict[str, Any]]:
+def _error_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     rows = []
     for quantity, unit, factor in (("force_n", "N", 1.0), ("flow_m3_s", "cm³/s", 1e6)):
-        total = d.errors.total(quantity)
+        total = diagnosis.errors.total(quantity)
         if not total:
             continue
         tables = [
-            *((n, r[quantity]) for n, r in d.errors.by_recording.items() if quantity in r),
+            *(
+                (key, value[quantity])
+                for key, value in diagnosis.errors.by_recording.items()
+                if quantity in value
+            ),
             ("all", total),
         ]
         for name, row in tables:
@@ -87,20 +104,28 @@ def _error_rows(d: Diagnosis) -> list[dict[str, Any]]:
                     "quantity": quantity.split("_")[0],
                     "unit": unit,
                     "name": name,
-                    "values": [f"{factor * row[s]:.3g}" for s in (*STAGES, "floor")],
+                    "values": [f"{factor * row[stage]:.3g}" for stage in (*STAGES, "floor")],
                 }
             )
     return rows
 
 
 def _ranked(state: Search) -> list[Candidate]:
-    return sorted((c for c in state.tried.values() if c.names), key=lambda c: -state.gain(c))
+    return sorted(
+        (candidate for candidate in state.tried.values() if candidate.names),
+        key=lambda c: -state.gain(c),
+    )
 
 
-def _gains(d: Diagnosis) -> list[tuple[str, float]]:
-    singles = [c for c in _ranked(d.state) if len(c.names) == 1][:12]
-    chosen = [d.verdict.chosen] if len(d.verdict.chosen.names) > 1 else []
-    return [(" + ".join(c.names), d.state.gain(c)) for c in [*chosen, *singles]]
+def _gains(diagnosis: Diagnosis) -> list[tuple[str, float]]:
+    singles = [candidate for candidate in _ranked(diagnosis.state) if len(candidate.names) == 1][
+        :12
+    ]
+    chosen = [diagnosis.verdict.chosen] if len(diagnosis.verdict.chosen.names) > 1 else []
+    return [
+        (" + ".join(candidate.names), diagnosis.state.gain(candidate))
+        for candidate in [*chosen, *singles]
+    ]
 
 
 def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
@@ -112,8 +137,8 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
     """
     chosen = verdict.chosen
     rows = []
-    others = [c for c in _ranked(state) if set(c.names) != set(chosen.names)]
-    for c in [c for c in others if len(c.names) == max(len(chosen.names), 1)][:4]:
+    others = [rival for rival in _ranked(state) if set(rival.names) != set(chosen.names)]
+    for c in [other for other in others if len(other.names) == max(len(chosen.names), 1)][:4]:
         better, worse = (chosen, c) if chosen.names else (c, chosen)
         parts = better.evidence.parts(worse.evidence, chosen.evidence)
         channel, recording = max(parts, key=lambda k: parts[k])
@@ -122,7 +147,9 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
                 "names": " + ".join(c.names),
                 "ahead": state.gain(c) - state.gain(chosen),
                 "probability": sum(
-                    p for names, p in verdict.hypotheses if set(c.names) <= set(names)
+                    probability
+                    for names, probability in verdict.hypotheses
+                    if set(c.names) <= set(names)
                 ),
                 "where": f"{channel.replace('_', ' ')} in {recording}",
                 "scale": (
@@ -134,6 +161,11 @@ def rivals(state: Search, verdict: Verdict) -> list[dict[str, Any]]:
     return rows
 
 
-def _group(d: Diagnosis) -> list[str]:
-    names = [n for name, rivals in d.verdict.ambiguous.items() if rivals for n in (name, *rivals)]
+def _group(diagnosis: Diagnosis) -> list[str]:
+    names = [
+        member
+        for name, rivals in diagnosis.verdict.ambiguous.items()
+        if rivals
+        for member in (name, *rivals)
+    ]
     return list(dict.fromkeys(names))

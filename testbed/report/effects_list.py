@@ -68,9 +68,9 @@ def table() -> list[list[str]]:
 def _parameters(effect: Effect) -> str:
     """Those of the formula with unit and bounds; further shapes in brackets."""
     return ", ".join(
-        f"{'' if p.default is None else '['}{p.name} {p.low:g} .. {p.high:g}"
-        f"{'' if p.unit == '1' else ' ' + p.unit}{'' if p.default is None else ']'}"
-        for p in effect.parameters
+        f"{'' if parameter.default is None else '['}{parameter.name} {parameter.low:g} .. {parameter.high:g}"
+        f"{'' if parameter.unit == '1' else ' ' + parameter.unit}{'' if parameter.default is None else ']'}"
+        for parameter in effect.parameters
     )
 
 

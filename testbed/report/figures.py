@@ -54,20 +54,24 @@ def foot_loads(
     """
     figure, axes = new_figure(4, 6.9, legend_rows=3)
     start, end = window or (float(truth["t"][0]), float(truth["t"][-1]))
-    d, w = _slice(data["t"], start, end), _slice(truth["t"], start, end)
+    seen, true_rows = _slice(data["t"], start, end), _slice(truth["t"], start, end)
     names = methods(data)
     for ax, leg in zip(axes, LEGS, strict=True):
-        true = truth[f"foot_load_{leg}"][w] / 1e3
-        ax.fill_between(*spread(truth["t"][w], true), color=BAND, lw=0, label="truth's range")
+        true = truth[f"foot_load_{leg}"][true_rows] / 1e3
+        ax.fill_between(
+            *spread(truth["t"][true_rows], true), color=BAND, lw=0, label="truth's range"
+        )
         for method in names:
             colour, dash = method_style(method)
-            line = course(data["t"][d], data[f"estimate_{method}_{leg}"][d] / 1e3)
+            line = course(data["t"][seen], data[f"estimate_{method}_{leg}"][seen] / 1e3)
             ax.plot(*line, color=colour, ls=dash, label=method_name(method))
         if f"expected_{leg}" in data:
-            line = course(data["t"][d], data[f"expected_{leg}"][d] / 1e3)
+            line = course(data["t"][seen], data[f"expected_{leg}"][seen] / 1e3)
             ax.plot(*line, color=GREY, lw=1.4, label="expected")
-        ax.plot(*course(truth["t"][w], true), color=BLACK, lw=1.2, label="truth")
-        near = [data[f"estimate_{m}_{leg}"][d] / 1e3 for m in names if m != "one_chamber"]
+        ax.plot(*course(truth["t"][true_rows], true), color=BLACK, lw=1.2, label="truth")
+        near = [
+            data[f"estimate_{name}_{leg}"][seen] / 1e3 for name in names if name != "one_chamber"
+        ]
         ax.set_ylim(*limits(true, *near))
         ax.set_title(f"{leg}, {LEG_NAME[leg]}")
         ax.set_ylabel("load [kN]")
@@ -83,25 +87,23 @@ def intervals_held(data: Columns, truth: Columns, events: Events) -> Figure:
     interval was wrong.
     """
     figure, axes = new_figure(4, 6.3, legend_rows=1)
-    t = data["t"]
-    start, end = float(t[0]), float(t[-1])
+    time_s = data["t"]
+    start, end = float(time_s[0]), float(time_s[-1])
     for ax, leg in zip(axes, LEGS, strict=True):
-        true = np.interp(t, truth["t"], truth[f"foot_load_{leg}"])
+        true = np.interp(time_s, truth["t"], truth[f"foot_load_{leg}"])
         ends = [data[f"own_{end}_{leg}"] - true for end in ("low", "high")]
         wrong = (ends[0] > 0.0) | (ends[1] < 0.0)
-        middle, bottom = course(t, ends[0])
+        middle, bottom = course(time_s, ends[0])
         ax.fill_between(
-            middle, bottom, course(t, ends[1])[1], color=BAND, lw=0, label="90 % interval"
+            middle, bottom, course(time_s, ends[1])[1], color=BAND, lw=0, label="90 % interval"
         )
-        ax.plot(*course(t, data[f"estimate_own_{leg}"] - true), color=BLUE, label="estimate")
+        ax.plot(*course(time_s, data[f"estimate_own_{leg}"] - true), color=BLUE, label="estimate")
         ax.axhline(0.0, color=BLACK, lw=1.0, label="truth")
         low, high = limits(*ends, np.zeros(1))
         ax.set_ylim(low - 0.15 * (high - low), high)
-        _bars(ax, wrong, t, low - 0.08 * (high - low), VERMILION, 0.06 * (high - low))
+        _bars(ax, wrong, time_s, low - 0.08 * (high - low), VERMILION, 0.06 * (high - low))
         held = 100.0 * (1.0 - float(wrong.mean()))
-        ax.set_title(
-            f"{leg}, {LEG_NAME[leg]}: the interval holds the truth {held:.0f} % of the time"
-        )
+        ax.set_title(f"{leg}, {LEG_NAME[leg]}: truth inside for {held:.0f} % of the time")
         ax.set_ylabel("less truth [N]")
         mark(ax, events, start, end)
     handles, labels = axes[0].get_legend_handles_labels()
@@ -137,7 +139,7 @@ def estimate_errors(data: Columns, truth: Columns, events: Events) -> Figure:
 
 def residuals(data: Columns, method: str, suspect: Suspect | None, events: Events) -> Figure:
     """Per leg: expected minus estimated load, over the band of what friction could make of it."""
-    t, by_leg = data["t"], load_residuals(data, method)
+    time_s, by_leg = data["t"], load_residuals(data, method)
     figure, axes = new_figure(4, 6.3)
     ends = {
         leg: [
@@ -155,18 +157,18 @@ def residuals(data: Columns, method: str, suspect: Suspect | None, events: Event
         named = suspect is not None and suspect.leg == leg
         colour = VERMILION if named else BLUE
         if ends[leg]:
-            middle, bottom = course(t, ends[leg][0])
-            ax.fill_between(middle, bottom, course(t, ends[leg][1])[1], color=BAND, lw=0)
+            middle, bottom = course(time_s, ends[leg][0])
+            ax.fill_between(middle, bottom, course(time_s, ends[leg][1])[1], color=BAND, lw=0)
         else:
-            ax.plot(*envelope(t, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
-        ax.plot(*course(t, by_leg[leg]), color=colour, lw=1.2)
+            ax.plot(*envelope(time_s, by_leg[leg], 300), color=colour, lw=0.6, alpha=0.35)
+        ax.plot(*course(time_s, by_leg[leg]), color=colour, lw=1.2)
         ax.set_title(
             f"{leg}, {LEG_NAME[leg]}: median {median:+.0f} N" + ("  ← stands out" if named else "")
         )
         ax.set_ylim(low, high)
         ax.set_ylabel("residual [N]")
-        mark(ax, events, float(t[0]), float(t[-1]))
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
@@ -176,19 +178,19 @@ def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
     """
     pumped = "pump_power" in truth
     figure, axes = new_figure(6 if pumped else 5, 8.1 if pumped else 6.9, legend_rows=1)
-    t = data["t"]
+    time_s = data["t"]
     for ax, leg in zip(axes, LEGS, strict=False):
         for side, colour, label in (("a", BLUE, "A, piston side"), ("b", ORANGE, "B, rod side")):
             ax.plot(
-                *envelope(t, data[f"pressure_{side}_{leg}_vertical"] / 1e5),
+                *envelope(time_s, data[f"pressure_{side}_{leg}_vertical"] / 1e5),
                 color=colour,
                 lw=0.8,
                 label=label,
             )
         ax.set_title(f"{leg} vertical")
         ax.set_ylabel("[bar]")
-        mark(ax, events, float(t[0]), float(t[-1]))
-    axes[4].plot(*envelope(t, data["supply_pressure"] / 1e5), color=GREEN, lw=0.8)
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
+    axes[4].plot(*envelope(time_s, data["supply_pressure"] / 1e5), color=GREEN, lw=0.8)
     axes[4].set_title("supply")
     axes[4].set_ylabel("[bar]")
     if pumped:
@@ -197,10 +199,10 @@ def pressures(data: Columns, truth: Columns, events: Events) -> Figure:
         axes[5].set_title(f"pump: {power.mean():.1f} kW on average")
         axes[5].set_ylabel("[kW]")
     for ax in axes[4:]:
-        mark(ax, events, float(t[0]), float(t[-1]))
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
     handles, labels = axes[0].get_legend_handles_labels()
     add_legend(figure, handles, labels, 2)
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
@@ -216,37 +218,37 @@ def ropes_and_drill(
     force = truth["drill_wrench_in_world_fz"] * np.cos(slope) - truth[
         "drill_wrench_in_world_fx"
     ] * np.sin(slope)
-    torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{i}"] for i in "xyz"], axis=0)
+    torque = np.linalg.norm([truth[f"drill_wrench_in_world_t{axis}"] for axis in "xyz"], axis=0)
     drills = bool(np.any(force)) or bool(np.any(torque))
     deep = "hole_depth" in truth and bool(np.any(truth["hole_depth"]))
     figure, axes = new_figure(1 + 2 * drills + deep, 3.0 + 3.6 * drills + 2.0 * deep)
-    t = truth["t"]
+    time_s = truth["t"]
     for side, colour in zip(SIDES, (BLUE, VERMILION), strict=True):
         read = data.get(f"rope_tension_{side}")
         if read is not None:
             axes[0].plot(*envelope(data["t"], read / 1e3), color=colour, lw=0.6, alpha=0.4)
         axes[0].plot(
-            *course(t, rope_tension_n(truth, side) / 1e3), color=colour, lw=1.2, label=side
+            *course(time_s, rope_tension_n(truth, side) / 1e3), color=colour, lw=1.2, label=side
         )
     axes[0].set_title("rope tension, true over read")
     axes[0].set_ylabel("[kN]")
     axes[0].legend(loc="best", ncols=2)
     if drills:
-        axes[1].plot(*envelope(t, force / 1e3), color=ORANGE, lw=0.7)
+        axes[1].plot(*envelope(time_s, force / 1e3), color=ORANGE, lw=0.7)
         axes[1].set_title("drill's reaction, + lifts the body")
         axes[1].set_ylabel("[kN]")
-        axes[2].plot(*envelope(t, torque), color=SKY, lw=0.8)
+        axes[2].plot(*envelope(time_s, torque), color=SKY, lw=0.8)
         axes[2].set_title("drill's moment on the body")
         axes[2].set_ylabel("[N m]")
     if deep:
-        _hole(axes[-1], t, truth["hole_depth"], layers)
+        _hole(axes[-1], time_s, truth["hole_depth"], layers)
     for ax in axes:
-        mark(ax, events, float(t[0]), float(t[-1]))
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
-def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
+def _hole(ax: Axes, time_s: Array, depth_m: Array, layers: Layers) -> None:
     """Depth over time, downwards, over the layers that it goes through."""
     low, high = float(depth_m.min()), float(depth_m.max())
     room = max(0.08 * (high - low), 0.005)
@@ -267,7 +269,7 @@ def _hole(ax: Axes, t: Array, depth_m: Array, layers: Layers) -> None:
                 color=GREY,
             )
         top = bottom
-    ax.plot(*envelope(t, depth_m), color=BLUE)
+    ax.plot(*envelope(time_s, depth_m), color=BLUE)
     ax.set_ylim(high + room, max(low - room, 0.0))
     ax.set_title("depth of the hole, over the rock's layers" if layers else "depth of the hole")
     ax.set_ylabel("[m]")
@@ -278,9 +280,9 @@ def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS
     above.
     """
     figure, axes = new_figure(2, 4.2, [1.0, 2.2]) if events else new_figure(1, 2.9)
-    t, ax = truth["t"], axes[-1]
+    time_s, ax = truth["t"], axes[-1]
     for row, leg in enumerate(LEGS):
-        _bars(ax, truth[f"contact_normal_{leg}"] >= loss_n, t, row - 0.17, BLACK)
+        _bars(ax, truth[f"contact_normal_{leg}"] >= loss_n, time_s, row - 0.17, BLACK)
         if f"contact_{leg}" in data:
             _bars(ax, data[f"contact_{leg}"] >= SET, data["t"], row + 0.17, ORANGE)
     ax.set_yticks(range(4), LEGS)
@@ -288,9 +290,9 @@ def contacts(data: Columns, truth: Columns, events: Events, loss_n: float = LOSS
     ax.grid(visible=False, axis="y")
     ax.set_title("feet that carry: truth over detector")
     if events:
-        _name_events(axes[0], events, float(t[0]), float(t[-1]))
-    mark(ax, events, float(t[0]), float(t[-1]))
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+        _name_events(axes[0], events, float(time_s[0]), float(time_s[-1]))
+    mark(ax, events, float(time_s[0]), float(time_s[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
@@ -339,9 +341,9 @@ def word_places(
         reach = (at - long, at) if side == "right" else (at, at + long)
         row = next(
             (
-                k
-                for k, others in enumerate(taken)
-                if all(reach[1] <= a or b <= reach[0] for a, b in others)
+                index
+                for index, others in enumerate(taken)
+                if all(reach[1] <= start or stop <= reach[0] for start, stop in others)
             ),
             None,
         )
@@ -351,15 +353,25 @@ def word_places(
     return places
 
 
-def _slice(t: Array, start: float, end: float) -> slice:
-    return slice(int(np.searchsorted(t, start)), int(np.searchsorted(t, end, side="right")))
+def _slice(time_s: Array, start: float, end: float) -> slice:
+    return slice(
+        int(np.searchsorted(time_s, start)), int(np.searchsorted(time_s, end, side="right"))
+    )
 
 
 def _bars(
-    ax: Axes, flags: npt.NDArray[np.bool_], t: Array, row: float, colour: str, height: float = 0.26
+    ax: Axes,
+    flags: npt.NDArray[np.bool_],
+    time_s: Array,
+    row: float,
+    colour: str,
+    height: float = 0.26,
 ) -> None:
-    step = float(np.median(np.diff(t)))
-    spans = [(float(t[a]), float(t[b - 1] - t[a]) + step) for a, b in intervals(flags, t)]
+    step = float(np.median(np.diff(time_s)))
+    spans = [
+        (float(time_s[start]), float(time_s[stop - 1] - time_s[start]) + step)
+        for start, stop in intervals(flags, time_s)
+    ]
     ax.broken_barh(spans, (row - 0.5 * height, height), facecolors=colour, edgecolors="none")
 
 
@@ -371,5 +383,5 @@ def mark(ax: Axes, events: Events, start: float, end: float) -> None:
 
 
 def _event_word(event: Mapping[str, Any]) -> str:
-    place = next((str(event[k]) for k in ("leg", "rope", "side") if k in event), "")
+    place = next((str(event[key]) for key in ("leg", "rope", "side") if key in event), "")
     return f"{event['kind']} {place}".replace("_", " ").strip()

@@ -38,7 +38,7 @@ def heights_around(terrain: Terrain | None, path_m: Array) -> Heights | None:
     low, high = path_m.min(axis=0) - ROOM_M, path_m.max(axis=0) + ROOM_M
     cell = max(CELL_M, float((high - low).max()) / MOST_CELLS)
     counts = np.ceil((high - low) / cell).astype(int) + 1
-    x, y = (low[k] + cell * np.arange(counts[k]) for k in (0, 1))
+    x, y = (low[side] + cell * np.arange(counts[side]) for side in (0, 1))
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     values, _ = ground.surface(points)
     return Heights(float(low[0]), float(low[1]), cell, values.reshape(len(x), len(y)))

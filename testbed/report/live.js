@@ -32,7 +32,7 @@
   for (const rope of ["left", "right"]) find(`cut_${rope}`).onclick = () => order({kind: "cut_rope", rope});
   find("push").onclick = () => {
     const force = ["x", "y", "z"].map(axis => 1000 * find(`push_${axis}`).value);
-    order({kind: "shove", force_in_world_n: force, duration_s: +find("push_s").value});
+    order({kind: "shove", at: find("push_at").value, force_in_world_n: force, duration_s: +find("push_s").value});
   };
   find("friction_set").onclick = () => order({kind: "set_friction", friction: +find("friction").value});
   poll();

@@ -51,7 +51,9 @@ def plan(row: Mapping[str, Any]) -> dict[str, Any]:
     for leg in LEGS:
         (x, y), (dx, dy) = HIPS[leg], OUT[leg]
         legs.append({"name": leg, "hip": (x, y), "foot": (x + dx, y + dy)})
-    found = [{"name": e["name"], "at": place_on_plan(e["place"])} for e in row["effects"]]
+    found = [
+        {"name": effect["name"], "at": place_on_plan(effect["place"])} for effect in row["effects"]
+    ]
     return {"legs": legs, "found": found}
 
 
@@ -111,11 +113,11 @@ def _bars(by_leg: Mapping[str, Mapping[str, float]]) -> str:
 
     with plt.rc_context(RC):  # type: ignore[arg-type]
         drawing, panel = plt.subplots(figsize=(4.2, 2.3))
-        for k, (stage, colour, label) in enumerate(
+        for index, (stage, colour, label) in enumerate(
             (("before", GREY, "as believed"), ("after", BLUE, "with what was found"))
         ):
             heights = [by_leg[stage][leg] for leg in LEGS]
-            at = [i + 0.38 * k - 0.19 for i in range(len(LEGS))]
+            at = [place + 0.38 * index - 0.19 for place in range(len(LEGS))]
             bars = panel.bar(at, heights, 0.36, color=colour, label=label)
             panel.bar_label(bars, fmt="%.0f", padding=1, fontsize=7.5)
         panel.set_xticks(range(len(LEGS)), [LEG_NAME[leg] for leg in LEGS])

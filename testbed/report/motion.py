@@ -70,12 +70,12 @@ def motion_at(data: Columns, truth: Columns, slope_deg: float, robot: Robot, row
 
     def vectors(name: str) -> Array:
         """(n, 3) in the slope's frame."""
-        in_world: Array = np.stack([truth[f"{name}{k}"][rows] for k in "xyz"], axis=1)
+        in_world: Array = np.stack([truth[f"{name}{axis}"][rows] for axis in "xyz"], axis=1)
         return np.asarray(in_world @ to_slope.T)
 
     origin = vectors("body_pose_in_world_")
-    quaternions = np.stack([truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"], axis=1)
-    turn = np.array([to_slope @ rotation(*map(float, q)) for q in quaternions])
+    quaternions = np.stack([truth[f"body_pose_in_world_q{axis}"][rows] for axis in "xyzw"], axis=1)
+    turn = np.array([to_slope @ rotation(*map(float, quaternion)) for quaternion in quaternions])
     joints = np.stack([data[f"position_{axis}"][rows] for axis in AXES], axis=1)
     feet_in_body = np.array([robot.legs.feet(row) for row in joints])
     nothing = np.zeros(len(rows))
@@ -98,7 +98,9 @@ def footholds(motion: Motion, leg: int) -> Array:
     carries = motion.normal_n[:, leg] >= motion.bears_n
     edges = np.flatnonzero(np.diff(np.concatenate([[False], carries, [False]]).astype(int)))
     spans = edges.reshape(-1, 2)
-    return np.array([motion.feet_m[a:b, leg, :2].mean(axis=0) for a, b in spans]).reshape(-1, 2)
+    return np.array(
+        [motion.feet_m[start:stop, leg, :2].mean(axis=0) for start, stop in spans]
+    ).reshape(-1, 2)
 
 
 def support(motion: Motion, moment: int) -> tuple[Array, Array]:
@@ -108,7 +110,7 @@ def support(motion: Motion, moment: int) -> tuple[Array, Array]:
     around = [LEGS.index(leg) for leg in ("fl", "fr", "rr", "rl")]
     normal = motion.normal_n[moment].clip(min=0.0)
     places = motion.feet_m[moment, :, :2]
-    corners = [k for k in around if normal[k] >= motion.bears_n]
+    corners = [foot for foot in around if normal[foot] >= motion.bears_n]
     total = float(normal.sum())
     middle = normal @ places / total if total > 0.0 else places.mean(axis=0)
     return places[corners], middle

@@ -55,8 +55,8 @@ def plan_view(motion: Motion, weakest: Motion, margin: float, ground: Heights | 
         corners[:, 1], corners[:, 0], fc=SUPPORT, ec=BLUE, zorder=0.5, label="feet that carry then"
     )
     ax.plot(load[1], load[0], "x", color=BLACK, ms=7, mew=1.8, label="where their load acts")
-    for k, leg in enumerate(LEGS):
-        stood = footholds(motion, k)
+    for index, leg in enumerate(LEGS):
+        stood = footholds(motion, index)
         ax.plot(stood[:, 1], stood[:, 0], "o", ms=5, mfc="none", color=LEG_COLOUR[leg], label=leg)
     ax.plot(path[:, 1], path[:, 0], color=BLACK, lw=1.4, label="body")
     ax.plot(path[-1, 1], path[-1, 0], "o", color=BLACK, ms=3)
@@ -107,55 +107,57 @@ def _shade(ax: Axes, ground: Heights) -> None:
 def strokes(data: Columns, events: Events) -> Figure:
     """Per joint: every leg's position and, dashed, its set point."""
     figure, axes = new_figure(len(JOINTS), 5.4, legend_rows=1)
-    t = data["t"]
+    time_s = data["t"]
     for ax, joint in zip(axes, JOINTS, strict=True):
         factor, unit = JOINT_UNITS[joint]
         for leg in LEGS:
             colour, wanted = LEG_COLOUR[leg], data.get(f"reference_{leg}_{joint}")
-            ax.plot(*course(t, factor * data[f"position_{leg}_{joint}"]), color=colour, label=leg)
+            ax.plot(
+                *course(time_s, factor * data[f"position_{leg}_{joint}"]), color=colour, label=leg
+            )
             if wanted is not None:
-                ax.plot(*course(t, factor * wanted), color=colour, lw=0.7, ls="--")
+                ax.plot(*course(time_s, factor * wanted), color=colour, lw=0.7, ls="--")
         ax.set_title(joint)
         ax.set_ylabel(unit)
-        mark(ax, events, float(t[0]), float(t[-1]))
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
     add_legend(figure, *axes[0].get_legend_handles_labels(), 4)
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
 def body(truth: Columns, up_m: Array, tilt_deg: Array, margin: Array, events: Events) -> Figure:
     """The body's way up the slope, its tilt against the slope's normal and its stability margin."""
     figure, axes = new_figure(3, 4.2)
-    t = truth["t"]
+    time_s = truth["t"]
     rows = (
         (up_m * 1e3, "way up the slope", "[mm]", BLUE),
         (tilt_deg, "tilt of the drill axis", "[deg]", VERMILION),
         (margin, "stability margin", "[share]", GREEN),
     )
     for ax, (values, title, unit, colour) in zip(axes, rows, strict=True):
-        ax.plot(*envelope(t, values), color=colour)
+        ax.plot(*envelope(time_s, values), color=colour)
         ax.set_title(title)
         ax.set_ylabel(unit)
-        mark(ax, events, float(t[0]), float(t[-1]))
+        mark(ax, events, float(time_s[0]), float(time_s[-1]))
     axes[2].set_ylim(bottom=0.0)
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
 def grip(truth: Columns, friction: float, events: Events, bears_n: float) -> Figure:
     """Per foot: the share of its grip that it takes, where it carries `bears_n` or more."""
     figure, axes = new_figure(1, 2.9, legend_rows=1)
-    t, ax = truth["t"], axes[0]
+    time_s, ax = truth["t"], axes[0]
     for leg in LEGS:
         use = friction_use(truth, leg, friction, bears_n)
-        ax.plot(*envelope(t, use), color=LEG_COLOUR[leg], label=leg)
+        ax.plot(*envelope(time_s, use), color=LEG_COLOUR[leg], label=leg)
     ax.axhline(1.0, color=BLACK, lw=0.8, ls="--")
     ax.set_title(f"friction use, of a coefficient of {friction:g}")
     ax.set_ylabel("[share]")
     ax.set_ylim(0.0, 1.15)
-    mark(ax, events, float(t[0]), float(t[-1]))
+    mark(ax, events, float(time_s[0]), float(time_s[-1]))
     add_legend(figure, *ax.get_legend_handles_labels(), 4)
-    finish_time_axis(axes, float(t[0]), float(t[-1]))
+    finish_time_axis(axes, float(time_s[0]), float(time_s[-1]))
     return figure
 
 
@@ -163,7 +165,7 @@ def friction_use(truth: Columns, leg: str, friction: float, bears_n: float) -> A
     """Tangential force over coefficient times normal force (rows); nan where the foot does not
     carry.
     """
-    force = np.stack([truth[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"])
+    force = np.stack([truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"])
     normal = truth[f"contact_normal_{leg}"]
     tangential = np.sqrt(np.maximum((force**2).sum(axis=0) - normal**2, 0.0))
     carries = normal >= bears_n

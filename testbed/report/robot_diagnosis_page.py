@@ -24,51 +24,56 @@ SHOWN = 8
 """So many rivals stand in the table."""
 
 
-def page(d: RobotDiagnosis) -> str:
+def page(diagnosis: RobotDiagnosis) -> str:
     """The page's text."""
-    return render("robot_diagnosis.html.j2", contents(d))
+    return render("robot_diagnosis.html.j2", contents(diagnosis))
 
 
-def contents(d: RobotDiagnosis) -> dict[str, Any]:
+def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
     """Everything the page's template shows."""
-    found = as_json(d)
-    singles = [(names[0], factor) for names, factor in d.signs.sets if len(names) == 1]
+    found = as_json(diagnosis)
+    singles = [(names[0], factor) for names, factor in diagnosis.signs.sets if len(names) == 1]
     return {
-        "name": d.name,
-        "verdict": d.verdict.kind,
-        "headline": headline(d),
-        "effects": [e | {"text": by_name(e["name"]).text} for e in found["effects"]],
+        "name": diagnosis.name,
+        "verdict": diagnosis.verdict.kind,
+        "headline": headline(diagnosis),
+        "effects": [effect | {"text": by_name(effect["name"]).text} for effect in found["effects"]],
         "hypotheses": [
-            (" + ".join(spoken(n) for n in h["names"]) or "none", h["probability"])
-            for h in found["hypotheses"][:6]
+            (
+                " + ".join(spoken(name) for name in hypothesis["names"]) or "none",
+                hypothesis["probability"],
+            )
+            for hypothesis in found["hypotheses"][:6]
         ],
-        "errors": _rows(d),
+        "errors": _rows(diagnosis),
         "learnt": round(100 * LEARNT_SHARE),
         "rivals": [(spoken(name), factor) for name, factor in singles[:SHOWN]],
         "left_out": found["left_out"],
-        "resembles": spoken(d.resembles) if d.resembles else "",
-        "force": force_figure(d),
-        "places": place_figure(d),
+        "resembles": spoken(diagnosis.resembles) if diagnosis.resembles else "",
+        "force": force_figure(diagnosis),
+        "places": place_figure(diagnosis),
     }
 
 
-def headline(d: RobotDiagnosis) -> str:
+def headline(diagnosis: RobotDiagnosis) -> str:
     """One sentence."""
-    if d.verdict.kind == "effect":
-        words = [f"{spoken(f.name)} ({by_name(f.kind).text})" for f in d.found]
+    if diagnosis.verdict.kind == "effect":
+        words = [
+            f"{spoken(finding.name)} ({by_name(finding.kind).text})" for finding in diagnosis.found
+        ]
         return "The model lacks " + " and ".join(words) + "."
-    if d.verdict.kind == "unnamed":
+    if diagnosis.verdict.kind == "unnamed":
         return "The machine does not fit its model, and none of the known effects explains it."
     return "Nothing stands out: the model lacks nothing that this run can show."
 
 
-def _rows(d: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
+def _rows(diagnosis: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
     """(balance, unit, stage -> RMS) of the balances that a reader wants to see: forces, and those
     that changed.
     """
     units = {FORCES: ("N, N m", 1.0), "feet": ("mm", 1e3), "supply": ("bar", 1e-5)}
     out = []
-    for group, row in d.errors.items():
+    for group, row in diagnosis.errors.items():
         unit, factor = units.get(group, ("cm³/s", 1e6))
         changed = abs(row["after"] - row["refit"]) > 0.02 * row["refit"]
         if group in units or changed:
@@ -77,18 +82,18 @@ def _rows(d: RobotDiagnosis) -> list[tuple[str, str, dict[str, str]]]:
     return out
 
 
-def force_figure(d: RobotDiagnosis) -> str:
+def force_figure(diagnosis: RobotDiagnosis) -> str:
     """What the body's balance of forces misses against time: as believed grey, with the effects
     blue.
     """
     import matplotlib.pyplot as plt
 
-    body = d.balances.body
+    body = diagnosis.balances.body
     missing = body.missing.copy()
     frames = body.seen.slope_frame
     stages = [("as believed", GREY, missing)]
-    if d.found:
-        stages.append(("with what was found", BLUE, missing - _explained(d)))
+    if diagnosis.found:
+        stages.append(("with what was found", BLUE, missing - _explained(diagnosis)))
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panels = plt.subplots(1, 3, figsize=(10.4, 2.3), sharey=True)
         for axis, (panel, words) in enumerate(zip(panels, COMPONENTS, strict=True)):
@@ -105,13 +110,13 @@ def force_figure(d: RobotDiagnosis) -> str:
     return text
 
 
-def _explained(d: RobotDiagnosis) -> Array:
+def _explained(diagnosis: RobotDiagnosis) -> Array:
     """(n, 18) what the found effects make the balances miss."""
-    body = d.balances.body
+    body = diagnosis.balances.body
     out, first = np.zeros_like(body.missing), 0
-    for name in d.verdict.chosen.names:
-        for change in d.balances.candidates[name].signature.values():
-            number = d.verdict.chosen.mean[first]
+    for name in diagnosis.verdict.chosen.names:
+        for change in diagnosis.balances.candidates[name].signature.values():
+            number = diagnosis.verdict.chosen.mean[first]
             first += 1
             for axis, force in change.force.items():
                 out += number * body.by_force[:, :, axis] * force[:, None]
@@ -121,20 +126,22 @@ def _explained(d: RobotDiagnosis) -> Array:
     return out
 
 
-def place_figure(d: RobotDiagnosis) -> str:
+def place_figure(diagnosis: RobotDiagnosis) -> str:
     """Evidence of the best single effect at each place, in units of belief (natural logarithm)."""
     import matplotlib.pyplot as plt
 
     others = ("body", "rope", "rope_left", "rope_right", "drill", "supply")
     feet = tuple(f"foot_{leg}" for leg in ("fl", "fr", "rl", "rr"))
     places = (*AXES, *others, *feet)
-    best = [max(_at(d.signs.sets, place), default=0.0) for place in places]
-    chosen = {name.partition("@")[2] for name in d.verdict.chosen.names}
+    best = [max(_at(diagnosis.signs.sets, place), default=0.0) for place in places]
+    chosen = {name.partition("@")[2] for name in diagnosis.verdict.chosen.names}
     with plt.rc_context(RC):  # type: ignore[arg-type]
         figure, panel = plt.subplots(figsize=(10.4, 2.4))
         colours = [BLUE if place in chosen else GREY for place in places]
         panel.bar(range(len(places)), best, color=colours)
-        panel.set_xticks(range(len(places)), [p.replace("_", " ") for p in places], rotation=60)
+        panel.set_xticks(
+            range(len(places)), [place.replace("_", " ") for place in places], rotation=60
+        )
         panel.set_ylabel("ln of evidence")
         figure.tight_layout()
         text = svg(figure, "robot-places")
@@ -143,4 +150,6 @@ def place_figure(d: RobotDiagnosis) -> str:
 
 
 def _at(sets: Sequence[tuple[tuple[str, ...], float]], place: str) -> list[float]:
-    return [f for names, f in sets if len(names) == 1 and names[0].partition("@")[2] == place]
+    return [
+        factor for names, factor in sets if len(names) == 1 and names[0].partition("@")[2] == place
+    ]

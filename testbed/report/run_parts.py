@@ -73,7 +73,10 @@ def shown(
     if recorded(data, truth):
         motion = motion_at(data, truth, slope_deg, robot, frame_rows(truth))
         ground = heights_around(terrain, motion.feet_m[:, :, :2].reshape(-1, 2))
-    layers = [(x["kind"], x["bottom_m"]) for x in (summary.get("drill") or {}).get("layers") or []]
+    layers = [
+        (layer["kind"], layer["bottom_m"])
+        for layer in (summary.get("drill") or {}).get("layers") or []
+    ]
     events = summary.get("events") or []
     return Shown(data, truth, slope_deg, robot, terrain, events, layers, named, motion, ground)
 

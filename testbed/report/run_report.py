@@ -108,7 +108,9 @@ def _words(summary: Mapping[str, Any], named: Suspect | None) -> list[str]:
             "numbers); the model knows its drawing alone."
         )
     for effect in summary.get("undeclared") or []:
-        numbers = ", ".join(f"{k} {v:g}" for k, v in effect["parameters"].items())
+        numbers = ", ".join(
+            f"{name} {parameter:g}" for name, parameter in effect["parameters"].items()
+        )
         lines.append(
             f"Hidden in this world and unknown to the model: {effect['effect']} at {effect['at']} ({numbers})."
         )
@@ -119,18 +121,24 @@ def _errors(summary: Mapping[str, Any]) -> list[list[str]]:
     rows = []
     for method, by_leg in (summary.get("force_rms_by_leg_n") or {}).items():
         values = [*(by_leg.get(leg) for leg in LEGS), summary["force_rms_n"].get(method)]
-        rows.append([method_name(method), *("–" if v is None else f"{v:.0f}" for v in values)])
+        rows.append(
+            [method_name(method), *("–" if value is None else f"{value:.0f}" for value in values)]
+        )
     return rows
 
 
 def _events(events: list[dict[str, Any]]) -> dict[str, Any]:
     shown = [
         {
-            "t": float(e["t"]),
-            "what": str(e["kind"]).replace("_", " "),
-            "more": ", ".join(f"{k} {_short(v)}" for k, v in e.items() if k not in ("t", "kind")),
+            "t": float(event["t"]),
+            "what": str(event["kind"]).replace("_", " "),
+            "more": ", ".join(
+                f"{name} {_short(value)}"
+                for name, value in event.items()
+                if name not in ("t", "kind")
+            ),
         }
-        for e in events[:MOST_EVENTS]
+        for event in events[:MOST_EVENTS]
     ]
     return {"events": shown, "events_left_out": max(len(events) - MOST_EVENTS, 0)}
 

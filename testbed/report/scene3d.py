@@ -109,7 +109,9 @@ def _blueprint() -> Any:
     import rerun.blueprint as rrb
 
     def lines(name: str, *origins: str) -> Any:
-        return rrb.TimeSeriesView(name=name, origin="/", contents=[f"+ /{o}/**" for o in origins])
+        return rrb.TimeSeriesView(
+            name=name, origin="/", contents=[f"+ /{origin}/**" for origin in origins]
+        )
 
     loads = [lines(f"load {LEG_NAME[leg]} [N]", f"load/{leg}") for leg in LEGS]
     rest = [
@@ -172,30 +174,32 @@ def _shapes(rr: Any, recording: Any, path: str, drawn: list[Shape]) -> None:
     from scipy.spatial.transform import Rotation
 
     for kind in ("box", "cylinder", "sphere"):
-        here = [s for s in drawn if s.kind == kind]
+        here = [shape for shape in drawn if shape.kind == kind]
         if not here:
             continue
         common: dict[str, Any] = {
-            "centers": [s.centre for s in here],
-            "quaternions": Rotation.from_euler("xyz", [s.rpy for s in here]).as_quat(),
-            "colors": [[round(255 * c) for c in COLOURS[s.colour]] for s in here],
+            "centers": [shape.centre for shape in here],
+            "quaternions": Rotation.from_euler("xyz", [shape.rpy for shape in here]).as_quat(),
+            "colors": [[round(255 * colour) for colour in COLOURS[shape.colour]] for shape in here],
             "fill_mode": "solid",
         }
         if kind == "box":
-            solid = rr.Boxes3D(sizes=[s.size for s in here], **common)
+            solid = rr.Boxes3D(sizes=[shape.size for shape in here], **common)
         elif kind == "cylinder":
             solid = rr.Cylinders3D(
-                radii=[s.size[0] for s in here], lengths=[s.size[1] for s in here], **common
+                radii=[shape.size[0] for shape in here],
+                lengths=[shape.size[1] for shape in here],
+                **common,
             )
         else:
-            solid = rr.Ellipsoids3D(half_sizes=[[s.size[0]] * 3 for s in here], **common)
+            solid = rr.Ellipsoids3D(half_sizes=[[shape.size[0]] * 3 for shape in here], **common)
         recording.log(f"{path}/{kind}", solid, static=True)
 
 
 def _way(ground: Ground, truth: Columns) -> tuple[float, float, float, float]:
     """(least x, greatest x, least y, greatest y) of the body in the slope's frame, with room."""
     body = (
-        np.column_stack([truth[f"body_pose_in_world_{k}"] for k in "xyz"])
+        np.column_stack([truth[f"body_pose_in_world_{axis}"] for axis in "xyz"])
         @ ground.rotation_slope_to_world
     )
     low, high = np.nanmin(body, axis=0) - ROOM_M, np.nanmax(body, axis=0) + ROOM_M
@@ -253,14 +257,17 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: Reco
             place, turned_by = joint.pose(data[f"position_{joint.name}"][at])
             columns = rr.Transform3D.columns(translation=place, quaternion=_quaternions(turned_by))
             recording.send_columns(paths[joint.child], when, columns)
-    turns = np.array([rotation(*q) for q in turned])
+    turns = np.array([rotation(*quaternion) for quaternion in turned])
     positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
     feet = body[:, None] + np.array(
-        [robot.legs.feet(q) @ turn.T for q, turn in zip(positions, turns, strict=True)]
+        [
+            robot.legs.feet(position) @ turn.T
+            for position, turn in zip(positions, turns, strict=True)
+        ]
     )
-    for k, leg in enumerate(LEGS):
+    for index, leg in enumerate(LEGS):
         force = _vectors(truth, f"foot_force_in_world_{leg}", at)
-        beside = feet[:, k] + turns[:, :, 1] * (ASIDE_M if leg.endswith("l") else -ASIDE_M)
+        beside = feet[:, index] + turns[:, :, 1] * (ASIDE_M if leg.endswith("l") else -ASIDE_M)
         _arrow(rr, recording, when, f"world/force/{leg}", beside, force, _rgb(LEG_COLOUR[leg]))
     bit = body + turns @ robot.model.drill_mount_m
     _arrow(
@@ -275,9 +282,9 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: Reco
     if scenario.ropes.enabled:
         ground = make_ground(scenario.terrain)
         anchors = anchors_in_world(scenario.ropes, ground.rotation_slope_to_world)
-        for k, side in enumerate(SIDES):
-            lower = body + turns @ robot.model.rope_attachments_m[k]
-            along = anchors[k] - lower
+        for index, side in enumerate(SIDES):
+            lower = body + turns @ robot.model.rope_attachments_m[index]
+            along = anchors[index] - lower
             far = np.linalg.norm(along, axis=1)[:, None]
             ends = np.stack([lower, lower + along * np.minimum(ROPE_M / far, 1.0)], axis=1)
             path = f"world/rope/{side}"

@@ -51,7 +51,7 @@ def page(title: str, results: Results, planned: int) -> str:
             "stood": sum(entry["summary"].get("verdict") == "stood" for entry in results),
             "figure": _figure(results),
             "heads": heads,
-            "worst": [rows[k] for k in worst(results)],
+            "worst": [rows[place] for place in worst(results)],
             "rows": rows[:MOST_ROWS],
             "left_out": max(len(rows) - MOST_ROWS, 0),
             "glossary": (*ESTIMATE_WORDS, *SAFETY_WORDS),
@@ -123,8 +123,8 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
         drawn: Any = ax.scatter(axes[0], axes[1] if len(axes) > 1 else found, c=found, s=18, **look)
     else:
         drawn = ax.imshow(_means(axes, kinds, found), origin="lower", aspect="auto", **look)
-        ax.set_xticks(range(len(kinds[0])), [str(v) for v in kinds[0]])
-        ax.set_yticks(range(len(kinds[1])), [str(v) for v in kinds[1]])
+        ax.set_xticks(range(len(kinds[0])), [str(kind) for kind in kinds[0]])
+        ax.set_yticks(range(len(kinds[1])), [str(kind) for kind in kinds[1]])
     ax.set_xlabel(paths[0])
     if len(paths) > 1:
         ax.set_ylabel(paths[1])
@@ -134,7 +134,7 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
 def _kinds(column: Sequence[Any]) -> list[Any]:
     """The values that occur, sorted where they can be."""
     kinds = list(dict.fromkeys(column))
-    return sorted(kinds) if all(isinstance(v, (int, float)) for v in kinds) else kinds
+    return sorted(kinds) if all(isinstance(kind, (int, float)) for kind in kinds) else kinds
 
 
 def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found: Array) -> Array:
@@ -142,14 +142,14 @@ def _means(axes: Sequence[Sequence[Any]], kinds: Sequence[Sequence[Any]], found:
     is none.
     """
     out = np.full((len(kinds[1]), len(kinds[0])), np.nan)
-    for i, first in enumerate(kinds[0]):
-        for j, second in enumerate(kinds[1]):
+    for index, first in enumerate(kinds[0]):
+        for column, second in enumerate(kinds[1]):
             here = [
-                k
-                for k, value in enumerate(axes[0])
-                if value == first and (len(axes) < 2 or axes[1][k] == second)
+                place
+                for place, value in enumerate(axes[0])
+                if value == first and (len(axes) < 2 or axes[1][place] == second)
             ]
             cell = found[here]
             if np.isfinite(cell).any():
-                out[j, i] = np.nanmean(cell)
+                out[column, index] = np.nanmean(cell)
     return out

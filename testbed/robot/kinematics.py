@@ -46,12 +46,12 @@ class LegKinematics:
 
     def feet(self, joints: Array) -> Array:
         """Undersides of the feet (4, 3), m, from joints (12), rad and m."""
-        q = np.asarray(joints).reshape(4, 3)
-        angle, reach = self.directions_rad + q[:, 0], self.offsets_m + q[:, 1]
+        angles = np.asarray(joints).reshape(4, 3)
+        angle, reach = self.directions_rad + angles[:, 0], self.offsets_m + angles[:, 1]
         out = self.hips_m.copy()
         out[:, 0] += reach * np.cos(angle)
         out[:, 1] += reach * np.sin(angle)
-        out[:, 2] = self.retracted_m - q[:, 2]
+        out[:, 2] = self.retracted_m - angles[:, 2]
         return out
 
     def joints(self, feet: Array) -> Array:
@@ -119,9 +119,9 @@ def length(x: float, y: float) -> float:
 
 
 @njit
-def exact_square(v: float) -> tuple[float, float]:
-    """V * v as the sum of two numbers (Dekker, Numerische Mathematik 18, 1971)."""
-    scaled = v * 134217729.0
-    high = scaled - (scaled - v)
-    low, square = v - high, v * v
+def exact_square(value: float) -> tuple[float, float]:
+    """A value's square as the sum of two numbers (Dekker, Numerische Mathematik 18, 1971)."""
+    scaled = value * 134217729.0
+    high = scaled - (scaled - value)
+    low, square = value - high, value * value
     return square, ((high * high - square) + 2.0 * high * low) + low * low

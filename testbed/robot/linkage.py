@@ -96,15 +96,15 @@ def joint_to_cylinder(positions: Any, linkages: Any, extensions: Any, arms: Any)
     """Fill `extensions` (n, m) and `arms` (n, m/rad or 1) from joint positions (n, rad and m) and
     their `Linkage` records (n).
     """
-    for i in range(positions.shape[0]):
-        extensions[i] = length_of(positions[i], linkages[i]) - linkages[i].closed
-        arms[i] = arm_of(positions[i], linkages[i])
+    for index in range(positions.shape[0]):
+        extensions[index] = length_of(positions[index], linkages[index]) - linkages[index].closed
+        arms[index] = arm_of(positions[index], linkages[index])
 
 
 @njit
 def _joint_to_cylinder_rows(positions: Any, linkages: Any, extensions: Any, arms: Any) -> None:
-    for k in range(positions.shape[0]):
-        joint_to_cylinder(positions[k], linkages, extensions[k], arms[k])
+    for index in range(positions.shape[0]):
+        joint_to_cylinder(positions[index], linkages, extensions[index], arms[index])
 
 
 @dataclass(frozen=True, eq=False)

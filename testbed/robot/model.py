@@ -115,7 +115,9 @@ class RobotModel:
         """Centres of mass of what each axis moves directly, body frame, (12, 3), AXES order, m."""
         pin.forwardKinematics(self._model, self._data, self._full(positions))
         joints = [self._model.getJointId(name) for name in AXES]
-        return np.array([self._data.oMi[j].act(self._model.inertias[j].lever) for j in joints])
+        return np.array(
+            [self._data.oMi[joint].act(self._model.inertias[joint].lever) for joint in joints]
+        )
 
     def mass_matrix(self, positions: ArrayLike) -> Array:
         """Joint-space inertia (18, 18), body velocity in the body frame at the body's origin."""
@@ -166,8 +168,9 @@ class RobotModel:
         by = np.asarray(by)[self._order]
         joints = [model.getJointId(name) for name in AXES]
         links = [
-            by[:, 10 * (j - 1)] + by[:, 10 * j - 9 : 10 * j - 6] @ model.inertias[j].lever
-            for j in joints
+            by[:, 10 * (joint - 1)]
+            + by[:, 10 * joint - 9 : 10 * joint - 6] @ model.inertias[joint].lever
+            for joint in joints
         ]
         return np.column_stack(links), by[:, :4].copy()
 
@@ -185,9 +188,9 @@ class RobotModel:
         pin.updateFramePlacements(self._model, self._data)
         points = np.array([self._data.oMf[frame].translation for frame in self._feet])
         jacobians = np.empty((len(LEGS), 3, len(AXES)))
-        for k, frame in enumerate(self._feet):
+        for index, frame in enumerate(self._feet):
             full = pin.getFrameJacobian(self._model, self._data, frame, pin.LOCAL_WORLD_ALIGNED)
-            jacobians[k] = full[:3, self._v_index]
+            jacobians[index] = full[:3, self._v_index]
         return points, jacobians
 
     def leg_numbers(self) -> NDArray[Any]:
@@ -199,21 +202,21 @@ class RobotModel:
         pin.computeJointJacobians(model, data, zero)
         pin.updateFramePlacements(model, data)
         legs = LegNumbers.zeros(len(LEGS))
-        for k, leg in enumerate(legs):
-            names = AXES[3 * k : 3 * k + 3]
+        for index, leg in enumerate(legs):
+            names = AXES[3 * index : 3 * index + 3]
             joints = [model.getJointId(name) for name in names]
             first = data.oMi[joints[0]]
             slide = pin.getJointJacobian(model, data, joints[1], pin.LOCAL_WORLD_ALIGNED)
             leg["hip"] = first.translation
             leg["yaw"] = np.arctan2(first.rotation[1, 0], first.rotation[0, 0])
-            leg["radial"] = slide[:3, self._v_index[3 * k + 1]]
-            for i, joint in enumerate(joints):
+            leg["radial"] = slide[:3, self._v_index[3 * index + 1]]
+            for place, joint in enumerate(joints):
                 link, placed = model.inertias[joint], data.oMi[joint]
-                leg["links"]["centre"][i] = placed.act(link.lever) - first.translation
-                leg["links"]["mass"][i] = link.mass
-                leg["links"]["inertia"][i] = np.diag(link.inertia)
+                leg["links"]["centre"][place] = placed.act(link.lever) - first.translation
+                leg["links"]["mass"][place] = link.mass
+                leg["links"]["inertia"][place] = np.diag(link.inertia)
             leg["foot_radius"] = self.foot_radius_m
-            leg["foot"] = (data.oMf[self._feet[k]].translation - first.translation)[:2]
+            leg["foot"] = (data.oMf[self._feet[index]].translation - first.translation)[:2]
         return legs
 
     def base_mass(self) -> tuple[float, Array]:

@@ -69,8 +69,8 @@ def wrench_margin_n(
         held = np.hstack([held, np.asarray(ropes, dtype=float).T])
         limits = np.array(tensions_n) / scale
         low, high = (
-            np.concatenate([ends[:-1], limits[:, k], ends[-1:]])
-            for k, ends in enumerate((low, high))
+            np.concatenate([ends[:-1], limits[:, index], ends[-1:]])
+            for index, ends in enumerate((low, high))
         )
     wanted = -np.asarray(load, dtype=float) / scale
     arms = np.cross(np.asarray(at_m, dtype=float), DIRECTIONS)
@@ -123,7 +123,8 @@ def tipping_work_j(feet_m: ArrayLike, forces_n: ArrayLike, points_m: ArrayLike) 
     if len(feet) < 3:
         return 0.0
     return min(
-        _edge_work_j(a, b, np.asarray(forces_n), np.asarray(points_m)) for a, b in _edges(feet)
+        _edge_work_j(start, end, np.asarray(forces_n), np.asarray(points_m))
+        for start, end in _edges(feet)
     )
 
 
@@ -132,7 +133,7 @@ def _edges(feet: Array) -> list[tuple[Array, Array]]:
     middle = feet[:, :2].mean(axis=0)
     around = np.argsort(np.arctan2(feet[:, 1] - middle[1], feet[:, 0] - middle[0]))
     ring = feet[around]
-    return [(ring[k], ring[(k + 1) % len(ring)]) for k in range(len(ring))]
+    return [(ring[index], ring[(index + 1) % len(ring)]) for index in range(len(ring))]
 
 
 def _edge_work_j(start: Array, end: Array, forces: Array, points: Array) -> float:

@@ -143,7 +143,10 @@ def draw_machine(name: str | None, seed: int, drawing: Machine) -> Drawn:
             unit, value = declared.unit, tolerance.applied(declared.value, drawn)
             changes[number] = value
         numbers[number] = {"value": value, "unit": unit}
-    hidden = (Undeclared(effect=e, at=at, parameters=p) for (e, at), p in effects.items())
+    hidden = (
+        Undeclared(effect=e, at=at, parameters=parameters)
+        for (e, at), parameters in effects.items()
+    )
     return Drawn(changes, tuple(hidden), factor, numbers)
 
 

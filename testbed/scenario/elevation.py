@@ -98,7 +98,7 @@ def _esri(path: Path) -> Grid:
         while lines and lines[0].split() and lines[0].split()[0][0].isalpha():
             key, value = lines.pop(0).split()
             head[key.lower()] = float(value)
-        rows = np.array([[float(v) for v in line.split()] for line in lines if line.strip()])
+        rows = np.array([[float(word) for word in line.split()] for line in lines if line.strip()])
     except (ValueError, UnicodeDecodeError, IndexError) as error:
         raise InputError(
             "is no Esri ASCII grid", file=path, allowed="header lines `name value`, then rows"
@@ -132,17 +132,20 @@ def _geotiff(path: Path) -> Grid:
         raise InputError("needs the extra `geo`", file=path, allowed=way) from error
     try:
         with rasterio.open(path) as data:
-            rows, t = data.read(1, masked=True).astype(np.float64).filled(np.nan), data.transform
+            rows, transform = (
+                data.read(1, masked=True).astype(np.float64).filled(np.nan),
+                data.transform,
+            )
             metres = data.crs is None or not data.crs.is_geographic
     except rasterio.errors.RasterioError as error:
         raise InputError("is no GeoTIFF", file=path) from error
-    if not metres or t.b or t.d or not np.isclose(t.a, -t.e):
+    if not metres or transform.b or transform.d or not np.isclose(transform.a, -transform.e):
         raise InputError(
             "is not on a square grid in metres that looks north",
             file=path,
             allowed="a projected coordinate system with square cells",
         )
-    corner = (t.c + t.a / 2, t.f + t.e * (rows.shape[0] - 0.5))
+    corner = (transform.c + transform.a / 2, transform.f + transform.e * (rows.shape[0] - 0.5))
     return Grid(
-        np.ascontiguousarray(rows[::-1].T), float(t.a), (float(corner[0]), float(corner[1]))
+        np.ascontiguousarray(rows[::-1].T), float(transform.a), (float(corner[0]), float(corner[1]))
     )

@@ -123,8 +123,8 @@ def _plane(grid: Grid, x0: float, y0: float) -> tuple[Array, float]:
         raise InputError(
             "has no heights around the robot's place", field="terrain.elevation.centre_m"
         )
-    a = np.column_stack([x[near], y[near], np.ones(near.sum())])
-    gx, gy, height = np.linalg.lstsq(a, grid.heights_m[near], rcond=None)[0]
+    design = np.column_stack([x[near], y[near], np.ones(near.sum())])
+    gx, gy, height = np.linalg.lstsq(design, grid.heights_m[near], rcond=None)[0]
     return np.array([gx, gy]), float(height)
 
 

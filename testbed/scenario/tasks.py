@@ -75,14 +75,14 @@ class Sway(Checked):
     @field_validator("amplitude_m")
     @classmethod
     def _small(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if any(not 0 <= v <= WIDEST_SWAY_M for v in value):
+        if any(not 0 <= amplitude <= WIDEST_SWAY_M for amplitude in value):
             raise impossible("reaches beyond the legs", f"0 to {WIDEST_SWAY_M:g} m")
         return value
 
     @field_validator("period_s")
     @classmethod
     def _slow(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        if any(v < FASTEST_SWAY_S for v in value):
+        if any(period < FASTEST_SWAY_S for period in value):
             raise impossible("is faster than the cylinders", f"at least {FASTEST_SWAY_S:g} s")
         return value
 
@@ -243,7 +243,7 @@ class Crawl(Checked):
             if getattr(self, name) != Crawl.model_fields[name].default:
                 raise impossible(f"{name} beside waypoints_m, which rule it", "one of both")
         places = ((0.0, 0.0), *self.waypoints_m)
-        if any(math.dist(a, b) < NEAREST_M for a, b in pairwise(places)):
+        if any(math.dist(one, other) < NEAREST_M for one, other in pairwise(places)):
             raise impossible("waypoints_m: two of them are the same place", "at least 0.01 m apart")
         return self
 
@@ -303,11 +303,11 @@ class Chain(Checked):
             raise impossible(
                 "tasks: drills twice; the store holds the rods of one hole", "one drill"
             )
-        for k, task in enumerate(self.tasks[:-1]):
+        for index, task in enumerate(self.tasks[:-1]):
             if isinstance(task, Stand | Sway) and task.for_s is None:
-                raise impossible(f"tasks.{k}: {task.kind} has no end", "for_s, how long")
+                raise impossible(f"tasks.{index}: {task.kind} has no end", "for_s, how long")
             if isinstance(task, Drill) and task.repeat:
-                raise impossible(f"tasks.{k}: repeats without end", "repeat: false")
+                raise impossible(f"tasks.{index}: repeats without end", "repeat: false")
         if isinstance(self.tasks[-1], Stand | Sway) and self.tasks[-1].for_s is not None:
             raise impossible("tasks: the last one goes on to the end", "no for_s in it")
         return self
@@ -351,13 +351,14 @@ class Payload(Checked):
 
 
 class Shove(Checked):
-    """A force on the body for a while: a rock, a gust, a person."""
+    """A force on the body or on a foot for a while: a rock, a gust, a person."""
 
     kind: Literal["shove"]
     at_s: float = Field(ge=0, description="time of the event [s]")
     duration_s: float = Field(default=0.2, gt=0, description="how long it lasts [s]")
-    force_in_world_n: Triple = Field(
-        description="force on the body's centre of mass in the world frame [N]"
+    force_in_world_n: Triple = Field(description="force in the world frame [N]")
+    at: Literal["body", "fl", "fr", "rl", "rr"] = Field(
+        default="body", description="the body, at its centre of mass, or a foot, at its underside"
     )
 
 

@@ -120,7 +120,9 @@ class Terrain(Checked):
     @property
     def loose(self) -> bool:
         """Whether the ground settles anywhere."""
-        return self.plastic_n_m is not None or any(p.plastic_n_m is not None for p in self.patches)
+        return self.plastic_n_m is not None or any(
+            patch.plastic_n_m is not None for patch in self.patches
+        )
 
     @model_validator(mode="after")
     def _kind_has_its_shape(self) -> Terrain:
@@ -140,7 +142,7 @@ class Terrain(Checked):
     @model_validator(mode="after")
     def _profile_goes_up_the_slope(self) -> Terrain:
         points = self.profile_m
-        if points and (len(points) < 2 or any(max(map(abs, p)) > 200 for p in points)):
+        if points and (len(points) < 2 or any(max(map(abs, point)) > 200 for point in points)):
             raise impossible(
                 "profile_m needs two points at least, none beyond 200 m", "[[0.5, 0], [0.5, 0.1]]"
             )

@@ -29,7 +29,7 @@ def recording_meta(
         "description": scenario.description,
         "seed": scenario.seed,
         "task": scenario.task.kind,
-        "channels": {c: _channel(c) for c in data_columns},
+        "channels": {column: _channel(column) for column in data_columns},
         "surveyed": dict(surveyed),
         "known": known(belief),
     }
@@ -38,8 +38,11 @@ def recording_meta(
 def known(machine: Machine) -> dict[str, Any]:
     """Every number of the machine as the robot believes it: dotted path -> value and unit."""
     return {
-        path: {"value": list(q.value) if isinstance(q.value, tuple) else q.value, "unit": q.unit}
-        for path, q in machine.leaves()
+        path: {
+            "value": list(quantity.value) if isinstance(quantity.value, tuple) else quantity.value,
+            "unit": quantity.unit,
+        }
+        for path, quantity in machine.leaves()
     }
 
 

@@ -52,7 +52,9 @@ def hidden_effects(scenario: Scenario) -> str:
     ..." or "nothing".
     """
     return (
-        ", ".join(f"{u.effect} at {u.at.replace('_', ' ')}" for u in scenario.undeclared)
+        ", ".join(
+            f"{hidden_.effect} at {hidden_.at.replace('_', ' ')}" for hidden_ in scenario.undeclared
+        )
         or "nothing"
     )
 
@@ -60,15 +62,15 @@ def hidden_effects(scenario: Scenario) -> str:
 def hidden_numbers(scenario: Scenario) -> list[dict[str, Any]]:
     """The same with name, place and parameters apart."""
     return [
-        {"name": u.effect, "place": u.at, "parameters": dict(u.parameters)}
-        for u in scenario.undeclared
+        {"name": hidden_.effect, "place": hidden_.at, "parameters": dict(hidden_.parameters)}
+        for hidden_ in scenario.undeclared
     ]
 
 
 def elsewhere(scenario: Scenario, name: str, seed: int) -> Scenario:
     """Scenario `name` with the machine of another one and the effects that it hides."""
     machine = scenario.machine.model_dump(mode="json", exclude_none=True)
-    hidden = [u.model_dump(mode="json") for u in scenario.undeclared]
+    hidden = [one.model_dump(mode="json") for one in scenario.undeclared]
     overrides = [f"undeclared={json.dumps(hidden)}"]
     overrides += [f"machine.{key}={json.dumps(value)}" for key, value in machine.items()]
     return load_scenario(name, overrides, seed)

@@ -150,7 +150,7 @@ class Run:
         """Whether the scenario's time is over, or the machine fell, slid or tore a rope."""
         return self._simulation.finished or self._closed is not None
 
-    def step(self, n: int = 1) -> NDArray[Any]:
+    def step(self, count: int = 1) -> NDArray[Any]:
         """Make `n` physics steps (`dt_s` each, 1 ms unless the scenario says otherwise), fewer
         where the run ends.
 
@@ -158,7 +158,7 @@ class Run:
         a second are. Raises SimulationFault where the simulation breaks down.
         """
         try:
-            data, truth = self._simulation.run_steps(n)
+            data, truth = self._simulation.run_steps(count)
         except SimulationFault as error:
             self._fault = error
             if self._folder is None:
@@ -252,7 +252,8 @@ class Run:
             return None
         names = self._simulation.data_columns, self._simulation.truth_columns
         data, truth = (
-            dict(zip(n, t.T, strict=True)) for n, t in zip(names, self._last, strict=True)
+            dict(zip(part, columns.T, strict=True))
+            for part, columns in zip(names, self._last, strict=True)
         )
         return data, truth
 

@@ -41,9 +41,11 @@ MARGIN_WINDOW_S = 0.1
 def methods(columns: Columns) -> list[str]:
     """Names of the estimates in a recording, in its order: `estimate_<method>_<leg>`."""
     found = (
-        c.removeprefix("estimate_").rpartition("_") for c in columns if c.startswith("estimate_")
+        column.removeprefix("estimate_").rpartition("_")
+        for column in columns
+        if column.startswith("estimate_")
     )
-    return list(dict.fromkeys(m for m, _, leg in found if leg in LEGS))
+    return list(dict.fromkeys(method for method, _, leg in found if leg in LEGS))
 
 
 def rms(values: Array) -> float:
@@ -55,16 +57,18 @@ def rms(values: Array) -> float:
 def force_rms_n(data: Columns, truth: Columns) -> dict[str, float]:
     """Root mean square of estimate minus truth over all legs and the whole run, per method [N]."""
     return {
-        m: rms(np.concatenate([_error(data, truth, f"estimate_{m}", leg) for leg in LEGS]))
-        for m in methods(data)
+        method: rms(
+            np.concatenate([_error(data, truth, f"estimate_{method}", leg) for leg in LEGS])
+        )
+        for method in methods(data)
     }
 
 
 def force_rms_by_leg_n(data: Columns, truth: Columns) -> dict[str, dict[str, float]]:
     """The same, leg by leg [N]."""
     return {
-        m: {leg: rms(_error(data, truth, f"estimate_{m}", leg)) for leg in LEGS}
-        for m in methods(data)
+        method: {leg: rms(_error(data, truth, f"estimate_{method}", leg)) for leg in LEGS}
+        for method in methods(data)
     }
 
 
@@ -105,9 +109,9 @@ def contact_losses(data: Columns, truth: Columns, rule: LossRule) -> list[Loss]:
     for leg in LEGS:
         carrying = rule.carrying(truth[f"contact_normal_{leg}"], time_s)
         for loss in follow(_lost(data, leg, carrying), carrying, time_s).losses:
-            a, b = loss.start, loss.end
-            meant, delay = _meant(data, leg, a, b), loss.delay_s
-            found.append(Loss(leg, float(time_s[a]), float(time_s[b - 1]), meant, delay))
+            start, stop = loss.start, loss.end
+            meant, delay = _meant(data, leg, start, stop), loss.delay_s
+            found.append(Loss(leg, float(time_s[start]), float(time_s[stop - 1]), meant, delay))
     return sorted(found, key=lambda loss: loss.start_s)
 
 
@@ -117,12 +121,12 @@ def _lost(data: Columns, leg: str, carrying: Flags) -> Flags:
     return np.zeros(len(carrying), dtype=bool) if word is None else word < SET
 
 
-def _meant(data: Columns, leg: str, a: int, b: int) -> bool:
+def _meant(data: Columns, leg: str, start: int, stop: int) -> bool:
     """Whether the control did not want this foot to carry, at any time from just before the loss to
     its end.
     """
     carry = data.get(f"carrying_{leg}")
-    return carry is not None and bool(np.any(carry[max(a - 1, 0) : b] < SET))
+    return carry is not None and bool(np.any(carry[max(start - 1, 0) : stop] < SET))
 
 
 def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
@@ -153,7 +157,9 @@ def unloaded(
         meant = data.get(f"carrying_{leg}", np.ones(len(time_s))).astype(bool)
         hangs = meant & (truth[f"contact_normal_{leg}"] < loss_n)
         spans = intervals(hangs, time_s, LOSS_S)
-        longest_s[leg] = max((float(time_s[b - 1] - time_s[a]) for a, b in spans), default=0.0)
+        longest_s[leg] = max(
+            (float(time_s[stop - 1] - time_s[start]) for start, stop in spans), default=0.0
+        )
         share[leg] = float(hangs.sum() / max(meant.sum(), 1))
     return longest_s, share
 
@@ -217,7 +223,7 @@ def tilt_deg(truth: Columns, slope_deg: float) -> Array:
     """Angle between the body's z axis (the drill's) and the slope's normal (-sin, 0, cos in the
     world) [deg].
     """
-    x, y, z, w = (truth[f"body_pose_in_world_q{i}"] for i in "xyzw")
+    x, y, z, w = (truth[f"body_pose_in_world_q{axis}"] for axis in "xyzw")
     body_z_in_world = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     slope = np.deg2rad(slope_deg)
     normal_in_world = np.array([-np.sin(slope), 0.0, np.cos(slope)])
@@ -230,15 +236,15 @@ def climbed_m(truth: Columns, slope_deg: float) -> float:
     """Way of the body up the slope from the first row to the last [m]."""
     slope = np.deg2rad(slope_deg)
     dx, dz = (
-        float(truth[f"body_pose_in_world_{i}"][-1] - truth[f"body_pose_in_world_{i}"][0])
-        for i in "xz"
+        float(truth[f"body_pose_in_world_{axis}"][-1] - truth[f"body_pose_in_world_{axis}"][0])
+        for axis in "xz"
     )
     return float(dx * np.cos(slope) + dz * np.sin(slope))
 
 
 def rope_tension_n(truth: Columns, side: str) -> Array:
     """True tension of a rope: length of its force on the body [N]."""
-    force = np.stack([truth[f"rope_force_in_world_{side}_{i}"] for i in "xyz"])
+    force = np.stack([truth[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"])
     tension: Array = np.linalg.norm(force, axis=0)
     return tension
 
@@ -259,7 +265,7 @@ def wanted_columns(columns: list[str]) -> list[str]:
         "drill_wrench_",
         "rods_stored",
     )
-    return ["t", *(c for c in columns if c.startswith(heads))]
+    return ["t", *(column for column in columns if column.startswith(heads))]
 
 
 def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule) -> dict[str, Any]:

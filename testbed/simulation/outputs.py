@@ -41,7 +41,7 @@ def check_out(out: str | Path | None) -> None:
             allowed="a new or empty folder, or an earlier run",
         )
     if out is not None and folder.is_dir():
-        foreign = sorted(p.name for p in folder.iterdir() if _own_name(p) not in OWN_FILES)
+        foreign = sorted(path.name for path in folder.iterdir() if _own_name(path) not in OWN_FILES)
         if foreign:
             raise InputError(
                 f"holds files of something else ({foreign[0]})",

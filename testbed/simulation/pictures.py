@@ -61,4 +61,8 @@ def pictures(folder: Path, kind: str) -> list[tuple[float, Path]]:
         if (folder / "pictures").is_dir()
         else []
     )
-    return [(float(f.name.partition("-")[0]), f) for f in files if not f.name.startswith(".")]
+    return [
+        (float(file.name.partition("-")[0]), file)
+        for file in files
+        if not file.name.startswith(".")
+    ]

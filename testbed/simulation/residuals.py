@@ -97,7 +97,7 @@ def suspect(
     fixed = np.array([residuals_n[leg] for leg in LEGS]) @ SIGNS
     errors = SIGNS @ fixed / 3.0
     left = np.array(
-        [np.sum((fixed - e * signs) ** 2) for e, signs in zip(errors, SIGNS, strict=True)]
+        [np.sum((fixed - error * signs) ** 2) for error, signs in zip(errors, SIGNS, strict=True)]
     )
     best = int(np.argmin(left))
     if abs(errors[best]) < SMALLEST_SHARE * nominal_n or left[best] > (1.0 - CLEAR_SHARE) * float(
@@ -154,7 +154,7 @@ def residual_summary(
     if method is None:
         return {"method": None, "median_n": {}, "beyond_friction_n": {}, "stands_out": None}
     medians, gaps = (
-        {leg: float(np.nanmedian(r)) for leg, r in by_leg.items()}
+        {leg: float(np.nanmedian(value)) for leg, value in by_leg.items()}
         for by_leg in (load_residuals(data, method), beyond_friction(data, method))
     )
     expected = {leg: float(np.nanmedian(data[f"expected_{leg}"])) for leg in medians}
@@ -172,9 +172,9 @@ def residual_summary(
 def best_method(names: list[str]) -> str | None:
     """The estimate to look at first: the project's own, else the paper's with the least lag."""
     own = [
-        n
-        for n in names
-        if n not in ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
+        key
+        for key in names
+        if key not in ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
     ]
     for name in (*own, "kbf", "modified_kbf", "friction", "two_chamber", "one_chamber"):
         if name in names:

@@ -22,7 +22,7 @@ class Rows:
 
     def __init__(self, record: type[Record]) -> None:
         self._record = record
-        self._places = {name: k for k, name in enumerate(record.column_names())}
+        self._places = {name: index for index, name in enumerate(record.column_names())}
         self._blocks: list[Array] = []
 
     def add(self, table: Array) -> None:
@@ -65,6 +65,6 @@ class Rows:
         """Every column as a file would hold it: time in full, all else to 24 bits."""
         narrow = self.table.astype(np.float32).astype(np.float64)
         return {
-            name: self.table[:, k] if name == "t" else narrow[:, k]
-            for name, k in self._places.items()
+            name: self.table[:, place] if name == "t" else narrow[:, place]
+            for name, place in self._places.items()
         }

@@ -105,7 +105,7 @@ def _stop_flag() -> Iterator[Callable[[], bool]]:
             raise KeyboardInterrupt
 
     try:
-        old = {s: signal.signal(s, handle) for s in (signal.SIGINT, signal.SIGTERM)}
+        old = {caught: signal.signal(caught, handle) for caught in (signal.SIGINT, signal.SIGTERM)}
     except ValueError:  # not in the main thread: nobody can press Ctrl-C there
         old = {}
     try:

@@ -70,7 +70,7 @@ def read_run(
             value=rig,
             allowed="robot",
         )
-    wanted = None if columns is None else ["t", *(c for c in columns if c != "t")]
+    wanted = None if columns is None else ["t", *(column for column in columns if column != "t")]
     data = read_series(folder, "data", wanted)
     true: Columns = {}
     if truth:
@@ -83,7 +83,9 @@ def same_rows(data: Columns, truth: Columns) -> tuple[Columns, Columns]:
     second of one.
     """
     rows = min(len(data["t"]), len(truth["t"]))
-    first, second = ({name: c[:rows] for name, c in series.items()} for series in (data, truth))
+    first, second = (
+        {name: column[:rows] for name, column in series.items()} for series in (data, truth)
+    )
     return first, second
 
 
@@ -106,7 +108,8 @@ def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Co
     _, table = open_series(path, wanted)
     try:
         found = {
-            current(c): table.column(c).to_numpy().astype(np.float64) for c in table.column_names
+            current(key): table.column(key).to_numpy().astype(np.float64)
+            for key in table.column_names
         }
     except (ValueError, TypeError) as error:
         raise InputError(f"holds what is no number: {error}", file=path) from error

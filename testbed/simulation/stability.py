@@ -44,15 +44,15 @@ def stability_summary(
     looks = range(min(round(SETTLED_S / EVERY_S) * step, rows - 1), rows, step)
     touching = machine.scale.force * TOUCHING_N
     normals = np.array([truth[f"contact_normal_{leg}"] for leg in LEGS])
-    stands = [np.flatnonzero(normals[:, k] >= touching) for k in looks]
+    stands = [np.flatnonzero(normals[:, look] >= touching) for look in looks]
     friction = scenario.terrain.friction
     found = np.array(
         [
-            _margins(model, friction, data, truth, k, feet)
-            for k, feet in zip(looks, stands, strict=True)
+            _margins(model, friction, data, truth, look, feet)
+            for look, feet in zip(looks, stands, strict=True)
         ]
     )
-    wrench, energy = (int(np.argmin(found[:, k])) for k in (0, 1))
+    wrench, energy = (int(np.argmin(found[:, measure])) for measure in (0, 1))
     return {
         "lowest_wrench_margin_n": float(found[wrench, 0]),
         "lowest_wrench_margin_at_s": float(truth["t"][looks[wrench]]),
@@ -73,15 +73,17 @@ def _margins(
     body frame.
     """
     joints = np.array([data[f"position_{axis}"][row] for axis in AXES])
-    to_body = rotation(*(float(truth[f"body_pose_in_world_q{k}"][row]) for k in "xyzw")).T
+    to_body = rotation(*(float(truth[f"body_pose_in_world_q{axis}"][row]) for axis in "xyzw")).T
     gravity = to_body @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     feet = model.foot_positions_m(joints)
     pulls = (
-        np.array([[truth[f"rope_force_in_world_{side}_{k}"][row] for k in "xyz"] for side in SIDES])
+        np.array(
+            [[truth[f"rope_force_in_world_{side}_{axis}"][row] for axis in "xyz"] for side in SIDES]
+        )
         @ to_body.T
     )
-    drill = to_body @ np.array([truth[f"drill_wrench_in_world_f{k}"][row] for k in "xyz"])
-    turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{k}"][row] for k in "xyz"])
+    drill = to_body @ np.array([truth[f"drill_wrench_in_world_f{axis}"][row] for axis in "xyz"])
+    turn = to_body @ np.array([truth[f"drill_wrench_in_world_t{axis}"][row] for axis in "xyz"])
     load = external_wrench(
         model, joints, gravity, None, pulls, point_wrench(drill, model.drill_mount_m)
     )

@@ -92,7 +92,7 @@ def undocumented(summary: Mapping[str, Any]) -> list[str]:
     """The fields of a summary that FIELDS does not know, dotted."""
     found = [name for name in summary if name not in FIELDS]
     for name, part in summary.items():
-        if isinstance(part, Mapping) and any(f.startswith(f"{name}.") for f in FIELDS):
+        if isinstance(part, Mapping) and any(field.startswith(f"{name}.") for field in FIELDS):
             found += [f"{name}.{key}" for key in part if f"{name}.{key}" not in FIELDS]
     return found
 

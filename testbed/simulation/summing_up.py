@@ -81,11 +81,11 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "wall_s": ending.wall_s,
         "slope_deg": scenario.terrain.slope_deg,
         "task": scenario.task.kind,
-        "undeclared": [u.model_dump() for u in scenario.undeclared],
+        "undeclared": [effect.model_dump() for effect in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
     summary |= figures
-    summary |= {k: v for k, v in simulation.summary().items() if k not in summary}
+    summary |= {name: value for name, value in simulation.summary().items() if name not in summary}
     summary["events"] = list(simulation.events)
     if not ending.interrupted and ending.fault is None:
         broken = unmet(scenario.expect, plain(summary))

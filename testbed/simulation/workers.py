@@ -2,7 +2,7 @@
 with their parent.
 
 The first Ctrl-C lets the items at work end in their own way, a second one ends their processes at
-once.
+once. What a killed process was at is done by another one.
 """
 
 from __future__ import annotations
@@ -10,8 +10,10 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
@@ -123,23 +125,37 @@ def _in_processes(
     jobs: int,
     interrupted: Callable[[Answer], bool],
 ) -> Iterator[Answer]:
+    """Answers from processes of this machine. Where one of them is killed, new ones do what has no
+    answer yet; BrokenProcessPool where they do not get any further either.
+    """
     single_threaded()
+    left = dict(enumerate(todo))
+    while left:
+        before = len(left)
+        try:
+            with closing(_pool_answers(work, dict(left), min(jobs, before))) as answers:
+                for number, answer in answers:
+                    if answer is None:
+                        raise KeyboardInterrupt
+                    del left[number]
+                    yield answer
+                    if interrupted(answer):
+                        raise KeyboardInterrupt
+        except BrokenProcessPool:
+            if len(left) == before:
+                raise
+
+
+def _pool_answers(
+    work: Callable[[Item], Answer], todo: Mapping[int, Item], jobs: int
+) -> Generator[tuple[int, Answer | None]]:
+    """Answers by the items' numbers, as they come; None for one that was stopped."""
     others = active_children()
     pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_begin)
-    hit = False
     try:
-        waiting: list[Future[Answer | None]] = [
-            pool.submit(_unless_stopped, work, item) for item in todo
-        ]
+        waiting = {pool.submit(_unless_stopped, work, item): n for n, item in todo.items()}
         for future in as_completed(waiting):
-            answer = future.result()
-            if answer is None:
-                hit = True
-                break
-            yield answer
-            if interrupted(answer):
-                hit = True
-                break
+            yield waiting[future], future.result()
     finally:
         try:
             pool.shutdown(wait=True, cancel_futures=True)
@@ -148,8 +164,6 @@ def _in_processes(
                 if process not in others:
                     process.kill()  # the end of this process would wait for it
             raise
-    if hit:
-        raise KeyboardInterrupt
 
 
 def single_threaded() -> None:

@@ -90,10 +90,10 @@ def detect_file(recording: str | Path, out: str | Path, options: Options) -> dic
     scale = {foot: _scale(feet, foot, options.scale_n) for foot in feet.force_n}
     name, states, known = _judged(feet, scale, options)
     columns: dict[str, Array] = {"t": feet.time_s}
-    for k, foot in enumerate(feet.force_n):
-        columns[f"contact_{foot}"] = states[:, k]
-    for k, foot in enumerate(feet.force_n):
-        columns[f"known_{foot}"] = known[:, k].astype(np.float64)
+    for index, foot in enumerate(feet.force_n):
+        columns[f"contact_{foot}"] = states[:, index]
+    for index, foot in enumerate(feet.force_n):
+        columns[f"known_{foot}"] = known[:, index].astype(np.float64)
     found = {
         foot: _found(feet, foot, states[:, k], options.rule(scale[foot].nominal_load_n))
         for k, foot in enumerate(feet.force_n)

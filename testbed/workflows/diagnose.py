@@ -152,7 +152,9 @@ def diagnose_recordings(
 
     entries = () if model is None else read_robot_model(model).effects
     granted = {
-        f"{entry.name}{MARK}{entry.place}": {k: p.value for k, p in entry.parameters.items()}
+        f"{entry.name}{MARK}{entry.place}": {
+            name: parameter.value for name, parameter in entry.parameters.items()
+        }
         for entry in entries
     }
     tell("holding the measurements against the machine")

@@ -94,7 +94,7 @@ def _write_mcap(run: RecordedRun, rows: npt.NDArray[np.int64], path: Path) -> No
         frames = _frames(run, rows)
         for row, transforms in zip(rows.tolist(), frames, strict=True):
             time_ns = round(float(run.time_s[row]) * 1e9)
-            told: dict[str, Any] = {t: _row(found, row) for t, found in series.items()}
+            told: dict[str, Any] = {name: _row(found, row) for name, found in series.items()}
             told["/tf"] = {"transforms": transforms}
             for topic, message in told.items():
                 data = json.dumps(message).encode()
@@ -113,9 +113,10 @@ def _object(columns: Mapping[str, Array]) -> dict[str, Any]:
     return {"type": "object", "properties": {name: NUMBER for name in columns}}
 
 
-def _row(columns: Mapping[str, Array], row: int) -> dict[str, float | None]:
+def _row(columns: Mapping[str, Array], row: int) -> dict[str, float]:
+    """One row by column; a missing sample, which JSON has no number for, is left out."""
     values = {name: float(values[row]) for name, values in columns.items()}
-    return {name: value if np.isfinite(value) else None for name, value in values.items()}
+    return {name: value for name, value in values.items() if np.isfinite(value)}
 
 
 def _frames(run: RecordedRun, rows: npt.NDArray[np.int64]) -> Iterator[list[dict[str, Any]]]:
@@ -130,17 +131,17 @@ def _frames(run: RecordedRun, rows: npt.NDArray[np.int64]) -> Iterator[list[dict
         places = np.broadcast_to(places, (len(rows), 3))
         hanging.append((joint.parent, joint.child, places, _quaternions(turns)))
     pose = [run.truth[f"body_pose_in_world_{k}"][rows] for k in ("x", "y", "z")]
-    turn = [run.truth[f"body_pose_in_world_q{k}"][rows] for k in "xyzw"]
+    turn = [run.truth[f"body_pose_in_world_q{axis}"][rows] for axis in "xyzw"]
     hanging.insert(0, ("world", "body", np.column_stack(pose), np.column_stack(turn)))
-    for k, row in enumerate(rows.tolist()):
+    for index, row in enumerate(rows.tolist()):
         seconds, nanoseconds = divmod(round(float(run.time_s[row]) * 1e9), 1_000_000_000)
         yield [
             {
                 "timestamp": {"sec": seconds, "nsec": nanoseconds},
                 "parent_frame_id": parent,
                 "child_frame_id": child,
-                "translation": dict(zip("xyz", map(float, places[k]), strict=True)),
-                "rotation": dict(zip("xyzw", map(float, turns[k]), strict=True)),
+                "translation": dict(zip("xyz", map(float, places[index]), strict=True)),
+                "rotation": dict(zip("xyzw", map(float, turns[index]), strict=True)),
             }
             for parent, child, places, turns in hanging
         ]

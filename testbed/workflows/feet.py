@@ -143,7 +143,7 @@ def _of_robot(
         with naming(run.file):
             rows = replay_rows(run.data, belief)
         own = rows["estimate"]["own"]
-        loads = {leg: np.ascontiguousarray(own[:, k]) for k, leg in enumerate(LEGS)}
+        loads = {leg: np.ascontiguousarray(own[:, index]) for index, leg in enumerate(LEGS)}
     against = {
         leg: column(name, "--reference")
         for leg, name in (_by_leg(reference) if reference else {}).items()
@@ -175,7 +175,7 @@ def _column_of(folder: Path, header: AnyHeader, time_s: Array) -> Callable[[str,
     What the table lacks is looked for in `truth.parquet` beside it. Numbers may be missing in a
     force alone.
     """
-    units = {c.column: c.unit for c in header.channels.values()}
+    units = {channel.column: channel.unit for channel in header.channels.values()}
     file, truth = folder / header.data, folder / "truth.parquet"
 
     def column(name: str, field: str) -> Array:

@@ -60,7 +60,7 @@ def picture_rows(run: RecordedRun, rate_hz: float) -> np.ndarray[tuple[int], np.
 def _pose(run: RecordedRun, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The body's origin (3) m and quaternion xyzw in the world, and the joints (12), rad and m."""
     origin, quaternion = (
-        np.array([run.truth[f"body_pose_in_world_{k}"][row] for k in names])
+        np.array([run.truth[f"body_pose_in_world_{name}"][row] for name in names])
         for names in ("xyz", ("qx", "qy", "qz", "qw"))
     )
     return origin, quaternion, np.array([run.data[f"position_{axis}"][row] for axis in AXES])

@@ -85,7 +85,9 @@ class Live:
         if now is not None and len(self.frames) < MOST_FRAMES:
             self.frames.append(self.page.frame(*now))
             self.cells = self.page.cells(*now)
-        self.events = [f"{e['t']:.2f} s  {str(e['kind']).replace('_', ' ')}" for e in run.events]
+        self.events = [
+            f"{event['t']:.2f} s  {str(event['kind']).replace('_', ' ')}" for event in run.events
+        ]
         self.t_s = run.t_s
         self._keep_time(run.t_s)
         return True

@@ -117,7 +117,10 @@ def _course(folder: Path) -> dict[str, list[float]]:
 
 def _said(found: Mapping[str, Any]) -> dict[str, Any]:
     if found["effects"]:
-        words = [f"{e['name']} at {e['place'].replace('_', ' ')}" for e in found["effects"]]
+        words = [
+            f"{effect['name']} at {effect['place'].replace('_', ' ')}"
+            for effect in found["effects"]
+        ]
         return {"said": ", ".join(words), "probability": found["effects"][0]["probability"]}
     return {"said": found["verdict"], "probability": found["hypotheses"][0]["probability"]}
 
@@ -137,7 +140,13 @@ def _errors(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, An
 def table(result: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
     """(header, rows) for the console."""
     rows = [
-        [r["scenario"], r["hidden"], r["said"], f"{r['before_n']:.0f} N", f"{r['after_n']:.0f} N"]
-        for r in result["scenarios"]
+        [
+            scenario["scenario"],
+            scenario["hidden"],
+            scenario["said"],
+            f"{scenario['before_n']:.0f} N",
+            f"{scenario['after_n']:.0f} N",
+        ]
+        for scenario in result["scenarios"]
     ]
     return ["scenario", "hidden", "said", f"{NEXT} before", "after"], rows

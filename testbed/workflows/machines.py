@@ -91,8 +91,8 @@ def _linkage_figures(machine: Machine) -> dict[str, tuple[Any, str]]:
     lower, upper = linkages.limits.T
     arms = linkages.rods(lower + share * (upper - lower))[1]
     out = {}
-    for k, joint in enumerate(JOINTS):
-        own = slice(k, None, len(JOINTS))
+    for index, joint in enumerate(JOINTS):
+        own = slice(index, None, len(JOINTS))
         kinds = sorted({_kind_of(axis) for axis in list(machine.axes.values())[own]})
         least, most = float(arms[:, own].min()), float(arms[:, own].max())
         span = f"{least:.3g}" if most - least < ALIKE else f"{least:.3g} to {most:.3g}"

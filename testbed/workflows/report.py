@@ -109,7 +109,8 @@ def _of_a_killed_run(run: RecordedRun) -> dict[str, Any]:
     told = scenario.get("estimator") or {}
     known = {k: v for k, v in (("share", "loss_share"), ("shortest_s", "loss_s")) if v in told}
     rule = LossRule(
-        nominal_load_n(run_machines(run.folder).belief), **{k: told[v] for k, v in known.items()}
+        nominal_load_n(run_machines(run.folder).belief),
+        **{name: told[value] for name, value in known.items()},
     )
     return {
         "scenario": run.meta.get("scenario", run.folder.name),

@@ -141,7 +141,7 @@ def assemble(
     believed = own_belief(machines.belief, model, scenario.tolerances)
     with believed.bodies() as urdf:
         belief = Robot.of(believed.machine, carried, height, urdf)
-    seeds = [np.random.default_rng([scenario.seed, k]) for k in range(3)]
+    seeds = [np.random.default_rng([scenario.seed, index]) for index in range(3)]
     site = _true_site(scenario, machines)
     ground = make_ground(site.terrain)
     hidden = hidden_of((*machines.drawn.undeclared, *scenario.undeclared))

@@ -84,7 +84,9 @@ class OwnBelief:
         if self.of_leg is not None:
             with naming(self.file):
                 return Believed.from_model(self.of_leg, dt_s, self.machine)
-        vertical = [e for e in self.of_cylinders if str(e.place).endswith("_vertical")]
+        vertical = [
+            cylinder for cylinder in self.of_cylinders if str(cylinder.place).endswith("_vertical")
+        ]
         return Believed.from_machine(self.machine, dt_s, vertical)
 
     def with_body(
@@ -157,10 +159,10 @@ def own_belief(
     for path, value in file.numbers.items():
         check_effective(path, value, True, model, "machine")
     of_cylinders, of_body = [], []
-    for k, entry in enumerate(file.effects):
-        effect = by_name(entry.name, model, f"effects.{k}.name")
-        values = {name: p.value for name, p in entry.parameters.items()}
-        effect.complete(values, model, f"effects.{k}.parameters")
+    for index, entry in enumerate(file.effects):
+        effect = by_name(entry.name, model, f"effects.{index}.name")
+        values = {name: parameter.value for name, parameter in entry.parameters.items()}
+        effect.complete(values, model, f"effects.{index}.parameters")
         if effect.live and entry.place in AXES:
             of_cylinders.append(
                 EffectEntry(name=entry.name, place=entry.place, parameters=entry.parameters)
@@ -191,7 +193,7 @@ def spreads_of(file: RobotModelFile) -> dict[str, float]:
         for name, parameter in entry.parameters.items():
             numbers[f"{entry.name}@{entry.place}.{name}"] = parameter
     return {
-        name: HOLDS * (n.interval90[1] - n.interval90[0])
-        for name, n in numbers.items()
-        if n.interval90 is not None
+        name: HOLDS * (number.interval90[1] - number.interval90[0])
+        for name, number in numbers.items()
+        if number.interval90 is not None
     }

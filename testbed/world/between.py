@@ -62,9 +62,11 @@ def between_steps(
 def control(row: Any, board: Any) -> None:
     """Set points move on, and the valves get their commands."""
     dt = board.clock.control_step_s
-    for i in range(12):
-        loop = board.loops[i]
+    for index in range(12):
+        loop = board.loops[index]
         loop.reference += loop.reference_rate * dt
-        row.reference[i] = loop.reference
+        row.reference[index] = loop.reference
         locked = board.valves_locked != 0
-        board.inputs[i].command = 0.0 if locked else valve_command(loop, row.position[i], dt)
+        board.inputs[index].command = (
+            0.0 if locked else valve_command(loop, row.position[index], dt)
+        )

@@ -96,6 +96,10 @@ class Board(Record):
         per=("fx", "fy", "fz", "tx", "ty", "tz"),
     )
     shove = quantity("N", "somebody pushes the base, world frame", per=XYZ)
+    foot_shove = quantity("N", "somebody pushes a foot's underside, world frame", per=(LEGS, XYZ))
+    foot_height = quantity(
+        "m", "underside of a foot over the base's centre of mass, joints at 0", per=LEGS
+    )
     transducers = part(Transducer, "pressure transducers", per=(CHAMBERS, AXES))
     sensors = part(OtherSensors, "the other sensors")
     gravity_in_body = quantity("m/s2", "as the inertial unit has it", per=XYZ)

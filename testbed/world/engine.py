@@ -102,8 +102,8 @@ class Engine:
         except p.error as error:
             raise InputError("the engine cannot load this URDF", file=urdf) from error
         info = [
-            p.getJointInfo(self.robot, i, physicsClientId=self.client)
-            for i in range(p.getNumJoints(self.robot, physicsClientId=self.client))
+            p.getJointInfo(self.robot, index, physicsClientId=self.client)
+            for index in range(p.getNumJoints(self.robot, physicsClientId=self.client))
         ]
         by_name = {row[1].decode(): row[0] for row in info}
         missing = [name for name in AXES if name not in by_name]
@@ -113,7 +113,7 @@ class Engine:
         self._limits = [(info[joint][8], info[joint][9]) for joint in self.joints]
         links = {row[12].decode(): row[0] for row in info}
         self.foot_links: dict[int, int] = {
-            by_name[f"{leg}_vertical"]: k for k, leg in enumerate(LEGS)
+            by_name[f"{leg}_vertical"]: index for index, leg in enumerate(LEGS)
         }
         self._store = links.get("rod_store", -1)
         dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
@@ -123,32 +123,32 @@ class Engine:
         orientation.
         """
 
-    def _load_ground(self, g: Ground) -> None:
+    def _load_ground(self, ground: Ground) -> None:
         c = self.client
-        if g.kind == "plane":
+        if ground.kind == "plane":
             shape = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=c)
-        elif g.kind == "box":
+        elif ground.kind == "box":
             shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[100, 100, 1], physicsClientId=c)
-        elif g.kind == "profile":
-            shape = self._boxes(g)
+        elif ground.kind == "profile":
+            shape = self._boxes(ground)
         else:
-            assert g.heights_m is not None
-            rows, columns = g.heights_m.shape
+            assert ground.heights_m is not None
+            rows, columns = ground.heights_m.shape
             shape = p.createCollisionShape(
                 p.GEOM_HEIGHTFIELD,
-                meshScale=[g.cell_m, g.cell_m, 1.0],
-                heightfieldData=g.heights_m.T.ravel().tolist(),
+                meshScale=[ground.cell_m, ground.cell_m, 1.0],
+                heightfieldData=ground.heights_m.T.ravel().tolist(),
                 numHeightfieldRows=rows,
                 numHeightfieldColumns=columns,
                 physicsClientId=c,
             )
-        self._shape, self._ground_pose = shape, g.engine_pose
+        self._shape, self._ground_pose = shape, ground.engine_pose
         self.ground = p.createMultiBody(0, shape, physicsClientId=c)
-        p.resetBasePositionAndOrientation(self.ground, *g.engine_pose(), physicsClientId=c)
+        p.resetBasePositionAndOrientation(self.ground, *ground.engine_pose(), physicsClientId=c)
 
-    def _boxes(self, g: Ground) -> int:
+    def _boxes(self, ground: Ground) -> int:
         """A box under each straight piece of a profile, risers included."""
-        sizes, places, turns = g.boxes()
+        sizes, places, turns = ground.boxes()
         return int(
             p.createCollisionShapeArray(
                 shapeTypes=[p.GEOM_BOX] * len(sizes),
@@ -381,8 +381,8 @@ class Engine:
             first, n = row[1] == self.robot, row[9]
             foot = self.foot_links.get(row[3] if first else row[4])
             if foot is not None and n > 0.0:
-                for k, part in enumerate(row[7]):
-                    total[foot][k] += part * n if first else -part * n
+                for index, part in enumerate(row[7]):
+                    total[foot][index] += part * n if first else -part * n
         for foot, (x, y, z) in enumerate(total):
             size = math.sqrt(x * x + y * y + z * z)
             if size > 0.0:
@@ -433,8 +433,8 @@ class Engine:
         count = p.getNumJoints(self.robot, physicsClientId=self.client)
         return np.array(
             [
-                p.getDynamicsInfo(self.robot, i, physicsClientId=self.client)[0]
-                for i in range(-1, count)
+                p.getDynamicsInfo(self.robot, index, physicsClientId=self.client)[0]
+                for index in range(-1, count)
             ]
         )
 
@@ -451,14 +451,14 @@ class Engine:
         c = self.client
         linear, angular = np.zeros(3), np.zeros(3)
         count = p.getNumJoints(self.robot, physicsClientId=c)
-        for i in range(-1, count):
-            info = p.getDynamicsInfo(self.robot, i, physicsClientId=c)
+        for index in range(-1, count):
+            info = p.getDynamicsInfo(self.robot, index, physicsClientId=c)
             mass, inertia = info[0], np.diag(info[2])
-            if i < 0:
+            if index < 0:
                 position, orientation = p.getBasePositionAndOrientation(self.robot, c)
                 v, w = p.getBaseVelocity(self.robot, c)
             else:
-                state = p.getLinkState(self.robot, i, 1, 1, physicsClientId=c)
+                state = p.getLinkState(self.robot, index, 1, 1, physicsClientId=c)
                 position, orientation, v, w = state[0], state[1], state[6], state[7]
             r = np.array(p.getMatrixFromQuaternion(orientation)).reshape(3, 3)
             part = mass * np.array(v)

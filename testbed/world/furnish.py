@@ -82,6 +82,8 @@ def _place_bodies(board: Any, truth: Truth, engine: Engine) -> None:
     board["drill_point"] = truth.robot.model.drill_mount_m
     board["legs"] = truth.robot.model.leg_numbers()
     board["legs"]["hip"] -= engine.base_inertial_m
+    soles = truth.robot.model.foot_positions_m(np.zeros(len(AXES)))[:, 2]
+    board["foot_height"] = soles - engine.base_inertial_m[2]
     for number, axis in enumerate(AXES):
         leg, joint = divmod(number, len(JOINTS))
         board["legs"]["links"]["mass"][leg, joint] += truth.hidden.cylinders[axis].mass_kg

@@ -20,7 +20,7 @@ from testbed.laws.rope import rope_pull, slip_through
 from testbed.laws.traction import oil_taken, traction_step
 from testbed.machine.names import GRAVITY_M_S2
 from testbed.robot.linkage import joint_to_cylinder
-from testbed.robot.loads.foot_forces import foot_forces
+from testbed.robot.loads.foot_forces import foot_forces, turn_z
 
 NO_TURN = 1e-12
 """Sine of half an angle below which a body has not turned."""
@@ -219,6 +219,36 @@ def move_rods(board: Any) -> None:
 
 
 @njit
+def push_foot(board: Any, leg: int) -> None:
+    """Somebody's force on a foot's underside, as what it does to the leg's joints and to the body:
+    adds to the given torques and force.
+    """
+    numbers, push, first = board.legs[leg], board.foot_shove[leg], 3 * leg
+    turn, reach, down = (
+        board.engine.joint[first],
+        board.engine.joint[first + 1],
+        board.engine.joint[first + 2],
+    )
+    rx, ry = turn_z(turn, numbers.radial[0], numbers.radial[1])
+    x, y = turn_z(turn, numbers.foot[0], numbers.foot[1])
+    x, y = x + rx * reach, y + ry * reach
+    force, place, arm = np.zeros(3), np.empty(3), np.zeros(3)
+    place[0], place[1] = numbers.hip[0] + x, numbers.hip[1] + y
+    place[2] = board.foot_height[leg] - down
+    for i in range(3):
+        for j in range(3):
+            force[i] += board.rotation[j, i] * push[j]
+            arm[i] += board.rotation[i, j] * place[j]
+    given = board.given
+    given.joint_torque[first] += x * force[1] - y * force[0]
+    given.joint_torque[first + 1] += rx * force[0] + ry * force[1]
+    given.joint_torque[first + 2] -= force[2]
+    for i in range(3):
+        given.force[i] += push[i]
+    add_cross(arm, push, given.torque)
+
+
+@njit
 def plant_step(board: Any) -> None:
     """From the engine's state to what the engine is given for the next step."""
     before, given, clock = board.before, board.given, board.clock
@@ -247,6 +277,9 @@ def plant_step(board: Any) -> None:
     )
     for i in range(12):
         given.joint_torque[i] = board.axes[i].force * board.arms[i]
+    for leg in range(4):
+        if board.foot_shove[leg].any():
+            push_foot(board, leg)
 
 
 @njit

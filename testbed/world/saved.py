@@ -79,7 +79,9 @@ class State:
             "nodes": self.parts.nodes,
             "arrays": len(self.parts.arrays),
         }
-        arrays: dict[str, Any] = {f"array_{k}": array for k, array in enumerate(self.parts.arrays)}
+        arrays: dict[str, Any] = {
+            f"array_{index}": array for index, array in enumerate(self.parts.arrays)
+        }
         arrays |= {f"engine_{name}": array for name, array in self.engine.items()}
         with whole(file) as hidden, hidden.open("wb") as stream:
             np.savez_compressed(stream, head=np.array(json.dumps(head)), **arrays)
@@ -96,7 +98,7 @@ def read_state(path: str | Path) -> State:
                 raise InputError(
                     "is no saved state", file=file, field="format", value=head.get("format")
                 )
-            arrays = [found[f"array_{k}"] for k in range(int(head["arrays"]))]
+            arrays = [found[f"array_{index}"] for index in range(int(head["arrays"]))]
             engine = {
                 name.removeprefix("engine_"): found[name]
                 for name in found.files

@@ -51,13 +51,13 @@ def pose(machine: Assembled, origin_m: Array, quaternion: Array, joints: Array) 
     world, joints (12).
     """
     body, engine = machine.board.body, machine.engine
-    for k in range(4):
-        body.quaternion[k] = quaternion[k]
+    for index in range(4):
+        body.quaternion[index] = quaternion[index]
     plant.rotation_matrix(body.quaternion, machine.board.rotation)
     rotation = np.array(machine.board.rotation)
     centre = origin_m + rotation @ np.array(machine.board.base_centre)
-    for k in range(3):
-        body.position[k] = centre[k]
+    for index in range(3):
+        body.position[index] = centre[index]
     engine.reset(origin_m, rotation, joints)
 
 

@@ -121,13 +121,13 @@ def sensor_records(
     draws = rng.uniform(-1.0, 1.0, t.size).reshape(t.shape)
     spans = rng.uniform(-1.0, 1.0, t.shape)
     t["ripple_phase"] = rng.uniform(0.0, 2.0 * math.pi, t.shape)
-    for k, axis in enumerate(machine.axes.values()):
-        _fit_transducers(t[:, k], axis.sensor, chosen, draws[:, k])
+    for index, axis in enumerate(machine.axes.values()):
+        _fit_transducers(t[:, index], axis.sensor, chosen, draws[:, index])
         span = axis.sensor.thermal_span_share / axis.sensor.thermal_range_k
         with_span = chosen.thermal_drift and "pressure" not in chosen.without
-        t["thermal_gain"][:, k] = span * spans[:, k] if with_span else 0.0
+        t["thermal_gain"][:, index] = span * spans[:, index] if with_span else 0.0
         if chosen.characteristic and "pressure" not in chosen.without:
-            bend_transducers(t[:, k], axis.sensor, axis.name, built)
+            bend_transducers(t[:, index], axis.sensor, axis.name, built)
     other = OtherSensors.zeros()[0]
     other["rope_gain"] = 1.0
     noise = float(chosen.noise)
@@ -220,14 +220,14 @@ def sense(row: Any, board: Any, noise: Any, t: float, sample: int) -> None:
     late.
     """
     row.t = t
-    for i in range(12):
-        count = board.sensors.count_rad if i % 3 == 0 else board.sensors.count_m
-        place = board.engine.joint[i]
-        if board.sensors.play[i] > 0.0:
-            followed = max(board.sensors.followed[i], place - board.sensors.play[i])
-            place = board.sensors.followed[i] = min(followed, place + board.sensors.play[i])
-        row.position[i] = counted(place + board.sensors.joint_offset[i], count)
-        row.valve[i] = board.inputs[i].command
+    for index in range(12):
+        count = board.sensors.count_rad if index % 3 == 0 else board.sensors.count_m
+        place = board.engine.joint[index]
+        if board.sensors.play[index] > 0.0:
+            followed = max(board.sensors.followed[index], place - board.sensors.play[index])
+            place = board.sensors.followed[index] = min(followed, place + board.sensors.play[index])
+        row.position[index] = counted(place + board.sensors.joint_offset[index], count)
+        row.valve[index] = board.inputs[index].command
     sense_pressures(row, board, noise, t, sample)
     other, supply = board.sensors, board.supply
     row.supply_pressure = (
@@ -246,14 +246,14 @@ def sense_pressures(row: Any, board: Any, noise: Any, t: float, sample: int) -> 
     """The transducers' readings into a DataRow."""
     warm = board.supply.temperature - board.sensors.calibrated_at
     slot = sample % DELAY_LENGTH
-    for i in range(12):
-        shown = board.axes[i].transducers
-        a, b = board.transducers[0, i], board.transducers[1, i]
+    for index in range(12):
+        shown = board.axes[index].transducers
+        a, b = board.transducers[0, index], board.transducers[1, index]
         a.late[slot], b.late[slot] = shown.a - ATMOSPHERE_PA, shown.b - ATMOSPHERE_PA
         late_a = a.late[(sample - min(a.delay_steps, sample)) % DELAY_LENGTH]
         late_b = b.late[(sample - min(b.delay_steps, sample)) % DELAY_LENGTH]
-        row.pressure_a[i] = transduce(late_a, t, warm, noise.pressure[0, i], a)
-        row.pressure_b[i] = transduce(late_b, t, warm, noise.pressure[1, i], b)
+        row.pressure_a[index] = transduce(late_a, t, warm, noise.pressure[0, index], a)
+        row.pressure_b[index] = transduce(late_b, t, warm, noise.pressure[1, index], b)
 
 
 @njit
@@ -271,25 +271,25 @@ def sense_motion(row: Any, board: Any, noise: Any) -> None:
     row.attitude[1] = pitch
     row.attitude[2] = math.atan2(rotation[1, 0], rotation[0, 0]) + a * noise.attitude[2]
     force, twist = np.zeros(3), np.zeros(3)
-    for k in range(3):
+    for index in range(3):
         turn = 0.0
         for j in range(3):
-            turn += rotation[j, k] * board.body.angular_velocity[j]
-            force[k] += rotation[j, k] * board.motion.lift[j]
-            twist[k] += rotation[j, k] * board.motion.angular_acceleration[j]
-        row.angular_rate[k] = turn + other.rate_noise * noise.angular_rate[k]
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        row.specific_force[k] = (
-            force[k]
+            turn += rotation[j, index] * board.body.angular_velocity[j]
+            force[index] += rotation[j, index] * board.motion.lift[j]
+            twist[index] += rotation[j, index] * board.motion.angular_acceleration[j]
+        row.angular_rate[index] = turn + other.rate_noise * noise.angular_rate[index]
+    for index in range(3):
+        i, j = (index + 1) % 3, (index + 2) % 3
+        row.specific_force[index] = (
+            force[index]
             - (twist[i] * com[j] - twist[j] * com[i])
-            + other.force_noise * noise.specific_force[k]
+            + other.force_noise * noise.specific_force[index]
         )
     turn_into_unit(row.angular_rate, other.mounted_roll, other.mounted_pitch)
     turn_into_unit(row.specific_force, other.mounted_roll, other.mounted_pitch)
-    for k in range(3):
-        row.angular_rate[k] += other.rate_bias[k]
-        row.specific_force[k] += other.force_bias[k]
+    for index in range(3):
+        row.angular_rate[index] += other.rate_bias[index]
+        row.specific_force[index] += other.force_bias[index]
     gravity = board.gravity_in_body
     gravity[0] = GRAVITY_M_S2 * math.sin(pitch)
     gravity[1] = -GRAVITY_M_S2 * math.cos(pitch) * math.sin(roll)

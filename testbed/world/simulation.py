@@ -27,7 +27,7 @@ from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.folder import is_shipped_urdf
-from testbed.machine.names import AXES, SIDES, VERTICAL
+from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
@@ -287,8 +287,13 @@ class Simulation:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
         if self._shoves:
-            now = [s.force_in_world_n for s in self._shoves if s.at_s <= t < s.at_s + s.duration_s]
-            m.board["shove"] = np.sum(now or [(0.0, 0.0, 0.0)], axis=0)
+            m.board["shove"], m.board["foot_shove"] = 0.0, 0.0
+            for shove in self._shoves:
+                if shove.at_s <= t < shove.at_s + shove.duration_s:
+                    if shove.at == "body":
+                        m.board["shove"] += shove.force_in_world_n
+                    else:
+                        m.board["foot_shove"][LEGS.index(shove.at)] += shove.force_in_world_n
         self._follow(m.gait.command(t, self._every_tick * self.dt, self._measured()), t)
         self._watch(t)
         if m.footing is not None:

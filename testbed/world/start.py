@@ -195,14 +195,14 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
 def _check_range(joints: Array, model: RobotModel, section: str) -> None:
     from testbed.machine.names import AXES
 
-    for k, name in enumerate(AXES):
-        low, high = model.limits[k]
-        if not low - 1e-9 <= joints[k] <= high + 1e-9:
+    for index, name in enumerate(AXES):
+        low, high = model.limits[index]
+        if not low - 1e-9 <= joints[index] <= high + 1e-9:
             raise InputError(
                 "the start posture is out of the joint's range"
                 if section == "robot"
                 else "a foot cannot reach the ground within its stroke",
                 field=f"{section} {name}",
-                value=round(float(joints[k]), 4),
+                value=round(float(joints[index]), 4),
                 allowed=f"{low:.4g} to {high:.4g}",
             )

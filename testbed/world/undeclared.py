@@ -64,8 +64,8 @@ def hidden_of(entries: Sequence[Undeclared]) -> Hidden:
     effect is one of a cylinder. Raises InputError for an effect, parameter or place that cannot be.
     """
     world = Hidden()
-    for k, entry in enumerate(entries):
-        field = f"undeclared.{k}"
+    for index, entry in enumerate(entries):
+        field = f"undeclared.{index}"
         effect = by_name(entry.effect, field=f"{field}.effect")
         values = effect.complete(entry.parameters, field=f"{field}.parameters")
         _refuse_shapes(effect, values, f"{field}.parameters")
@@ -185,10 +185,10 @@ def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) 
     off it) to the world. An anchor is turned about the point at the same distance.
     """
     anchors = surveyed_m.copy()
-    for k, rope in enumerate(world.ropes.values()):
+    for index, rope in enumerate(world.ropes.values()):
         if rope.azimuth_rad == 0.0 and rope.elevation_rad == 0.0:
             continue
-        x, y, z = slope.T @ (surveyed_m[k] - points_m[k])
+        x, y, z = slope.T @ (surveyed_m[index] - points_m[index])
         distance = math.hypot(x, y, z)
         azimuth = math.atan2(y, x) + rope.azimuth_rad
         elevation = math.asin(z / distance) + rope.elevation_rad
@@ -198,7 +198,7 @@ def anchors_of(world: Hidden, surveyed_m: Array, points_m: Array, slope: Array) 
             level * math.sin(azimuth),
             distance * math.sin(elevation),
         ]
-        anchors[k] = points_m[k] + slope @ np.array(chord)
+        anchors[index] = points_m[index] + slope @ np.array(chord)
     return anchors
 
 

@@ -19,7 +19,7 @@ from synthetic_run import write_synthetic_run
 
 import testbed
 from testbed.benchmarks.paper.benchmark import Paper
-from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least
+from testbed.benchmarks.paper.experiment import Claim, Experiment, Line, Panel
 from testbed.machine.names import LEGS
 from testbed.report import loop_page, page
 from testbed.report.style import RC, svg
@@ -168,6 +168,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
             shared
             | {
                 "name": word,
+                "left_out": [{"name": word, "reason": word}],
                 "hypotheses": [(word, 1.0)],
                 "errors": [(word, word, {"before": word, "refit": word, "after": word})],
                 "learnt": 50,
@@ -210,7 +211,7 @@ def test_the_page_of_the_paper(word: str) -> None:
         word,
         word,
         word,
-        [at_least(word, word, 2.0, 1.0, word)],
+        [Claim(word, word, 2.0, 3.0, 1.0, word)],
         [Panel(word, word, word, [Line(line, line, word)])],
         [Table(word, [word], [[word]])],
         [word],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from pathlib import Path
 
@@ -19,3 +20,18 @@ def work(item: tuple[str, int]) -> int:
     time.sleep(WORK_S)
     (Path(folder) / f"ended-{mark}").touch()
     return number**2
+
+
+def begun_by_killed(item: tuple[str, int]) -> int:
+    """`work`; whoever is the first to begin number 3 kills its own process."""
+    folder, number = item
+    if number == 3 and not (Path(folder) / "killed").exists():
+        (Path(folder) / "killed").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return work(item)
+
+
+def killing(_: int) -> int:
+    """Kills its own process."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0

@@ -70,6 +70,60 @@ def test_an_mcap_has_series_and_frames_that_foxglove_knows(
     assert {"fl_foot", "drill_mast"} <= set(by_child)
 
 
+TYPES = {"object": dict, "array": list, "string": str, "integer": int, "number": (int, float)}
+
+
+def _keeps(told: Any, schema: dict[str, Any]) -> None:
+    """Refuse what is not of the schema's type, or has a field that it does not know."""
+    assert isinstance(told, TYPES[schema["type"]]), schema
+    if schema["type"] == "object":
+        assert set(told) <= set(schema["properties"])
+        for name, value in told.items():
+            _keeps(value, schema["properties"][name])
+    if schema["type"] == "array":
+        for one in told:
+            _keeps(one, schema["items"])
+
+
+def test_every_message_keeps_to_its_schema_and_frames_hang_together(
+    run: RecordedRun, tmp_path: Path
+) -> None:
+    run.data["estimate_kbf_fl"][30] = np.nan
+    export_run(run.folder, tmp_path / "run.mcap", rate_hz=50.0)
+    found = _messages(tmp_path / "run.mcap")
+    for messages in found.values():
+        for _, schema, told in messages:
+            _keeps(told, json.loads(schema.data))
+    for _, _, told in found["/tf"]:
+        frames = {frame["child_frame_id"]: frame for frame in told["transforms"]}
+        assert len(frames) == len(told["transforms"]), "each link hangs on one other"
+        assert {f["parent_frame_id"] for f in frames.values()} - set(frames) == {"world"}
+        for frame in frames.values():
+            assert sum(v * v for v in frame["rotation"].values()) == pytest.approx(1.0)
+
+
+def test_the_frames_schema_has_the_names_and_types_that_foxglove_publishes(
+    run: RecordedRun, tmp_path: Path
+) -> None:
+    export_run(run.folder, tmp_path / "run.mcap", rate_hz=1.0)
+    schema = json.loads(_messages(tmp_path / "run.mcap")["/tf"][0][1].data)
+    assert (schema["title"], schema["type"]) == ("foxglove.FrameTransforms", "object")
+    transform = schema["properties"]["transforms"]["items"]
+    assert transform["title"] == "foxglove.FrameTransform"
+    titles = {name: part.get("title") for name, part in transform["properties"].items()}
+    assert titles == {
+        "timestamp": "time",
+        "parent_frame_id": None,
+        "child_frame_id": None,
+        "translation": "foxglove.Vector3",
+        "rotation": "foxglove.Quaternion",
+    }
+    parts = transform["properties"]
+    assert set(parts["timestamp"]["properties"]) == {"sec", "nsec"}
+    assert "".join(parts["translation"]["properties"]) == "xyz"
+    assert "".join(parts["rotation"]["properties"]) == "xyzw"
+
+
 @pytest.mark.parametrize(("name", "said"), [("run.bag", "unknown ending"), ("run.csv", "positive")])
 def test_what_cannot_be_written_is_refused(
     run: RecordedRun, tmp_path: Path, name: str, said: str

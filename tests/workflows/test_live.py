@@ -88,11 +88,11 @@ def test_the_page_gets_every_frame_once_and_the_loads_of_the_last(live: SimpleNa
 
 def test_orders_reach_the_run_at_its_next_look(live: SimpleNamespace) -> None:
     live.look()
-    push = {"kind": "shove", "force_in_world_n": [0, 3000, 0], "duration_s": 0.3}
+    push = {"kind": "shove", "at": "fl", "force_in_world_n": [0, 3000, 0], "duration_s": 0.3}
     assert asked(live, "order", push) == {"done": "shove"}
     assert asked(live, "order", {"kind": "cut_rope", "rope": "left"}) == {"done": "cut rope"}
     live.look()
-    shove = {"duration_s": 0.3, "force_in_world_n": (0, 3000, 0)}
+    shove = {"duration_s": 0.3, "force_in_world_n": (0, 3000, 0), "at": "fl"}
     assert live.rows.ordered == [("shove", shove), ("cut_rope", {"rope": "left"})]
     assert asked(live, "frames?after=0")["events"][-1].endswith("cut rope")
 

@@ -200,9 +200,10 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     world = Simulation(scenario, own=OwnParts(own))
     gait: Any = world.machine.gait if own is None else None
     normal = world.machine.ground.normal_in_world
-    columns = {name: k for k, name in enumerate(world.truth_columns)}
+    columns = {name: index for index, name in enumerate(world.truth_columns)}
     ropes = [
-        [columns[f"rope_force_in_world_{side}_{k}"] for k in "xyz"] for side in ("left", "right")
+        [columns[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"]
+        for side in ("left", "right")
     ]
     tilt, tension, verdict = 0.0, 0.0, ""
     try:
@@ -248,20 +249,24 @@ def table(outcomes: Sequence[Outcome]) -> Table:
     heads = ["case", "gait", "good", "falls", "way [m]", "slip a step [mm]", "tilt [deg]"]
     heads += ["planned margin [N]", "speed, median [mm/s]", "steps"]
     rows = []
-    for case, gait in dict.fromkeys((o.case, o.gait) for o in outcomes):
-        of = [o for o in outcomes if (o.case, o.gait) == (case, gait)]
-        margins = [o.least_planned_margin_n for o in of if o.least_planned_margin_n is not None]
-        steps = [o.steps for o in of if o.steps is not None]
-        speed = np.median([1000 * o.way_m / o.time_s for o in of])
+    for case, gait in dict.fromkeys((outcome.case, outcome.gait) for outcome in outcomes):
+        of = [outcome for outcome in outcomes if (outcome.case, outcome.gait) == (case, gait)]
+        margins = [
+            outcome.least_planned_margin_n
+            for outcome in of
+            if outcome.least_planned_margin_n is not None
+        ]
+        steps = [outcome.steps for outcome in of if outcome.steps is not None]
+        speed = np.median([1000 * outcome.way_m / outcome.time_s for outcome in of])
         rows.append(
             [
                 case,
                 gait,
-                f"{sum(o.good for o in of)} of {len(of)}",
-                str(sum(o.verdict != "stood" for o in of)),
-                f"{min(o.way_m for o in of):.2f}",
-                f"{1000 * max(o.slip_m for o in of):.1f}",
-                f"{max(o.tilt_deg for o in of):.2f}",
+                f"{sum(outcome.good for outcome in of)} of {len(of)}",
+                str(sum(outcome.verdict != "stood" for outcome in of)),
+                f"{min(outcome.way_m for outcome in of):.2f}",
+                f"{1000 * max(outcome.slip_m for outcome in of):.1f}",
+                f"{max(outcome.tilt_deg for outcome in of):.2f}",
                 f"{min(margins):.0f}" if margins else "-",
                 f"{speed:.1f}",
                 str(max(steps, default="-")),

@@ -273,46 +273,50 @@ class ExpectedLoadStands(Benchmark[int]):
 
 def scores(cases: Sequence[Case]) -> dict[str, float]:
     """The numbers of the table. Errors as shares of a quarter of the weight."""
-    true = np.array([c.true_n for c in cases])
-    near = [c for c in cases if c.near_known is not None]
-    far = [c for c in cases if c.first_true is not None]
-    inside = (true >= [c.low_n for c in cases]) & (true <= [c.high_n for c in cases])
+    true = np.array([case.true_n for case in cases])
+    near = [case for case in cases if case.near_known is not None]
+    far = [case for case in cases if case.first_true is not None]
+    inside = (true >= [case.low_n for case in cases]) & (true <= [case.high_n for case in cases])
     return {
         "cases": len(cases),
         "known_rms": float(
-            np.sqrt(np.mean((np.array([c.known_n for c in cases]) - true) ** 2)) / QUARTER_N
+            np.sqrt(np.mean((np.array([case.known_n for case in cases]) - true) ** 2)) / QUARTER_N
         ),
         "combination_rms": float(
-            np.sqrt(np.mean(np.square([c.combination_error_n for c in cases]))) / QUARTER_N
+            np.sqrt(np.mean(np.square([case.combination_error_n for case in cases]))) / QUARTER_N
         ),
         "interval_cover": float(inside.mean()),
         "interval_width_n": float(
-            np.median(np.subtract([c.high_n for c in cases], [c.low_n for c in cases]))
+            np.median(np.subtract([case.high_n for case in cases], [case.low_n for case in cases]))
         ),
         "near": len(near),
-        "named_near": float(np.mean([c.near_known == c.first_true for c in near]))
+        "named_near": float(np.mean([case.near_known == case.first_true for case in near]))
         if near
         else float("nan"),
-        "named_near_nominal": float(np.mean([c.near_nominal == c.first_true for c in near]))
+        "named_near_nominal": float(
+            np.mean([case.near_nominal == case.first_true for case in near])
+        )
         if near
         else float("nan"),
-        "named_all": float(np.mean([c.first_known == c.first_true for c in far]))
+        "named_all": float(np.mean([case.first_known == case.first_true for case in far]))
         if far
         else float("nan"),
-        "call_us": float(np.median([c.call_us for c in cases])),
+        "call_us": float(np.median([case.call_us for case in cases])),
     }
 
 
-def table(s: Mapping[str, float]) -> Table:
+def table(scored: Mapping[str, float]) -> Table:
     """What is known, what came of it."""
-    of_weight = f"share of weight / 4, {s['cases']:.0f} stands"
-    near = f"first foot to leave named, where one is near to it ({s['near']:.0f} stands)"
+    of_weight = f"share of weight / 4, {scored['cases']:.0f} stands"
+    near = f"first foot to leave named, where one is near to it ({scored['near']:.0f} stands)"
     footing = f"the same, footing known to {1000 * FOOTING_SD_M:g} mm"
-    cover = f"{100 * s['interval_cover']:.1f} % (median width {s['interval_width_n']:.0f} N)"
+    cover = (
+        f"{100 * scored['interval_cover']:.1f} % (median width {scored['interval_width_n']:.0f} N)"
+    )
     sensors = "encoders, load pins, inertial unit"
 
     def share(name: str, digits: int = 1) -> str:
-        return f"{100 * s[name]:.{digits}f} %"
+        return f"{100 * scored[name]:.{digits}f} %"
 
     rows = [
         ["true heights under load and stiffness", f"RMS error of a load, {of_weight}"],
@@ -324,7 +328,7 @@ def table(s: Mapping[str, float]) -> Table:
         ["", "time of a call, median"],
     ]
     values = [share("known_rms", 2), share("combination_rms", 2), cover, share("named_near")]
-    values += [share("named_all"), share("named_near_nominal"), f"{s['call_us']:.0f} us"]
+    values += [share("named_all"), share("named_near_nominal"), f"{scored['call_us']:.0f} us"]
     heads = ["what is known", "quantity", "of these stands"]
     shown = [[*row, value] for row, value in zip(rows, values, strict=True)]
     return Table("Expected foot loads", heads, shown)

@@ -147,13 +147,19 @@ def summary(task: str, answers: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     entrant does better than the oracle's own plan, the oracle does as that entrant did: `beaten` is
     the share of such cases.
     """
-    mine = sorted((a for a in answers if a["task"] == task), key=lambda a: a["seed"])
-    names = list(dict.fromkeys(a["entrant"] for a in mine))
-    scores = {n: np.array([a["score"] for a in mine if a["entrant"] == n]) for n in names}
+    mine = sorted((answer for answer in answers if answer["task"] == task), key=lambda a: a["seed"])
+    names = list(dict.fromkeys(answer["entrant"] for answer in mine))
+    scores = {
+        key: np.array([answer["score"] for answer in mine if answer["entrant"] == key])
+        for key in names
+    }
     others = np.max([values for name, values in scores.items() if name != ORACLE], axis=0)
     beaten = float(np.mean(others > scores[ORACLE]))
     scores[ORACLE] = np.maximum(scores[ORACLE], others)
-    stood = {n: [a["verdict"] == "stood" for a in mine if a["entrant"] == n] for n in names}
+    stood = {
+        key: [answer["verdict"] == "stood" for answer in mine if answer["entrant"] == key]
+        for key in names
+    }
     best = max(TASKS[task].rules, key=lambda name: float(scores[name].mean()))
     rule, oracle = float(scores[best].mean()), float(scores[ORACLE].mean())
     rng = np.random.default_rng(0)

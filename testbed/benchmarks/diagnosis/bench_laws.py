@@ -57,17 +57,17 @@ def bristle(motion: Motion, size_n: float, reach_m: float) -> Array:
     """An elastic element that slips at `size_n` after `reach_m`: clipped increments, N."""
     out = np.zeros_like(motion.position_m)
     step = np.diff(motion.position_m) * size_n / reach_m
-    for k in range(1, len(out)):
-        out[k] = min(max(out[k - 1] + step[k - 1], -size_n), size_n)
+    for index in range(1, len(out)):
+        out[index] = min(max(out[index - 1] + step[index - 1], -size_n), size_n)
     return out
 
 
 def soft_bristle(motion: Motion, size_n: float, reach_m: float) -> Array:
     """The first-order bristle of `friction.presliding`: dz = dx - |dx| z / reach, N."""
     out = np.zeros_like(motion.position_m)
-    for k, moved in enumerate(np.diff(motion.position_m), start=1):
+    for index, moved in enumerate(np.diff(motion.position_m), start=1):
         aim = size_n if moved > 0.0 else -size_n
-        out[k] = aim + (out[k - 1] - aim) * np.exp(-abs(moved) / reach_m)
+        out[index] = aim + (out[index - 1] - aim) * np.exp(-abs(moved) / reach_m)
     return out
 
 
@@ -85,8 +85,8 @@ def _rate_hz(motion: Motion) -> float:
 def quadratic_drag(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     """Grows with the square of the speed, in one direction more than in the other."""
     skew = 1.0 + rng.uniform(0.2, 0.6) * motion.direction
-    v = motion.velocity_m_s / motion.fastest_m_s
-    return 2.0 * size_n * skew * v * np.abs(v)
+    speed = motion.velocity_m_s / motion.fastest_m_s
+    return 2.0 * size_n * skew * speed * np.abs(speed)
 
 
 def hysteresis(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
@@ -96,7 +96,10 @@ def hysteresis(motion: Motion, size_n: float, rng: np.random.Generator) -> Array
     travel = float(np.ptp(motion.position_m))
     reaches = travel * np.geomspace(0.01, 0.6, 6)
     shares = rng.dirichlet(np.ones(6))
-    parts = [bristle(motion, 2.0 * size_n * s, r) for s, r in zip(shares, reaches, strict=True)]
+    parts = [
+        bristle(motion, 2.0 * size_n * share, reach)
+        for share, reach in zip(shares, reaches, strict=True)
+    ]
     return np.asarray(np.sum(parts, axis=0))
 
 
@@ -106,7 +109,7 @@ def cogging(motion: Motion, size_n: float, rng: np.random.Generator) -> Array:
     weights, phases = rng.uniform(0.4, 1.0, 4), rng.uniform(0.0, 2.0 * np.pi, 4)
     angle = 2.0 * np.pi * motion.position_m / pitch
     pairs = enumerate(zip(weights, phases, strict=True), start=1)
-    waves = [weight * np.sin(k * angle + phase) for k, (weight, phase) in pairs]
+    waves = [weight * np.sin(order * angle + phase) for order, (weight, phase) in pairs]
     return np.asarray(size_n * np.sum(waves, axis=0))
 
 

@@ -114,46 +114,57 @@ def make_bench(seed: int) -> tuple[Rig, Hidden]:
     )
     if build.law is not None and law not in AS_LARGE_AS_FRICTION:
         build = replace(build, size_n=_scaled(_motion(build, 0), build, size_n))
-    made = [_recording(build, k) for k in range(4)]
+    made = [_recording(build, index) for index in range(4)]
     rig = Rig(f"bench-{seed}", Path(f"bench-{seed}"), tuple(made[:3]), tuple(made[3:]))
     return rig, Hidden(kind, law, size_n, noise)
 
 
-def _motion(b: _Build, number: int) -> Motion:
-    rng = np.random.default_rng([78, b.seed, number])
-    seconds = 14.0 if b.drive else 40.0
-    t = np.arange(round(seconds * b.rate_hz)) / b.rate_hz
-    stroke = 0.25 if b.drive else 0.06
-    period = float(rng.uniform(2.0, 4.0)) if b.drive else float(rng.uniform(6.0, 10.0))
-    slow = 0.32 * (2.0 / np.pi) * np.arcsin(0.995 * np.sin(2.0 * np.pi * t / period))
-    drift = 0.06 * np.sin(2.0 * np.pi * t / seconds + rng.uniform(0.0, 6.0))
-    quick = 0.03 if b.drive else 0.01
-    fast = quick * np.sin(2.0 * np.pi * t / period * (4.0 + rng.uniform(0.0, 1.0)))
-    share = np.sin(2.0 * np.pi * t / seconds * rng.uniform(2.0, 5.0))
-    x = stroke * (0.5 + slow + drift + fast * (1.0 if b.drive else (share > 0.0)))
-    x = _smoothed(x, 0.02 * b.rate_hz)
-    v = np.gradient(x, t)
-    pressure = np.zeros_like(t)
-    if not b.drive:
-        pressure = LEVELS_PA[number] * (1.0 + 0.04 * np.sin(2.0 * np.pi * t / 3.0))
-    current = 0.5 + 0.5 * np.sin(2.0 * np.pi * t / rng.uniform(3.0, 7.0) + rng.uniform(0.0, 6.0))
-    return Motion(t, x, v, np.gradient(v, t), pressure, current, b.level_n, stroke)
+def _motion(build: _Build, number: int) -> Motion:
+    rng = np.random.default_rng([78, build.seed, number])
+    seconds = 14.0 if build.drive else 40.0
+    time_s = np.arange(round(seconds * build.rate_hz)) / build.rate_hz
+    stroke = 0.25 if build.drive else 0.06
+    period = float(rng.uniform(2.0, 4.0)) if build.drive else float(rng.uniform(6.0, 10.0))
+    slow = 0.32 * (2.0 / np.pi) * np.arcsin(0.995 * np.sin(2.0 * np.pi * time_s / period))
+    drift = 0.06 * np.sin(2.0 * np.pi * time_s / seconds + rng.uniform(0.0, 6.0))
+    quick = 0.03 if build.drive else 0.01
+    fast = quick * np.sin(2.0 * np.pi * time_s / period * (4.0 + rng.uniform(0.0, 1.0)))
+    share = np.sin(2.0 * np.pi * time_s / seconds * rng.uniform(2.0, 5.0))
+    position_m = stroke * (0.5 + slow + drift + fast * (1.0 if build.drive else (share > 0.0)))
+    position_m = _smoothed(position_m, 0.02 * build.rate_hz)
+    velocity_m_s = np.gradient(position_m, time_s)
+    pressure = np.zeros_like(time_s)
+    if not build.drive:
+        pressure = LEVELS_PA[number] * (1.0 + 0.04 * np.sin(2.0 * np.pi * time_s / 3.0))
+    current = 0.5 + 0.5 * np.sin(
+        2.0 * np.pi * time_s / rng.uniform(3.0, 7.0) + rng.uniform(0.0, 6.0)
+    )
+    return Motion(
+        time_s,
+        position_m,
+        velocity_m_s,
+        np.gradient(velocity_m_s, time_s),
+        pressure,
+        current,
+        build.level_n,
+        stroke,
+    )
 
 
-def _scaled(m: Motion, b: _Build, size_n: float) -> float:
+def _scaled(motion: Motion, build: _Build, size_n: float) -> float:
     """The law's size with which RMS `size_n` is left once friction (5), a mass and a zero have
     taken up what they can; less where the law as a whole would be larger than friction by LARGEST.
     """
-    assert b.law is not None
-    plus, speed = m.velocity_m_s > 0.0, np.abs(m.velocity_m_s)
+    assert build.law is not None
+    plus, speed = motion.velocity_m_s > 0.0, np.abs(motion.velocity_m_s)
     one, bump = np.ones_like(speed), np.exp(-speed / 0.01)
     each_way = [column * way for column in (one, speed, bump) for way in (plus, ~plus)]
-    shared = np.column_stack([*each_way, m.acceleration_m_s2])
-    force = b.law(m, 1.0, np.random.default_rng([79, b.seed]))
+    shared = np.column_stack([*each_way, motion.acceleration_m_s2])
+    force = build.law(motion, 1.0, np.random.default_rng([79, build.seed]))
     moving = speed > MOVING_M_S
     left = force - shared @ np.linalg.lstsq(shared[moving], force[moving], rcond=None)[0]
-    beyond, whole = (float(np.sqrt(np.mean(f[moving] ** 2))) for f in (left, force))
-    return min(size_n / beyond, LARGEST * b.level_n / whole)
+    beyond, whole = (float(np.sqrt(np.mean(part[moving] ** 2))) for part in (left, force))
+    return min(size_n / beyond, LARGEST * build.level_n / whole)
 
 
 def _smoothed(values: Array, samples: float) -> Array:
@@ -162,80 +173,82 @@ def _smoothed(values: Array, samples: float) -> Array:
     return np.asarray(gaussian_filter1d(values, samples, mode="nearest"))
 
 
-def _noise(b: _Build, rng: np.random.Generator, clean: Array) -> Array:
+def _noise(build: _Build, rng: np.random.Generator, clean: Array) -> Array:
     """The force as its sensor reads it, N."""
     white = rng.standard_normal(len(clean))
-    if b.noise == "coloured":
-        share = 0.5 ** (200.0 / b.rate_hz)
+    if build.noise == "coloured":
+        share = 0.5 ** (200.0 / build.rate_hz)
         out = np.empty_like(white)
         last = 0.0
-        for k, w in enumerate(white):
-            last = share * last + np.sqrt(1.0 - share**2) * w
-            out[k] = last
-        return clean + b.noise_n * out
-    if b.noise == "quantised":
-        step = 2.0 * b.noise_n
-        return np.round((clean + 0.5 * b.noise_n * white) / step) * step
-    if b.noise == "outliers":
+        for index, shock in enumerate(white):
+            last = share * last + np.sqrt(1.0 - share**2) * shock
+            out[index] = last
+        return clean + build.noise_n * out
+    if build.noise == "quantised":
+        step = 2.0 * build.noise_n
+        return np.round((clean + 0.5 * build.noise_n * white) / step) * step
+    if build.noise == "outliers":
         spikes = (rng.random(len(clean)) < 0.005) * rng.normal(0.0, 12.0, len(clean))
-        return clean + b.noise_n * (white + spikes)
-    return clean + b.noise_n * white
+        return clean + build.noise_n * (white + spikes)
+    return clean + build.noise_n * white
 
 
-def _recording(b: _Build, number: int) -> Recording:
-    m = _motion(b, number)
-    same = np.random.default_rng([79, b.seed])
-    friction = b.viscous_n_s_m * m.velocity_m_s + b.level_n * m.direction
-    friction = friction + 0.3 * b.level_n * m.direction * np.exp(-np.abs(m.velocity_m_s) / 0.01)
-    if b.law is not None:
-        friction = friction + b.law(m, b.size_n, same)
-    rng = np.random.default_rng([80, b.seed, number])
-    if b.drive:
-        force = _noise(b, rng, b.mass_kg * m.acceleration_m_s2 + friction)
-        return _as_recording(b, number, m, force, rng)
-    reference = b.area_m2 * m.pressure_pa - friction - b.zero_n
-    return _as_recording(b, number, m, _noise(b, rng, reference), rng)
+def _recording(build: _Build, number: int) -> Recording:
+    motion = _motion(build, number)
+    same = np.random.default_rng([79, build.seed])
+    friction = build.viscous_n_s_m * motion.velocity_m_s + build.level_n * motion.direction
+    friction = friction + 0.3 * build.level_n * motion.direction * np.exp(
+        -np.abs(motion.velocity_m_s) / 0.01
+    )
+    if build.law is not None:
+        friction = friction + build.law(motion, build.size_n, same)
+    rng = np.random.default_rng([80, build.seed, number])
+    if build.drive:
+        force = _noise(build, rng, build.mass_kg * motion.acceleration_m_s2 + friction)
+        return _as_recording(build, number, motion, force, rng)
+    reference = build.area_m2 * motion.pressure_pa - friction - build.zero_n
+    return _as_recording(build, number, motion, _noise(build, rng, reference), rng)
 
 
 def _as_recording(
-    b: _Build, number: int, m: Motion, force: Array, rng: np.random.Generator
+    build: _Build, number: int, motion: Motion, force: Array, rng: np.random.Generator
 ) -> Recording:
     channels = {
         "time": Channel(column="t", unit="s"),
-        "position": Channel(column="x", unit="m", resolution=b.step_m),
+        "position": Channel(column="x", unit="m", resolution=build.step_m),
     }
-    if b.drive:
+    if build.drive:
         channels["actuator_force"] = Channel(column="F", unit="N")
         cell = ReferenceForce(kind="free")
     else:
         channels["pressure_a"] = Channel(column="pA", unit="Pa")
         cell = ReferenceForce(kind="load-cell", column="F_ref", unit="N")
-    extra = {"current": m.current} if b.current_recorded else {}
+    extra = {"current": motion.current} if build.current_recorded else {}
     channels |= {name: Channel(column=name, unit="A") for name in extra}
     header = Header(
         format="roboclimber-recording/1",
-        rig="drive" if b.drive else "cylinder",
+        rig="drive" if build.drive else "cylinder",
         data="data.parquet",
-        sample_rate_hz=b.rate_hz,
+        sample_rate_hz=build.rate_hz,
         channels=channels,
-        known=b.known,
+        known=build.known,
         reference_force=cell,
     )
-    never = np.zeros(len(m.time_s), dtype=np.bool_)
-    read_pa = m.pressure_pa + rng.normal(0.0, 100.0, len(never))
+    never = np.zeros(len(motion.time_s), dtype=np.bool_)
+    read_pa = motion.pressure_pa + rng.normal(0.0, 100.0, len(never))
     return Recording(
         name=f"run{number}",
         folder=Path(f"run{number}"),
         header=header,
-        time_s=m.time_s,
-        position_m=np.round(m.position_m / b.step_m) * b.step_m,
+        time_s=motion.time_s,
+        position_m=np.round(motion.position_m / build.step_m) * build.step_m,
         valve_command=None,
-        pressure_a_pa=None if b.drive else read_pa,
+        pressure_a_pa=None if build.drive else read_pa,
         pressure_b_pa=None,
         supply_pressure_pa=None,
         oil_temperature_degc=None,
-        actuator_force_n=force if b.drive else None,
-        reference_force_n=np.zeros(len(never)) if b.drive else force,
+        actuator_force_n=force if build.drive else None,
+        reference_force_n=np.zeros(len(never)) if build.drive else force,
         saturated_a=never,
         saturated_b=never,
         extra=extra,

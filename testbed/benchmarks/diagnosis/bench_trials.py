@@ -84,17 +84,18 @@ class BenchTest(Benchmark[int]):
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """One table."""
         rows = [
-            [k, f"{v['right']} of {v['of']}", _span(v["interval90"])] for k, v in result.items()
+            [key, f"{value['right']} of {value['of']}", _span(value["interval90"])]
+            for key, value in result.items()
         ]
         heads = ["what is in the rig", "verdict right", "90 % interval"]
         return [Table("Diagnosis of simulated benches and drives", heads, rows)]
 
 
-def right(t: Trial) -> bool:
+def right(trial: Trial) -> bool:
     """Whether the verdict is what is there: of a listed effect, its name and no other."""
-    if t["kind"] == "listed":
-        return bool(t["names"] == [t["law"]])
-    return bool(t["verdict"] == {"outside": "unnamed", "clean": "none"}[t["kind"]])
+    if trial["kind"] == "listed":
+        return bool(trial["names"] == [trial["law"]])
+    return bool(trial["verdict"] == {"outside": "unnamed", "clean": "none"}[trial["kind"]])
 
 
 def shares(trials: Sequence[Trial]) -> dict[str, Any]:
@@ -104,7 +105,9 @@ def shares(trials: Sequence[Trial]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for rig in ("drive", "cylinder"):
         for kind in ("outside", "listed", "clean"):
-            told = [right(t) for t in trials if t["rig"] == rig and t["kind"] == kind]
+            told = [
+                right(trial) for trial in trials if trial["rig"] == rig and trial["kind"] == kind
+            ]
             if told:
                 out[f"{rig}, {kind}"] = {"right": sum(told), **rate(told)}
     return out
@@ -118,11 +121,11 @@ def fit(trials: Sequence[Trial]) -> BenchCalibration:
     """A ridge regression, and how often names are wrong that passed their trials where names cover
     what is there.
     """
-    rows = [BenchSigns.from_json(t["signs"]).of_unnamed() for t in trials]
-    proven = [t for t in trials if t["kind"] != "outside" and t["kept"]]
-    wrong = sum(t["kept"] != [t["law"]] for t in proven)
+    rows = [BenchSigns.from_json(trial["signs"]).of_unnamed() for trial in trials]
+    proven = [trial for trial in trials if trial["kind"] != "outside" and trial["kept"]]
+    wrong = sum(trial["kept"] != [trial["law"]] for trial in proven)
     return BenchCalibration(
-        _regression(rows, [t["kind"] == "outside" for t in trials]),
+        _regression(rows, [trial["kind"] == "outside" for trial in trials]),
         (wrong + 1.0) / (len(proven) + 2.0),
     )
 
@@ -134,26 +137,26 @@ def _regression(rows: Sequence[Mapping[str, float]], yes: Sequence[bool]) -> dic
     from scipy.optimize import minimize
 
     names = list(rows[0])
-    x = np.array([[row[name] for name in names] for row in rows])
-    size = np.maximum(np.abs(x).max(axis=0), 1e-9)
+    features = np.array([[row[name] for name in names] for row in rows])
+    size = np.maximum(np.abs(features).max(axis=0), 1e-9)
     sign = np.where(np.array(yes), 1.0, -1.0)
     held = np.array([name != "one" for name in names])
 
-    def loss(w: Any) -> float:
-        fits = np.logaddexp(0.0, -sign * (x / size @ w))
-        return float(np.mean(fits) + RIDGE * np.sum(w[held] ** 2) / len(names))
+    def loss(weights: Any) -> float:
+        fits = np.logaddexp(0.0, -sign * (features / size @ weights))
+        return float(np.mean(fits) + RIDGE * np.sum(weights[held] ** 2) / len(names))
 
-    w = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
-    return dict(zip(names, map(float, w), strict=True))
+    learnt = np.asarray(minimize(loss, np.zeros(len(names)), method="BFGS").x) / size
+    return dict(zip(names, map(float, learnt), strict=True))
 
 
-def restated(t: Trial, c: BenchCalibration) -> Trial:
+def restated(trial: Trial, calibration: BenchCalibration) -> Trial:
     """The trial with the verdict that other numbers would give."""
-    found = distribution(BenchSigns.from_json(t["signs"]), tuple(t["kept"]), c)
+    found = distribution(BenchSigns.from_json(trial["signs"]), tuple(trial["kept"]), calibration)
     top, probability = max(found.items(), key=lambda item: item[1])
     verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
     names = list(top) if verdict == "effect" else []
-    return {**t, "verdict": verdict, "names": names, "probability": probability}
+    return {**trial, "verdict": verdict, "names": names, "probability": probability}
 
 
 def left_out(trials: Sequence[Trial]) -> list[Trial]:
@@ -161,13 +164,13 @@ def left_out(trials: Sequence[Trial]) -> list[Trial]:
     sensor's noise.
     """
 
-    def family(t: Trial) -> str:
-        return str(t["law"] or t["noise"])
+    def family(trial: Trial) -> str:
+        return str(trial["law"] or trial["noise"])
 
     out = []
-    for one in sorted({family(t) for t in trials}):
-        numbers = fit([t for t in trials if family(t) != one])
-        out += [restated(t, numbers) for t in trials if family(t) == one]
+    for one in sorted({family(trial) for trial in trials}):
+        numbers = fit([trial for trial in trials if family(trial) != one])
+        out += [restated(trial, numbers) for trial in trials if family(trial) == one]
     return out
 
 
@@ -176,18 +179,18 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     None).
     """
     out = check_file(out or FILE)
-    trials = [t for folder in folders for t in stored(folder)]
+    trials = [trial for folder in folders for trial in stored(folder)]
     numbers, judged = fit(trials), left_out(trials)
-    stated = float(np.mean([t["probability"] for t in judged]))
+    stated = float(np.mean([trial["probability"] for trial in judged]))
     row = {
         "fitted_by": "testbed lab fit-bench-diagnosis DIR, DIR of testbed lab bench-diagnosis",
         "rigs": len(trials),
-        "seeds": f"{min(t['seed'] for t in trials)}-{max(t['seed'] for t in trials)}",
+        "seeds": f"{min(trial['seed'] for trial in trials)}-{max(trial['seed'] for trial in trials)}",
         "families_left_out_in_turn": {
-            k: f"{v['right']} of {v['of']}" for k, v in shares(judged).items()
+            name: f"{share['right']} of {share['of']}" for name, share in shares(judged).items()
         },
         "right_and_stated": [
-            round(float(np.mean([right(t) for t in judged])), 3),
+            round(float(np.mean([right(trial) for trial in judged])), 3),
             round(stated, 3),
         ],
         "unnamed": _rounded(numbers.unnamed),

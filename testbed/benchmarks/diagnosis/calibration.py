@@ -84,22 +84,25 @@ def unpacked(moved: Array, names: dict[str, list[str]]) -> Calibration:
     at = 0
     for question in QUESTIONS:
         here = dict(zip(names[question], moved[at : at + len(names[question])], strict=True))
-        out[question] = {k: float(START[question].get(k, 0.0) + v) for k, v in here.items()}
+        out[question] = {
+            name: float(START[question].get(name, 0.0) + value) for name, value in here.items()
+        }
         at += len(here)
     rest, last = START["rivals"], moved[at + len(START["rivals"]) :]
     rivals = {
-        k: float(v * np.exp(n))
-        for (k, v), n in zip(rest.items(), moved[at : at + len(rest)], strict=True)
+        name: float(value * np.exp(number))
+        for (name, value), number in zip(rest.items(), moved[at : at + len(rest)], strict=True)
     }
     lapses = {
-        k: float(1.0 / (1.0 + np.exp(-LAPSE_START - n))) for k, n in zip(LAPSES, last, strict=True)
+        lapse: float(1.0 / (1.0 + np.exp(-LAPSE_START - number)))
+        for lapse, number in zip(LAPSES, last, strict=True)
     }
     return Calibration(**out, rivals=rivals, lapses=lapses)
 
 
 def fit(trials: Sequence[Trial]) -> Calibration:
     """The numbers with the least loss on these rigs."""
-    rigs = [(Signs.from_json(t["signs"]), truth_set(t)) for t in trials]
+    rigs = [(Signs.from_json(trial["signs"]), truth_set(trial)) for trial in trials]
     names = names_of(rigs[0][0])
     others = len(START["rivals"]) + len(LAPSES)
     held = [name != "one" for signs in names.values() for name in signs] + [True] * others
@@ -131,14 +134,17 @@ def least_loss(chances: Callable[[Array], Iterator[float]], held: Sequence[bool]
 
 def given(found: dict[tuple[str, ...], float], truth: frozenset[str]) -> float:
     """Probability given to a set of names."""
-    return sum(p for names, p in found.items() if frozenset(names) == truth)
+    return sum(probability for names, probability in found.items() if frozenset(names) == truth)
 
 
-def restated(trials: Sequence[Trial], c: Calibration) -> list[Trial]:
+def restated(trials: Sequence[Trial], calibration: Calibration) -> list[Trial]:
     """The trials with the probabilities, the verdict and the names that these numbers would
     give.
     """
-    return [restate(t, distribution(Signs.from_json(t["signs"]), c)) for t in trials]
+    return [
+        restate(trial, distribution(Signs.from_json(trial["signs"]), calibration))
+        for trial in trials
+    ]
 
 
 def restate(trial: Trial, chances: Mapping[tuple[str, ...], float]) -> Trial:
@@ -148,7 +154,9 @@ def restate(trial: Trial, chances: Mapping[tuple[str, ...], float]) -> Trial:
     ranked = sorted(chances.items(), key=lambda item: -item[1])
     top = ranked[0][0]
     verdict = "unnamed" if top == ("unnamed",) else "effect" if top else "none"
-    hypotheses = [{"names": list(names), "probability": p} for names, p in ranked]
+    hypotheses = [
+        {"names": list(names), "probability": probability} for names, probability in ranked
+    ]
     names = list(top) if verdict == "effect" else []
     return {**trial, "hypotheses": hypotheses, "verdict": verdict, "names": names}
 
@@ -160,16 +168,18 @@ def halves(trials: Sequence[Trial], every: int, fitted: Callable[..., list[Trial
     `fitted(judged, on)`: the trials `judged`, restated by what the trials `on` say. Raises
     InputError for too few.
     """
-    one, other = ([t for t in trials if (t["seed"] // every) % 2 == k] for k in (0, 1))
+    one, other = (
+        [trial for trial in trials if (trial["seed"] // every) % 2 == half] for half in (0, 1)
+    )
     if not one or not other:
         allowed = f"at least {2 * every}"
         raise InputError("holds too few", field="trials", value=len(trials), allowed=allowed)
     return fitted(one, other) + fitted(other, one)
 
 
-def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -> str:
+def as_yaml(calibration: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -> str:
     """The numbers with where they come from."""
-    seeds = [int(t["seed"]) for t in trials]
+    seeds = [int(trial["seed"]) for trial in trials]
     row = {
         "fitted_by": f"{COMMAND} DIR, DIR of testbed evaluate-diagnosis",
         "rigs": len(seeds),
@@ -177,7 +187,8 @@ def as_yaml(c: Calibration, trials: Sequence[Trial], held_out: dict[str, Any]) -
         "calibration_error_across_halves": round(held_out["expected_calibration_error"], 4),
         "brier_across_halves": round(held_out["brier"], 4),
         **{
-            question: rounded(getattr(c, question)) for question in (*QUESTIONS, "rivals", "lapses")
+            question: rounded(getattr(calibration, question))
+            for question in (*QUESTIONS, "rivals", "lapses")
         },
     }
     return yaml_text(row)
@@ -196,7 +207,7 @@ def ranges(seeds: Sequence[int]) -> str:
 
 def rounded(weights: Any) -> dict[str, float]:
     """Weights to four digits, as the files have them."""
-    return {k: float(f"{v:.4g}") for k, v in weights.items()}
+    return {name: float(f"{weight:.4g}") for name, weight in weights.items()}
 
 
 def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:

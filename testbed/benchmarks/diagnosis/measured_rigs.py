@@ -60,14 +60,14 @@ def mark(rig: Rig, diagnosed: bool = False) -> list[Marked]:
     model = identify_rig(rig).model
     found = diagnose(rig) if diagnosed else None
     out = []
-    for r in rig.verify:
-        by_estimate = estimate_error(r, model)
-        own = drive_error(r, model) if rig.kind == "drive" else by_estimate
-        marked = Marked(rig.name, rig.kind, r.name, own, by_estimate)
+    for recording in rig.verify:
+        by_estimate = estimate_error(recording, model)
+        own = drive_error(recording, model) if rig.kind == "drive" else by_estimate
+        marked = Marked(rig.name, rig.kind, recording.name, own, by_estimate)
         if found is not None:
             names = tuple(entry.name for entry in found.entries)
             marked = replace(
-                marked, effects=names, by_diagnosed=estimate_error(r, found.models["after"])
+                marked, effects=names, by_diagnosed=estimate_error(recording, found.models["after"])
             )
         out.append(marked)
     return out
@@ -76,11 +76,13 @@ def mark(rig: Rig, diagnosed: bool = False) -> list[Marked]:
 def mark_all(folder: Path, diagnosed: bool = False) -> list[Marked]:
     """Every rig below `folder`. Raises InputError where there is none."""
     rigs = (
-        sorted(p for p in folder.iterdir() if (p / "identify").is_dir()) if folder.is_dir() else []
+        sorted(path for path in folder.iterdir() if (path / "identify").is_dir())
+        if folder.is_dir()
+        else []
     )
     if not rigs:
         raise InputError("holds no rig", file=folder, allowed="folders with identify/ and verify/")
-    return [m for path in rigs for m in mark(read_rig(path), diagnosed)]
+    return [found for path in rigs for found in mark(read_rig(path), diagnosed)]
 
 
 def median_error(found: list[Marked], kind: str, diagnosed: bool = False) -> float:
@@ -89,7 +91,11 @@ def median_error(found: list[Marked], kind: str, diagnosed: bool = False) -> flo
     """
     return float(
         np.median(
-            [m.by_diagnosed if diagnosed else m.relative_error for m in found if m.kind == kind]
+            [
+                rig.by_diagnosed if diagnosed else rig.relative_error
+                for rig in found
+                if rig.kind == kind
+            ]
         )
     )
 
@@ -119,10 +125,10 @@ def drive_error(recording: Recording, model: LegModel) -> float:
         raise InputError("is missing", file=recording.folder, field="channels.actuator_force")
     period = float(np.median(np.diff(recording.time_s)))
     b, a = butter(ORDER, CUT_HZ * 2.0 * period)
-    x = filtfilt(b, a, recording.position_m)
-    v = np.gradient(x, period)
-    predicted = (model.known.moving_mass_kg or 0.0) * np.gradient(v, period) + friction(
-        model.friction, v
+    position_m = filtfilt(b, a, recording.position_m)
+    velocity_m_s = np.gradient(position_m, period)
+    predicted = (model.known.moving_mass_kg or 0.0) * np.gradient(velocity_m_s, period) + friction(
+        model.friction, velocity_m_s
     )
     predicted = predicted - model.force_offset_n
 
@@ -132,13 +138,13 @@ def drive_error(recording: Recording, model: LegModel) -> float:
     return _rms(few(force) - few(predicted)) / _rms(few(force))
 
 
-def friction(f: Friction, v_m_s: Array) -> Array:
+def friction(friction: Friction, v_m_s: Array) -> Array:
     """(5) at speeds (n,), N."""
     speed = np.abs(v_m_s)
-    plus = f.viscous_plus_n_s_m * speed + f.coulomb_plus_n
-    plus = plus + f.stribeck_plus_n * np.exp(-speed / f.stribeck_speed_plus_m_s)
-    minus = f.viscous_minus_n_s_m * speed + f.coulomb_minus_n
-    minus = minus + f.stribeck_minus_n * np.exp(-speed / f.stribeck_speed_minus_m_s)
+    plus = friction.viscous_plus_n_s_m * speed + friction.coulomb_plus_n
+    plus = plus + friction.stribeck_plus_n * np.exp(-speed / friction.stribeck_speed_plus_m_s)
+    minus = friction.viscous_minus_n_s_m * speed + friction.coulomb_minus_n
+    minus = minus + friction.stribeck_minus_n * np.exp(-speed / friction.stribeck_speed_minus_m_s)
     return np.where(v_m_s > 0.0, plus, np.where(v_m_s < 0.0, -minus, 0.0))
 
 
@@ -146,22 +152,22 @@ def table(found: list[Marked]) -> Table:
     """Relative errors in per cent."""
     heads = ["rig", "recording", "model's force, %", "estimate's, %"]
     rows = [
-        [m.rig, m.recording, f"{100 * m.relative_error:.2f}", f"{100 * m.by_estimate:.2f}"]
-        for m in found
+        [rig.rig, rig.recording, f"{100 * rig.relative_error:.2f}", f"{100 * rig.by_estimate:.2f}"]
+        for rig in found
     ]
-    diagnosed = any(m.by_diagnosed is not None for m in found)
+    diagnosed = any(rig.by_diagnosed is not None for rig in found)
     if diagnosed:
         heads += ["diagnosed, %", "with"]
         rows = [
-            [*row, f"{100 * (m.by_diagnosed or 0.0):.2f}", ", ".join(m.effects) or "nothing"]
-            for row, m in zip(rows, found, strict=True)
+            [*row, f"{100 * (rig.by_diagnosed or 0.0):.2f}", ", ".join(rig.effects) or "nothing"]
+            for row, rig in zip(rows, found, strict=True)
         ]
     wanted = (
         ("cylinder", "seals, median", SEAL_LIMIT, SEAL_AFTER),
         ("drive", "drive", DRIVE_LIMIT, DRIVE_AFTER),
     )
     for kind, label, limit, after in wanted:
-        if any(m.kind == kind for m in found):
+        if any(rig.kind == kind for rig in found):
             rows.append(
                 [
                     label,

@@ -32,10 +32,10 @@ def table(result: dict[str, Any]) -> Table:
     """The main marks, the baselines' beside them."""
     rows = []
     for key, (text, target) in TARGETS.items():
-        r = result[key]
-        interval = f"{r['low95']:.2f} to {r['high95']:.2f}" if r["of"] else ""
+        row = result[key]
+        interval = f"{row['low95']:.2f} to {row['high95']:.2f}" if row["of"] else ""
         rows.append(
-            [text, target, f"{r['share']:.3f}", interval, str(r["of"]), *_rivals(result, key)]
+            [text, target, f"{row['share']:.3f}", interval, str(row["of"]), *_rivals(result, key)]
         )
     rows += _closed(result)
     calibration, rigs = result["calibration"], str(result["rigs"])
@@ -81,17 +81,17 @@ def _closed(result: dict[str, Any]) -> list[list[str]]:
     if not share:
         return []
     rows = []
-    for q, text, target in (
+    for question, text, target in (
         ("p50", "median", "at least 0.90"),
         ("p10", "10th percentile", "at least 0.60"),
     ):
-        same = f"told the names, of the force: {oracle[q]:.2f}"
-        box = f"{black[q]:.2f}" if black else ""
+        same = f"told the names, of the force: {oracle[question]:.2f}"
+        box = f"{black[question]:.2f}" if black else ""
         rows.append(
             [
                 f"closable squared error closed, {text}",
                 target,
-                f"{share[q]:.3f}",
+                f"{share[question]:.3f}",
                 same,
                 "",
                 "0",
@@ -103,15 +103,15 @@ def _closed(result: dict[str, Any]) -> list[list[str]]:
         added = result["closed_share_of_what_was_added"]
         if added:
             label = f"the same of what the hidden effects add to a sound twin's error, {text}"
-            rows.append([label, "", f"{added[q]:.3f}", "", "", "0", "0", "", ""])
+            rows.append([label, "", f"{added[question]:.3f}", "", "", "0", "0", "", ""])
     return rows
 
 
 def page(result: dict[str, Any]) -> str:
     """The page's text."""
     confusion = [
-        (h, sorted(said.items(), key=lambda i: -i[1]))
-        for h, said in sorted(result["confusion"].items())
+        (hidden, sorted(said.items(), key=lambda i: -i[1]))
+        for hidden, said in sorted(result["confusion"].items())
     ]
     contents = {
         "rigs": result["rigs"],
@@ -134,15 +134,23 @@ def _figure(result: dict[str, Any]) -> str:
         left.set_xlabel("stated probability of the first hypothesis")
         left.set_ylabel("rate of being right")
         classes = result["accuracy_by_strength"]
-        middle = [(c["from"] * c["to"]) ** 0.5 for c in classes]
+        middle = [(class_["from"] * class_["to"]) ** 0.5 for class_ in classes]
         right.plot(
-            middle, [c["named"]["share"] for c in classes], "o-", color=BLUE, label="named right"
+            middle,
+            [class_["named"]["share"] for class_ in classes],
+            "o-",
+            color=BLUE,
+            label="named right",
         )
         right.plot(
-            middle, [c["visible"]["share"] for c in classes], "o--", color=GREY, label="visible"
+            middle,
+            [class_["visible"]["share"] for class_ in classes],
+            "o--",
+            color=GREY,
+            label="visible",
         )
         right.set_xscale("log")
-        right.set_xticks(middle, [f"{m:.2g}" for m in middle])
+        right.set_xticks(middle, [f"{centre:.2g}" for centre in middle])
         right.minorticks_off()
         right.set_ylim(-0.02, 1.05)
         right.set_xlabel("strength of a single effect (1: well visible)")

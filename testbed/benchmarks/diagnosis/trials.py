@@ -50,11 +50,14 @@ def trial(seed: int) -> dict[str, Any]:
         "seconds": seconds,
         "visible": _visible(oracle) if oracle else sound is not None and _differs(found, sound),
         "verdict": found.verdict.kind,
-        "names": [e.name for e in found.entries],
+        "names": [entry.name for entry in found.entries],
         "hypotheses": as_json(found)["hypotheses"],
         "parameters": {
-            e.name: {k: [p.value, p.interval90] for k, p in e.parameters.items()}
-            for e in found.entries
+            entry.name: {
+                name: [parameter.value, parameter.interval90]
+                for name, parameter in entry.parameters.items()
+            }
+            for entry in found.entries
         },
         "error": found.errors.by_recording,
         "sound": sound,
@@ -68,66 +71,73 @@ def trial(seed: int) -> dict[str, Any]:
     }
 
 
-def _model(d: Diagnosis, fit: Fit) -> LegModel:
-    return d.models["refit"].model_copy(
+def _model(diagnosis: Diagnosis, fit: Fit) -> LegModel:
+    return diagnosis.models["refit"].model_copy(
         update={"friction": fit.at.friction, "effects": entries_of(fit, 1.0)}
     )
 
 
-def _errors(d: Diagnosis, after: LegModel) -> Errors:
-    series = series_of(d.rig.verify, d.models["refit"].known)
-    return errors(d.rig.verify, series, d.models | {"after": after}, d.problem.with_flow)
+def _errors(diagnosis: Diagnosis, after: LegModel) -> Errors:
+    series = series_of(diagnosis.rig.verify, diagnosis.models["refit"].known)
+    return errors(
+        diagnosis.rig.verify,
+        series,
+        diagnosis.models | {"after": after},
+        diagnosis.problem.with_flow,
+    )
 
 
-def _oracle(d: Diagnosis, hidden: Hidden) -> Errors | None:
+def _oracle(diagnosis: Diagnosis, hidden: Hidden) -> Errors | None:
     """Errors with the true names fitted on identify; None where there is no name."""
-    if not hidden.names or not set(hidden.names) <= {e.name for e in OF_A_CYLINDER}:
+    if not hidden.names or not set(hidden.names) <= {effect.name for effect in OF_A_CYLINDER}:
         return None
-    found = [_named(d, order) for order in permutations(hidden.names)]
-    if (known := d.state.tried.get(frozenset(hidden.names))) is not None:
+    found = [_named(diagnosis, order) for order in permutations(hidden.names)]
+    if (known := diagnosis.state.tried.get(frozenset(hidden.names))) is not None:
         found.append(known)
-    return _errors(d, _model(d, max(found, key=d.state.gain).fit))
+    return _errors(diagnosis, _model(diagnosis, max(found, key=diagnosis.state.gain).fit))
 
 
-def _named(d: Diagnosis, names: tuple[str, ...]) -> Candidate:
+def _named(diagnosis: Diagnosis, names: tuple[str, ...]) -> Candidate:
     """The set of these names, each fitted after the one before, with further shapes where they
     predict better.
     """
-    current = d.state.refit
+    current = diagnosis.state.refit
     for name in names:
         effect = by_name(name)
-        fits = [fit_with(d.problem, current.fit, effect)]
+        fits = [fit_with(diagnosis.problem, current.fit, effect)]
         if effect.shapes:
-            fits.append(fit_shapes(d.problem, fits[0], effect))
-        options = [Candidate((*current.names, name), fit, evidence(d.problem, fit)) for fit in fits]
-        current = max(options, key=d.state.gain)
+            fits.append(fit_shapes(diagnosis.problem, fits[0], effect))
+        options = [
+            Candidate((*current.names, name), fit, evidence(diagnosis.problem, fit)) for fit in fits
+        ]
+        current = max(options, key=diagnosis.state.gain)
     return current
 
 
 def _visible(oracle: Errors) -> bool:
-    rows = [e for r in oracle.by_recording.values() for e in r.values()]
-    return any(e["after"] < (1.0 - VISIBLE) * e["refit"] for e in rows)
+    rows = [error for row in oracle.by_recording.values() for error in row.values()]
+    return any(row["after"] < (1.0 - VISIBLE) * row["refit"] for row in rows)
 
 
 Table = dict[str, dict[str, float]]
 
 
-def _sound_twin(d: Diagnosis, seed: int, kind: str) -> Table:
+def _sound_twin(diagnosis: Diagnosis, seed: int, kind: str) -> Table:
     """Recording -> quantity -> error on verify of the refitted model of the rig's twin without what
     is hidden.
     """
     twin, _ = make_rig(seed, kind, sound=True)
     series = series_of(twin.identify, twin.known)
-    refit = fit_base(Problem(series, declared(twin), d.problem.with_flow))[1]
+    refit = fit_base(Problem(series, declared(twin), diagnosis.problem.with_flow))[1]
     checks = series_of(twin.verify, twin.known)
-    found = errors(twin.verify, checks, dict.fromkeys(STAGES, refit), d.problem.with_flow)
+    found = errors(twin.verify, checks, dict.fromkeys(STAGES, refit), diagnosis.problem.with_flow)
     return {
-        name: {quantity: e["refit"] for quantity, e in row.items()}
+        name: {quantity: errors["refit"] for quantity, errors in row.items()}
         for name, row in found.by_recording.items()
     }
 
 
-def _differs(d: Diagnosis, sound: Table) -> bool:
+def _differs(diagnosis: Diagnosis, sound: Table) -> bool:
     """An effect without a name is visible where its rig's sound twin, refitted, has an error at
     least VISIBLE lower.
 
@@ -136,25 +146,25 @@ def _differs(d: Diagnosis, sound: Table) -> bool:
     by tens of per cent.
     """
     return any(
-        e < (1.0 - VISIBLE) * d.errors.by_recording[name][quantity]["refit"]
+        errors < (1.0 - VISIBLE) * diagnosis.errors.by_recording[name][quantity]["refit"]
         for name, row in sound.items()
-        for quantity, e in row.items()
+        for quantity, errors in row.items()
         if not name.startswith("press")
     )
 
 
-def _raw_bic(d: Diagnosis) -> list[str]:
+def _raw_bic(diagnosis: Diagnosis) -> list[str]:
     """What a stepwise search by the plain criterion would name: every sample a witness, no held-out
     blocks.
     """
     import numpy as np
 
     def score(fit: Fit) -> float:
-        found = of_residual(d.problem, fit.residual)
+        found = of_residual(diagnosis.problem, fit.residual)
         samples = sum(found.count.values())
         return sum(found.log_likelihood.values()) - 0.5 * len(fit.coordinates) * float(
             np.log(samples)
         )
 
-    best = max(d.state.tried.values(), key=lambda c: score(c.fit))
+    best = max(diagnosis.state.tried.values(), key=lambda c: score(c.fit))
     return list(best.names)

@@ -66,7 +66,7 @@ class ForceDistribution(Benchmark[Run]):
         classes = [made for made in CONTROLLERS.values() if inspect.isclass(made)]
         owned = {path for made in classes for path in own_files(made)}
         table_of_them = Path("control/distribution/controllers.py")
-        return (str(table_of_them), *(str(p.relative_to(PACKAGE)) for p in sorted(owned)))
+        return (str(table_of_them), *(str(path.relative_to(PACKAGE)) for path in sorted(owned)))
 
     def made_from(self, case: Run) -> str:
         """The case, and the controller's own files and weights."""
@@ -77,7 +77,9 @@ class ForceDistribution(Benchmark[Run]):
         outcomes = {key: Outcome(**answer) for key, answer in answers.items()}
         cases = draw_cases(self.count, self.seeds, self.draw)
         names = (*self.controllers, ORACLE)
-        return summarise(cases, [[outcomes[f"{c.key} {name}"] for name in names] for c in cases])
+        return summarise(
+            cases, [[outcomes[f"{case.key} {name}"] for name in names] for case in cases]
+        )
 
     def published(self, result: dict[str, Any]) -> dict[str, Any]:
         """Without the single runs, which stand in distribution.csv."""

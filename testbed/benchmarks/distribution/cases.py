@@ -78,13 +78,13 @@ def draw_cases(count: int, seeds: int = 1, machine: str | None = None) -> list[C
 
     cases = []
     for block in range(seeds):
-        for k in range(count):
-            rng = np.random.default_rng([HELD_OUT_SEED + block, k])
+        for index in range(count):
+            rng = np.random.default_rng([HELD_OUT_SEED + block, index])
             overrides = tuple(draw_overrides(named_set("distribution"), rng))
             if machine is not None:
-                overrides += (f"machine.draw={machine}", f"machine.seed={k}")
+                overrides += (f"machine.draw={machine}", f"machine.seed={index}")
             footing = rng.normal(0.0, FOOTING_SD_M, len(LEGS))
             cases.append(
-                Case(int(rng.integers(2**31)), overrides, tuple(footing.tolist()), block, k)
+                Case(int(rng.integers(2**31)), overrides, tuple(footing.tolist()), block, index)
             )
     return cases

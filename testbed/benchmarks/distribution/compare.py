@@ -34,11 +34,11 @@ def against_base(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -
     kinds = {"undeclared": affected, "none": ~affected}
     return {
         name: {
-            kind: _saving(saving[chosen, k], seeds[chosen])
+            kind: _saving(saving[chosen, index], seeds[chosen])
             for kind, chosen in kinds.items()
             if chosen.any()
         }
-        for k, name in enumerate(names)
+        for index, name in enumerate(names)
         if name != BASE
     }
 
@@ -49,8 +49,10 @@ def _saving(saving: Array, seeds: NDArray[np.int_]) -> dict[str, Any]:
     return {
         "cases": len(saving),
         "saving_median": float(np.median(saving)),
-        "interval95": [float(v) for v in np.quantile(medians, SPAN)],
-        "by_seed": {int(s): float(np.median(saving[seeds == s])) for s in np.unique(seeds)},
+        "interval95": [float(end) for end in np.quantile(medians, SPAN)],
+        "by_seed": {
+            int(seed): float(np.median(saving[seeds == seed])) for seed in np.unique(seeds)
+        },
     }
 
 
@@ -71,7 +73,7 @@ def against_table(compared: dict[str, Any]) -> Table:
             str(found["cases"]),
             f"{found['saving_median']:+.1%}",
             "{:+.1%} to {:+.1%}".format(*found["interval95"]),
-            " ".join(f"{v:+.1%}" for v in found["by_seed"].values()),
+            " ".join(f"{value:+.1%}" for value in found["by_seed"].values()),
         ]
         for name, kinds in compared.items()
         for kind, found in kinds.items()

@@ -28,9 +28,9 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
         figure, (left, right) = plt.subplots(
             1, 2, figsize=(2 * WIDTH_IN, 0.9 + 0.42 * len(names)), sharey=True, layout="constrained"
         )
-        for k in range(len(names)):
-            _row(left, k, 100.0 * regret[:, k])
-            _row(right, k, lowest[:, k] / 1e3)
+        for index in range(len(names)):
+            _row(left, index, 100.0 * regret[:, index])
+            _row(right, index, lowest[:, index] / 1e3)
         left.set_yticks(
             range(len(names)),
             [Path(name.rpartition(":")[0] or name).stem.replace("_", " ") for name in names],
@@ -47,9 +47,9 @@ def write_figure(result: dict[str, Any], folder: Path) -> Path:
     return path
 
 
-def _row(axes: Any, k: int, values: Any) -> None:
-    spread = k + 0.28 * (np.random.default_rng(k).random(len(values)) - 0.5)
+def _row(axes: Any, row: int, values: Any) -> None:
+    spread = row + 0.28 * (np.random.default_rng(row).random(len(values)) - 0.5)
     axes.plot(values, spread, ".", ms=4.5, color=GREY, alpha=0.55, mew=0)
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
-    axes.plot([low, high], [k, k], "-", color=BLUE, lw=1.4)
-    axes.plot([middle], [k], "o", ms=5, color=VERMILION)
+    axes.plot([low, high], [row, row], "-", color=BLUE, lw=1.4)
+    axes.plot([middle], [row], "o", ms=5, color=VERMILION)

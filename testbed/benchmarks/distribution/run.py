@@ -64,12 +64,12 @@ class Informed(Statics):
         """The truth of the last tick: means, so that blows between two ticks are no alias."""
         from scipy.spatial.transform import Rotation
 
-        for k, side in enumerate(("left", "right")):
-            self.truth[FEET + k] = np.linalg.norm(
+        for index, side in enumerate(("left", "right")):
+            self.truth[FEET + index] = np.linalg.norm(
                 [truth[f"rope_force_in_world_{side}_{axis}"] for axis in "xyz"]
             )
         turned = Rotation.from_quat(
-            [truth[f"body_pose_in_world_{k}"] for k in ("qx", "qy", "qz", "qw")]
+            [truth[f"body_pose_in_world_{part}"] for part in ("qx", "qy", "qz", "qw")]
         )
         force = np.array(
             [[truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
@@ -134,18 +134,18 @@ def _measure(
     checked: int,
     infeasible: int,
 ) -> Outcome:
-    read = {column: truth[:, k] for k, column in enumerate(sim.truth_columns)}
+    read = {column: truth[:, index] for index, column in enumerate(sim.truth_columns)}
     inside = read["t"] >= MEASURE_S
     if not inside.any():  # lost before the measuring began
         inside[-1] = True
     normal = np.stack([read[f"contact_normal_{leg}"] for leg in LEGS], axis=1)[inside]
     forces = np.stack(
-        [[read[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"] for leg in LEGS]
+        [[read[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
     ).transpose(2, 0, 1)
     across = np.sqrt(np.maximum((forces[inside] ** 2).sum(axis=2) - normal**2, 0.0))
     use = across / (spec.terrain.friction * np.maximum(normal, FLOOR_N))
-    body = np.stack([read[f"body_pose_in_world_{k}"] for k in "xyz"], axis=1)[inside]
-    seen = {column: data[:, k] for k, column in enumerate(sim.data_columns)}
+    body = np.stack([read[f"body_pose_in_world_{axis}"] for axis in "xyz"], axis=1)[inside]
+    seen = {column: data[:, index] for index, column in enumerate(sim.data_columns)}
     tension = np.stack([seen[f"rope_tension_{side}"] for side in ("left", "right")], axis=1)[inside]
     valves = np.stack([seen[f"valve_{leg}_vertical"] for leg in LEGS])[:, inside]
     return Outcome(
@@ -174,27 +174,30 @@ def count_losses(normal_n: Array) -> int:
     return int(np.sum(edges[1::2] - edges[::2] >= LOST_ROWS))
 
 
-def breaks(z: Array, c: Constraints, tolerance: float = 1e-4) -> bool:
+def breaks(plan: Array, constraints: Constraints, tolerance: float = 1e-4) -> bool:
     """Whether a plan (14,), in units of the load, breaks a constraint by more than the
     tolerance.
     """
-    over = max(float((c.rows @ z - c.high).max()), float((c.low - c.rows @ z).max()))
-    off = float(np.abs(c.balance @ z - c.value).max())
-    outside = max(float((c.below - z).max()), float((z - c.above).max()))
-    return max(over, off, outside) > tolerance or bool((z[NORMALS] < -tolerance).any())
+    over = max(
+        float((constraints.rows @ plan - constraints.high).max()),
+        float((constraints.low - constraints.rows @ plan).max()),
+    )
+    off = float(np.abs(constraints.balance @ plan - constraints.value).max())
+    outside = max(float((constraints.below - plan).max()), float((plan - constraints.above).max()))
+    return max(over, off, outside) > tolerance or bool((plan[NORMALS] < -tolerance).any())
 
 
-def possible(c: Constraints) -> bool:
+def possible(constraints: Constraints) -> bool:
     """Whether a linear program finds any plan."""
     from scipy.optimize import linprog
 
-    bounded = np.isfinite(c.low)
+    bounded = np.isfinite(constraints.low)
     found = linprog(
-        np.zeros(len(c.below)),
-        A_ub=np.vstack([c.rows, -c.rows[bounded]]),
-        b_ub=np.concatenate([c.high, -c.low[bounded]]),
-        A_eq=c.balance,
-        b_eq=c.value,
-        bounds=list(zip(c.below, c.above, strict=True)),
+        np.zeros(len(constraints.below)),
+        A_ub=np.vstack([constraints.rows, -constraints.rows[bounded]]),
+        b_ub=np.concatenate([constraints.high, -constraints.low[bounded]]),
+        A_eq=constraints.balance,
+        b_eq=constraints.value,
+        bounds=list(zip(constraints.below, constraints.above, strict=True)),
     )
     return bool(found.status == 0)

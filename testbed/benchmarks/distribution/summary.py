@@ -23,8 +23,8 @@ def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> d
     affected = np.array([case.affected for case in cases])
     best = np.array([row[-1].friction_use for row in outcomes])
     table = []
-    for k, first in enumerate(outcomes[0]):
-        rows = [row[k] for row in outcomes]
+    for index, first in enumerate(outcomes[0]):
+        rows = [row[index] for row in outcomes]
         table.append({"name": first.controller, **_scores(rows, best, affected)})
     return {
         "cases": len(cases),
@@ -38,9 +38,9 @@ def summarise(cases: Sequence[Case], outcomes: Sequence[Sequence[Outcome]]) -> d
 
 
 def _scores(rows: Sequence[Outcome], best: Array, affected: NDArray[np.bool_]) -> dict[str, Any]:
-    use = np.array([r.friction_use for r in rows])
+    use = np.array([row.friction_use for row in rows])
     regret, absolute = use / np.maximum(best, 1e-6) - 1.0, use - best
-    lowest, hours = np.array([r.lowest_normal_n for r in rows]), sum(r.hours for r in rows)
+    lowest, hours = np.array([row.lowest_normal_n for row in rows]), sum(row.hours for row in rows)
     split = {
         f"friction_use_regret_median_{word}": float(np.median(regret[chosen]))
         if chosen.any()
@@ -56,15 +56,15 @@ def _scores(rows: Sequence[Outcome], best: Array, affected: NDArray[np.bool_]) -
         **split,
         "lowest_normal_force_n": float(np.quantile(lowest, 0.05)),
         "lowest_normal_force_median_n": float(np.median(lowest)),
-        "losses_per_hour": sum(r.losses for r in rows) / hours,
-        "lost_cases": int(sum(r.losses > 0 for r in rows)),
-        "infeasible": int(sum(r.infeasible for r in rows)),
-        "plans_checked": int(sum(r.plans_checked for r in rows)),
-        "solve_p99_s": float(np.quantile([r.solve_p99_s for r in rows], 0.5)),
-        "solve_p99_worst_s": float(max(r.solve_p99_s for r in rows)),
-        "body_motion_median_m": float(np.median([r.body_motion_m for r in rows])),
-        "rope_range_median_n": float(np.median([r.rope_range_n for r in rows])),
-        "valve_effort_mean": float(np.mean([r.valve_effort for r in rows])),
+        "losses_per_hour": sum(row.losses for row in rows) / hours,
+        "lost_cases": int(sum(row.losses > 0 for row in rows)),
+        "infeasible": int(sum(row.infeasible for row in rows)),
+        "plans_checked": int(sum(row.plans_checked for row in rows)),
+        "solve_p99_s": float(np.quantile([row.solve_p99_s for row in rows], 0.5)),
+        "solve_p99_worst_s": float(max(row.solve_p99_s for row in rows)),
+        "body_motion_median_m": float(np.median([row.body_motion_m for row in rows])),
+        "rope_range_median_n": float(np.median([row.rope_range_n for row in rows])),
+        "valve_effort_mean": float(np.mean([row.valve_effort for row in rows])),
     }
 
 
@@ -105,7 +105,7 @@ def _drawn(case: Case) -> dict[str, Any]:
         "slope_deg": short(spec.terrain.slope_deg),
         "friction": short(spec.terrain.friction),
         "payload_kg": short(spec.robot.payload_kg),
-        "undeclared": " ".join(f"{u.effect}@{u.at}" for u in spec.undeclared),
+        "undeclared": " ".join(f"{hidden.effect}@{hidden.at}" for hidden in spec.undeclared),
     }
 
 

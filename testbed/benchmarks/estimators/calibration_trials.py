@@ -44,21 +44,25 @@ def press_recording(seed: int, seconds: float = 15.0) -> tuple[Recording, Array]
     sample of a thousand.
     """
     rng = np.random.default_rng([3, seed])
-    t = np.arange(0.0, seconds, 1.0 / RATE_HZ)
+    time_s = np.arange(0.0, seconds, 1.0 / RATE_HZ)
     pace = 2.0 * np.pi * rng.uniform(0.15, 0.25)
-    v = 0.010 * pace * np.cos(pace * t) + 0.004 * np.cos(3.1 * pace * t)
-    x = 0.2 + np.cumsum(v) / RATE_HZ - 0.5 * v / RATE_HZ
-    load = 7000.0 + 6000.0 * np.sin(2.0 * np.pi * 0.07 * t + rng.uniform(0.0, 6.0))
-    pb = 2.5e6 + 1.0e6 * np.sin(2.0 * np.pi * 0.11 * t + rng.uniform(0.0, 6.0))
-    pa = _pressure_a(rng, v, load, pb)
+    velocity_m_s = 0.010 * pace * np.cos(pace * time_s) + 0.004 * np.cos(3.1 * pace * time_s)
+    position_m = 0.2 + np.cumsum(velocity_m_s) / RATE_HZ - 0.5 * velocity_m_s / RATE_HZ
+    load = 7000.0 + 6000.0 * np.sin(2.0 * np.pi * 0.07 * time_s + rng.uniform(0.0, 6.0))
+    pb = 2.5e6 + 1.0e6 * np.sin(2.0 * np.pi * 0.11 * time_s + rng.uniform(0.0, 6.0))
+    pa = _pressure_a(rng, velocity_m_s, load, pb)
     true = np.column_stack([1.0 + A_SD * rng.standard_normal(2), B_SD_V * rng.standard_normal(2)])
-    channels = [_through_sensor(p, ab, rng) for p, ab in zip((pa, pb), true, strict=True)]
-    reference = np.round((load + rng.normal(0.0, 1.7, t.size)) / 10.0) * 10.0
-    recording = recording_of(t, x, channels[0], channels[1], reference, KNOWN, "load-cell")
+    channels = [
+        _through_sensor(pressure, ab, rng) for pressure, ab in zip((pa, pb), true, strict=True)
+    ]
+    reference = np.round((load + rng.normal(0.0, 1.7, time_s.size)) / 10.0) * 10.0
+    recording = recording_of(
+        time_s, position_m, channels[0], channels[1], reference, KNOWN, "load-cell"
+    )
     return replace(recording, name=f"press-{seed}"), true
 
 
-def _pressure_a(rng: np.random.Generator, v: Array, load: Array, pb: Array) -> Array:
+def _pressure_a(rng: np.random.Generator, velocity_m_s: Array, load: Array, pb: Array) -> Array:
     """PA (n,) that balances load, frame, pB and friction: (5) with a shift delta, and parts from
     load and pressures.
     """
@@ -69,9 +73,9 @@ def _pressure_a(rng: np.random.Generator, v: Array, load: Array, pb: Array) -> A
         abs(LOAD_SD * rng.standard_normal()),
         abs(PRESSURE_SD_M2 * rng.standard_normal()),
     )
-    rest = friction_force(even, v) + ASYMMETRY * level * rng.standard_normal()
-    rest += load + frame_force(v, KNOWN) + pb * KNOWN.area_b_m2
-    sign = np.sign(v)
+    rest = friction_force(even, velocity_m_s) + ASYMMETRY * level * rng.standard_normal()
+    rest += load + frame_force(velocity_m_s, KNOWN) + pb * KNOWN.area_b_m2
+    sign = np.sign(velocity_m_s)
     # pA stands on both sides: pA A_A = rest + sign (of_load load + of_pressure (pA + pB))
     pa = (rest + sign * (of_load * load + of_pressure * pb)) / (
         KNOWN.area_a_m2 - sign * of_pressure
@@ -79,11 +83,11 @@ def _pressure_a(rng: np.random.Generator, v: Array, load: Array, pb: Array) -> A
     return pa
 
 
-def _through_sensor(p: Array, ab: Array, rng: np.random.Generator) -> Array:
-    """What a sensor with these a, b reads of p, in Pa at nominal calibration (a = 1, b = 0)."""
-    noisy = p + rng.normal(0.0, PRESSURE_NOISE_PA, p.size)
+def _through_sensor(pressure: Array, ab: Array, rng: np.random.Generator) -> Array:
+    """What a sensor with these a, b reads of a pressure; Pa at nominal a = 1 and b = 0."""
+    noisy = pressure + rng.normal(0.0, PRESSURE_NOISE_PA, pressure.size)
     volts = np.round((noisy / K_PA_PER_V - ab[1]) / ab[0] / CONVERTER_V) * CONVERTER_V
-    glitch = rng.random(p.size) < 1e-3
+    glitch = rng.random(pressure.size) < 1e-3
     volts[glitch] += rng.uniform(-1.0, 1.0, int(glitch.sum()))
     return np.asarray(K_PA_PER_V * volts)
 
@@ -92,12 +96,15 @@ def inside(result: Calibrated, true: Array) -> list[bool]:
     """Whether each sensor's 95 % region holds the true (a, b)."""
     out = []
     for sensor, ab in zip(result.sensors.values(), true, strict=True):
-        d = np.array([sensor.a, sensor.b]) - ab
-        out.append(bool(d @ np.linalg.solve(sensor.covariance, d) <= REGION_95))
+        error = np.array([sensor.a, sensor.b]) - ab
+        out.append(bool(error @ np.linalg.solve(sensor.covariance, error) <= REGION_95))
     return out
 
 
 def coverage(trials: int) -> NDArray[np.int64]:
     """How many of `trials` regions hold the truth, per sensor (2,)."""
-    held = [inside(calibrate([r]), true) for r, true in map(press_recording, range(trials))]
+    held = [
+        inside(calibrate([recording]), true)
+        for recording, true in map(press_recording, range(trials))
+    ]
     return np.asarray(np.sum(held, axis=0), dtype=np.int64)

@@ -33,16 +33,16 @@ def random_friction(rng: np.random.Generator) -> Friction:
     """A plausible set of eight parameters: F_c 300-1500 N, F_s 100-500 N, c_s 3-20 mm/s, sigma 2-8
     kN s/m.
     """
-    a, b = _side(rng), _side(rng)
+    plus, minus = _side(rng), _side(rng)
     return Friction(
-        viscous_plus_n_s_m=a[0],
-        coulomb_plus_n=a[1],
-        stribeck_plus_n=a[2],
-        stribeck_speed_plus_m_s=a[3],
-        viscous_minus_n_s_m=b[0],
-        coulomb_minus_n=b[1],
-        stribeck_minus_n=b[2],
-        stribeck_speed_minus_m_s=b[3],
+        viscous_plus_n_s_m=plus[0],
+        coulomb_plus_n=plus[1],
+        stribeck_plus_n=plus[2],
+        stribeck_speed_plus_m_s=plus[3],
+        viscous_minus_n_s_m=minus[0],
+        coulomb_minus_n=minus[1],
+        stribeck_minus_n=minus[2],
+        stribeck_speed_minus_m_s=minus[3],
     )
 
 
@@ -89,10 +89,14 @@ def speed_profile(
     return np.convolve(raw, kernel / kernel.sum(), "same")
 
 
-def friction_force(friction: Friction, v: Array) -> Array:
-    """(5) in N, positive against extension, 0 at rest; v (n,)."""
-    p, speed = eight(friction), np.abs(v)
-    return np.where(v > 0.0, curve(p[:4], speed), np.where(v < 0.0, -curve(p[4:], speed), 0.0))
+def friction_force(friction: Friction, velocity_m_s: Array) -> Array:
+    """(5) in N, positive against extension, 0 at rest; velocity (n,)."""
+    numbers, speed = eight(friction), np.abs(velocity_m_s)
+    return np.where(
+        velocity_m_s > 0.0,
+        curve(numbers[:4], speed),
+        np.where(velocity_m_s < 0.0, -curve(numbers[4:], speed), 0.0),
+    )
 
 
 def air_recording(
@@ -103,34 +107,46 @@ def air_recording(
     """
     rng = np.random.default_rng(seed)
     v = speed_profile() if v is None else v
-    t = np.arange(v.size) / RATE_HZ
-    pb = 2.0e6 + 2.0e5 * np.sin(2.0 * np.pi * 0.05 * t) + 0.3e6 * (v < 0.0)
+    time_s = np.arange(v.size) / RATE_HZ
+    pb = 2.0e6 + 2.0e5 * np.sin(2.0 * np.pi * 0.05 * time_s) + 0.3e6 * (v < 0.0)
     pb = np.convolve(np.pad(pb, 50, "edge"), np.ones(101) / 101, "valid")
     pa = (
         friction_force(friction, v) + frame_force(v, known) + pb * known.area_b_m2
     ) / known.area_a_m2
-    x = 0.2 + rng.uniform(0.0, 1e-3) + (np.cumsum(v) - 0.5 * v) / RATE_HZ
+    position_m = 0.2 + rng.uniform(0.0, 1e-3) + (np.cumsum(v) - 0.5 * v) / RATE_HZ
     return recording_of(
-        t, x, _measured(pa, rng), _measured(pb, rng), np.zeros_like(t), known, "foot-in-air"
+        time_s,
+        position_m,
+        _measured(pa, rng),
+        _measured(pb, rng),
+        np.zeros_like(time_s),
+        known,
+        "foot-in-air",
     )
 
 
-def frame_force(v: Array, known: Known) -> Array:
-    """M a - m g cos(inclination), N, of the inner frame moving with v (n,) at RATE_HZ."""
+def frame_force(velocity_m_s: Array, known: Known) -> Array:
+    """M a - m g cos(inclination), N, of the inner frame moving at a velocity (n,) at RATE_HZ."""
     mass = known.moving_mass_kg or 0.0
-    return np.asarray(mass * (np.gradient(v) * RATE_HZ - known.gravity_along_axis_m_s2))
+    return np.asarray(mass * (np.gradient(velocity_m_s) * RATE_HZ - known.gravity_along_axis_m_s2))
 
 
-def _measured(p: Array, rng: np.random.Generator) -> Array:
-    noisy = p + rng.normal(0.0, PRESSURE_NOISE_PA, p.size)
+def _measured(pressure: Array, rng: np.random.Generator) -> Array:
+    noisy = pressure + rng.normal(0.0, PRESSURE_NOISE_PA, pressure.size)
     return np.asarray(np.round(noisy / PRESSURE_STEP_PA) * PRESSURE_STEP_PA)
 
 
 def recording_of(
-    t: Array, x: Array, pa: Array, pb: Array, reference: Array, known: Known, kind: str
+    time_s: Array,
+    position_m: Array,
+    pa: Array,
+    pb: Array,
+    reference: Array,
+    known: Known,
+    kind: str,
 ) -> Recording:
-    """A recording in memory, as if read from a folder: x m (to be rounded to the encoder's step),
-    pa, pb Pa, N.
+    """A recording in memory, as if read from a folder: position m (to be rounded to the
+    encoder's step), pa, pb Pa, N.
     """
     unit = Calibration(k_pa_per_v=2.0e6, a=1.0, b=0.0)
 
@@ -153,13 +169,13 @@ def recording_of(
             {"kind": kind} | ({"column": "F_ref", "unit": "N"} if kind == "load-cell" else {})
         ),
     )
-    never = np.zeros(t.size, dtype=np.bool_)
-    rounded = np.round(x / RESOLUTION_M) * RESOLUTION_M
+    never = np.zeros(time_s.size, dtype=np.bool_)
+    rounded = np.round(position_m / RESOLUTION_M) * RESOLUTION_M
     return Recording(
         "simulated",
         Path("simulated"),
         header,
-        t,
+        time_s,
         rounded,
         None,
         pa,
@@ -184,8 +200,8 @@ def coverage(trials: int, v: Array | None = None) -> tuple[NDArray[np.int64], fl
         true = eight(friction)
         found = identify([air_recording(friction, seed, v)], KNOWN)
         held += [
-            p.interval90[0] <= t <= p.interval90[1]
-            for p, t in zip(found.parameters, true, strict=True)
+            parameter.interval90[0] <= truth <= parameter.interval90[1]
+            for parameter, truth in zip(found.parameters, true, strict=True)
         ]
         value = eight(found.model.friction)
         for side in (slice(0, 4), slice(4, 8)):

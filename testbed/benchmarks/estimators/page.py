@@ -59,7 +59,7 @@ def targets(answer: dict[str, Any]) -> list[dict[str, Any]]:
                 }
             )
     own = answer["groups"].get("all temperatures", {}).get(WHOLE, {})
-    slow, fast = (own.get(c, {}).get("rmse_n") for c in ("slow", "fast"))
+    slow, fast = (own.get(case, {}).get("rmse_n") for case in ("slow", "fast"))
     if slow is not None and fast is not None:
         out.append(
             {

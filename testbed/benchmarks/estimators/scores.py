@@ -88,7 +88,9 @@ def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scor
         out[name] = _sums(load[:, late] - true, speed, None if sd is None else sd[:, late])
         if tangential is not None:
             off = np.hypot(*np.moveaxis(tangential[:, :, late] - across, 1, 0))
-            out[name] |= {f"tangential_{k}": v for k, v in _sums(off, speed, None).items()}
+            out[name] |= {
+                f"tangential_{key}": value for key, value in _sums(off, speed, None).items()
+            }
 
     alone = replay(series.data, belief)
     for method in PAPER:
@@ -97,7 +99,7 @@ def scores(series: Series, believed: OwnBelief, own: Iterable[str] = ()) -> Scor
     for name, tuning in OWN.items():
         whole = believed.with_body(belief, model, series.rope_directions, tuning)
         found = replay(series.data, whole)
-        sideways = np.array([[found[f"own_{k}_{leg}"] for k in "xy"] for leg in LEGS])
+        sideways = np.array([[found[f"own_{axis}_{leg}"] for axis in "xy"] for leg in LEGS])
         keep(name, _legs(found, "estimate_own"), _legs(found, "own_sd"), sideways)
     keep(FLOOR, floor(series, belief))
     whole = believed.with_body(belief, model, series.rope_directions)
@@ -135,7 +137,7 @@ def floor(series: Series, belief: Believed) -> Array:
 
 def foot_forces_in_body(series: Series) -> Array:
     """True force of the ground on each foot in the body frame, N (4, 3, n)."""
-    x, y, z, w = (series.truth[f"body_pose_in_world_q{k}"] for k in "xyzw")
+    x, y, z, w = (series.truth[f"body_pose_in_world_q{axis}"] for axis in "xyzw")
     rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -144,7 +146,7 @@ def foot_forces_in_body(series: Series) -> Array:
         ]
     )
     world = np.array(
-        [[series.truth[f"foot_force_in_world_{leg}_{k}"] for k in "xyz"] for leg in LEGS]
+        [[series.truth[f"foot_force_in_world_{leg}_{axis}"] for axis in "xyz"] for leg in LEGS]
     )
     turned: Array = np.einsum("ijn,lin->ljn", rotation, world)
     return turned
@@ -174,17 +176,17 @@ def _sums(error: Array, speed: Array, sd: Array | None) -> dict[str, dict[str, A
     }
     out: dict[str, dict[str, Any]] = {}
     for name, mask in parts.items():
-        e = error[mask]
-        places = np.minimum(np.abs(e) / BIN_N, BINS - 1).astype(np.int64)
+        wrong = error[mask]
+        places = np.minimum(np.abs(wrong) / BIN_N, BINS - 1).astype(np.int64)
         out[name] = {
-            "n": int(e.size),
-            "sum": float(e.sum()),
-            "square": float(e @ e),
+            "n": int(wrong.size),
+            "sum": float(wrong.sum()),
+            "square": float(wrong @ wrong),
             "sizes": np.bincount(places, minlength=BINS).tolist(),
         }
         if sd is not None:
             out[name] |= {
-                "held": int((np.abs(e) <= Z90 * sd[mask]).sum()),
+                "held": int((np.abs(wrong) <= Z90 * sd[mask]).sum()),
                 "width": float(2.0 * Z90 * sd[mask].sum()),
             }
     return out
@@ -195,7 +197,9 @@ def merged(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for part in parts:
         for name, sums in part.items():
-            mine = out.setdefault(name, {k: (np.zeros(BINS) if k == "sizes" else 0) for k in sums})
+            mine = out.setdefault(
+                name, {field: (np.zeros(BINS) if field == "sizes" else 0) for field in sums}
+            )
             for key, value in sums.items():
                 mine[key] = mine[key] + np.asarray(value) if key == "sizes" else mine[key] + value
     return out
@@ -205,18 +209,18 @@ def marks(sums: dict[str, Any]) -> dict[str, float | None]:
     """Root mean square, bias, 99th percentile of the size (N), coverage of the 90 % interval and
     its mean width (N).
     """
-    n = sums["n"]
-    if n == 0:
+    count = sums["n"]
+    if count == 0:
         return {"rmse_n": None, "bias_n": None, "p99_n": None, "n": 0}
-    share = np.cumsum(sums["sizes"]) / n
+    share = np.cumsum(sums["sizes"]) / count
     out: dict[str, float | None] = {
-        "rmse_n": math.sqrt(sums["square"] / n),
-        "bias_n": sums["sum"] / n,
+        "rmse_n": math.sqrt(sums["square"] / count),
+        "bias_n": sums["sum"] / count,
         "p99_n": float((np.searchsorted(share, 0.99) + 1) * BIN_N),
-        "n": n,
+        "n": count,
     }
     if "held" in sums:
-        out |= {"covered": sums["held"] / n, "width_n": sums["width"] / n}
+        out |= {"covered": sums["held"] / count, "width_n": sums["width"] / count}
     return out
 
 
@@ -227,18 +231,24 @@ def result(found: list[dict[str, Any]]) -> dict[str, Any]:
         "at the calibration's temperature": lambda r: (
             r["oil_degc"] == BASE_C and r["kind"] not in APART
         ),
-        **{k: (lambda r, k=k: r["kind"] == k) for k in dict.fromkeys(r["kind"] for r in found)},  # type: ignore[misc]
+        **{
+            kind: (lambda r, kind=kind: r["kind"] == kind)  # type: ignore[misc]
+            for kind in dict.fromkeys(run["kind"] for run in found)
+        },
     }
     out: dict[str, Any] = {
         "full_scale_n": FULL_SCALE_N,
-        "runs": [r["name"] for r in found],
+        "runs": [run["name"] for run in found],
         "groups": {},
     }
     for group, belongs in groups.items():
-        members = [r["scores"] for r in found if belongs(r)]
+        members = [run["scores"] for run in found if belongs(run)]
         if members:
             out["groups"][group] = {
-                name: {c: marks(s) for c, s in merged(m[name] for m in members).items()}
+                name: {
+                    key: marks(sums)
+                    for key, sums in merged(member[name] for member in members).items()
+                }
                 for name in members[0]
             }
     return out

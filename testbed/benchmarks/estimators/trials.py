@@ -88,9 +88,9 @@ RAISE = "task={kind: raise, start_s: 2, to_m: 0.35, step_m: 0.03, every_s: 4, sp
 
 def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tuple[Trial, ...]:
     out = []
-    for k, degc in enumerate(warm):
-        a, b, c = (slopes[(k + i) % len(slopes)] for i in range(3))
-        n = seed + 10 * k
+    for index, degc in enumerate(warm):
+        a, b, c = (slopes[(index + ahead) % len(slopes)] for ahead in range(3))
+        number = seed + 10 * index
         stand, drill, crawl = "stand_slope_45", "drill_slope_45", "crawl_slope_30"
         out += [
             Trial(
@@ -103,7 +103,7 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
                     RAISE.replace("to_m: 0.35, step_m: 0.03", "to_m: 0.26, step_m: 0.01"),
                 ),
                 degc,
-                n,
+                number,
             ),
             Trial(
                 f"sway-{degc:.0f}",
@@ -111,7 +111,7 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
                 stand,
                 (f"terrain.slope_deg={b}", "duration_s=24", SWAY),
                 degc,
-                n + 1,
+                number + 1,
             ),
             Trial(
                 f"raise-{degc:.0f}",
@@ -119,7 +119,7 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
                 stand,
                 (f"terrain.slope_deg={c}", "duration_s=18", RAISE),
                 degc,
-                n + 2,
+                number + 2,
             ),
             Trial(
                 f"crawl-{degc:.0f}",
@@ -127,7 +127,7 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
                 crawl,
                 (f"terrain.slope_deg={min(a, 45)}",),
                 degc,
-                n + 3,
+                number + 3,
             ),
             Trial(
                 f"drill-{degc:.0f}",
@@ -135,7 +135,7 @@ def _trials(seed: int, slopes: tuple[int, ...], warm: tuple[float, ...]) -> tupl
                 drill,
                 (f"terrain.slope_deg={b}", "duration_s=30"),
                 degc,
-                n + 4,
+                number + 4,
             ),
         ]
     return tuple(out)
@@ -146,10 +146,15 @@ JUDGE = _trials(5000, (40, 55, 35), (40.0, 10.0, 25.0, 50.0))
 DITHER = ("control.dither_m=0.0003", "control.dither_hz=2.0")
 DITHERED = tuple(
     out
-    for k, degc in enumerate((40.0, 10.0))
+    for index, degc in enumerate((40.0, 10.0))
     for out in (
         Trial(
-            f"still-{degc:.0f}", "still", "stand_slope_45", ("duration_s=20", STEP), degc, 3000 + k
+            f"still-{degc:.0f}",
+            "still",
+            "stand_slope_45",
+            ("duration_s=20", STEP),
+            degc,
+            3000 + index,
         ),
         Trial(
             f"dither-{degc:.0f}",
@@ -157,7 +162,7 @@ DITHERED = tuple(
             "stand_slope_45",
             ("duration_s=20", STEP, *DITHER),
             degc,
-            3000 + k,
+            3000 + index,
         ),
     )
 )
@@ -165,9 +170,14 @@ DITHERED = tuple(
 LIAR = "undeclared=[{effect: sensor.gain_a, at: fr_vertical, parameters: {gain_error: -0.15}}]"
 LIARS = tuple(
     Trial(
-        f"liar-{degc:.0f}", "liar", "stand_slope_45", ("duration_s=30", SWAY, LIAR), degc, 3100 + k
+        f"liar-{degc:.0f}",
+        "liar",
+        "stand_slope_45",
+        ("duration_s=30", SWAY, LIAR),
+        degc,
+        3100 + index,
     )
-    for k, degc in enumerate((40.0, 15.0))
+    for index, degc in enumerate((40.0, 15.0))
 )
 """One pressure sensor reads 15 % low, and the model does not know."""
 
@@ -180,18 +190,18 @@ MEASURED: tuple[str, ...] = (
     ),
     "oil_temperature",
     *(f"rope_tension_{side}" for side in SIDES),
-    *(f"attitude_{a}" for a in ("roll", "pitch", "yaw")),
-    *(f"angular_rate_{a}" for a in "xyz"),
-    *(f"specific_force_{a}" for a in "xyz"),
+    *(f"attitude_{angle}" for angle in ("roll", "pitch", "yaw")),
+    *(f"angular_rate_{axis}" for axis in "xyz"),
+    *(f"specific_force_{axis}" for axis in "xyz"),
     *(f"carrying_{leg}" for leg in LEGS),
     *(f"expected_{leg}" for leg in LEGS),
     *DrillKnown.fields,
 )
 TRUE: tuple[str, ...] = (
-    *(f"foot_force_in_world_{leg}_{k}" for leg in LEGS for k in "xyz"),
+    *(f"foot_force_in_world_{leg}_{axis}" for leg in LEGS for axis in "xyz"),
     *(f"foot_load_{leg}" for leg in LEGS),
-    *(f"body_pose_in_world_q{k}" for k in "xyzw"),
-    *(f"chamber_{c}_{axis}" for c in "ab" for axis in AXES),
+    *(f"body_pose_in_world_q{axis}" for axis in "xyzw"),
+    *(f"chamber_{chamber}_{axis}" for chamber in "ab" for axis in AXES),
     *(f"friction_{axis}" for axis in AXES),
 )
 
@@ -214,8 +224,8 @@ def simulate(scenario: Scenario, tell: Callable[[float], None] | None = None) ->
     world = Simulation(scenario)
     try:
         at = (
-            [world.data_columns.index(c) for c in MEASURED],
-            [world.truth_columns.index(c) for c in TRUE],
+            [world.data_columns.index(column) for column in MEASURED],
+            [world.truth_columns.index(column) for column in TRUE],
         )
         blocks: list[tuple[Array, Array]] = []
         while not world.finished:
@@ -223,12 +233,12 @@ def simulate(scenario: Scenario, tell: Callable[[float], None] | None = None) ->
             blocks.append((data[:, at[0]], truth[:, at[1]]))
             if tell is not None:
                 tell(float(data[-1, 0]))
-        data, truth = (np.concatenate([b[i] for b in blocks]) for i in (0, 1))
+        data, truth = (np.concatenate([block[part] for block in blocks]) for part in (0, 1))
         ropes = world.machine.expectation.rope_directions_in_world.copy()
     finally:
         world.close()
     return Series(
-        {c: np.ascontiguousarray(data[:, i]) for i, c in enumerate(MEASURED)},
-        {c: np.ascontiguousarray(truth[:, i]) for i, c in enumerate(TRUE)},
+        {column: np.ascontiguousarray(data[:, index]) for index, column in enumerate(MEASURED)},
+        {column: np.ascontiguousarray(truth[:, index]) for index, column in enumerate(TRUE)},
         ropes,
     )

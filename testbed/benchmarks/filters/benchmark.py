@@ -84,13 +84,13 @@ def half_height_delays(
     """
     rng = np.random.default_rng(seed)
     delays = np.full(heights_n.size, np.inf)
-    for i, height in enumerate(heights_n):
-        z = rng.normal(0.0, NOISE_N, STEP_AT + 800)
-        z[STEP_AT:] += height
-        x = filter_(z, Q_N2, R_N2)[STEP_AT:] * np.sign(height)
-        reached = np.nonzero(x >= 0.5 * abs(height))[0]
+    for index, height in enumerate(heights_n):
+        measured = rng.normal(0.0, NOISE_N, STEP_AT + 800)
+        measured[STEP_AT:] += height
+        answered = filter_(measured, Q_N2, R_N2)[STEP_AT:] * np.sign(height)
+        reached = np.nonzero(answered >= 0.5 * abs(height))[0]
         if reached.size:
-            delays[i] = reached[0]
+            delays[index] = reached[0]
     return delays
 
 
@@ -141,8 +141,12 @@ class Filters(Benchmark[str]):
         """RMSE in N per scene, then what becomes of true steps."""
         names, steps = list(FILTERS), result["steps"]
         rows = [
-            [f"{s['scene']}, N", *(f"{s['rmse_n'][n]:.1f}" for n in names), f"{s['ratio']:.2f}"]
-            for s in result["scenes"]
+            [
+                f"{scene['scene']}, N",
+                *(f"{scene['rmse_n'][n]:.1f}" for n in names),
+                f"{scene['ratio']:.2f}",
+            ]
+            for scene in result["scenes"]
         ]
         plain, own = steps[0], steps[-1]
         for key, label in (
@@ -152,7 +156,7 @@ class Filters(Benchmark[str]):
             ("delay_worst_ms", "step delay, worst, ms"),
         ):
             ratio = "" if key == "locked_out" else f"{own[key] / plain[key]:.2f} of kf"
-            rows.append([label, *(_number(s[key]) for s in steps), ratio])
+            rows.append([label, *(_number(step[key]) for step in steps), ratio])
         return [Table("Force filters, RMSE", ["scene", *names, "own / best"], rows)]
 
 

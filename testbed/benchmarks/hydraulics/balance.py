@@ -92,21 +92,21 @@ def work_loop(
     supply, power = unit
     for _ in range(steps):
         t = books.step * STEP_S
-        for i in range(n):
-            d, rod = driven[i], given[i]
+        for index in range(n):
+            d, rod = driven[index], given[index]
             wave = math.sin(d.turn * t)
-            band = math.copysign(params[i].valve.dead_band, wave)
+            band = math.copysign(params[index].valve.dead_band, wave)
             rod.command = d.amplitude * wave + band - 0.6 * (rod.extension - d.middle)
         hydraulic_step(axes, params, given, supply, power, STEP_S, substeps)
-        for i in range(n):
-            axis, rod = axes[i], given[i]
+        for index in range(n):
+            axis, rod = axes[index], given[index]
             # the atmosphere pushes on the rod's cross-section: work of the pressures, not of the
             # rod
-            air = (params[i].a.area - params[i].b.area) * ATMOSPHERE_PA
+            air = (params[index].a.area - params[index].b.area) * ATMOSPHERE_PA
             books.mechanical += STEP_S * rod.rate * (axis.force + air)
             books.travel += STEP_S * abs(rod.rate)
             rod.extension += STEP_S * rod.rate
-            rod.rate += STEP_S * (axis.force + driven[i].external) / driven[i].mass
+            rod.rate += STEP_S * (axis.force + driven[index].external) / driven[index].mass
             lowest = min(axis.a.pressure, axis.b.pressure)
             books.lowest_pressure = min(books.lowest_pressure, lowest)
         books.highest_power = max(books.highest_power, supply.pump_power)
@@ -126,16 +126,16 @@ def oil(axes: NDArray[Any], params: NDArray[Any], supply: Any) -> float:
 def stored(axes: NDArray[Any], params: NDArray[Any], supply: Any, unit: Any) -> float:
     """Energy in chambers, hoses, line, accumulator and tank, J (its zero does not matter)."""
     total = 0.0
-    for axis, p in zip(axes, params, strict=True):
-        bulk, air = p.oil.bulk_modulus, p.oil.air
+    for axis, param in zip(axes, params, strict=True):
+        bulk, air = param.oil.bulk_modulus, param.oil.air
         for name in ("a", "b"):
             chamber = axis[name]
             total += chamber.oil * _energy(chamber.pressure, bulk, air)
-            widened = p[name].hose_elasticity * (chamber.pressure**2 - ATMOSPHERE_PA**2)
+            widened = param[name].hose_elasticity * (chamber.pressure**2 - ATMOSPHERE_PA**2)
             total += 0.5 * widened
             grid = np.linspace(ATMOSPHERE_PA, chamber.hose_pressure, 400)
             h = np.array([enthalpy(q, bulk, air) for q in grid])
-            total += p[name].hose_capacity * float(np.trapezoid(h, grid))
+            total += param[name].hose_capacity * float(np.trapezoid(h, grid))
     bulk, air, ps = unit.oil.bulk_modulus, unit.oil.air, supply.pressure
     total += supply.oil * _energy(ps, bulk, air)
     total += supply.tank_oil * enthalpy(unit.tank_pressure, bulk, air)

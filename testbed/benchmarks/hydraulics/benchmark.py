@@ -64,28 +64,28 @@ class Difference:
 
 
 def kernel_forces(
-    m: Manoeuvre, substeps: int, step_s: float = STEP_S
+    manoeuvre: Manoeuvre, substeps: int, step_s: float = STEP_S
 ) -> tuple[Array, float, float]:
     """Mean force of the axes over every step, N, (steps, n); lowest chamber and supply pressure, Pa
     absolute.
     """
-    axes, supply = m.axes.copy(), m.supply.copy()
+    axes, supply = manoeuvre.axes.copy(), manoeuvre.supply.copy()
     given = AxisInput.zeros(len(axes))
-    steps = round(m.duration_s / step_s)
+    steps = round(manoeuvre.duration_s / step_s)
     per_hold = round(HOLD_S / step_s)
     out = np.empty((steps, len(axes)))
     lowest, lowest_supply = np.inf, np.inf
-    x, _ = m.motion(0.0)
-    for k in range(steps):
-        end, _ = m.motion((k + 1) * step_s)
-        given["extension"], given["rate"] = x, (end - x) / step_s
-        given["command"] = m.commands[k // per_hold]
-        hydraulic_step(axes, m.params, given, supply, m.unit, step_s, substeps)
-        out[k] = axes["force"]
+    begin, _ = manoeuvre.motion(0.0)
+    for index in range(steps):
+        end, _ = manoeuvre.motion((index + 1) * step_s)
+        given["extension"], given["rate"] = begin, (end - begin) / step_s
+        given["command"] = manoeuvre.commands[index // per_hold]
+        hydraulic_step(axes, manoeuvre.params, given, supply, manoeuvre.unit, step_s, substeps)
+        out[index] = axes["force"]
         pressures = axes["a"]["pressure"].min(), axes["b"]["pressure"].min()
         lowest = min(lowest, *map(float, pressures))
         lowest_supply = min(lowest_supply, float(supply.pressure))
-        x = end
+        begin = end
     return out, lowest, lowest_supply
 
 
@@ -95,19 +95,28 @@ def compare(
     """Manoeuvre `number`: the kernel at `substeps` (default: a scenario's), and finer, against the
     reference.
     """
-    n = Rates().hydraulic_substeps if substeps is None else substeps
-    m = manoeuvre(number)
-    truth = solve(m, HOLD_S, STEP_S, method=method, rtol=rtol)
-    coarse, lowest, lowest_supply = kernel_forces(m, n)
-    inner, _, _ = kernel_forces(m, 2 * n)
-    half, _, _ = kernel_forces(m, n, STEP_S / 2)
+    steps = Rates().hydraulic_substeps if substeps is None else substeps
+    given = manoeuvre(number)
+    truth = solve(given, HOLD_S, STEP_S, method=method, rtol=rtol)
+    coarse, lowest, lowest_supply = kernel_forces(given, steps)
+    inner, _, _ = kernel_forces(given, 2 * steps)
+    half, _, _ = kernel_forces(given, steps, STEP_S / 2)
     errors = [
         forces[:, 0] - truth[:, 0] for forces in (coarse, 0.5 * (half[0::2] + half[1::2]), inner)
     ]
-    rms = [float(np.sqrt(np.mean(e**2))) for e in errors]
-    worst = [float(np.abs(e).max()) for e in errors]
+    rms = [float(np.sqrt(np.mean(error**2))) for error in errors]
+    worst = [float(np.abs(error).max()) for error in errors]
     return Difference(
-        number, m.kind, rms[0], worst[0], rms[1], worst[1], rms[2], worst[2], lowest, lowest_supply
+        number,
+        given.kind,
+        rms[0],
+        worst[0],
+        rms[1],
+        worst[1],
+        rms[2],
+        worst[2],
+        lowest,
+        lowest_supply,
     )
 
 
@@ -164,12 +173,20 @@ class Hydraulics(Benchmark[Piece]):
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """The manoeuvres, then the books."""
-        books = {k: v for k, v in result.items() if isinstance(v, dict) and k != "free_mass"}
+        books = {
+            key: value
+            for key, value in result.items()
+            if isinstance(value, dict) and key != "free_mass"
+        }
         return [
             table(result["manoeuvres"]),
             free_table(result["free_mass"]),
             *(
-                Table(name, ["figure", "value"], [[k, f"{v:.6g}"] for k, v in book.items()])
+                Table(
+                    name,
+                    ["figure", "value"],
+                    [[key, f"{value:.6g}"] for key, value in book.items()],
+                )
                 for name, book in books.items()
             ),
         ]

@@ -64,11 +64,11 @@ def creep(seconds: float = 60.0, share: float = 0.5, leakage: bool = True) -> Cr
     hoses = np.array([p.a.hose_capacity, p.b.hose_capacity])
     oil, hose = _both(axis, "oil"), _both(axis, "hose_pressure")
     leaked, flow, explained, beyond = np.zeros(2), _leaks(axis, p, unit), start, 0.0
-    for k in range(round(seconds / LOOK_S)):
+    for index in range(round(seconds / LOOK_S)):
         run(LOOK_S)
         before, flow = flow, _leaks(axis, p, unit)
         leaked += 0.5 * LOOK_S * (before + flow)
-        if k % 10 != 9:
+        if index % 10 != 9:
             continue
         now = oil + leaked - hoses * (_both(axis, "hose_pressure") - hose)
         level = _level(axis, p, float(rod.position), float(rod.rate))

@@ -87,8 +87,8 @@ def free_run(
     """A step for every row of `told` (command, load): leaves the mean force in `force`, and where
     the rod then is.
     """
-    for k in range(told.shape[0]):
-        now = told[k]
+    for index in range(told.shape[0]):
+        now = told[index]
         given[0].command, masses[0].load = now.command, now.load
         free_step(axes, params, given, supply, unit, masses, dt, SUBSTEPS)
         now.force, now.position = axes[0].force, masses[0].position
@@ -241,7 +241,7 @@ def compare_free(name: str, step_s: float = STEP_S, rtol: float = 1e-8) -> FreeD
     steps = len(force)
     middles = step_s * (np.arange(steps) + 0.5)
     commands = np.repeat(motion.commands, round(HOLD_S / step_s))
-    told = rig.run(commands, np.array([motion.load_n(t) for t in middles]), step_s)
+    told = rig.run(commands, np.array([motion.load_n(middle) for middle in middles]), step_s)
     error = told["force"] - force
     away = told["position"][:-1] - position[1:]
     return FreeDifference(

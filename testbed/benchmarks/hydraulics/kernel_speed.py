@@ -82,12 +82,12 @@ def kernel_loop(
     moves (2, steps, n): rates and commands.
     """
     supply, power = unit
-    for k in range(out.shape[0]):
+    for index in range(out.shape[0]):
         for i in range(axes.shape[0]):
-            given[i].rate, given[i].command = moves[0, k, i], moves[1, k, i]
+            given[i].rate, given[i].command = moves[0, index, i], moves[1, index, i]
         hydraulic_step(axes, params, given, supply, power, STEP_S, substeps)
         for i in range(axes.shape[0]):
-            out[k, i] = axes[i].force
+            out[index, i] = axes[i].force
             given[i].extension += STEP_S * given[i].rate
 
 
@@ -116,12 +116,12 @@ def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]
     )
     warmth = float(run.supply.temperature - run.unit.viscosity_reference)
     out, spent, units = np.empty_like(run.v), 0.0, np.array([run.unit])
-    for k, (v, u) in enumerate(zip(run.v, run.commands, strict=True)):
+    for index, (v, command) in enumerate(zip(run.v, run.commands, strict=True)):
         arguments = (
             run.params,
             units,
             (x, v),
-            (amplifiers.amplifier, u, amplifiers.played),
+            (amplifiers.amplifier, command, amplifiers.played),
             (0.0, warmth),
         )
         start = time.thread_time()
@@ -141,9 +141,9 @@ def lsoda_run(run: Walk, rtol: float, bare: bool = False) -> tuple[Array, float]
             ).y[:, -1]
         spent += time.thread_time() - start
         integral = slice(8, N_AXIS * 12, N_AXIS)
-        out[k] = (after[integral] - y[integral]) * 100.0 / STEP_S
+        out[index] = (after[integral] - y[integral]) * 100.0 / STEP_S
         y = after
-        amplifiers.amplifier, amplifiers.played = amplifiers.after(STEP_S, u)
+        amplifiers.amplifier, amplifiers.played = amplifiers.after(STEP_S, command)
         x = x + STEP_S * v
     return out, spent
 

@@ -109,22 +109,26 @@ def _way(
     return times, np.clip(points, -2e-4, stroke + 2e-4)
 
 
-def _commands(m: Manoeuvre, rng: np.random.Generator) -> Array:
+def _commands(manoeuvre: Manoeuvre, rng: np.random.Generator) -> Array:
     """What would drive the motion, held; off by a random factor, at rest somewhere in the dead
     band.
     """
-    segments, n = m.commands.shape
+    segments, n = manoeuvre.commands.shape
     out = np.zeros((segments, n))
-    for k in range(segments):
-        _, v = m.motion((k + 0.7) * HOLD_S)
-        for i, p in enumerate(m.params):
-            area, gain = (p.a.area, p.a.from_supply) if v[i] > 0.0 else (p.a.area, p.a.to_tank)
+    for index in range(segments):
+        _, v = manoeuvre.motion((index + 0.7) * HOLD_S)
+        for i, param in enumerate(manoeuvre.params):
+            area, gain = (
+                (param.a.area, param.a.from_supply)
+                if v[i] > 0.0
+                else (param.a.area, param.a.to_tank)
+            )
             wanted = v[i] * area / (gain * np.sqrt(3.0e6)) * rng.uniform(0.9, 1.8)
-            band = p.valve.dead_band
-            if abs(v[i]) < 2e-4 or m.kind == "near vapour pressure":
-                out[k, i] = band * rng.uniform(-0.9, 0.9)
-            elif m.kind == "dead band":
-                out[k, i] = band * rng.uniform(0.6, 1.8) * np.sign(v[i])
+            band = param.valve.dead_band
+            if abs(v[i]) < 2e-4 or manoeuvre.kind == "near vapour pressure":
+                out[index, i] = band * rng.uniform(-0.9, 0.9)
+            elif manoeuvre.kind == "dead band":
+                out[index, i] = band * rng.uniform(0.6, 1.8) * np.sign(v[i])
             else:
-                out[k, i] = np.clip(wanted * (1.0 - band) + band * np.sign(v[i]), -1.0, 1.0)
+                out[index, i] = np.clip(wanted * (1.0 - band) + band * np.sign(v[i]), -1.0, 1.0)
     return out

@@ -131,9 +131,14 @@ def held_play(t: float, a0: float, u: float, r0: float, width: float, tau: float
 def held_plays(t: float, a0: Any, u: Any, r0: Any, params: Any) -> Any:
     """`held_play` of n axes, (n)."""
     out = np.empty(len(u))
-    for i in range(len(u)):
-        out[i] = held_play(
-            t, a0[i], u[i], r0[i], params[i].valve.hysteresis, params[i].valve.amplifier_lag
+    for index in range(len(u)):
+        out[index] = held_play(
+            t,
+            a0[index],
+            u[index],
+            r0[index],
+            params[index].valve.hysteresis,
+            params[index].valve.amplifier_lag,
         )
     return out
 
@@ -260,11 +265,18 @@ def rates(
     dy = np.empty_like(y)
     ps = line_pressure(y[N_AXIS * n] * CM3, u)
     drawn, thin = 0.0, math.exp(u.viscosity_rate * (warmth + u.viscosity_reference - u.declared_at))
-    for i in range(n):
-        warm = math.exp(-(u.viscosity_rate + params[i].seal.viscosity_rate) * warmth)
-        part = slice(N_AXIS * i, N_AXIS * (i + 1))
+    for index in range(n):
+        warm = math.exp(-(u.viscosity_rate + params[index].seal.viscosity_rate) * warmth)
+        part = slice(N_AXIS * index, N_AXIS * (index + 1))
         drawn += axis_rates(
-            y[part], dy[part], params[i], x[i], v[i], target[i], (ps, u.tank_pressure), (warm, thin)
+            y[part],
+            dy[part],
+            params[index],
+            x[index],
+            v[index],
+            target[index],
+            (ps, u.tank_pressure),
+            (warm, thin),
         )
     unit_rates(y[N_AXIS * n :], dy[N_AXIS * n :], u, ps, drawn, taken)
     return dy
@@ -294,16 +306,16 @@ def held_rates(
 def pack(axes: NDArray[Any], supply: Any) -> Array:
     """The kernel's state as the reference's."""
     y = np.zeros(N_AXIS * len(axes) + N_SUPPLY)
-    for i, s in enumerate(axes):
-        y[N_AXIS * i : N_AXIS * (i + 1)] = (
-            s.a.oil / CM3,
-            s.b.oil / CM3,
-            s.a.hose_pressure / 1e6,
-            s.b.hose_pressure / 1e6,
-            s.valve.spool,
-            s.valve.spool_rate / 100.0,
-            s.seal.bristle * 1e3,
-            s.seal.dwell,
+    for index, axis in enumerate(axes):
+        y[N_AXIS * index : N_AXIS * (index + 1)] = (
+            axis.a.oil / CM3,
+            axis.b.oil / CM3,
+            axis.a.hose_pressure / 1e6,
+            axis.b.hose_pressure / 1e6,
+            axis.valve.spool,
+            axis.valve.spool_rate / 100.0,
+            axis.seal.bristle * 1e3,
+            axis.seal.dwell,
             0.0,
         )
     y[-2:] = supply.oil / CM3, supply.pump_stroke
@@ -327,7 +339,7 @@ class Amplifiers:
 
 
 def solve(
-    m: Manoeuvre,
+    manoeuvre: Manoeuvre,
     hold_s: float,
     step_s: float,
     *,
@@ -340,18 +352,18 @@ def solve(
     """
     from scipy.integrate import solve_ivp
 
-    axes, params, supply, unit = m.axes, m.params, m.supply, m.unit
+    axes, params, supply, unit = manoeuvre.axes, manoeuvre.params, manoeuvre.supply, manoeuvre.unit
     y = pack(axes, supply)
     amplifiers = Amplifiers(params, axes["valve"]["amplifier"].copy(), axes["valve"]["play"].copy())
     n, per_segment = len(axes), round(hold_s / step_s)
     warmth = float(supply.temperature - unit.viscosity_reference)
     taken = float(supply.traction_flow)
     integral = [y[8 : N_AXIS * n : N_AXIS].copy()]
-    for k, command in enumerate(m.commands):
-        start = k * hold_s
+    for index, command in enumerate(manoeuvre.commands):
+        start = index * hold_s
 
         def slope(t: float, y: Array, command: Array = command, start: float = start) -> Array:
-            x, v = m.motion(start + t)
+            x, v = manoeuvre.motion(start + t)
             return np.asarray(
                 rates(y, params, unit, x, v, amplifiers.after(t, command)[1], taken, warmth)
             )

@@ -100,8 +100,10 @@ class DrawnMachines(Benchmark[int]):
             "machines": self.machines,
             "first_seed": self.first_seed,
             "draw": self.draw,
-            "tasks": {task: _by_belief([a["tasks"][task] for a in every]) for task in TASKS},
-            "commissioning": _held(a["numbers"] for a in every),
+            "tasks": {
+                task: _by_belief([answer["tasks"][task] for answer in every]) for task in TASKS
+            },
+            "commissioning": _held(answer["numbers"] for answer in every),
         }
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
@@ -123,12 +125,12 @@ def commissioned(draw: str, seed: int, model: Path) -> dict[str, dict[str, float
         truth = read_mapping(runs[0] / TRUTH_MACHINE)["numbers"]
     return {
         name: {
-            "value": n["value"],
-            "low": n["interval90"][0],
-            "high": n["interval90"][1],
+            "value": number["value"],
+            "low": number["interval90"][0],
+            "high": number["interval90"][1],
             "truth": truth[name]["value"],
         }
-        for name, n in found.items()
+        for name, number in found.items()
         if name in truth
     }
 
@@ -143,7 +145,7 @@ def _by_belief(runs: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         )
         if PERFECT in runs[0]:
             out[name]["times_perfect"] = (
-                out[name]["rms_n"] / marks([r[PERFECT] for r in runs])["rms_n"]
+                out[name]["rms_n"] / marks([run[PERFECT] for run in runs])["rms_n"]
             )
     return out
 
@@ -154,7 +156,7 @@ def marks(runs: Sequence[Mapping[str, float]]) -> dict[str, Any]:
 
     The coverage's own interval is that of a mean over machines, which err each in its own way.
     """
-    total = {k: sum(run[k] for run in runs) for k in runs[0]}
+    total = {key: sum(run[key] for run in runs) for key in runs[0]}
     out: dict[str, Any] = {
         "rms_n": math.sqrt(total["square"] / total["samples"]),
         "worst_rms_n": max(math.sqrt(run["square"] / run["samples"]) for run in runs),
@@ -180,22 +182,23 @@ def _held(machines: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, An
     """
     machines, out = list(machines), {}
     for kind, part in KINDS.items():
-        numbers = [n for found in machines for name, n in found.items() if part in name]
+        numbers = [number for found in machines for name, number in found.items() if part in name]
         if not numbers:
             continue
         shares = [
-            float(np.mean([n["low"] <= n["truth"] <= n["high"] for n in mine]))
+            float(np.mean([number["low"] <= number["truth"] <= number["high"] for number in mine]))
             for found in machines
-            if (mine := [n for name, n in found.items() if part in name])
+            if (mine := [number for name, number in found.items() if part in name])
         ]
         out[kind] = {
             "numbers": len(numbers),
             "machines": len(shares),
-            "held": sum(n["low"] <= n["truth"] <= n["high"] for n in numbers) / len(numbers),
+            "held": sum(number["low"] <= number["truth"] <= number["high"] for number in numbers)
+            / len(numbers),
             "held_interval95": Z95 * float(np.std(shares)) / math.sqrt(max(len(shares) - 1, 1)),
-            "rms_error": _rms([n["value"] - n["truth"] for n in numbers]),
-            "rms_half_width": _rms([0.5 * (n["high"] - n["low"]) for n in numbers]),
-            "rms_truth_about_mean": float(np.std([n["truth"] for n in numbers])),
+            "rms_error": _rms([number["value"] - number["truth"] for number in numbers]),
+            "rms_half_width": _rms([0.5 * (number["high"] - number["low"]) for number in numbers]),
+            "rms_truth_about_mean": float(np.std([number["truth"] for number in numbers])),
         }
     return out
 
@@ -205,24 +208,26 @@ def _rms(values: Sequence[float]) -> float:
 
 
 def _beliefs(result: Mapping[str, Any]) -> Table:
-    names = [n for n in (PERFECT, COMMISSIONED, BOARD) if n in result["tasks"]["stand"]]
+    names = [
+        belief for belief in (PERFECT, COMMISSIONED, BOARD) if belief in result["tasks"]["stand"]
+    ]
     rows = []
     for task, by in result["tasks"].items():
         for name in names:
-            m = by[name]
-            low, high = m["covered_interval95"]
-            moving = m["covered_moving"]
+            row = by[name]
+            low, high = row["covered_interval95"]
+            moving = row["covered_moving"]
             rows.append(
                 [
                     task,
                     name,
-                    f"{m['rms_n']:.0f}",
-                    f"{m['times_perfect']:.2f}",
-                    f"{m['worst_rms_n']:.0f}",
-                    f"{100 * m['covered']:.0f} ({100 * low:.0f} to {100 * high:.0f})",
-                    f"{100 * m['covered_at_rest']:.0f}",
+                    f"{row['rms_n']:.0f}",
+                    f"{row['times_perfect']:.2f}",
+                    f"{row['worst_rms_n']:.0f}",
+                    f"{100 * row['covered']:.0f} ({100 * low:.0f} to {100 * high:.0f})",
+                    f"{100 * row['covered_at_rest']:.0f}",
                     "–" if moving is None else f"{100 * moving:.0f}",
-                    str(m["worse_than_published"]),
+                    str(row["worse_than_published"]),
                     f"{by[PUBLISHED[0]]['rms_n']:.0f}",
                 ]
             )
@@ -245,7 +250,8 @@ def _ideas(result: Mapping[str, Any]) -> Table:
         for name in (BOARD, *ABLATIONS)
     ]
     rows += [
-        [f"paper: {n}", *(f"{by[n]['rms_n']:.0f}" for by in tasks.values())] for n in PUBLISHED
+        [f"paper: {published}", *(f"{by[published]['rms_n']:.0f}" for by in tasks.values())]
+        for published in PUBLISHED
     ]
     title = "What each idea earns, not commissioned: RMS error [N] (coverage)"
     return Table(title, ["", *tasks], rows)
@@ -255,13 +261,13 @@ def _numbers(result: Mapping[str, Any]) -> Table:
     rows = [
         [
             kind,
-            str(n["numbers"]),
-            f"{100 * n['held']:.0f} ± {100 * n['held_interval95']:.0f}",
-            f"{n['rms_error']:.3g}",
-            f"{n['rms_half_width']:.3g}",
-            f"{n['rms_truth_about_mean']:.3g}",
+            str(held["numbers"]),
+            f"{100 * held['held']:.0f} ± {100 * held['held_interval95']:.0f}",
+            f"{held['rms_error']:.3g}",
+            f"{held['rms_half_width']:.3g}",
+            f"{held['rms_truth_about_mean']:.3g}",
         ]
-        for kind, n in result["commissioning"].items()
+        for kind, held in result["commissioning"].items()
     ]
     header = [
         "kind",

@@ -82,7 +82,7 @@ def truth_as_belief(scenario: Scenario) -> OwnBelief:
         EffectEntry(
             name=entry.effect,
             place=entry.at,
-            parameters={k: {"value": v} for k, v in entry.parameters.items()},  # type: ignore[misc]
+            parameters={name: {"value": parameter} for name, parameter in entry.parameters.items()},  # type: ignore[misc]
         )
         for entry in hidden
         if by_name(entry.effect).live
@@ -166,8 +166,10 @@ def scores(
 
 def kept(series: Series, file: Path) -> None:
     """Write what a run left, in single precision."""
-    columns: dict[str, Any] = {f"data_{k}": v.astype(np.float32) for k, v in series.data.items()}
-    columns |= {f"truth_{k}": v.astype(np.float32) for k, v in series.truth.items()}
+    columns: dict[str, Any] = {
+        f"data_{name}": value.astype(np.float32) for name, value in series.data.items()
+    }
+    columns |= {f"truth_{name}": value.astype(np.float32) for name, value in series.truth.items()}
     file.parent.mkdir(parents=True, exist_ok=True)
     whole = file.with_suffix(".part.npz")
     np.savez(whole, ropes=series.rope_directions, time=series.data["t"], **columns)

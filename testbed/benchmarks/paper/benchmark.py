@@ -8,14 +8,13 @@ from importlib import import_module
 from typing import Any, cast
 
 from testbed.benchmarks.harness import Answers, Benchmark
-from testbed.benchmarks.paper.experiment import Experiment
+from testbed.benchmarks.paper.experiment import Experiment, described, told
 from testbed.benchmarks.paper.machine import of_set
 from testbed.benchmarks.paper.page import page, table
 from testbed.errors import InputError
 from testbed.machine.sets import DEFAULT, SET_NAMES, SetName
 from testbed.report.tables import Table
 
-FIGURES = ("4", "5", "6", "7", "8", "9", "11", "12")
 TABLES = {"II": "4", "III": "8", "IV": "12"}
 """The figure that each table belongs to."""
 
@@ -26,21 +25,23 @@ def chosen(names: Sequence[str]) -> list[str]:
 
     Raises InputError for one that the paper's experiments do not have.
     """
-    wanted = {TABLES.get(n.strip().upper(), n.strip().lstrip("0")) for n in names}
+    wanted = {TABLES.get(key.strip().upper(), key.strip().lstrip("0")) for key in names}
     for name in names:
-        if TABLES.get(name.strip().upper(), name.strip().lstrip("0")) not in FIGURES:
+        if TABLES.get(name.strip().upper(), name.strip().lstrip("0")) not in described():
             raise InputError(
-                "no such figure", field="FIGURE", value=name, allowed=", ".join((*FIGURES, *TABLES))
+                "no such figure",
+                field="FIGURE",
+                value=name,
+                allowed=", ".join((*described(), *TABLES)),
             )
-    return [f for f in FIGURES if f in wanted or not names]
+    return [figure for figure in described() if figure in wanted or not names]
 
 
 def experiment(figure: str, machine: SetName = DEFAULT) -> Experiment:
     """Run the experiment of a figure on a set of the machine's numbers."""
     module = import_module(f"testbed.benchmarks.paper.figure_{int(figure):02d}")
     with of_set(machine):
-        found: Experiment = module.experiment()
-    return found
+        return told(figure, module.experiment())
 
 
 @dataclass(frozen=True)

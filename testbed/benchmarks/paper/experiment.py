@@ -1,20 +1,28 @@
 """What an experiment of the paper comes to: claims with a stated criterion, plots and tables as
 plain data.
+
+What the paper says, how it is run here and every criterion stand in figures.yaml; a figure's module
+gives what it measured, under the names that stand there.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.yaml_files import read_mapping
 from testbed.report.tables import Table
 
 Array = NDArray[np.float64]
+Rows = Sequence[Sequence[str]]
+FIGURES_YAML = Path(__file__).with_name("figures.yaml")
 
 
 @dataclass(frozen=True)
@@ -28,7 +36,7 @@ class Claim:
     low: float
     high: float
     measured: float
-    unit: str
+    unit: str = "1"
 
     @property
     def holds(self) -> bool:
@@ -64,21 +72,6 @@ class Claim:
             "unit": self.unit,
             "holds": self.holds,
         }
-
-
-def at_least(figure: str, claim: str, low: float, measured: float, unit: str) -> Claim:
-    """A claim that holds from `low` on."""
-    return Claim(figure, claim, low, math.inf, float(measured), unit)
-
-
-def at_most(figure: str, claim: str, high: float, measured: float, unit: str) -> Claim:
-    """A claim that holds up to `high`."""
-    return Claim(figure, claim, -math.inf, high, float(measured), unit)
-
-
-def between(figure: str, claim: str, low: float, high: float, measured: float, unit: str) -> Claim:
-    """A claim that holds from `low` to `high`."""
-    return Claim(figure, claim, low, high, float(measured), unit)
 
 
 @dataclass(frozen=True)
@@ -127,3 +120,60 @@ class Experiment:
         claims = [Claim(**claim) for claim in tree["claims"]]
         tables = [Table(*table) for table in tree["tables"]]
         return cls(**{**tree, "claims": claims, "panels": panels, "tables": tables})
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a figure's experiment gave, by the names of figures.yaml."""
+
+    measured: Mapping[str, float]
+    """By claim."""
+    lines: Mapping[str, Sequence[Line]]
+    """By panel."""
+    rows: Mapping[str, Rows] = field(default_factory=dict)
+    """By table."""
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    """Those that stand in the figure's texts."""
+    more_tables: Sequence[Table] = ()
+    """Those whose heads the experiment gives, too."""
+
+
+@cache
+def described() -> Mapping[str, Any]:
+    """figures.yaml, by figure."""
+    return read_mapping(FIGURES_YAML)
+
+
+def told(figure: str, result: Result) -> Experiment:
+    """A result in the words of figures.yaml, beside its criteria."""
+    words = described()[figure]
+
+    def text(template: str) -> str:
+        return template.format(**result.numbers)
+
+    claims = []
+    for name, stated in words["claims"].items():
+        low, high = stated.get(
+            "between", (stated.get("at_least", -math.inf), stated.get("at_most", math.inf))
+        )
+        measured, unit = float(result.measured[name]), stated.get("unit", "1")
+        claims.append(Claim(figure, text(stated["claim"]), low, high, measured, unit))
+    return Experiment(
+        figure,
+        words["title"],
+        words["says"],
+        text(words["setup"]),
+        claims,
+        [
+            Panel(panel["title"], panel["x"], panel["y"], result.lines[name])
+            for name, panel in words["panels"].items()
+        ],
+        [
+            *(
+                Table(table["title"], table["heads"], result.rows[name])
+                for name, table in words.get("tables", {}).items()
+            ),
+            *result.more_tables,
+        ],
+        [text(note) for note in words.get("notes", ())],
+    )

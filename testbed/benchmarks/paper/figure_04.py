@@ -9,19 +9,11 @@ from numpy.typing import NDArray
 
 from testbed.benchmarks.estimators.calibration_trials import inside
 from testbed.benchmarks.estimators.identification_trials import KNOWN, recording_of
-from testbed.benchmarks.paper.experiment import (
-    Array,
-    Experiment,
-    Line,
-    Panel,
-    at_least,
-    at_most,
-)
+from testbed.benchmarks.paper.experiment import Array, Line, Result
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import chosen
 from testbed.estimation.calibration import A_SD, B_SD_V, Calibrated, calibrate
 from testbed.machine.names import GRAVITY_M_S2, LEGS
-from testbed.report.tables import Table
 
 K_PA_PER_V = 2.0e6
 CELL_AT_M = 0.2
@@ -87,12 +79,8 @@ def through(read_pa: Array, ab: NDArray[np.float64]) -> Array:
 def own_calibration(trace: Trace, ab: NDArray[np.float64], name: str) -> Calibrated:
     """A and b of both sensors by the balance of both chambers, friction and weight included."""
     volts = [through(p, s) for p, s in zip((trace.read_a_pa, trace.read_b_pa), ab, strict=True)]
-    cell = (
-        np.round(
-            (trace.load_n + np.random.default_rng(5).normal(0.0, 1.7, trace.load_n.size)) / 10.0
-        )
-        * 10.0
-    )
+    noise = np.random.default_rng(5).normal(0.0, 1.7, trace.load_n.size)
+    cell = 10.0 * np.round((trace.load_n + noise) / 10.0)
     recording = recording_of(
         trace.time_s,
         trace.position_m,
@@ -107,17 +95,17 @@ def own_calibration(trace: Trace, ab: NDArray[np.float64], name: str) -> Calibra
     )
 
 
-def experiment() -> Experiment:
+def experiment() -> Result:
     """Press every leg, each with its own friction and sensors, and calibrate it."""
     rng = np.random.default_rng([2009, 4])
     lines, rows, held, r2, a_errors, shares = [], [], 0, [], [], []
-    for k, leg in enumerate(LEGS):
+    for index, leg in enumerate(LEGS):
         ab = np.column_stack([1.0 + A_SD * rng.standard_normal(2), B_SD_V * rng.standard_normal(2)])
         friction = {
             f"vertical_cylinder.coulomb_{way}_n": value * rng.uniform(0.8, 1.2)
             for way, value in (("out", 620.0), ("in", 540.0))
         }
-        trace = run(press(), friction, cell_at_m=CELL_AT_M, seed=k)
+        trace = run(press(), friction, cell_at_m=CELL_AT_M, seed=index)
         loaded = held_samples(trace)
         volts = through(trace.read_a_pa, ab[0])
         line = straight_line(volts[loaded], trace.load_n[loaded], trace.area_a_m2)
@@ -128,8 +116,8 @@ def experiment() -> Experiment:
         b_n = abs(line.b - ab[0, 1]) * K_PA_PER_V * trace.area_a_m2
         shares.append(b_n / explained_n(trace, loaded))
         own = [
-            f"{s.a:.4f} ± {s.covariance[0, 0] ** 0.5:.4f}; {s.b:+.4f} ± {s.covariance[1, 1] ** 0.5:.4f}"
-            for s in found.sensors.values()
+            f"{sensor.a:.4f} ± {sensor.covariance[0, 0] ** 0.5:.4f}; {sensor.b:+.4f} ± {sensor.covariance[1, 1] ** 0.5:.4f}"
+            for sensor in found.sensors.values()
         ]
         rows.append(
             [
@@ -144,62 +132,21 @@ def experiment() -> Experiment:
         )
         lines.append(
             Line(
-                volts[loaded][::10], trace.load_n[loaded][::10] / trace.area_a_m2 / 1e5, leg, k, "."
+                volts[loaded][::10],
+                trace.load_n[loaded][::10] / trace.area_a_m2 / 1e5,
+                leg,
+                index,
+                ".",
             )
         )
-    return Experiment(
-        "4",
-        "Calibration on the load cell (Table II)",
-        "One leg after the other is pressed on a reference load cell; voltage and pressure lie on a straight line, "
-        "and the regression (2) gives a and b of each leg.",
-        f"Each leg presses on a 30 kN cell with 10 N steps: held loads 1 kN apart and rising to about 12 kN, for the "
-        f"regression; then {PRESSES} even presses at {PRESS_M_S * 1e3:g} mm/s. Its sensors' true "
-        "a and b, and its friction, are drawn at random.",
-        [
-            at_least(
-                "4", "V and p lie on a straight line (lowest R2 of four legs)", 0.99, min(r2), "1"
-            ),
-            at_most(
-                "4",
-                "the regression on chamber A alone finds a (largest relative error)",
-                0.05,
-                max(a_errors),
-                "1",
-            ),
-            at_most(
-                "4",
-                "its b is no more than the frame's weight and the back pressure in B explain (largest share of "
-                "that)",
-                1.0,
-                max(shares),
-                "1",
-            ),
-            at_least(
-                "4",
-                "both chambers and friction together: 95 % regions that hold the true a, b (of 8 sensors)",
-                7.0,
-                float(held),
-                "sensors",
-            ),
-        ],
-        [Panel("pressure by the load cell against sensor A", "sensor A [V]", "F / A [bar]", lines)],
-        [
-            Table(
-                "Table II as identified here (a; b in V)",
-                [
-                    "leg",
-                    "A: regression (2)",
-                    "A: truth",
-                    "A: balance of both chambers",
-                    "B: truth",
-                    "B: balance of both chambers",
-                    "R2",
-                ],
-                rows,
-            )
-        ],
-        [
-            "Loading only: each load is held longer than the back pressure of chamber B takes to drain. What is left of it "
-            "and of friction, less the frame's weight, is in b; figures 5 and 6 stand under the same a and b."
-        ],
+    return Result(
+        {
+            "straight": min(r2),
+            "gain": max(a_errors),
+            "offset": max(shares),
+            "regions": held,
+        },
+        {"legs": lines},
+        {"legs": rows},
+        {"presses": PRESSES, "speed_mm_s": PRESS_M_S * 1e3},
     )

@@ -8,20 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.benchmarks.estimators.identification_trials import KNOWN
-from testbed.benchmarks.paper.experiment import (
-    Array,
-    Experiment,
-    Line,
-    Panel,
-    at_most,
-    between,
-)
+from testbed.benchmarks.paper.experiment import Array, Line, Result
 from testbed.benchmarks.paper.figure_04 import K_PA_PER_V
 from testbed.benchmarks.paper.figure_06 import at_the_cell
 from testbed.benchmarks.paper.machine import chosen
 from testbed.formats.checked import checked
 from testbed.machine.names import LEGS
-from testbed.report.tables import Table
 from testbed.scenario.scenario import Scenario
 from testbed.world.simulation import Simulation
 
@@ -94,8 +86,8 @@ def raised(without: Sequence[str] = (), changes: Mapping[str, float] | None = No
         data, truth = simulation.run_block(round((START_S + STEPS * EVERY_S) * RECORD_HZ))
     finally:
         simulation.close()
-    of = {n: data[:, i] for i, n in enumerate(simulation.data_columns)}
-    true = {n: truth[:, i] for i, n in enumerate(simulation.truth_columns)}
+    of = {column: data[:, index] for index, column in enumerate(simulation.data_columns)}
+    true = {column: truth[:, index] for index, column in enumerate(simulation.truth_columns)}
     return Raised(
         of["t"],
         np.sum([of[f"estimate_one_chamber_{leg}"] for leg in LEGS], axis=0),
@@ -112,9 +104,11 @@ def holds(run: Raised) -> list[slice]:
     step.
     """
     out = []
-    for k in range(STEPS):
-        first = START_S + k * EVERY_S + STEP_M / SPEED_M_S + 0.5
-        out.append(slice(*np.searchsorted(run.time_s, (first, START_S + (k + 1) * EVERY_S - 0.1))))
+    for index in range(STEPS):
+        first = START_S + index * EVERY_S + STEP_M / SPEED_M_S + 0.5
+        out.append(
+            slice(*np.searchsorted(run.time_s, (first, START_S + (index + 1) * EVERY_S - 0.1)))
+        )
     return out
 
 
@@ -133,122 +127,69 @@ def half_time_s(force_n: Array, hold: slice) -> float:
     return float(np.argmax(np.abs(change) >= 0.5 * abs(change[-1]))) / RECORD_HZ
 
 
-def approach(run: Raised, a: float, shift_n: float) -> float:
+def approach(run: Raised, gain: float, shift_n: float) -> float:
     """Error of the calibrated one-chamber sum at the end of a hold over that at its start (means
     over the holds).
     """
-    error = [a * run.one_n[h] + shift_n - run.true_n[h] for h in holds(run)]
-    first = float(np.mean([abs(e[: RECORD_HZ // 2].mean()) for e in error]))
-    return float(np.mean([abs(e[-RECORD_HZ:].mean()) for e in error])) / first
+    error = [gain * run.one_n[hold] + shift_n - run.true_n[hold] for hold in holds(run)]
+    first = float(np.mean([abs(wrong[: RECORD_HZ // 2].mean()) for wrong in error]))
+    return float(np.mean([abs(wrong[-RECORD_HZ:].mean()) for wrong in error])) / first
 
 
-def experiment() -> Experiment:
+def experiment() -> Result:
     """The raise, and the same with one part of the hydraulics left out at a time."""
     runs = {name: raised(without) for name, without in VARIANTS}
     run, line = runs["all parts"], at_the_cell()
     shift = len(LEGS) * line.b * K_PA_PER_V * run.area_a_m2
-    rows = [_row(name, r, line.a, shift) for name, r in runs.items()]
+    rows = [_row(name, run_, line.a, shift) for name, run_ in runs.items()]
     rests = holds(run)
-    drift = float(np.mean([drift_n(line.a * run.one_n, h) for h in rests]))
-    still = max(float(np.abs(run.position_m[h] - run.reference_m[h]).max()) for h in rests)
+    drift = float(np.mean([drift_n(line.a * run.one_n, rest) for rest in rests]))
+    still = max(float(np.abs(run.position_m[rest] - run.reference_m[rest]).max()) for rest in rests)
     weight = float(run.true_n[rests[-1]].mean())
-    return Experiment(
-        "5",
-        "The robot raised in steps, chamber A alone",
-        "The robot raises itself in steps from its belly. The positions are held, and the summed force from the A "
-        "chambers decays slowly after each step towards the true weight.",
-        f"Even ground, no ropes, cold oil, {STEPS} steps of {STEP_M * 1e3:g} mm with {EVERY_S:g} s between; a and b by "
-        "the regression (2) at the load cell, the same for all legs. Then again with one part of the "
-        "hydraulics left out.",
-        [
-            at_most("5", "positions are held between steps (largest error)", 1e-3, still, "m"),
-            at_most(
-                "5",
-                "the one-chamber sum decays after each step (mean change, share of the weight)",
-                -0.02,
-                drift / weight,
-                "1",
-            ),
-            between(
-                "5",
-                "over seconds: time to half of the change",
-                1.0,
-                0.5 * EVERY_S,
-                float(np.mean([half_time_s(line.a * run.one_n, h) for h in rests])),
-                "s",
-            ),
-            at_most(
-                "5",
-                "towards the true weight: error at the end over error at the start of a hold",
-                0.7,
-                approach(run, line.a, shift),
-                "1",
-            ),
-        ],
-        [
-            Panel("sum over four legs", "time [s]", "F [kN]", _sums(run, line.a, shift)),
-            Panel(
-                "position, front left",
-                "time [s]",
-                "x [mm]",
-                [
-                    Line(run.time_s, run.position_m[:, 0] * 1e3, "encoder"),
-                    Line(run.time_s, run.reference_m[:, 0] * 1e3, "set point", 3, "--"),
-                ],
-            ),
-            Panel(
-                "chamber A alone, parts left out",
-                "time [s]",
-                "F [kN]",
-                [_sums(r, line.a, shift, name, k)[0] for k, (name, r) in enumerate(runs.items())],
-            ),
-        ],
-        [
-            Table(
-                "Change of the sum over a hold",
-                [
-                    "machine",
-                    "chamber A [N]",
-                    "half of it after [s]",
-                    "both chambers [N]",
-                    "chamber A, error at the start [N]",
-                    "at the end [N]",
-                ],
-                rows,
-            ),
-        ],
-        [
-            f"Weight on the feet {weight:.0f} N. The raising step leaves a back pressure in chamber B and the seals' "
-            "friction pointing outwards. B bleeds through its edge to the tank, chamber A behind its holding valve gives "
-            "way by the piston's leakage alone, and friction goes with it over seconds.",
-            "The figure is one of those from which the circuit was inferred (search.py). a and b are those of loads "
-            "held as long as the heights here; held for two seconds only, b takes up the back pressure and the force "
-            "decays past the weight.",
-        ],
+    return Result(
+        {
+            "held": still,
+            "decay": drift / weight,
+            "half_time": float(np.mean([half_time_s(line.a * run.one_n, hold) for hold in rests])),
+            "approach": approach(run, line.a, shift),
+        },
+        {
+            "sums": _sums(run, line.a, shift),
+            "position": [
+                Line(run.time_s, run.position_m[:, 0] * 1e3, "encoder"),
+                Line(run.time_s, run.reference_m[:, 0] * 1e3, "set point", 3, "--"),
+            ],
+            "left_out": [
+                _sums(raise_, line.a, shift, name, colour)[0]
+                for colour, (name, raise_) in enumerate(runs.items())
+            ],
+        },
+        {"holds": rows},
+        {"steps": STEPS, "step_mm": STEP_M * 1e3, "every_s": EVERY_S, "weight_n": weight},
     )
 
 
-def _row(name: str, run: Raised, a: float, shift_n: float) -> list[str]:
+def _row(name: str, run: Raised, gain: float, shift_n: float) -> list[str]:
     rests = holds(run)
-    error = [a * run.one_n[h] + shift_n - run.true_n[h] for h in rests]
+    error = [gain * run.one_n[rest] + shift_n - run.true_n[rest] for rest in rests]
     numbers = (
-        f"{np.mean([drift_n(a * run.one_n, h) for h in rests]):+.0f}",
-        f"{np.mean([half_time_s(a * run.one_n, h) for h in rests]):.1f}",
-        f"{np.mean([drift_n(run.two_n, h) for h in rests]):+.0f}",
-        f"{np.mean([e[: RECORD_HZ // 2].mean() for e in error]):+.0f}",
-        f"{np.mean([e[-RECORD_HZ:].mean() for e in error]):+.0f}",
+        f"{np.mean([drift_n(gain * run.one_n, rest) for rest in rests]):+.0f}",
+        f"{np.mean([half_time_s(gain * run.one_n, rest) for rest in rests]):.1f}",
+        f"{np.mean([drift_n(run.two_n, rest) for rest in rests]):+.0f}",
+        f"{np.mean([wrong[: RECORD_HZ // 2].mean() for wrong in error]):+.0f}",
+        f"{np.mean([wrong[-RECORD_HZ:].mean() for wrong in error]):+.0f}",
     )
     return [name, *numbers]
 
 
 def _sums(
-    run: Raised, a: float, shift_n: float, name: str = "chamber A (1)", colour: int = 0
+    run: Raised, gain: float, shift_n: float, name: str = "chamber A (1)", colour: int = 0
 ) -> list[Line]:
     """Sums over the legs once the robot is off the ground."""
     up = run.time_s > START_S + STEP_M / SPEED_M_S
-    t = run.time_s[up]
+    time_s = run.time_s[up]
     return [
-        Line(t, ((a * run.one_n + shift_n) / 1e3)[up], name, colour),
-        Line(t, run.two_n[up] / 1e3, "both chambers (3)", 2),
-        Line(t, run.true_n[up] / 1e3, "true load of the feet", 3, "--"),
+        Line(time_s, ((gain * run.one_n + shift_n) / 1e3)[up], name, colour),
+        Line(time_s, run.two_n[up] / 1e3, "both chambers (3)", 2),
+        Line(time_s, run.true_n[up] / 1e3, "true load of the feet", 3, "--"),
     ]

@@ -12,14 +12,7 @@ from testbed.benchmarks.estimators.identification_trials import (
     friction_force,
     recording_of,
 )
-from testbed.benchmarks.paper.experiment import (
-    Array,
-    Experiment,
-    Line,
-    Panel,
-    at_least,
-    at_most,
-)
+from testbed.benchmarks.paper.experiment import Array, Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.leg import MASS_KG, RATE_HZ, Trace, run
 from testbed.benchmarks.paper.machine import chosen, once_per_machine
@@ -28,7 +21,6 @@ from testbed.estimation.friction.posterior import curve
 from testbed.estimation.leg.motion import smooth
 from testbed.laws.friction import steady_friction
 from testbed.machine.names import GRAVITY_M_S2
-from testbed.report.tables import Table
 
 SPEEDS_M_S = (0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.05, 0.07)
 PLACES_M = (0.12, 0.25, 0.38)
@@ -87,20 +79,20 @@ def by_speed(trace: Trace) -> tuple[Array, Array, Array]:
     Friction is (3) plus the frame's weight, as nothing accelerates there.
     """
     wanted = np.gradient(trace.reference_m) * RATE_HZ
-    v, f, x = [], [], []
-    for k in range(0, len(wanted) - 400, 100):
-        part = slice(k, k + 400)
-        if np.ptp(wanted[part]) < 1e-6 and abs(wanted[k]) > 1e-3:
-            late = slice(k + 300, k + 400)
-            if abs(np.ptp(trace.position_m[late]) / (0.1 * abs(wanted[k])) - 1.0) > 0.2:
+    speed, friction, position = [], [], []
+    for index in range(0, len(wanted) - 400, 100):
+        part = slice(index, index + 400)
+        if np.ptp(wanted[part]) < 1e-6 and abs(wanted[index]) > 1e-3:
+            late = slice(index + 300, index + 400)
+            if abs(np.ptp(trace.position_m[late]) / (0.1 * abs(wanted[index])) - 1.0) > 0.2:
                 continue  # has not broken away yet
-            v.append(float(wanted[k]))
-            f.append(float(trace.two_chamber_n[late].mean()) + MASS_KG * GRAVITY_M_S2)
-            x.append(float(trace.position_m[late].mean()))
-    return np.array(v), np.array(f), np.array(x)
+            speed.append(float(wanted[index]))
+            friction.append(float(trace.two_chamber_n[late].mean()) + MASS_KG * GRAVITY_M_S2)
+            position.append(float(trace.position_m[late].mean()))
+    return np.array(speed), np.array(friction), np.array(position)
 
 
-def slopes_apart(v: Array, f: Array) -> float:
+def slopes_apart(speed: Array, friction: Array) -> float:
     """Difference of the slopes of |friction| (N) over |speed| (m/s) out and in, over its standard
     error, 1.
 
@@ -108,8 +100,8 @@ def slopes_apart(v: Array, f: Array) -> float:
     """
     found = []
     for way in (1.0, -1.0):
-        fast = way * v > VISCOUS_FROM_M_S
-        line, covariance = np.polyfit(way * v[fast], way * f[fast], 1, cov=True)
+        fast = way * speed > VISCOUS_FROM_M_S
+        line, covariance = np.polyfit(way * speed[fast], way * friction[fast], 1, cov=True)
         found.append((line[0], covariance[0, 0]))
     (out, out_variance), (back, back_variance) = found
     return float(abs(out - back) / np.sqrt(out_variance + back_variance))
@@ -124,13 +116,16 @@ def stribeck_drop(parameters: Array) -> float:
     return float(level[0] - level.min())
 
 
-def experiment() -> Experiment:
+def experiment() -> Result:
     """Identify, compare with the declared friction and with a motion that was not used."""
     found = identified()
-    values, p = eight(found.identification.model.friction), found.identification.parameters
-    v, f, x = by_speed(found.trace)
-    slope = p[0].value, p[4].value
-    spread = _spread_by_position(v, f, x)
+    values, identified_ = (
+        eight(found.identification.model.friction),
+        found.identification.parameters,
+    )
+    v, friction, position = by_speed(found.trace)
+    slope = identified_[0].value, identified_[4].value
+    spread = _spread_by_position(v, friction, position)
     sine = in_the_air()
     fast = np.abs(velocity(sine)) > 5e-3
     said = friction_force(found.identification.model.friction, velocity(sine))
@@ -139,133 +134,85 @@ def experiment() -> Experiment:
     )
     cylinder = chosen().machine().vertical_cylinder
     true = [
-        getattr(cylinder, f"{n}_{w}_{u}")
-        for w in ("out", "in")
-        for n, u in (("viscous", "n_s_m"), ("coulomb", "n"), ("static", "n"), ("stribeck", "m_s"))
+        getattr(cylinder, f"{name}_{way}_{grid_speed}")
+        for way in ("out", "in")
+        for name, grid_speed in (
+            ("viscous", "n_s_m"),
+            ("coulomb", "n"),
+            ("static", "n"),
+            ("stribeck", "m_s"),
+        )
     ]
     rows = [
         [
-            q.name,
-            f"{q.value:.4g}",
-            f"{q.interval90[0]:.4g} to {q.interval90[1]:.4g}",
-            f"{t:.4g}",
-            q.unit,
-            q.why or "yes",
+            parameter.name,
+            f"{parameter.value:.4g}",
+            f"{parameter.interval90[0]:.4g} to {parameter.interval90[1]:.4g}",
+            f"{truth:.4g}",
+            parameter.unit,
+            parameter.why or "yes",
         ]
-        for q, t in zip(p, true, strict=True)
+        for parameter, truth in zip(identified_, true, strict=True)
     ]
     grid = np.linspace(0.001, 0.125, 200)
     declared = [
         np.array(
-            [steady_friction(s * u, true[o + 1], true[o + 2], true[o + 3], true[o]) for u in grid]
+            [
+                steady_friction(
+                    sign * grid_speed,
+                    true[first + 1],
+                    true[first + 2],
+                    true[first + 3],
+                    true[first],
+                )
+                for grid_speed in grid
+            ]
         )
-        for s, o in ((1.0, 0), (-1.0, 4))
+        for sign, first in ((1.0, 0), (-1.0, 4))
     ]
-    return Experiment(
-        "8",
-        "Friction at constant speeds (Table III)",
-        "Friction follows a Stribeck curve, its viscous slopes differ by direction, and at one speed it spreads with "
-        "the position along the stroke.",
-        f"{len(SPEEDS_M_S)} speeds from {SPEEDS_M_S[0] * 1e3:g} to {SPEEDS_M_S[-1] * 1e3:g} mm/s, both ways, at "
-        f"{len(PLACES_M)} places of the stroke, foot in the air, cold oil.",
-        [
-            at_least(
-                "8",
-                "a Stribeck curve: friction falls from rest before it rises, extending",
-                20.0,
-                stribeck_drop(values[:4]),
-                "N",
-            ),
-            at_least(
-                "8",
-                "a Stribeck curve: friction falls from rest before it rises, retracting",
-                20.0,
-                stribeck_drop(values[4:]),
-                "N",
-            ),
-            at_least(
-                "8",
-                "viscous slopes of the plateaus differ by direction (difference over its standard error)",
-                3.0,
-                slopes_apart(v, f),
-                "1",
-            ),
-            at_least(
-                "8",
-                "friction at one speed spreads with the position (range over the stroke, share of the mean)",
-                0.02,
-                spread,
-                "1",
-            ),
-            at_most(
-                "8",
-                "the identified curve holds on the sinusoid, not used for fitting (relative RMS above 5 mm/s)",
-                0.05,
-                float(error),
-                "1",
-            ),
-        ],
-        [
-            Panel(
-                "friction at constant speed",
-                "speed [mm/s]",
-                "friction [N]",
-                [
-                    Line(v * 1e3, f, "plateaus", 0, "."),
-                    Line(grid * 1e3, curve(values[:4], grid), "identified (5)", 1),
-                    Line(-grid * 1e3, -curve(values[4:], grid), "", 1),
-                    Line(
-                        grid * 1e3, declared[0], "declared, mid-stroke, without pressure", 3, "--"
-                    ),
-                    Line(-grid * 1e3, declared[1], "", 3, "--"),
-                ],
-            ),
-            Panel(
-                "spread by position",
-                "position [m]",
-                "friction [N]",
-                [
-                    Line(
-                        x[(v > 0.0039) & (v < 0.0041)],
-                        f[(v > 0.0039) & (v < 0.0041)],
-                        "out, 4 mm/s",
-                        0,
-                        ".",
-                    ),
-                    Line(
-                        x[(v > 0.019) & (v < 0.021)],
-                        f[(v > 0.019) & (v < 0.021)],
-                        "out, 20 mm/s",
-                        1,
-                        ".",
-                    ),
-                ],
-            ),
-        ],
-        [
-            Table(
-                "Table III as identified here",
-                ["parameter", "value", "90 % interval", "declared", "unit", "shown by the motion"],
-                rows,
-            )
-        ],
-        [
-            f"Slopes {slope[0]:.0f} and {slope[1]:.0f} N s/m. The declared Coulomb friction does not contain the part "
-            "that grows with the pressures (about 60 N here), which the identification cannot tell apart. The simulator's "
-            "friction is (5) with a bristle and small additions: that (5) fits says nothing about a real seal."
-        ],
+    return Result(
+        {
+            "drop_out": stribeck_drop(values[:4]),
+            "drop_in": stribeck_drop(values[4:]),
+            "slopes": slopes_apart(v, friction),
+            "spread": spread,
+            "sinusoid": float(error),
+        },
+        {
+            "speeds": [
+                Line(v * 1e3, friction, "plateaus", 0, "."),
+                Line(grid * 1e3, curve(values[:4], grid), "identified (5)", 1),
+                Line(-grid * 1e3, -curve(values[4:], grid), "", 1),
+                Line(grid * 1e3, declared[0], "declared, mid-stroke, without pressure", 3, "--"),
+                Line(-grid * 1e3, declared[1], "", 3, "--"),
+            ],
+            "places": [
+                Line(position[at], friction[at], f"out, {speed} mm/s", colour, ".")
+                for colour, speed in enumerate((4, 20))
+                for at in [np.abs(v / (1e-3 * speed) - 1.0) < 0.03]
+            ],
+        },
+        {"parameters": rows},
+        {
+            "speeds": len(SPEEDS_M_S),
+            "slowest_mm_s": SPEEDS_M_S[0] * 1e3,
+            "fastest_mm_s": SPEEDS_M_S[-1] * 1e3,
+            "places": len(PLACES_M),
+            "slope_out": slope[0],
+            "slope_in": slope[1],
+        },
     )
 
 
-def _spread_by_position(v: Array, f: Array, x: Array) -> float:
+def _spread_by_position(speeds: Array, friction: Array, position: Array) -> float:
     """Median over speeds of (range of |friction| between the three places) / mean."""
     out = []
-    for speed in np.unique(np.round(v, 4)):
-        at = np.abs(v - speed) < 1e-4
+    for speed in np.unique(np.round(speeds, 4)):
+        at = np.abs(speeds - speed) < 1e-4
         means = [
-            np.abs(f[at & (np.abs(x - place - 0.02) < 0.05)]).mean()
+            np.abs(friction[at & (np.abs(position - place - 0.02) < 0.05)]).mean()
             for place in PLACES_M
-            if (at & (np.abs(x - place - 0.02) < 0.05)).any()
+            if (at & (np.abs(position - place - 0.02) < 0.05)).any()
         ]
         if len(means) == len(PLACES_M):
             out.append(float(np.ptp(means) / np.mean(means)))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least, at_most
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.leg import RATE_HZ, Trace, run
 from testbed.benchmarks.paper.stick_slip import (
-    SOME,
     SPEEDS_M_S,
     net_damping_n_s_m,
     sensitivity,
@@ -28,104 +27,62 @@ def compression_n(trace: Trace, window_s: float = 4.0) -> float:
     wanted = np.sign(np.diff(trace.reference_m, prepend=trace.reference_m[0]))
     turns = np.flatnonzero((wanted[1:] * wanted[:-1]) < 0.0) + 1
     force, out = smooth(trace.two_chamber_n, 10.0), []
-    for k in turns:
-        stop = min(k + int(window_s * RATE_HZ), len(force))
-        shown = trace.encoder_m[k:stop]
-        direction = wanted[k]
+    for turn in turns:
+        stop = min(turn + int(window_s * RATE_HZ), len(force))
+        shown = trace.encoder_m[turn:stop]
+        direction = wanted[turn]
         # from where the piston stood at its furthest until it is one count back
         furthest = int(np.argmax(-direction * shown))
         moved = np.flatnonzero(direction * (shown - shown[furthest]) >= COUNT_M * 0.99)
         moved = moved[moved > furthest]
         if moved.size:
-            out.append(float(np.ptp(force[k : k + int(moved[0])])))
+            out.append(float(np.ptp(force[turn : turn + int(moved[0])])))
     return float(np.median(out)) if out else float("nan")
 
 
-def experiment() -> Experiment:
+def experiment() -> Result:
     """Reverse slowly and look for both marks."""
     trace = run(slow_reversals(), seed=9).after(1.0)
-    counts = [slips_at(v) for v in SPEEDS_M_S]
-    margins = [net_damping_n_s_m(v) for v in SPEEDS_M_S]
-    slow = [n for n, v in zip(counts, SPEEDS_M_S, strict=True) if v <= BELOW_M_S]
-    fast = [n for n, v in zip(counts, SPEEDS_M_S, strict=True) if v >= ABOVE_M_S]
+    counts = [slips_at(speed) for speed in SPEEDS_M_S]
+    margins = [net_damping_n_s_m(speed) for speed in SPEEDS_M_S]
+    slow = [count for count, speed in zip(counts, SPEEDS_M_S, strict=True) if speed <= BELOW_M_S]
+    fast = [count for count, speed in zip(counts, SPEEDS_M_S, strict=True) if speed >= ABOVE_M_S]
     sticking = run(slow_reversals(1, BELOW_M_S, 8.0e-3), seed=9).after(1.0)
-    t, s, u = trace.time_s, slice(None, None, 5), slice(0, 1500)
-    return Experiment(
-        "9",
-        "Differential force: compression and stick-slip",
-        "The differential force shows the compression of the fluid before the joint moves, and the marks of "
-        "stick-slip.",
-        f"{TRAVEL_M * 1e3:g} mm out and back at {SLOW_M_S * 1e3:g} mm/s in the air, cold oil; stick-slip counted at "
-        "seven speeds, four seconds out and back.",
-        [
-            at_least(
-                "9",
-                "the force changes before the encoder sees any motion at a reversal (median)",
-                300.0,
-                compression_n(trace),
-                "N",
-            ),
-            at_least(
-                "9",
-                "stick-slip at 5 mm/s: the piston stands and then slips at more than twice the speed",
-                float(SOME),
-                float(counts[SPEEDS_M_S.index(BELOW_M_S)]),
-                "times",
-            ),
-            at_least(
-                "9",
-                "and below (at the worst slower speed)",
-                float(SOME),
-                float(max(slow[:-1])),
-                "times",
-            ),
-            at_most("9", "and none at 10 mm/s", 0.0, float(max(fast)), "times"),
-        ],
-        [
-            Panel(
-                "differential force",
-                "time [s]",
-                "F [N]",
-                [Line(t[s], smooth(trace.two_chamber_n, 3.0)[s], "(3)")],
-            ),
-            Panel(
-                "position",
-                "time [s]",
-                "x [mm]",
-                [
-                    Line(t[s], (trace.encoder_m[s] - 0.25) * 1e3, "encoder", 0),
-                    Line(t[s], (trace.reference_m[s] - 0.25) * 1e3, "set point", 3, "--"),
-                ],
-            ),
-            Panel(
-                "5 mm/s: true speed",
-                "time [s]",
-                "v [mm/s]",
-                [Line(sticking.time_s[u], sticking.speed_m_s[u] * 1e3, "speed", 1)],
-            ),
-            Panel(
-                "5 mm/s: differential force",
-                "time [s]",
-                "F [N]",
-                [Line(sticking.time_s[u], sticking.two_chamber_n[u], "(3) as read")],
-            ),
-        ],
-        [
+    time_s, shown, start = trace.time_s, slice(None, None, 5), slice(0, 1500)
+    return Result(
+        {
+            "compression": compression_n(trace),
+            "at_5_mm_s": counts[SPEEDS_M_S.index(BELOW_M_S)],
+            "below": max(slow[:-1]),
+            "above": max(fast),
+        },
+        {
+            "force": [Line(time_s[shown], smooth(trace.two_chamber_n, 3.0)[shown], "(3)")],
+            "position": [
+                Line(time_s[shown], (trace.encoder_m[shown] - 0.25) * 1e3, "encoder", 0),
+                Line(time_s[shown], (trace.reference_m[shown] - 0.25) * 1e3, "set point", 3, "--"),
+            ],
+            "speed": [Line(sticking.time_s[start], sticking.speed_m_s[start] * 1e3, "speed", 1)],
+            "force_at_5_mm_s": [
+                Line(sticking.time_s[start], sticking.two_chamber_n[start], "(3) as read")
+            ],
+        },
+        numbers={"travel_mm": TRAVEL_M * 1e3, "slow_mm_s": SLOW_M_S * 1e3},
+        more_tables=[
             Table(
                 "Stick-slips in eight seconds, and net damping [kN s/m] (negative: sliding is unstable)",
-                [f"{v * 1e3:g} mm/s" for v in SPEEDS_M_S],
-                [[f"{n} ({m / 1e3:+.1f})" for n, m in zip(counts, margins, strict=True)]],
+                [f"{speed * 1e3:g} mm/s" for speed in SPEEDS_M_S],
+                [
+                    [
+                        f"{count} ({margin / 1e3:+.1f})"
+                        for count, margin in zip(counts, margins, strict=True)
+                    ]
+                ],
             ),
             sensitivity(
                 {},
                 "Speeds [mm/s] with stick-slip, simulated (and where the net damping is "
                 "negative): 27 um and +180 N is the declared seal",
             ),
-        ],
-        [
-            "The condition (stick_slip.py): the Stribeck curve must fall faster than viscous friction and the oil's "
-            "damping rise, and the bristle must follow within a swing of the frame on the oil. With 2 % of air and a few "
-            "bar in the chambers the oil column is several times softer than at half the supply, the swing as much "
-            "slower, and the declared bristle of 27 um follows it: no stiffer seal is needed.",
         ],
     )

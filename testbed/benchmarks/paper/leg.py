@@ -101,7 +101,9 @@ class Trace:
     def after(self, start_s: float) -> Trace:
         """The part from `start_s` on."""
         keep = self.time_s >= start_s
-        arrays = {k: v[keep] for k, v in vars(self).items() if isinstance(v, np.ndarray)}
+        arrays = {
+            name: value[keep] for name, value in vars(self).items() if isinstance(value, np.ndarray)
+        }
         return Trace(**arrays, area_a_m2=self.area_a_m2, area_b_m2=self.area_b_m2)
 
 
@@ -172,8 +174,8 @@ def _trace(samples: NDArray[Any], p: Any, sensor: Sensor, seed: int) -> Trace:
 def _read(pressures: Array, noise: Array, transducer: Any) -> Array:
     """What a Transducer shows of pressures (n), Pa gauge."""
     out = np.empty_like(pressures)
-    for k in range(pressures.size):
-        out[k] = transduce(pressures[k], 0.0, 0.0, noise[k], transducer)
+    for index in range(pressures.size):
+        out[index] = transduce(pressures[index], 0.0, 0.0, noise[index], transducer)
     return out
 
 
@@ -192,8 +194,8 @@ def _simulate(
     axis, rod, loop = axes[0], given[0], loops[0]
     position, rate = samples[0].reference, 0.0
     h = 1.0 / RATE_HZ / STEPS
-    for k in range(samples.shape[0]):
-        now = samples[k]
+    for index in range(samples.shape[0]):
+        now = samples[index]
         loop.reference, loop.reference_rate = now.reference, now.reference_rate
         rod.command = valve_command(loop, counted(position, bench.count), 1.0 / RATE_HZ)
         for _ in range(STEPS):

@@ -29,12 +29,12 @@ PANEL_IN = 2.0
 
 def page(experiments: Sequence[Experiment]) -> str:
     """The page's text."""
-    claims = [c for e in experiments for c in e.claims]
+    claims = [claim for experiment in experiments for claim in experiment.claims]
     contents = {
-        "experiments": [(e, drawn(e)) for e in experiments],
+        "experiments": [(experiment, drawn(experiment)) for experiment in experiments],
         "measured": measured,
         "total": len(claims),
-        "failed": [c for c in claims if not c.holds],
+        "failed": [claim for claim in claims if not claim.holds],
         "version": __version__,
     }
     return render("benchmarks/paper/page.html.j2", contents)
@@ -44,9 +44,16 @@ def table(experiments: Sequence[Experiment]) -> Table:
     """All claims."""
     heads = ["figure", "claim", "expected", "measured", "unit", "holds"]
     rows = [
-        [c.figure, c.claim, c.criterion, measured(c), c.unit, "yes" if c.holds else "NO"]
-        for e in experiments
-        for c in e.claims
+        [
+            claim.figure,
+            claim.claim,
+            claim.criterion,
+            measured(claim),
+            claim.unit,
+            "yes" if claim.holds else "NO",
+        ]
+        for experiment in experiments
+        for claim in experiment.claims
     ]
     return Table("The paper's claims", heads, rows)
 

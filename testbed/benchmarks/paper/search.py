@@ -158,7 +158,7 @@ def search(seconds: float, seed: int = 0) -> Iterator[tuple[dict[str, float], Be
 
 def main(words: list[str]) -> None:
     """Print every circuit that holds, as it is found."""
-    for circuit, found, ratio in search(float(words[0]), *[int(w) for w in words[1:2]]):
+    for circuit, found, ratio in search(float(words[0]), *[int(word) for word in words[1:2]]):
         numbers = {path: float(f"{value:.3g}") for path, value in circuit.items()}
         print(f"figure 5 {ratio:.2f}; {found}; {numbers}", flush=True)
 

@@ -74,7 +74,10 @@ def _fixed(fixed: Mapping[str, Mapping[str, Sequence[float]]]) -> Table:
     rows = []
     for path, (low, high) in RANGES.items():
         failing = fixed[path]
-        marks = ["fails at " + ", ".join(f"{v:.3g}" for v in failing.get(f, ())) for f in FIGURES]
+        marks = [
+            "fails at " + ", ".join(f"{end:.3g}" for end in failing.get(figure, ()))
+            for figure in FIGURES
+        ]
         rows.append(
             [
                 path,

@@ -76,14 +76,14 @@ def slips_at(
     return stick_slips(trace.speed_m_s, speed_m_s)
 
 
-def back_pressures_pa(p: Machine) -> tuple[float, float]:
+def back_pressures_pa(machine: Machine) -> tuple[float, float]:
     """Gauge pressures of A and B while the frame goes out in the air at an even speed, friction
     left out.
 
     The same opening meters A_A v from the supply and A_B v to the tank: pB - pt = ratio^2 (ps -
     pA), while pA A_A - pB A_B = -m g.
     """
-    unit, valve, cylinder = p.power_unit, p.valve, p.vertical_cylinder
+    unit, valve, cylinder = machine.power_unit, machine.valve, machine.vertical_cylinder
     area_a = math.pi / 4 * cylinder.bore_m**2
     alpha = 1.0 - (cylinder.rod_m / cylinder.bore_m) ** 2
     hangs = MASS_KG * GRAVITY_M_S2 / area_a

@@ -253,10 +253,10 @@ def _bristle(
     if p.pre_k > 0.0 and p.pre_form == 1.0:
         # Four elements that slip one after the other.
         friction = 0.0
-        for e in range(4):
-            limit = level * 0.25 / (p.pre_k * 0.25 * (0.4 + 0.4 * e))
-            slip[e] = min(limit, max(-limit, slip[e] + h * v))
-            friction += p.pre_k * 0.25 * (0.4 + 0.4 * e) * slip[e]
+        for index in range(4):
+            limit = level * 0.25 / (p.pre_k * 0.25 * (0.4 + 0.4 * index))
+            slip[index] = min(limit, max(-limit, slip[index] + h * v))
+            friction += p.pre_k * 0.25 * (0.4 + 0.4 * index) * slip[index]
         return friction + p.pre_c * v * 0.05, z
     stiff = p.pre_k if p.pre_k > 0.0 else p.bristle
     damp = p.pre_c if p.pre_k > 0.0 else p.bristle_damping
@@ -327,13 +327,13 @@ def simulate(
     queue = np.zeros(64)
     mass = p.mass + p.mass_add
     weight = (p.mass + p.mass_add * (1.0 if p.mass_form == 0.0 else 0.3)) * p.gravity
-    for i in range(n):
-        u = p.gain * (target[i] - np.floor(x / 1e-4) * 1e-4) + p.feed * target_rate[i]
+    for index in range(n):
+        u = p.gain * (target[index] - np.floor(x / 1e-4) * 1e-4) + p.feed * target_rate[index]
         u = min(1.0, max(-1.0, u))
-        queue[i % 64] = u
+        queue[index % 64] = u
         late = round(p.valve_delay / period)
-        acting = queue[(i - late) % 64] if i >= late else 0.0
-        viscous = _viscosity(p, temperature[i])
+        acting = queue[(index - late) % 64] if index >= late else 0.0
+        viscous = _viscosity(p, temperature[index])
         load = 0.0
         for j in range(substeps):
             depth = x - p.ground_at
@@ -351,12 +351,12 @@ def simulate(
             level = _level(p, x, v, pa, pb, load, aged)
             friction, z = _bristle(p, v, z, slip, level, h)
             friction += sigma * v + p.drag * v * abs(v)
-            push = _push(p, x, i * period + j * h)
+            push = _push(p, x, index * period + j * h)
             v += h * (pa * p.area_a - pb * p.area_b + weight + push - friction - load) / mass
             x += h * v
             if x < 0.005 or x > p.stroke - 0.005:
                 v = 0.0
                 x = min(max(x, 0.005), p.stroke - 0.005)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = x, v, pa, pb
-        out[i, 4], out[i, 5], out[i, 6] = supply, load, u
+        out[index, 0], out[index, 1], out[index, 2], out[index, 3] = x, v, pa, pb
+        out[index, 4], out[index, 5], out[index, 6] = supply, load, u
     return out

@@ -231,9 +231,9 @@ def draw_hidden(rng: np.random.Generator, kind: str) -> Hidden:
     forms = []
     for name, strength in zip(names, strengths, strict=True):
         drawn = pool[name](rng, strength)
-        forms.append(int(next((v for k, v in drawn.items() if k.endswith("form")), 0)))
+        forms.append(int(next((value for key, value in drawn.items() if key.endswith("form")), 0)))
         prefix = f"{name}:" if name in SENSORS else ""
-        numbers |= {prefix + k: float(v) for k, v in drawn.items()}
+        numbers |= {prefix + key: float(value) for key, value in drawn.items()}
     return Hidden(tuple(names), tuple(strengths), numbers, tuple(forms))
 
 
@@ -274,8 +274,14 @@ def make_rig(seed: int, kind: str, sound: bool = False) -> tuple[Rig, Hidden]:
     rate = float(rng.choice([500.0, 1000.0]))
     leg = _leg_numbers(known, rng)
     numbers = {} if sound else hidden.numbers
-    leg |= {k: v for k, v in numbers.items() if ":" not in k and k not in _RECORDER}
-    recorder = {k: v for k, v in numbers.items() if ":" in k or k in _RECORDER}
+    leg |= {
+        name: number
+        for name, number in numbers.items()
+        if ":" not in name and name not in _RECORDER
+    }
+    recorder = {
+        name: number for name, number in numbers.items() if ":" in name or name in _RECORDER
+    }
     level = rng.uniform(14.0, 35.0)
     isothermal = rng.uniform() < 0.25
     parts: dict[str, list[Recording]] = {"identify": [], "verify": []}

@@ -28,35 +28,39 @@ def read(
     rng: np.random.Generator,
 ) -> Recording:
     """Rows of the kernel as a recording; `hidden` holds the sensor effects of the rig."""
-    t = np.arange(len(rows)) / rate
+    time_s = np.arange(len(rows)) / rate
     x, pa, pb, supply = rows[:, 0], rows[:, 2], rows[:, 3], rows[:, 4]
-    pa, pb = _sensor_effects(t, pa, pb, temperature, rate, hidden)
+    pa, pb = _sensor_effects(time_s, pa, pb, temperature, rate, hidden)
     if "encoder_wave" in hidden:
         wave = 2.0 * np.pi * x / hidden["encoder_length"]
         x = x + hidden["encoder_wave"] * hidden["encoder_length"] / (2.0 * np.pi) * np.sin(wave)
     noise = rng.uniform(2.5e3, 4.5e3)
     step = 1e7 / 4096.0
 
-    def converter(p: Array) -> Array:
+    def converter(pressure: Array) -> Array:
         return np.asarray(
-            np.clip(np.round((p + noise * rng.standard_normal(len(p))) / step) * step, 0.0, 1e7)
+            np.clip(
+                np.round((pressure + noise * rng.standard_normal(len(pressure))) / step) * step,
+                0.0,
+                1e7,
+            )
         )
 
-    force = np.round((rows[:, 5] + 1.7 * rng.standard_normal(len(t))) / 10.0) * 10.0
-    never = np.zeros(len(t), dtype=np.bool_)
+    force = np.round((rows[:, 5] + 1.7 * rng.standard_normal(len(time_s))) / 10.0) * 10.0
+    never = np.zeros(len(time_s), dtype=np.bool_)
     return Recording(
         name=name.split("/")[1],
         folder=Path(name),
         header=header(known, rate, load_cell),
-        time_s=t,
+        time_s=time_s,
         position_m=np.round(np.floor(x / 1e-4) * 1e-4, 7),
         valve_command=np.round(rows[:, 6], 4),
         pressure_a_pa=converter(pa),
         pressure_b_pa=converter(pb),
-        supply_pressure_pa=np.round((supply + 3e3 * rng.standard_normal(len(t))) / 1e3) * 1e3,
-        oil_temperature_degc=np.round(temperature + 0.1 * rng.standard_normal(len(t)), 1),
+        supply_pressure_pa=np.round((supply + 3e3 * rng.standard_normal(len(time_s))) / 1e3) * 1e3,
+        oil_temperature_degc=np.round(temperature + 0.1 * rng.standard_normal(len(time_s)), 1),
         actuator_force_n=None,
-        reference_force_n=force if load_cell else np.zeros(len(t)),
+        reference_force_n=force if load_cell else np.zeros(len(time_s)),
         saturated_a=never,
         saturated_b=never,
     )

@@ -63,7 +63,9 @@ def bench(rounds: int = ROUNDS, steps: int = STEPS) -> dict[str, Any]:
 
 def table(found: dict[str, Any]) -> Table:
     """The figures for a person."""
-    return Table("Speed", ["figure", "value"], [[k, f"{v:.4g}"] for k, v in found.items()])
+    return Table(
+        "Speed", ["figure", "value"], [[name, f"{value:.4g}"] for name, value in found.items()]
+    )
 
 
 def alternate(
@@ -83,7 +85,7 @@ def alternate(
 
 
 def _ratio(over: list[float], under: list[float]) -> float:
-    return statistics.median(a / b for a, b in zip(over, under, strict=True))
+    return statistics.median(whole / bare for whole, bare in zip(over, under, strict=True))
 
 
 def _drilling(overrides: tuple[str, ...]) -> Any:
@@ -128,8 +130,10 @@ def _hydraulics() -> Any:
 
     @njit
     def step(boards: Any, dt: float, substeps: int) -> None:
-        b = boards[0]
-        hydraulic_step(b.axes, b.parameters, b.inputs, b.supply, b.unit, dt, substeps)
+        board = boards[0]
+        hydraulic_step(
+            board.axes, board.parameters, board.inputs, board.supply, board.unit, dt, substeps
+        )
 
     return step
 
@@ -140,21 +144,21 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
     """
     from testbed.world import between
 
-    m = world.machine
-    boards, substeps = m.boards.copy(), world.scenario.rates.hydraulic_substeps
+    machine = world.machine
+    boards, substeps = machine.boards.copy(), world.scenario.rates.hydraulic_substeps
     force, normal = np.zeros((4, 3)), np.zeros(4)
     hydraulics = _hydraulics()
 
     def engine() -> None:
-        m.engine.apply(m.boards["given"])
-        m.engine.step()
+        machine.engine.apply(machine.boards["given"])
+        machine.engine.step()
 
     jobs: dict[str, Callable[[], Any]] = {
         "hydraulics_us": lambda: hydraulics(boards, 1e-3, substeps),
         "sensors_us": lambda: world._do(between.SENSE),
         "estimators_us": lambda: world._do(between.ESTIMATE),
-        "read_us": lambda: m.engine.read(m.boards["engine"]),
-        "contacts_us": lambda: m.engine.contacts(force, normal),
+        "read_us": lambda: machine.engine.read(machine.boards["engine"]),
+        "contacts_us": lambda: machine.engine.contacts(force, normal),
         "expected_us": world._expect,
         "engine_us": engine,
     }

@@ -46,7 +46,7 @@ def against_bare(rounds: int = 9, steps: int = 50, name: str = DRILL) -> dict[st
     return {
         "env_steps_per_s": steps / statistics.median(full),
         "bare_steps_per_s": steps / statistics.median(lone),
-        "ratio": statistics.median(b / f for b, f in zip(lone, full, strict=True)),
+        "ratio": statistics.median(b / whole for b, whole in zip(lone, full, strict=True)),
     }
 
 
@@ -58,19 +58,20 @@ def two_workers(rounds: int = 7, steps: int = 50, name: str = DRILL) -> dict[str
 
     rates: dict[int, list[float]] = {1: [], 2: []}
     vectors: dict[int, Any] = {
-        n: envs.make_vec(name, n, vectorization_mode="async", duration_s=3600.0) for n in rates
+        rate: envs.make_vec(name, rate, vectorization_mode="async", duration_s=3600.0)
+        for rate in rates
     }
-    for n, vector in vectors.items():
+    for key, vector in vectors.items():
         vector.reset(seed=0)
         vector.step(np.zeros(vector.action_space.shape, dtype=np.float32))
-        rates[n].clear()
+        rates[key].clear()
     for _ in range(rounds):
-        for n, vector in vectors.items():
+        for key, vector in vectors.items():
             start = time.perf_counter()
             for _ in range(steps):
                 vector.step(np.zeros(vector.action_space.shape, dtype=np.float32))
-            rates[n].append(n * steps / (time.perf_counter() - start))
+            rates[key].append(key * steps / (time.perf_counter() - start))
     for vector in vectors.values():
         vector.close()
-    one, two = (statistics.median(rates[n]) for n in (1, 2))
+    one, two = (statistics.median(rates[workers]) for workers in (1, 2))
     return {"one_steps_per_s": one, "two_steps_per_s": two, "gain": two / one}

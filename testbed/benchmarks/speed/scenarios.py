@@ -37,7 +37,10 @@ def scenario_speeds(names: Iterable[str]) -> list[dict[str, Any]]:
 
 def table(found: Sequence[dict[str, Any]]) -> Table:
     """A scenario a row."""
-    rows = [[f"{v:.3g}" if isinstance(v, float) else v for v in row.values()] for row in found]
+    rows = [
+        [f"{value:.3g}" if isinstance(value, float) else value for value in row.values()]
+        for row in found
+    ]
     return Table("Speed of whole scenarios", list(found[0]), rows)
 
 

@@ -34,8 +34,15 @@ def _feet(name: str, what: str, low: float, high: float, across: float) -> list[
         load, along = f"{what}, normal load of {leg}", f"{what}, ground on {leg} along"
         rows.append(Observed(f"control.{name}_{leg}_z", load, "N", "body z", low, high))
         rows += [
-            Observed(f"control.{name}_{leg}_{k}", f"{along} {k}", "N", f"body {k}", -across, across)
-            for k in "xy"
+            Observed(
+                f"control.{name}_{leg}_{axis}",
+                f"{along} {axis}",
+                "N",
+                f"body {axis}",
+                -across,
+                across,
+            )
+            for axis in "xy"
         ]
     return rows
 
@@ -49,7 +56,10 @@ def _ropes(name: str, what: str, low: float, high: float) -> list[Observed]:
 
 def _lacking(name: str, what: str, unit: str) -> list[Observed]:
     said = f"{what} that they lack of balance"
-    return [Observed(f"control.lacks_{name}{k}", said, unit, f"body {k}", -1e3, 1e3) for k in "xyz"]
+    return [
+        Observed(f"control.lacks_{name}{axis}", said, unit, f"body {axis}", -1e3, 1e3)
+        for axis in "xyz"
+    ]
 
 
 VIEW: tuple[Observed, ...] = (

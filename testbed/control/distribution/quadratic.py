@@ -115,14 +115,14 @@ class Quadratic:
                 _Last(even, now.measured_pull_n / scale, 2 * POOR_FRICTION),
                 FIRST_ROUNDS,
             )
-        z = None
+        found = None
         for _ in range(rounds):
-            z = self._solve(now, self._last)
-        while z is None and self._last.lowest > 0.0:
-            z = self._solve(now, self._last)
-        if z is None:
+            found = self._solve(now, self._last)
+        while found is None and self._last.lowest > 0.0:
+            found = self._solve(now, self._last)
+        if found is None:
             return Plan(now.measured, feasible=False)
-        return Plan(z)
+        return Plan(found)
 
     def constraints(self, now: Balance, lowest_n: float) -> Constraints:
         """What a plan must keep to, with at least `lowest_n` on every stance foot."""
@@ -154,23 +154,23 @@ class Quadratic:
         scale = _size(now.load)
         taken = self.taken(now) / scale * last.doubt
         begun = LastPlan(last.normals, last.pull, taken)
-        z = self._program.solve(now, begun, self._about(last, scale, now))
-        if z is None:
+        found = self._program.solve(now, begun, self._about(last, scale, now))
+        if found is None:
             last.lowest = 0.0 if last.lowest < GIVEN_UP else EASED * last.lowest
             return None
         last.lowest = min(last.lowest + TIGHTENED, 1.0)
-        use = highest_use(z, self._use_rows)
+        use = highest_use(found, self._use_rows)
         last.normals, last.pull, last.use = (
-            z[:FEET:3].copy(),
-            z[FEET:UNKNOWNS].copy(),
-            max(float(z[UNKNOWNS]), 0.0),
+            found[:FEET:3].copy(),
+            found[FEET:UNKNOWNS].copy(),
+            max(float(found[UNKNOWNS]), 0.0),
         )
         last.doubt = (
             max(0.8 * last.doubt - 0.01, 0.0)
             if use > POOR_FRICTION
             else min(last.doubt + 0.02, 1.0)
         )
-        return np.asarray(z[:UNKNOWNS] * scale)
+        return np.asarray(found[:UNKNOWNS] * scale)
 
     def _about(self, last: _Last, scale: float, now: Balance) -> About:
         """|t| + doubt <= s_0 (n + taken) + (s - s_0) (n_0 + taken), about the last plan's s_0 and

@@ -69,8 +69,8 @@ def add_pull(wanted: Any, tension: Any, dt: float, by: Squeezing, pull: Any, rat
     tensions (2) there.
     """
     step = by.pull_slew_n_s * dt
-    for k in range(pull.shape[0]):
-        pull[k] += min(max(wanted[k] - pull[k], -step), step)
+    for index in range(pull.shape[0]):
+        pull[index] += min(max(wanted[index] - pull[index], -step), step)
     haul(tension, pull, by.hauling, rates)
 
 
@@ -92,16 +92,17 @@ def add_squeeze(
     edges (2, 12): in first guesses, and -1, 0, 1 as the side, of the last tick, brought up to date.
     """
     edge, side = edges[0], edges[1]
-    for i in range(rates.shape[0]):
-        size = abs(force[i])
-        now = 0.0 if size < by.tolerance[i] else 1.0 if force[i] > 0.0 else -1.0
-        if now != 0.0 and now == side[i]:
-            edge[i] = min(edge[i] + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
+    for index in range(rates.shape[0]):
+        size = abs(force[index])
+        now = 0.0 if size < by.tolerance[index] else 1.0 if force[index] > 0.0 else -1.0
+        if now != 0.0 and now == side[index]:
+            edge[index] = min(edge[index] + EDGE_GROWTH_1_S * dt, EDGE_LIMIT)
         else:
-            edge[i] = max(1.0, 1.0 if now == 0.0 else 0.7 * edge[i])
-        side[i] = now
-        rates[i] += now * min(
-            GAIN_1_S * compliance[i] * size + edge[i] * by.edge_start[i], by.speed_limit[i]
+            edge[index] = max(1.0, 1.0 if now == 0.0 else 0.7 * edge[index])
+        side[index] = now
+        rates[index] += now * min(
+            GAIN_1_S * compliance[index] * size + edge[index] * by.edge_start[index],
+            by.speed_limit[index],
         )
     for leg in range(len(LEGS)):
         if felt[3 * leg] < HANGING_SHARE * wanted[3 * leg]:

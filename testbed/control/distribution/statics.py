@@ -137,30 +137,30 @@ class Statics:
 
     def look(self, measured: Measured, stance: NDArray[np.bool_]) -> Balance:
         """The balance now."""
-        p, position = self._posture, measured.position
-        if p is None or np.abs(position - p.position).max() > POSTURE_STEP:
-            p = self._posture = self._work_out(position.copy())
+        posture, position = self._posture, measured.position
+        if posture is None or np.abs(position - posture.position).max() > POSTURE_STEP:
+            posture = self._posture = self._work_out(position.copy())
         drill = measured.drill
         gravity = attitude_gravity(float(measured.attitude[0]), float(measured.attitude[1]))
         supply_pa = max(measured.supply_pressure, self._on_demand_pa)
-        reach = max(supply_pa - self._tank_pa, 0.0) * np.abs(p.arms)
+        reach = max(supply_pa - self._tank_pa, 0.0) * np.abs(posture.arms)
         held = self.model.gravity_forces(position, gravity)
         return Balance(
             friction=self._friction,
             rope_rating_n=self._rating_n,
-            balance=p.balance,
+            balance=posture.balance,
             load=known_wrench(self.model, drill, gravity) - held[:6],
-            joint_map=p.joint_map,
+            joint_map=posture.joint_map,
             held=held[6:],
             lowest=-reach * self._area_b,
             highest=reach * self._area_a,
-            measured=self._unknowns(measured, p, held[6:]),
+            measured=self._unknowns(measured, posture, held[6:]),
             stance=stance.copy(),  # compiled code takes arrays that can be written to
             thrust_map=self._thrust,
             thrust_n=float(drill["ordered_thrust"]),
-            rigid=p.rigid,
-            inner=p.inner,
-            compliance=p.compliance,
+            rigid=posture.rigid,
+            inner=posture.inner,
+            compliance=posture.compliance,
             scale=self.scale,
         )
 
@@ -178,16 +178,20 @@ class Statics:
             position, balance, joint_map, turned[:, :6], turned[:, 6:], compliance, arms, legs
         )
 
-    def _unknowns(self, measured: Measured, p: _Posture, held: Array) -> Array:
+    def _unknowns(self, measured: Measured, posture: _Posture, held: Array) -> Array:
         """(14,) foot forces from the cylinders' pressures; along the vertical joints the estimators
         know better.
         """
-        z = np.empty(UNKNOWNS)
-        z[ROPES] = measured.rope_tension
-        joint = (measured.pressure_a * self._area_a - measured.pressure_b * self._area_b) * p.arms
-        z[:FEET] = np.linalg.solve(p.legs, (joint - held).reshape(len(LEGS), 3, 1)).ravel()
-        z[NORMALS] = measured.load
-        return z
+        unknowns = np.empty(UNKNOWNS)
+        unknowns[ROPES] = measured.rope_tension
+        joint = (
+            measured.pressure_a * self._area_a - measured.pressure_b * self._area_b
+        ) * posture.arms
+        unknowns[:FEET] = np.linalg.solve(
+            posture.legs, (joint - held).reshape(len(LEGS), 3, 1)
+        ).ravel()
+        unknowns[NORMALS] = measured.load
+        return unknowns
 
 
 def _maps(points: Array) -> Array:

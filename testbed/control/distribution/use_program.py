@@ -141,8 +141,8 @@ def write_program(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> in
     count: int = _write_feet(facts, last, about, sides, out)
     lower, upper = out.lower, out.upper
     for joint in range(JOINTS):
-        for i in range(UNKNOWNS):
-            out.rows[count, i] = facts.joint_map[joint, i]
+        for index in range(UNKNOWNS):
+            out.rows[count, index] = facts.joint_map[joint, index]
         out.rows[count, USE] = 0.0
         lower[SIZE + count] = (facts.lowest[joint] - facts.held[joint]) / about.scale
         upper[SIZE + count] = (facts.highest[joint] - facts.held[joint]) / about.scale
@@ -150,8 +150,8 @@ def write_program(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> in
     for k in range(SIZE + count):
         out.kind[k] = 0
     for part in range(WRENCH):
-        for i in range(UNKNOWNS):
-            out.rows[count, i] = facts.balance[part, i]
+        for index in range(UNKNOWNS):
+            out.rows[count, index] = facts.balance[part, index]
         out.rows[count, USE] = 0.0
         lower[SIZE + count] = upper[SIZE + count] = -facts.load[part] / about.scale
         out.kind[SIZE + count] = EQUALITY
@@ -162,18 +162,20 @@ def write_program(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> in
 @njit
 def _write_costs(last: Any, about: Any, out: Any) -> None:
     """Weights of the unknowns, and bounds of the pulls and of s."""
-    for i in range(SIZE):
-        if i == USE:
+    for index in range(SIZE):
+        if index == USE:
             weight = about.worst
-        elif i >= FEET:
+        elif index >= FEET:
             weight = about.steady
         else:
-            weight = about.even if i % 3 == 0 else about.tangential
-        out.hessian[i, i] = weight
-        out.costs[i] = -about.steady * last.pull[i - FEET] if FEET <= i < UNKNOWNS else 0.0
-        out.lower[i], out.upper[i] = -FREE, FREE
-    for i in range(FEET, UNKNOWNS):
-        out.lower[i], out.upper[i] = 0.0, about.highest_pull
+            weight = about.even if index % 3 == 0 else about.tangential
+        out.hessian[index, index] = weight
+        out.costs[index] = (
+            -about.steady * last.pull[index - FEET] if FEET <= index < UNKNOWNS else 0.0
+        )
+        out.lower[index], out.upper[index] = -FREE, FREE
+    for index in range(FEET, UNKNOWNS):
+        out.lower[index], out.upper[index] = 0.0, about.highest_pull
     out.lower[USE] = about.least_use
 
 
@@ -186,14 +188,14 @@ def _write_feet(facts: Any, last: Any, about: Any, sides: Any, out: Any) -> int:
     lower, upper = out.lower, out.upper
     for leg in range(len(LEGS)):
         if not facts.stance[leg]:
-            for i in range(3 * leg, 3 * leg + 3):
-                lower[i] = upper[i] = 0.0
+            for index in range(3 * leg, 3 * leg + 3):
+                lower[index] = upper[index] = 0.0
             continue
         lower[3 * leg] = about.lowest
         carried = max(last.normals[leg] + last.taken[leg], LEAST_NORMAL)
         for side in range(leg * each, (leg + 1) * each):
-            for i in range(UNKNOWNS):
-                out.rows[count, i] = sides[side, i]
+            for index in range(UNKNOWNS):
+                out.rows[count, index] = sides[side, index]
             out.rows[count, 3 * leg], out.rows[count, USE] = -about.use, -carried
             lower[SIZE + count] = -FREE
             upper[SIZE + count] = -about.doubt + about.use * (last.taken[leg] - carried)

@@ -33,10 +33,10 @@ def planned_thrust(task: object, steps: int, step_s: float) -> Array:
     if not isinstance(task, Drill):
         return plan
     starts = list(accumulate((phase.duration_s for phase in task.phases), initial=0.0))
-    for n in range(steps):
-        plan[n, 0] = _ordered_n(task, starts, (n + 1) * step_s - task.start_s)
-    for n in range(steps - 2, -1, -1):
-        plan[n, 1] = plan[n + 1, 1] + step_s if plan[n + 1, 0] > plan[n, 0] else 0.0
+    for index in range(steps):
+        plan[index, 0] = _ordered_n(task, starts, (index + 1) * step_s - task.start_s)
+    for index in range(steps - 2, -1, -1):
+        plan[index, 1] = plan[index + 1, 1] + step_s if plan[index + 1, 0] > plan[index, 0] else 0.0
     return plan
 
 
@@ -44,7 +44,7 @@ def _ordered_n(task: Drill, starts: list[float], since_s: float) -> float:
     if since_s < 0.0 or (since_s >= starts[-1] and not task.repeat):
         return 0.0
     within = since_s % starts[-1]
-    k = bisect_right(starts, within) - 1
-    phase = task.phases[k]
+    order = bisect_right(starts, within) - 1
+    phase = task.phases[order]
     most = getattr(phase, "feed_n", 0.0) - getattr(phase, "pull_n", 0.0)
-    return ramp_share(within - starts[k], phase.duration_s, task.ramp_s) * float(most)
+    return ramp_share(within - starts[order], phase.duration_s, task.ramp_s) * float(most)

@@ -26,7 +26,7 @@ class Hold:
     def __init__(self, start: Array, task: object, events: tuple[Event, ...]) -> None:
         self._held = Command(start)
         self._raise = task if isinstance(task, Raise) else None
-        self._events = tuple(e for e in events if isinstance(e, LiftFoot | SetRope))
+        self._events = tuple(event for event in events if isinstance(event, LiftFoot | SetRope))
 
     def command(self, t: float, dt: float, measured: Measured) -> Command:
         """See Gait."""

@@ -53,10 +53,10 @@ def haul(tension_n: Any, wanted_n: Any, by: Hauling, rates: Any) -> None:
     """Add to the rates (2) of the ropes' unstrained lengths, m/s (- hauls in), what brings tensions
     (2) there, N.
     """
-    for k in range(rates.shape[0]):
-        excess = tension_n[k] - wanted_n[k]
+    for index in range(rates.shape[0]):
+        excess = tension_n[index] - wanted_n[index]
         if abs(excess) >= by.tolerance_n:
-            rates[k] += min(max(by.gain_m_s_n * excess, -by.speed_m_s), by.speed_m_s)
+            rates[index] += min(max(by.gain_m_s_n * excess, -by.speed_m_s), by.speed_m_s)
 
 
 class Trim:

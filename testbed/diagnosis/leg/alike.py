@@ -27,15 +27,17 @@ def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
     set.
     """
     problem, fit = state.problem, chosen.fit
-    owners = {c.owner for c in fit.coordinates} - {name, DECLARED}
+    owners = {coordinate.owner for coordinate in fit.coordinates} - {name, DECLARED}
     shared = _columns(problem, fit, owners)
     added = _without(_columns(problem, fit, {name}), shared)
 
     def same(other: Array) -> bool:
         return _reach(added, _without(other, shared)) > COLLINEAR
 
-    numbers = [c.name for c in fit.coordinates if c.owner == DECLARED]
-    found = [f"{DECLARED}.{n}" for n in numbers if same(_columns(problem, fit, {DECLARED}))]
+    numbers = [coordinate.name for coordinate in fit.coordinates if coordinate.owner == DECLARED]
+    found = [
+        f"{DECLARED}.{number}" for number in numbers if same(_columns(problem, fit, {DECLARED}))
+    ]
     rest = frozenset(chosen.names) - {name}
     for names, rival in state.tried.items():
         others = names - rest
@@ -49,8 +51,10 @@ def alike(state: Search, chosen: Candidate, name: str) -> tuple[str, ...]:
 def _columns(problem: Problem, fit: Fit, owners: Collection[str]) -> Array:
     """Weighted sensitivities of the force to the coordinates of some owners, shape (bins, k)."""
     weight = weights(problem, {"force": fit.residual["force"]}, fit.scale)["force"]
-    chosen = [j for j, c in enumerate(fit.coordinates) if c.owner in owners]
-    unit = np.array([fit.coordinates[j].scale for j in chosen])
+    chosen = [
+        index for index, coordinate in enumerate(fit.coordinates) if coordinate.owner in owners
+    ]
+    unit = np.array([fit.coordinates[place].scale for place in chosen])
     return np.asarray(fit.jacobian["force"][:, chosen] * unit * weight[:, None])
 
 

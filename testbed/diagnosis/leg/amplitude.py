@@ -27,7 +27,9 @@ def with_amplitudes(
 ) -> tuple[EffectEntry, ...]:
     """A model's entries with the amplitudes that nothing fitted, as measured."""
     parameters = {
-        a.effect.name: name for a in at.effects if (name := a.effect.band_amplitude) is not None
+        effect.effect.name: name
+        for effect in at.effects
+        if (name := effect.effect.band_amplitude) is not None
     }
     return tuple(
         _measured(problem, entry, parameters[entry.name], at) if entry.name in parameters else entry
@@ -49,18 +51,18 @@ def _amplitude_n(problem: Problem, at: Point) -> tuple[float, float]:
     times sqrt 2.
     """
     found, weight = [], []
-    for s in problem.series:
-        signals = corrected(s.signals, at.effects)
+    for series in problem.series:
+        signals = corrected(series.signals, at.effects)
         terms = force_terms(problem.base, signals, at.effects)
         force = without_friction_n(signals, terms) - friction_n(at.friction, signals, terms)
-        force = force - (s.reference_n if s.reference_n is not None else 0.0)
+        force = force - (series.reference_n if series.reference_n is not None else 0.0)
         frequency, _, _ = terms.narrow_bands[0]
-        band = narrow_band(force, s.trusted, signals, frequency)
+        band = narrow_band(force, series.trusted, signals, frequency)
         # Every channel went through the same smoothing: the band was damped by it.
-        damped = float(np.exp(-0.5 * (2.0 * np.pi * frequency * s.width_s) ** 2))
-        if s.trusted.sum() > FEWEST_SAMPLES:
-            found.append(float(np.sqrt(2.0 * np.mean(band[s.trusted] ** 2))) / damped)
-            weight.append(float(s.trusted.sum()))
+        damped = float(np.exp(-0.5 * (2.0 * np.pi * frequency * series.width_s) ** 2))
+        if series.trusted.sum() > FEWEST_SAMPLES:
+            found.append(float(np.sqrt(2.0 * np.mean(band[series.trusted] ** 2))) / damped)
+            weight.append(float(series.trusted.sum()))
     mean = float(np.average(found, weights=weight))
     variance = np.average((np.array(found) - mean) ** 2, weights=weight)
     return mean, max(NORMAL_90 * float(np.sqrt(variance / len(found))), FORM * mean)

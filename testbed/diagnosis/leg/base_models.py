@@ -61,8 +61,8 @@ def declared(rig: Rig) -> LegModel:
     known = rig.known
     changes: dict[str, float] = {}
     if known.stroke_m is None:
-        x = np.concatenate([r.position_m for r in rig.identify])
-        changes["stroke_m"] = float(max(np.ptp(x), 1e-3))
+        position_m = np.concatenate([recording.position_m for recording in rig.identify])
+        changes["stroke_m"] = float(max(np.ptp(position_m), 1e-3))
     return LegModel(rig=rig.kind, known=known.model_copy(update=changes))  # type: ignore[arg-type]
 
 
@@ -117,10 +117,12 @@ def _better(problem: Problem, fit: Fit) -> Fit:
     """The fit, or the one from other Stribeck speeds where that predicts held-out blocks better:
     valleys are flat.
     """
-    coordinates = [restarted(c, fit.at) for c in fit.coordinates]
+    coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
     coordinates = [
-        replace(c, start=AGAIN_M_S) if c.name.startswith("stribeck_speed") else c
-        for c in coordinates
+        replace(coordinate, start=AGAIN_M_S)
+        if coordinate.name.startswith("stribeck_speed")
+        else coordinate
+        for coordinate in coordinates
     ]
     again = solve(problem, coordinates, fit.at, iterations=20)
     found = evidence(problem, again)
@@ -145,7 +147,7 @@ def fit_base(problem: Problem) -> tuple[Fit, LegModel]:
     if problem.base.rig == "drive" and problem.base.known.moving_mass_kg is None:
         friction = _fit_mass(problem, coordinates, friction)
         start = Point(friction, Edge(), problem.believed)
-        coordinates = [restarted(c, start) for c in coordinates]
+        coordinates = [restarted(coordinate, start) for coordinate in coordinates]
     fit = solve(problem, coordinates, Point(friction, Edge(), problem.believed), iterations=20)
     if problem.kind == "vertical-leg":
         fit = _better(problem, fit)
@@ -174,12 +176,12 @@ def _held_to_declared(problem: Problem, fit: Fit) -> Fit:
     correlated ones would outweigh it.
     """
     memory = max(np.median(list(evidence(problem, fit).memory.values())), 1.0)
-    coordinates = [restarted(c, fit.at) for c in fit.coordinates]
+    coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
     coordinates = [
-        replace(c, prior=(c.prior[0], c.prior[1] / np.sqrt(memory)))
-        if c.owner == DECLARED and c.prior is not None
-        else c
-        for c in coordinates
+        replace(coordinate, prior=(coordinate.prior[0], coordinate.prior[1] / np.sqrt(memory)))
+        if coordinate.owner == DECLARED and coordinate.prior is not None
+        else coordinate
+        for coordinate in coordinates
     ]
     return solve(problem, coordinates, fit.at, iterations=20)
 
@@ -193,8 +195,8 @@ def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Fri
     mass = of_declared("moving_mass_kg")
     (parameter,) = mass.required
     unknown = [
-        replace(c, start=UNKNOWN_MASS_KG, low=0.0, scale=UNKNOWN_MASS_KG, prior=None)
-        for c in mass.coordinates()
+        replace(coordinate, start=UNKNOWN_MASS_KG, low=0.0, scale=UNKNOWN_MASS_KG, prior=None)
+        for coordinate in mass.coordinates()
     ]
     active = Active(mass, mass.complete({parameter: UNKNOWN_MASS_KG}))
     fixed = Point(friction, Edge(), (*problem.believed, active))
@@ -203,5 +205,5 @@ def _fit_mass(problem: Problem, coordinates: Sequence[Coordinate], friction: Fri
         update={"moving_mass_kg": found.at.effects[-1].values[parameter]}
     )
     problem.base = problem.base.model_copy(update={"known": known})
-    problem.series = tuple(s.declared(known) for s in problem.series)
+    problem.series = tuple(series.declared(known) for series in problem.series)
     return found.at.friction

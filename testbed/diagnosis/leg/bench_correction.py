@@ -65,12 +65,12 @@ def bench_correction(
         return None
     weights, bias = _weights(_left(runs.series, identified, problem), ridge)
     found = dict(zip(_terms(runs.series[0]), weights, strict=True)) | {"bias": bias}
-    parameters = {name: Parameter(value=float(w), unit="N") for name, w in found.items()}
+    parameters = {name: Parameter(value=float(weight), unit="N") for name, weight in found.items()}
     return EffectEntry(name=UNNAMED.kind, parameters=parameters)
 
 
 def _terms(series: Series) -> dict[str, Array]:
-    generic = {k: v for k, v in basis(series.signals).items() if k not in LEVELS}
+    generic = {name: value for name, value in basis(series.signals).items() if name not in LEVELS}
     return generic | friction_shapes(series.signals)
 
 
@@ -88,10 +88,10 @@ def _left(series: Sequence[Series], model: LegModel, problem: Problem) -> list[_
 def _folds(runs: Runs) -> list[tuple[list[_Left], _Left]]:
     """For each run: (what the model identified on the others leaves of these, and of this one)."""
     out = []
-    for k, test in enumerate(runs.series):
-        model = runs.identified_without(k)
+    for index, test in enumerate(runs.series):
+        model = runs.identified_without(index)
         found = _left((test,), model, runs.problem)
-        others = _left((*runs.series[:k], *runs.series[k + 1 :]), model, runs.problem)
+        others = _left((*runs.series[:index], *runs.series[index + 1 :]), model, runs.problem)
         if found and others:
             out.append((others, found[0]))
     return out

@@ -62,7 +62,12 @@ class BenchSigns:
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> BenchSigns:
         """The signs that `as_json` wrote."""
-        return cls(**{**row, "shares": tuple((tuple(n), float(p)) for n, p in row["shares"])})
+        return cls(
+            **{
+                **row,
+                "shares": tuple((tuple(names), float(share)) for names, share in row["shares"]),
+            }
+        )
 
     def of_unnamed(self) -> dict[str, float]:
         """What tells that no name covers what is there."""
@@ -98,7 +103,7 @@ def calibration() -> BenchCalibration:
 
 def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> BenchSigns:
     """The signs of a finished search whose names have been tried."""
-    excess = [np.log(max(v, 1.0)) for v in found.excess_best.values()]
+    excess = [np.log(max(value, 1.0)) for value in found.excess_best.values()]
     shares = {tuple(sorted(names)): share for names, share in proof.won.items()}
     return BenchSigns(
         excess=float(np.mean(excess)) if excess else 0.0,
@@ -121,23 +126,25 @@ def answer(signs_of_question: Mapping[str, float], weights: Mapping[str, float])
     return float(1.0 / (1.0 + np.exp(-np.clip(total, -30.0, 30.0))))
 
 
-def distribution(s: BenchSigns, kept: Names, c: BenchCalibration) -> dict[Names, float]:
+def distribution(
+    signs: BenchSigns, kept: Names, calibration: BenchCalibration
+) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
     name covers.
 
     Of a set that wins draws only the names count that are `kept`.
     """
-    missing = answer(s.of_unnamed(), c.unnamed)
+    missing = answer(signs.of_unnamed(), calibration.unnamed)
     sets: dict[Names, float] = {}
-    for names, share in s.shares:
+    for names, share in signs.shares:
         left = tuple(name for name in kept if name in names)
         if left:
             sets[left] = sets.get(left, 0.0) + share
     total = sum(sets.values())
     out: dict[Names, float] = {
         ("unnamed",): missing,
-        (): (1.0 - missing) * (c.stray if sets else 1.0),
+        (): (1.0 - missing) * (calibration.stray if sets else 1.0),
     }
     for names, share in sets.items():
-        out[names] = (1.0 - missing) * (1.0 - c.stray) * share / total
+        out[names] = (1.0 - missing) * (1.0 - calibration.stray) * share / total
     return out

@@ -26,30 +26,30 @@ def companions(problem: Problem, fit: Fit) -> dict[str, float]:
     """Channel -> share by which it lowers the held-out force residual, the largest first; those
     above LEAST_FALL.
     """
-    names = set.intersection(*(set(s.extra) for s in problem.series))
+    names = set.intersection(*(set(series.extra) for series in problem.series))
     falls = {name: _fall(problem, fit, name) for name in sorted(names)}
     told = sorted(falls.items(), key=lambda item: -item[1])
     return {name: fall for name, fall in told if fall > LEAST_FALL}
 
 
 def _fall(problem: Problem, fit: Fit, name: str) -> float:
-    values = np.concatenate([s.extra[name] for s in problem.series])
+    values = np.concatenate([series.extra[name] for series in problem.series])
     middle, spread = float(np.mean(values)), float(np.std(values))
     if spread <= 1e-9 * max(abs(middle), 1.0):
         return 0.0
     columns = np.concatenate(
-        [_columns(s, (s.extra[name] - middle) / spread) for s in problem.series]
+        [_columns(series, (series.extra[name] - middle) / spread) for series in problem.series]
     )
     more = with_terms(problem, fit, "force", [f"{name} as {term}" for term in TERMS], columns)
     return 1.0 - _size(problem, more, RIDGE) / _size(problem, fit)
 
 
-def _columns(s: Series, channel: Array) -> Array:
-    velocity = s.signals.velocity_m_s
+def _columns(series: Series, channel: Array) -> Array:
+    velocity = series.signals.velocity_m_s
     direction = velocity / (np.abs(velocity) + SLOW_M_S)
-    mask = s.trusted & s.clear
+    mask = series.trusted & series.clear
     terms = (channel, channel * direction, channel * velocity)
-    return np.stack([s.binned(term, mask)[0] for term in terms], axis=1)
+    return np.stack([series.binned(term, mask)[0] for term in terms], axis=1)
 
 
 def _size(problem: Problem, fit: Fit, ridge: float = 1e-6) -> float:

@@ -50,9 +50,9 @@ def diagnose(
     base = declared(rig) if model is None else believed(rig, model)
     granted = build(base.effects)
     series = series_of(rig.identify, base.known)
-    with_flow = base.known.declares_flow and all(s.opening is not None for s in series)
+    with_flow = base.known.declares_flow and all(one.opening is not None for one in series)
     tell("friction before")
-    free = tuple(s for s in series if s.free) or series
+    free = tuple(one for one in series if one.free) or series
     identified = identify_rig(rig).model
     before = model or fit_base(Problem(free, base, with_flow))[1]
     tell("friction on everything")
@@ -70,9 +70,9 @@ def diagnose(
     models["after"], entries = _after(state, judged, models, rig)
     checks = series_of(rig.verify, refit.known)
     table = errors(
-        rig.verify, checks, models, with_flow and all(s.opening is not None for s in checks)
+        rig.verify, checks, models, with_flow and all(check.opening is not None for check in checks)
     )
-    new_entries = tuple(e for e in entries if e.name in judged.verdict.chosen.names)
+    new_entries = tuple(entry for entry in entries if entry.name in judged.verdict.chosen.names)
     return Diagnosis(
         rig,
         problem,

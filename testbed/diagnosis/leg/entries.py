@@ -22,7 +22,9 @@ what their formulas say. Set on the rigs that `calibration.yaml` was fitted on."
 
 def memory_of(found: Evidence) -> float:
     """Typical correlation time of the moving groups' residuals, bins."""
-    values = [v for k, v in found.memory.items() if k[0] in ("force", "flow_a", "flow_b")]
+    values = [
+        value for name, value in found.memory.items() if name[0] in ("force", "flow_a", "flow_b")
+    ]
     return float(np.median(values)) if values else 1.0
 
 
@@ -38,8 +40,8 @@ def entries_of(
         variance = np.maximum(variance, np.diag(by_blocks))
     sigma = CAUTION * np.sqrt(np.maximum(variance, 0.0))
     spread = {
-        (c.owner, c.name): (c, t, s)
-        for c, t, s in zip(fit.coordinates, fit.theta, sigma, strict=True)
+        (coordinate.owner, coordinate.name): (coordinate, t, deviation)
+        for coordinate, t, deviation in zip(fit.coordinates, fit.theta, sigma, strict=True)
     }
     out = []
     for active in fit.at.effects:
@@ -67,10 +69,12 @@ def _interval(
 ) -> tuple[float, float] | None:
     if (owner, name) not in spread:
         return None
-    c, t, s = spread[(owner, name)]
-    form = OTHER_FORM["force" if "force" in c.moves else "flow"]
-    half = np.hypot(1.645 * s, form * (1.0 if c.log else abs(t)))
+    coordinate, t, deviation = spread[(owner, name)]
+    form = OTHER_FORM["force" if "force" in coordinate.moves else "flow"]
+    half = np.hypot(1.645 * deviation, form * (1.0 if coordinate.log else abs(t)))
     low, high = t - half, t + half
-    if c.log:
+    if coordinate.log:
         low, high = float(np.exp(low)), float(np.exp(high))
-    return float(max(min(low, value), c.low)), float(min(max(high, value), c.high))
+    return float(max(min(low, value), coordinate.low)), float(
+        min(max(high, value), coordinate.high)
+    )

@@ -49,8 +49,8 @@ class Evidence:
     def parts(self, other: Evidence, memory: Evidence) -> dict[Key, float]:
         """The same, group by group."""
         return {
-            k: (v - other.log_likelihood[k]) / memory.memory[k]
-            for k, v in self.log_likelihood.items()
+            name: (value - other.log_likelihood[name]) / memory.memory[name]
+            for name, value in self.log_likelihood.items()
         }
 
     def largest_fall(self, other: Evidence, unsure: Mapping[str, float] | None = None) -> float:
@@ -63,10 +63,10 @@ class Evidence:
         least = unsure or {}
         falls = [
             1.0
-            - np.hypot(self.scale[k], least.get(k[0], 0.0))
-            / np.hypot(other.scale[k], least.get(k[0], 0.0))
-            for k in self.scale
-            if not k[0].endswith("rest")
+            - np.hypot(self.scale[key], least.get(key[0], 0.0))
+            / np.hypot(other.scale[key], least.get(key[0], 0.0))
+            for key in self.scale
+            if not key[0].endswith("rest")
         ]
         return float(max(falls, default=0.0))
 
@@ -85,12 +85,12 @@ def of_residual(problem: Problem, residual: dict[str, Array]) -> Evidence:
             here = (layout.group == number) & (layout.count > 0)
             if here.sum() < FEWEST:
                 continue
-            r = values[here] / layout.relative[here]
-            scale, value = student(r)
+            scaled = values[here] / layout.relative[here]
+            scale, value = student(scaled)
             out.log_likelihood[key], out.scale[key] = value, scale
             clipped = np.clip(values[here], -8.0 * scale, 8.0 * scale)
             out.rms[key] = float(np.sqrt(np.mean(clipped**2)))
-            out.memory[key] = correlation_time(np.clip(r / scale, -3.0, 3.0))
+            out.memory[key] = correlation_time(np.clip(scaled / scale, -3.0, 3.0))
             out.count[key] = int(here.sum())
     return out
 
@@ -107,14 +107,14 @@ def student(r: Array) -> tuple[float, float]:
     return float(np.sqrt(variance)), float(-0.5 * len(r) * np.log(variance) - tail.sum())
 
 
-def correlation_time(z: Array) -> float:
+def correlation_time(values: Array) -> float:
     """Integrated autocorrelation time in samples, at least 1 (Sokal's window)."""
-    n = len(z)
-    power = np.abs(np.fft.rfft(z, 2 * n)) ** 2
-    correlation = np.fft.irfft(power)[:n]
+    count = len(values)
+    power = np.abs(np.fft.rfft(values, 2 * count)) ** 2
+    correlation = np.fft.irfft(power)[:count]
     if correlation[0] <= 0.0:
         return 1.0
     summed = 1.0 + 2.0 * np.cumsum(correlation[1:] / correlation[0])
-    window = np.arange(1, n) >= 5.0 * summed
-    at = int(np.argmax(window)) if window.any() else n - 2
+    window = np.arange(1, count) >= 5.0 * summed
+    at = int(np.argmax(window)) if window.any() else count - 2
     return max(1.0, float(summed[at]))

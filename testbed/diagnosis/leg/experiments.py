@@ -30,9 +30,11 @@ def write_motion(path: Path, known: Known, seconds: float = 60.0, rate_hz: float
     Raises InputError for an ending other than .csv or .parquet, or a place that cannot be written.
     """
     stroke = known.stroke_m or 0.5
-    t = np.arange(round(seconds * rate_hz)) / rate_hz
-    phase = t / seconds
+    time_s = np.arange(round(seconds * rate_hz)) / rate_hz
+    phase = time_s / seconds
     slow = 0.5 + 0.3 * (2.0 / np.pi) * np.arcsin(np.sin(2.0 * np.pi * 3.0 * phase))
-    fast = np.where(phase > FAST_FROM, FAST_M, 0.0) * np.sin(2.0 * np.pi * (1.0 + 3.0 * phase) * t)
-    steps = 0.05 * np.sign(np.sin(2.0 * np.pi * t / 7.0)) * (phase < STEPS_UNTIL)
-    write_columns(path, {"t": t, "position": stroke * np.clip(slow + steps, 0.1, 0.9) + fast})
+    fast = np.where(phase > FAST_FROM, FAST_M, 0.0) * np.sin(
+        2.0 * np.pi * (1.0 + 3.0 * phase) * time_s
+    )
+    steps = 0.05 * np.sign(np.sin(2.0 * np.pi * time_s / 7.0)) * (phase < STEPS_UNTIL)
+    write_columns(path, {"t": time_s, "position": stroke * np.clip(slow + steps, 0.1, 0.9) + fast})

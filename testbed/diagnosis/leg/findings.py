@@ -53,20 +53,24 @@ class Diagnosis:
         return self.state.left_out
 
 
-def as_json(d: Diagnosis) -> dict[str, Any]:
+def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The contents of findings.json."""
-    quantities = {q: d.errors.total(q) for q in ("force_n", "flow_m3_s")}
-    trials = {} if d.proof is None else trials_json(d.proof)
+    quantities = {
+        quantity: diagnosis.errors.total(quantity) for quantity in ("force_n", "flow_m3_s")
+    }
+    trials = {} if diagnosis.proof is None else trials_json(diagnosis.proof)
     return {
         "format": FORMAT,
-        "rig": d.rig.name,
-        "verdict": d.verdict.kind,
-        "effects": [effect_json(entry, d.verdict) for entry in d.entries],
-        "hypotheses": hypotheses_json(d.verdict),
-        "error": {q: v for q, v in quantities.items() if v}
-        | {"by_recording": d.errors.by_recording},
-        "left_out": [{"name": x.name, "reason": x.reason} for x in d.left_out],
-        **({"goes_with": dict(d.verdict.goes_with)} if d.verdict.goes_with else {}),
+        "rig": diagnosis.rig.name,
+        "verdict": diagnosis.verdict.kind,
+        "effects": [effect_json(entry, diagnosis.verdict) for entry in diagnosis.entries],
+        "hypotheses": hypotheses_json(diagnosis.verdict),
+        "error": {name: quantity for name, quantity in quantities.items() if quantity}
+        | {"by_recording": diagnosis.errors.by_recording},
+        "left_out": [
+            {"name": recording.name, "reason": recording.reason} for recording in diagnosis.left_out
+        ],
+        **({"goes_with": dict(diagnosis.verdict.goes_with)} if diagnosis.verdict.goes_with else {}),
         **trials,
     }
 
@@ -79,7 +83,7 @@ def trials_json(proof: Proof) -> dict[str, Any]:
         "passed": list(proof.kept.names),
         "repeated": dict(proof.repeated),
         "refused": [{"name": name, "reason": why} for name, why in proof.refused.items()],
-        "error_of_runs_left_out_n": {k: dict(v) for k, v in proof.run_errors.items()},
+        "error_of_runs_left_out_n": {name: dict(error) for name, error in proof.run_errors.items()},
     }
 
 
@@ -87,12 +91,12 @@ def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
     """A found effect as findings.json carries it; one at a place with its place."""
     name = entry.name if entry.place is None else f"{entry.name}{MARK}{entry.place}"
     parameters = {
-        k: {
-            "value": p.value,
-            "unit": p.unit,
-            "interval90": list(p.interval90) if p.interval90 else None,
+        key: {
+            "value": parameter.value,
+            "unit": parameter.unit,
+            "interval90": list(parameter.interval90) if parameter.interval90 else None,
         }
-        for k, p in entry.parameters.items()
+        for key, parameter in entry.parameters.items()
     }
     return {
         "name": entry.name,
@@ -107,8 +111,8 @@ def effect_json(entry: EffectEntry, verdict: Verdict) -> dict[str, Any]:
 def numbers_in_words(entry: EffectEntry) -> str:
     """`slope 0.9, coefficient 2e-05 m2`."""
     return ", ".join(
-        f"{k} {p.value:.4g} {p.unit if p.unit != '1' else ''}".strip()
-        for k, p in entry.parameters.items()
+        f"{name} {parameter.value:.4g} {parameter.unit if parameter.unit != '1' else ''}".strip()
+        for name, parameter in entry.parameters.items()
     )
 
 
@@ -120,44 +124,48 @@ def write_models(models: Mapping[str, LegModel], out: Path) -> None:
 
 def hypotheses_json(verdict: Verdict) -> list[dict[str, Any]]:
     """Sets with a probability above LEAST_PROBABILITY, rounded so that they add up to 1 exactly."""
-    kept = [(names, p) for names, p in verdict.hypotheses if p > LEAST_PROBABILITY]
-    total = sum(p for _, p in kept)
-    rounded = [round(p / total, 4) for _, p in kept]
+    kept = [
+        (names, probability)
+        for names, probability in verdict.hypotheses
+        if probability > LEAST_PROBABILITY
+    ]
+    total = sum(probability for _, probability in kept)
+    rounded = [round(probability / total, 4) for _, probability in kept]
     rounded[0] = round(rounded[0] + 1.0 - sum(rounded), 4)
     return [
-        {"names": list(names), "probability": p}
-        for (names, _), p in zip(kept, rounded, strict=True)
+        {"names": list(names), "probability": probability}
+        for (names, _), probability in zip(kept, rounded, strict=True)
     ]
 
 
-def summary_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
+def summary_rows(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     """(header, rows) of a short table: what is missing, and the errors on verify."""
     rows = []
-    for entry in d.entries:
+    for entry in diagnosis.entries:
         rows.append(
             [
                 entry.name,
                 numbers_in_words(entry),
-                f"probability {d.verdict.probability(entry.name):.3f}",
+                f"probability {diagnosis.verdict.probability(entry.name):.3f}",
             ]
         )
     for quantity, unit in (("force_n", "N"), ("flow_m3_s", "m3/s")):
-        total = d.errors.total(quantity)
+        total = diagnosis.errors.total(quantity)
         if total:
             rows.append(
                 [
                     f"error, {unit}",
-                    ", ".join(f"{k} {v:.3g}" for k, v in total.items()),
+                    ", ".join(f"{name} {value:.3g}" for name, value in total.items()),
                     "root mean square on verify",
                 ]
             )
     return ["", "value", ""], rows
 
 
-def write_findings(d: Diagnosis, out: Path) -> None:
+def write_findings(diagnosis: Diagnosis, out: Path) -> None:
     """Write findings.json and the three model files. Raises InputError where `out` cannot be
     written.
     """
     make_folder(out)
-    write_json(out / "findings.json", as_json(d))
-    write_models(d.models, out)
+    write_json(out / "findings.json", as_json(diagnosis))
+    write_models(diagnosis.models, out)

@@ -58,7 +58,11 @@ def residuals(problem: Problem, at: Point, channels: Sequence[str]) -> dict[str,
     if "force" in channels:
         out["force"] = problem.force(model, at.effects)
     if "flow" in channels or "supply" in channels:
-        out |= {k: v for k, v in problem.flow(model, at.effects, at.edge).items() if k in channels}
+        out |= {
+            name: value
+            for name, value in problem.flow(model, at.effects, at.edge).items()
+            if name in channels
+        }
     return out
 
 
@@ -67,12 +71,12 @@ def group_scale(
 ) -> Array:
     """Robust standard deviation of each group: 1.48 MAD about 0, at least `floor`."""
     out = np.full(groups, np.inf)
-    for g in range(groups):
-        here = np.abs(residual[(group == g) & (count > 0)])
+    for index in range(groups):
+        here = np.abs(residual[(group == index) & (count > 0)])
         if here.size > FEWEST_BINS:
             # Between the median and the root mean square: tails count, single bursts do not.
             clipped = np.minimum(here, 4.0 * 1.48 * np.median(here))
-            out[g] = max(float(np.sqrt(np.mean(clipped**2))), floor)
+            out[index] = max(float(np.sqrt(np.mean(clipped**2))), floor)
     return out
 
 
@@ -86,27 +90,27 @@ def weights(
     bins.
     """
     out = {}
-    for channel, r in residual.items():
+    for channel, value in residual.items():
         layout = problem.layout[channel]
-        s = scale[channel][layout.group] * layout.relative
+        size = scale[channel][layout.group] * layout.relative
         with np.errstate(invalid="ignore", divide="ignore"):
-            z = np.abs(r) / s
-            root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(z, 1e-12)))
-            out[channel] = np.where((layout.count > 0) & np.isfinite(s), root / s, 0.0)
+            standardised = np.abs(value) / size
+            root = np.sqrt(np.minimum(1.0, HUBER / np.maximum(standardised, 1e-12)))
+            out[channel] = np.where((layout.count > 0) & np.isfinite(size), root / size, 0.0)
     return out
 
 
 def scales(problem: Problem, residual: dict[str, Array]) -> dict[str, Array]:
     """The noise of every group."""
     return {
-        c: group_scale(
-            r / problem.layout[c].relative,
-            problem.layout[c].count,
-            problem.layout[c].group,
-            len(problem.layout[c].names),
-            FLOORS[c],
+        name: group_scale(
+            value / problem.layout[name].relative,
+            problem.layout[name].count,
+            problem.layout[name].group,
+            len(problem.layout[name].names),
+            FLOORS[name],
         )
-        for c, r in residual.items()
+        for name, value in residual.items()
     }
 
 
@@ -122,22 +126,24 @@ def jacobian(
 
     A coordinate that does not move a channel has a zero column.
     """
-    out = {c: np.zeros((len(r), len(theta)), order="F") for c, r in at_zero.items()}
+    out = {name: np.zeros((len(value), len(theta)), order="F") for name, value in at_zero.items()}
     exact = _exact(problem, coordinates, theta, fixed) if "force" in at_zero else {}
-    for j, c in enumerate(coordinates):
-        if j in exact:
-            out["force"][:, j] = exact[j]
+    for index, coordinate in enumerate(coordinates):
+        if index in exact:
+            out["force"][:, index] = exact[index]
             continue
-        moved = [m for m in c.moves if m in at_zero]
+        moved = [move for move in coordinate.moves if move in at_zero]
         if not moved:
             continue
-        step = 1e-3 * c.scale
-        if theta[j] + step > (np.log(c.high) if c.log else c.high):
+        step = 1e-3 * coordinate.scale
+        if theta[index] + step > (np.log(coordinate.high) if coordinate.log else coordinate.high):
             step = -step  # at its upper bound nothing moves forward
         shifted = theta.copy()
-        shifted[j] += step
-        for channel, r in residuals(problem, point(coordinates, shifted, fixed), moved).items():
-            out[channel][:, j] = (r - at_zero[channel]) / step
+        shifted[index] += step
+        for channel, residual in residuals(
+            problem, point(coordinates, shifted, fixed), moved
+        ).items():
+            out[channel][:, index] = (residual - at_zero[channel]) / step
     return out
 
 
@@ -147,13 +153,17 @@ def _exact(
     """Index of a coordinate -> its column of the force's Jacobian, for friction that enters
     straight.
     """
-    friction = {j: c.name for j, c in enumerate(coordinates) if c.owner == "friction"}
-    wanted = {j: STRAIGHT.index(name) for j, name in friction.items() if name in STRAIGHT}
+    friction = {
+        index: coordinate.name
+        for index, coordinate in enumerate(coordinates)
+        if coordinate.owner == "friction"
+    }
+    wanted = {key: STRAIGHT.index(name) for key, name in friction.items() if name in STRAIGHT}
     if not wanted:
         return {}
     at = point(coordinates, theta, fixed)
     found = problem.straight_columns(at.model(problem.base), at.effects)
-    return {} if found is None else {j: found[:, k] for j, k in wanted.items()}
+    return {} if found is None else {name: found[:, column] for name, column in wanted.items()}
 
 
 def solve(
@@ -170,7 +180,7 @@ def solve(
     channels = problem.channels()
     theta = start_vector(coordinates)
     low, high = _bounds(coordinates)
-    unit = np.array([c.scale for c in coordinates])
+    unit = np.array([coordinate.scale for coordinate in coordinates])
     r = residuals(problem, point(coordinates, theta, fixed), channels)
     scale = scale or scales(problem, r)
     damping = 1e-3
@@ -219,8 +229,18 @@ def solve(
 def _bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
     """(lowest, highest) of every coordinate in fitted units."""
     with np.errstate(divide="ignore"):
-        low = np.array([np.log(c.low) if c.log else c.low for c in coordinates])
-        high = np.array([np.log(c.high) if c.log else c.high for c in coordinates])
+        low = np.array(
+            [
+                np.log(coordinate.low) if coordinate.log else coordinate.low
+                for coordinate in coordinates
+            ]
+        )
+        high = np.array(
+            [
+                np.log(coordinate.high) if coordinate.log else coordinate.high
+                for coordinate in coordinates
+            ]
+        )
     return low, high
 
 
@@ -252,8 +272,8 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     new = jacobian(
         problem, coordinates[-extra:], theta[-extra:], _started(coordinates, theta, at), r
     )
-    unit = np.array([c.scale for c in coordinates])
-    jac = {c: np.hstack([at.jacobian[c], new[c]]) for c in channels}
+    unit = np.array([coordinate.scale for coordinate in coordinates])
+    jac = {channel: np.hstack([at.jacobian[channel], new[channel]]) for channel in channels}
     w = weights(problem, r, at.scale)
     h, g = _normal(jac, r, w, unit)
     prior_h, prior_g = _prior(coordinates, theta, unit)
@@ -276,11 +296,11 @@ def block_covariance(problem: Problem, fit: Fit) -> Array:
     """
     h, _, unit = normal_equations(problem, fit)
     w = weights(problem, fit.residual, fit.scale)
-    blocks = 1 + max(int(problem.layout[c].block.max()) for c in fit.residual)
+    blocks = 1 + max(int(problem.layout[channel_].block.max()) for channel_ in fit.residual)
     gradient = np.zeros((blocks, len(unit)))
-    for channel, j in fit.jacobian.items():
+    for channel, columns in fit.jacobian.items():
         pull = w[channel] ** 2 * fit.residual[channel]
-        np.add.at(gradient, problem.layout[channel].block, j * unit * pull[:, None])
+        np.add.at(gradient, problem.layout[channel].block, columns * unit * pull[:, None])
     inverse = np.linalg.pinv(h + 1e-9 * np.eye(len(unit)))
     return np.asarray(
         inverse @ (gradient.T @ gradient) @ inverse * np.outer(unit, unit), dtype=np.float64
@@ -291,7 +311,7 @@ def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:
     """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of
     the scales.
     """
-    unit = np.array([c.scale for c in fit.coordinates])
+    unit = np.array([coordinate.scale for coordinate in fit.coordinates])
     h, g = _normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
     prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
     return h + prior_h, g + prior_g, unit
@@ -302,9 +322,9 @@ def _normal(
 ) -> tuple[Array, Array]:
     size = len(unit)
     h, g = np.zeros((size, size)), np.zeros(size)
-    for channel, j in jac.items():
-        moved = np.flatnonzero(j.any(axis=0))  # most parameters leave most channels alone
-        weighted = j[:, moved] * unit[moved] * w[channel][:, None]
+    for channel, columns in jac.items():
+        moved = np.flatnonzero(columns.any(axis=0))  # most parameters leave most channels alone
+        weighted = columns[:, moved] * unit[moved] * w[channel][:, None]
         h[np.ix_(moved, moved)] += weighted.T @ weighted
         g[moved] += weighted.T @ (w[channel] * r[channel])
     return h, g
@@ -315,26 +335,40 @@ def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> flo
     total = 0.0
     for channel, values in r.items():
         layout = problem.layout[channel]
-        s = scale[channel][layout.group] * layout.relative
-        use = (layout.count > 0) & np.isfinite(s)
-        z = np.abs(values[use]) / s[use]
-        total += float(np.sum(np.where(z < HUBER, 0.5 * z * z, HUBER * z - 0.5 * HUBER**2)))
+        size = scale[channel][layout.group] * layout.relative
+        use = (layout.count > 0) & np.isfinite(size)
+        standardised = np.abs(values[use]) / size[use]
+        total += float(
+            np.sum(
+                np.where(
+                    standardised < HUBER,
+                    0.5 * standardised * standardised,
+                    HUBER * standardised - 0.5 * HUBER**2,
+                )
+            )
+        )
     return total
 
 
 def _prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
     h, g = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
-    for j, c in enumerate(coordinates):
-        if c.prior is not None:
-            centre, sigma = c.prior
-            h[j, j] = (unit[j] / sigma) ** 2
-            g[j] = unit[j] * (theta[j] - centre) / sigma**2
+    for index, coordinate in enumerate(coordinates):
+        if coordinate.prior is not None:
+            centre, sigma = coordinate.prior
+            h[index, index] = (unit[index] / sigma) ** 2
+            g[index] = unit[index] * (theta[index] - centre) / sigma**2
     return h, g
 
 
 def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
     pairs = zip(coordinates, theta, strict=True)
-    return float(sum(0.5 * ((t - c.prior[0]) / c.prior[1]) ** 2 for c, t in pairs if c.prior))
+    return float(
+        sum(
+            0.5 * ((value - coordinate.prior[0]) / coordinate.prior[1]) ** 2
+            for coordinate, value in pairs
+            if coordinate.prior
+        )
+    )
 
 
 def held_out(
@@ -345,7 +379,7 @@ def held_out(
 
     Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
     """
-    unit = np.array([c.scale for c in fit.coordinates])
+    unit = np.array([coordinate.scale for coordinate in fit.coordinates])
     w = weights(problem, fit.residual, fit.scale)
     h, g = _normal(fit.jacobian, fit.residual, w, unit)
     prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
@@ -355,21 +389,21 @@ def held_out(
         ((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0))
     )  # the others stay at a bound
     total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
-    out = {c: r.copy() for c, r in fit.residual.items()}
+    out = {name: value.copy() for name, value in fit.residual.items()}
     folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
     for fold in range(len(problem.series) if by_recording else FOLDS):
         h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))
         rows = {}
-        for channel, j in fit.jacobian.items():
+        for channel, columns in fit.jacobian.items():
             here = folds[channel] == fold
             rows[channel] = here
-            weighted = j[here] * unit * w[channel][here, None]
+            weighted = columns[here] * unit * w[channel][here, None]
             h_fold += weighted.T @ weighted
             g_fold += weighted.T @ (w[channel][here] * fit.residual[channel][here])
         delta = np.zeros(len(unit))
         delta[free] = np.linalg.solve((total - h_fold)[np.ix_(free, free)], g_fold[free])
-        for channel, j in fit.jacobian.items():
-            out[channel][rows[channel]] += (j[rows[channel]] * unit) @ delta
+        for channel, columns in fit.jacobian.items():
+            out[channel][rows[channel]] += (columns[rows[channel]] * unit) @ delta
     return out
 
 
@@ -377,6 +411,6 @@ def _folds(problem: Problem, channel: str, by_recording: bool) -> npt.NDArray[np
     layout = problem.layout[channel]
     if not by_recording:
         return np.asarray(layout.block % FOLDS, dtype=np.int64)
-    order = [s.name for s in problem.series]
+    order = [series.name for series in problem.series]
     number = np.array([order.index(recording) for _, recording in layout.names], dtype=np.int64)
     return np.asarray(number[layout.group], dtype=np.int64)

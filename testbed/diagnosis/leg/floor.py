@@ -58,8 +58,8 @@ def force_floor_n(
     (n,).
     """
     known = series.signals.known
-    v = series.signals.velocity_m_s
-    slope = np.where(v > 0, friction.viscous_plus_n_s_m, friction.viscous_minus_n_s_m)
+    velocity = series.signals.velocity_m_s
+    slope = np.where(velocity > 0, friction.viscous_plus_n_s_m, friction.viscous_minus_n_s_m)
     encoder = (
         -(known.moving_mass_kg or 0.0) * series.acceleration_noise_m_s2
         - slope * series.velocity_noise_m_s
@@ -76,27 +76,34 @@ def force_floor_n(
     noise += load_cell_noise_n(recording) ** 2
     size = np.sqrt(noise) * smoothing_gain(series.full_rate_hz, width_s)
     rng = np.random.default_rng(0)
-    return np.asarray(encoder + size * rng.standard_normal(len(v)), dtype=np.float64)
+    return np.asarray(encoder + size * rng.standard_normal(len(velocity)), dtype=np.float64)
 
 
 def flow_floor_m3_s(series: Series, recording: Recording) -> tuple[Array, Array]:
     """The same for the flow balances of A and B, m3/s, shape (n,)."""
-    k = series.signals.known
-    x = series.signals.position_m
+    known = series.signals.known
+    position = series.signals.position_m
     rng = np.random.default_rng(1)
     out = []
     gain = rate_gain(series.full_rate_hz, WIDTH_S)
     for values, area, volume in (
-        (recording.pressure_a_pa, k.area_a_m2, (k.dead_volume_a_m3 or 0.0) + k.area_a_m2 * x),
+        (
+            recording.pressure_a_pa,
+            known.area_a_m2,
+            (known.dead_volume_a_m3 or 0.0) + known.area_a_m2 * position,
+        ),
         (
             recording.pressure_b_pa,
-            k.area_b_m2,
-            (k.dead_volume_b_m3 or 0.0) + k.area_b_m2 * ((k.stroke_m or 0.0) - x),
+            known.area_b_m2,
+            (known.dead_volume_b_m3 or 0.0)
+            + known.area_b_m2 * ((known.stroke_m or 0.0) - position),
         ),
     ):
         pressure = white_noise(values) * gain if values is not None else 0.0
-        soft = volume / (k.bulk_modulus_pa or 1e9)
-        out.append(area * series.velocity_noise_m_s + soft * pressure * rng.standard_normal(len(x)))
+        soft = volume / (known.bulk_modulus_pa or 1e9)
+        out.append(
+            area * series.velocity_noise_m_s + soft * pressure * rng.standard_normal(len(position))
+        )
     return out[0], out[1]
 
 
@@ -148,9 +155,11 @@ def sensor_noise_n(recording: Recording, model: LegModel) -> Array:
     def at_samples(values: Array) -> Array:
         return np.interp(recording.time_s, signals.time_s, values)
 
-    x = at_samples(signals.position_m)
-    truth: dict[str, Array] = {"position_m": x}
-    read: dict[str, Array] = {"position_m": np.floor(x / step + 0.37) * step if step > 0.0 else x}
+    position = at_samples(signals.position_m)
+    truth: dict[str, Array] = {"position_m": position}
+    read: dict[str, Array] = {
+        "position_m": np.floor(position / step + 0.37) * step if step > 0.0 else position
+    }
     for name in ("pressure_a_pa", "pressure_b_pa", "actuator_force_n"):
         values, smoothed = getattr(recording, name), getattr(signals, name)
         if values is not None:

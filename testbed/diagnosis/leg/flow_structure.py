@@ -31,7 +31,7 @@ def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
     """
     if "flow" not in fit.residual:
         return 0.0, 0.0
-    columns = np.concatenate([_columns(s) for s in problem.series])
+    columns = np.concatenate([_columns(series) for series in problem.series])
     names = [f"{name}_{chamber}" for chamber in "ab" for name in TERMS]
     more = with_terms(problem, fit, "flow", names, columns)
     before = of_residual(problem, {"flow": held_out(problem, fit)["flow"]})
@@ -39,29 +39,31 @@ def flow_structure(problem: Problem, fit: Fit) -> tuple[float, float]:
     return after.gain_over(before, after), after.largest_fall(before)
 
 
-def _columns(s: Series) -> Array:
+def _columns(series: Series) -> Array:
     """Binned terms of one recording, chamber A before B; shape (2 * bins, 2 * terms), m3/s and of
     order one.
     """
-    k, signals, o = s.signals.known, s.signals, s.opening
+    known, signals, opening = series.signals.known, series.signals, series.opening
     pa, pb = signals.pressure_a_pa, signals.pressure_b_pa
-    assert o is not None and pa is not None and pb is not None
+    assert opening is not None and pa is not None and pb is not None
     assert (
-        k.valve_rated_flow_m3_s
-        and k.valve_rated_drop_per_edge_pa
-        and k.supply_pressure_nominal_pa
-        and k.stroke_m
+        known.valve_rated_flow_m3_s
+        and known.valve_rated_drop_per_edge_pa
+        and known.supply_pressure_nominal_pa
+        and known.stroke_m
     )
-    tank = k.tank_pressure_pa or 0.0
+    tank = known.tank_pressure_pa or 0.0
     blocks = []
-    for pressure, into in ((pa, o > 0.0), (pb, o < 0.0)):
-        drop = np.where(into, k.supply_pressure_nominal_pa - pressure, pressure - tank)
-        flow = edge_flow(o, drop, k.valve_rated_flow_m3_s, k.valve_rated_drop_per_edge_pa)
+    for pressure, into in ((pa, opening > 0.0), (pb, opening < 0.0)):
+        drop = np.where(into, known.supply_pressure_nominal_pa - pressure, pressure - tank)
+        flow = edge_flow(
+            opening, drop, known.valve_rated_flow_m3_s, known.valve_rated_drop_per_edge_pa
+        )
         enters, leaves = np.where(into, flow, 0.0), np.where(into, 0.0, flow)
-        along = (enters - leaves) * (signals.position_m / k.stroke_m - 0.5)
+        along = (enters - leaves) * (signals.position_m / known.stroke_m - 0.5)
         rate = np.gradient(enters - leaves) * signals.rate_hz
-        level = [np.ones(len(o)), pa / 1e7 - 0.4, pb / 1e7 - 0.4]
+        level = [np.ones(len(opening)), pa / 1e7 - 0.4, pb / 1e7 - 0.4]
         rows = (enters, leaves, enters**2, leaves**2, along, *level, rate)
-        blocks.append(np.stack([s.binned(row, s.clear)[0] for row in rows], axis=1))
-    a, b = blocks
-    return np.block([[a, np.zeros_like(b)], [np.zeros_like(a), b]])
+        blocks.append(np.stack([series.binned(row, series.clear)[0] for row in rows], axis=1))
+    block_a, block_b = blocks
+    return np.block([[block_a, np.zeros_like(block_b)], [np.zeros_like(block_a), block_b]])

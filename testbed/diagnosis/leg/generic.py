@@ -32,7 +32,7 @@ def correction(problem: Problem, refit: Fit) -> Fit | None:
     for size in SIZES_N:
         fit = _shrunk(problem, refit, size)
         after = _by_recording(problem, fit)
-        change = np.array([np.log(after[k] / before[k]) for k in before])
+        change = np.array([np.log(after[key] / before[key]) for key in before])
         if (
             change.mean() < -LEAST
             and change.max() < MOST_WORSE
@@ -43,7 +43,7 @@ def correction(problem: Problem, refit: Fit) -> Fit | None:
 
 
 def _shrunk(problem: Problem, refit: Fit, size_n: float) -> Fit:
-    coordinates = [restarted(c, refit.at) for c in refit.coordinates]
+    coordinates = [restarted(coordinate, refit.at) for coordinate in refit.coordinates]
     for c in UNNAMED.coordinates(shapes=generic_names(problem)):
         coordinates.append(replace(c, prior=(0.0, size_n / np.sqrt(_memory(problem, refit)))))
     effects = (*refit.at.effects, UNNAMED.active())
@@ -55,7 +55,9 @@ def _memory(problem: Problem, fit: Fit) -> float:
     ones.
     """
     found = of_residual(problem, fit.residual)
-    return float(np.median([v for k, v in found.memory.items() if k[0] == "force"] or [1.0]))
+    return float(
+        np.median([value for name, value in found.memory.items() if name[0] == "force"] or [1.0])
+    )
 
 
 def _by_recording(problem: Problem, fit: Fit) -> dict[str, float]:

@@ -46,7 +46,7 @@ def available(problem: Problem) -> tuple[list[Effect], list[LeftOut]]:
 
 def _why_not(problem: Problem, effect: Effect) -> str | None:
     """Why an effect is no hypothesis on this rig; None where it is one."""
-    if effect.name in {a.effect.name for a in problem.believed}:
+    if effect.name in {active.effect.name for active in problem.believed}:
         return "the model has it already"
     if problem.base.rig not in effect.rigs:
         return f"does not exist in a rig of kind {problem.base.rig}"
@@ -59,15 +59,15 @@ def _why_not(problem: Problem, effect: Effect) -> str | None:
 
 def _channels(problem: Problem) -> set[str]:
     """The channels that every recording of the rig has."""
-    signals = [s.signals for s in problem.series]
+    signals = [series.signals for series in problem.series]
     found = {"position"} | ({"valve_command"} if problem.with_flow else set())
     for channel, values in (
-        ("pressure_a", [s.pressure_a_pa for s in signals]),
-        ("pressure_b", [s.pressure_b_pa for s in signals]),
-        ("oil_temperature", [s.oil_temperature_degc for s in signals]),
-        ("supply_pressure", [s.supply_pressure_pa for s in signals]),
+        ("pressure_a", [signal.pressure_a_pa for signal in signals]),
+        ("pressure_b", [signal.pressure_b_pa for signal in signals]),
+        ("oil_temperature", [signal.oil_temperature_degc for signal in signals]),
+        ("supply_pressure", [signal.supply_pressure_pa for signal in signals]),
     ):
-        if all(v is not None for v in values):
+        if all(value is not None for value in values):
             found.add(channel)
     return found
 
@@ -77,8 +77,8 @@ def fit_with(problem: Problem, before: Fit, effect: Effect) -> Fit:
     starts = effect.starts(problem.observed(before.at.friction, before))
     if len(starts) > MOST_STARTS:
         promised = [_promised(problem, before, effect, start) for start in starts]
-        best = np.argsort([-p for p in promised], kind="stable")[:MOST_STARTS]
-        starts = [starts[k] for k in best]
+        best = np.argsort([-promise_ for promise_ in promised], kind="stable")[:MOST_STARTS]
+        starts = [starts[place] for place in best]
     memory = of_residual(problem, before.residual).memory
     fits = [_fitted(problem, before, effect, start) for start in starts]
     return min(fits, key=lambda fit: _cost(problem, fit, memory))
@@ -86,19 +86,19 @@ def fit_with(problem: Problem, before: Fit, effect: Effect) -> Fit:
 
 def fit_shapes(problem: Problem, before: Fit, effect: Effect) -> Fit:
     """A fit in which an effect that is there already has all its further shapes."""
-    start = next(a.values for a in before.at.effects if a.effect.name == effect.name)
+    start = next(active.values for active in before.at.effects if active.effect.name == effect.name)
     return _fitted(problem, before, effect, start, effect.shapes)
 
 
 def _fitted(
     problem: Problem, before: Fit, effect: Effect, start: Values, shapes: Sequence[str] = ()
 ) -> Fit:
-    others = [c for c in before.coordinates if c.owner != effect.name]
-    coordinates = [restarted(c, before.at) for c in others]
+    others = [coordinate for coordinate in before.coordinates if coordinate.owner != effect.name]
+    coordinates = [restarted(other, before.at) for other in others]
     coordinates += narrowed(problem, effect, effect.coordinates(start, shapes))
     fixed = before.at
     if effect.band_amplitude is not None:  # a number that is there without being fitted
-        rest = [a for a in fixed.effects if a.effect.name != effect.name]
+        rest = [active for active in fixed.effects if active.effect.name != effect.name]
         fixed = replace(fixed, effects=(*rest, Active(effect, effect.complete(start))))
     return solve(problem, coordinates, fixed, ITERATIONS, before.scale)
 
@@ -108,7 +108,7 @@ def narrowed(
 ) -> list[Coordinate]:
     """An effect's coordinates with the bounds that these recordings call for."""
     observed = problem.observed(problem.base.friction)
-    return [effect.narrowed(c, observed) for c in coordinates]
+    return [effect.narrowed(coordinate, observed) for coordinate in coordinates]
 
 
 def promise(problem: Problem, before: Fit, effect: Effect) -> float:
@@ -124,11 +124,11 @@ def promise(problem: Problem, before: Fit, effect: Effect) -> float:
 
 def _promised(problem: Problem, before: Fit, effect: Effect, start: Values) -> float:
     extra = narrowed(problem, effect, effect.coordinates(start))
-    both = [*(restarted(c, before.at) for c in before.coordinates), *extra]
+    both = [*(restarted(coordinate, before.at) for coordinate in before.coordinates), *extra]
     return step_gain(problem, before, both, len(extra))
 
 
 def _cost(problem: Problem, fit: Fit, memory: Mapping[Key, float]) -> float:
     """Less is better; `memory`: correlation times that are the same for all that are compared."""
     found = of_residual(problem, fit.residual)
-    return -sum(v / memory[k] for k, v in found.log_likelihood.items())
+    return -sum(value / memory[name] for name, value in found.log_likelihood.items())

@@ -23,10 +23,12 @@ def with_terms(
     step: exact for them.
     """
     columns = columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-30)
-    extra = tuple(Coordinate(channel, n, 0.0, -1.0, 1.0, 1.0, moves=(channel,)) for n in names)
+    extra = tuple(
+        Coordinate(channel, name, 0.0, -1.0, 1.0, 1.0, moves=(channel,)) for name in names
+    )
     jacobian = {
-        c: np.hstack([j, columns if c == channel else np.zeros((len(j), len(extra)))])
-        for c, j in fit.jacobian.items()
+        name: np.hstack([j, columns if name == channel else np.zeros((len(j), len(extra)))])
+        for name, j in fit.jacobian.items()
     }
     theta = np.append(fit.theta, np.zeros(len(extra)))
     more = replace(fit, coordinates=fit.coordinates + extra, theta=theta, jacobian=jacobian)
@@ -36,5 +38,7 @@ def with_terms(
     return replace(
         more,
         theta=more.theta + step,
-        residual={c: r + more.jacobian[c] @ step for c, r in more.residual.items()},
+        residual={
+            name: value + more.jacobian[name] @ step for name, value in more.residual.items()
+        },
     )

@@ -49,15 +49,15 @@ def is_plain(terms: ForceTerms) -> bool:
     return straight and terms.presliding is None and not terms.narrow_bands
 
 
-def plain_rows(s: Series, balance: Balance, friction: Friction) -> PlainRows:
+def plain_rows(series: Series, balance: Balance, friction: Friction) -> PlainRows:
     """The samples of a series whose balance `is_plain`."""
     signals, terms, total = balance
-    reference = np.zeros_like(total) if s.reference_n is None else s.reference_n
+    reference = np.zeros_like(total) if series.reference_n is None else series.reference_n
     return PlainRows(
         total,
         signals.velocity_m_s,
         reference,
-        s.trusted & s.clear,
+        series.trusted & series.clear,
         stribeck_of(friction),
         *conditions_over(signals, terms),
         float(terms.load_coefficient),
@@ -70,21 +70,24 @@ def binned_error_n(rows: PlainRows, width: int) -> Array:
     width,).
     """
     out = np.empty(len(rows.total_n) // width)
-    for b in range(len(out)):
+    for index in range(len(out)):
         total, count = 0.0, 0
-        for i in range(b * width, (b + 1) * width):
-            if not rows.used[i]:
+        for sample in range(index * width, (index + 1) * width):
+            if not rows.used[sample]:
                 continue
-            speed = rows.velocity_m_s[i]
+            speed = rows.velocity_m_s[sample]
             now = Conditions(
-                rows.coulomb_scale[i], rows.coulomb_add_n[i], rows.viscous_scale[i], 0.0
+                rows.coulomb_scale[sample],
+                rows.coulomb_add_n[sample],
+                rows.viscous_scale[sample],
+                0.0,
             )
-            force = rows.total_n[i] - friction_value(speed, rows.friction[0], now)
+            force = rows.total_n[sample] - friction_value(speed, rows.friction[0], now)
             if force > 0.0:
                 force /= 1.0 + np.sign(speed) * rows.load_coefficient
-            total += force - rows.reference_n[i]
+            total += force - rows.reference_n[sample]
             count += 1
-        out[b] = total / max(count, 1)
+        out[index] = total / max(count, 1)
     return out
 
 
@@ -96,22 +99,26 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
     Viscous, Coulomb and Stribeck number of extension, then of retraction.
     """
     out = np.zeros((len(rows.total_n) // width, 6))
-    for b in range(len(out)):
+    for index in range(len(out)):
         count = 0
-        for i in range(b * width, (b + 1) * width):
-            if not rows.used[i]:
+        for sample in range(index * width, (index + 1) * width):
+            if not rows.used[sample]:
                 continue
             count += 1
-            speed, scale, thin = rows.velocity_m_s[i], rows.coulomb_scale[i], rows.viscous_scale[i]
+            speed, scale, thin = (
+                rows.velocity_m_s[sample],
+                rows.coulomb_scale[sample],
+                rows.viscous_scale[sample],
+            )
             column = 0 if speed >= 0.0 else 3
             way = np.sign(speed) if speed >= 0.0 else -1.0
-            now = Conditions(scale, rows.coulomb_add_n[i], thin, 0.0)
-            force = rows.total_n[i] - friction_value(speed, rows.friction[0], now)
+            now = Conditions(scale, rows.coulomb_add_n[sample], thin, 0.0)
+            force = rows.total_n[sample] - friction_value(speed, rows.friction[0], now)
             side = rows.friction[0].sides[EXTENDING if speed >= 0.0 else RETRACTING]
             fade = np.exp(-abs(speed) / side.stribeck_speed)
             share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0
-            out[b, column] += share * thin * speed
-            out[b, column + 1] += share * way * scale
-            out[b, column + 2] += share * way * fade
-        out[b] /= max(count, 1)
+            out[index, column] += share * thin * speed
+            out[index, column + 1] += share * way * scale
+            out[index, column + 2] += share * way * fade
+        out[index] /= max(count, 1)
     return out

@@ -81,43 +81,54 @@ def point(coordinates: Sequence[Coordinate], theta: Array, fixed: Point) -> Poin
         "gain": fixed.edge.gain,
         "smooth_pa": fixed.edge.smooth_pa,
     }
-    values: dict[str, dict[str, float]] = {a.effect.name: dict(a.values) for a in fixed.effects}
-    for c, t in zip(coordinates, theta, strict=True):
-        number = float(np.exp(t)) if c.log else float(t)
-        number = min(max(number, c.low), c.high)
-        if c.owner == FRICTION:
-            friction[c.name] = number
-        elif c.owner == NUISANCE:
-            edge[c.name] = number
-        elif c.owner == ZERO:
+    values: dict[str, dict[str, float]] = {
+        effect.effect.name: dict(effect.values) for effect in fixed.effects
+    }
+    for coordinate, t in zip(coordinates, theta, strict=True):
+        number = float(np.exp(t)) if coordinate.log else float(t)
+        number = min(max(number, coordinate.low), coordinate.high)
+        if coordinate.owner == FRICTION:
+            friction[coordinate.name] = number
+        elif coordinate.owner == NUISANCE:
+            edge[coordinate.name] = number
+        elif coordinate.owner == ZERO:
             zero = number
-        elif c.owner == DECLARED:
-            off[c.name] = number
+        elif coordinate.owner == DECLARED:
+            off[coordinate.name] = number
         else:
-            values.setdefault(c.owner, {})[c.name] = number
-    effects = tuple(Active(e := by_name(name), e.complete(v)) for name, v in values.items())
+            values.setdefault(coordinate.owner, {})[coordinate.name] = number
+    effects = tuple(Active(e := by_name(name), e.complete(value)) for name, value in values.items())
     return Point(Friction.model_construct(**friction), Edge(**edge), effects, zero, off)
 
 
 def start_vector(coordinates: Sequence[Coordinate]) -> Array:
     """The start in fitted units."""
-    starts = [min(max(c.start, c.low), c.high) for c in coordinates]
+    starts = [
+        min(max(coordinate.start, coordinate.low), coordinate.high) for coordinate in coordinates
+    ]
     return np.array(
-        [np.log(x) if c.log else x for c, x in zip(coordinates, starts, strict=True)],
+        [
+            np.log(start) if coordinate.log else start
+            for coordinate, start in zip(coordinates, starts, strict=True)
+        ],
         dtype=np.float64,
     )
 
 
-def restarted(c: Coordinate, at: Point) -> Coordinate:
+def restarted(coordinate: Coordinate, at: Point) -> Coordinate:
     """The coordinate with the point's value as its start."""
-    if c.owner == FRICTION:
-        value = float(getattr(at.friction, c.name))
-    elif c.owner == NUISANCE:
-        value = float(getattr(at.edge, c.name))
-    elif c.owner == ZERO:
+    if coordinate.owner == FRICTION:
+        value = float(getattr(at.friction, coordinate.name))
+    elif coordinate.owner == NUISANCE:
+        value = float(getattr(at.edge, coordinate.name))
+    elif coordinate.owner == ZERO:
         value = at.zero_n
-    elif c.owner == DECLARED:
-        value = at.off[c.name]
+    elif coordinate.owner == DECLARED:
+        value = at.off[coordinate.name]
     else:
-        value = next(a.values[c.name] for a in at.effects if a.effect.name == c.owner)
-    return replace(c, start=float(np.clip(value, c.low, c.high)))
+        value = next(
+            effect.values[coordinate.name]
+            for effect in at.effects
+            if effect.effect.name == coordinate.owner
+        )
+    return replace(coordinate, start=float(np.clip(value, coordinate.low, coordinate.high)))

@@ -62,7 +62,9 @@ def calibration() -> Calibration:
     import yaml
 
     row = yaml.safe_load(FILE.read_text())
-    return Calibration(**{f.name: row[f.name] for f in fields(Calibration) if f.name in row})
+    return Calibration(
+        **{field.name: row[field.name] for field in fields(Calibration) if field.name in row}
+    )
 
 
 def _log(value: float, least: float) -> float:
@@ -74,25 +76,25 @@ def _size(value: float) -> float:
     return float(np.arcsinh(value / 5.0))
 
 
-def presence_signs(s: Signs) -> dict[str, float]:
+def presence_signs(signs: Signs) -> dict[str, float]:
     """What tells whether there is an effect at all."""
-    f = s.first or s.refit
+    first = signs.first or signs.refit
     return {
         "one": 1.0,
-        "gain": _log(f.gain, 0.5),
-        "fall": _log(f.fall, 1e-3),
-        "carried": _size(f.carried),
+        "gain": _log(first.gain, 0.5),
+        "fall": _log(first.fall, 1e-3),
+        "carried": _size(first.carried),
     }
 
 
-def second_signs(s: Signs) -> dict[str, float]:
+def second_signs(signs: Signs) -> dict[str, float]:
     """What tells whether there is a second effect beside the first.
 
     What a strong first effect's own formula leaves over looks like a small second one: hence the
     first one's gain, and what is left even with the second, and whether others in its place would
     gain almost as much.
     """
-    first, second = s.first or s.refit, s.second or s.refit
+    first, second = signs.first or signs.refit, signs.second or signs.refit
     return {
         "one": 1.0,
         "more": _log(second.more, 0.5),
@@ -101,14 +103,16 @@ def second_signs(s: Signs) -> dict[str, float]:
         "first": _log(first.gain, 0.5),
         "left": _log(max(second.force, second.flow), 1.0),
         "worst": _log(1.0 + min(second.worst, 2.0), 1.0),
-        "alone": _alone(s),
+        "alone": _alone(signs),
     }
 
 
-def _alone(s: Signs) -> float:
+def _alone(signs: Signs) -> float:
     """Share of the second effect's gain that the next best in its place does not reach, 0 to 1."""
-    first = s.first or s.refit
-    more = sorted((g - first.gain for names, g in s.gains if len(names) > 1), reverse=True)
+    first = signs.first or signs.refit
+    more = sorted(
+        (gain - first.gain for names, gain in signs.gains if len(names) > 1), reverse=True
+    )
     if not more or more[0] <= 0.0:
         return 0.0
     return 1.0 - max(more[1] if len(more) > 1 else 0.0, 0.0) / more[0]
@@ -120,32 +124,32 @@ quite the formulas; and the share of what there was that a named effect of anoth
 top."""
 
 
-def left_signs(s: Signs) -> dict[str, float]:
+def left_signs(signs: Signs) -> dict[str, float]:
     """What tells that no name covers what is there: more is left than the form of a law explains.
 
     A name that gained much is forgiven more.
     """
-    best = s.best
+    best = signs.best
     return {
         "one": 1.0,
-        "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * s.refit.force), 1.0),
-        "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * s.refit.flow), 1.0),
+        "force": _log(best.force / (FORCE_LEFT[0] + FORCE_LEFT[1] * signs.refit.force), 1.0),
+        "flow": _log(best.flow / (FLOW_LEFT[0] + FLOW_LEFT[1] * signs.refit.flow), 1.0),
         "gain": _log(best.gain, 6.0),
     }
 
 
-def generic_signs(s: Signs) -> dict[str, float]:
+def generic_signs(signs: Signs) -> dict[str, float]:
     """The same, told by generic terms of the force balance: they gain, and not little beside what
     names gained; or they alone gain more than the names do.
     """
-    generic = max(s.generic_gain, 0.5)
-    share = generic / (generic + max(s.best.gain, 0.5))
-    ahead = s.alone_gain - s.best.gain if s.best.names else 0.0
+    generic = max(signs.generic_gain, 0.5)
+    share = generic / (generic + max(signs.best.gain, 0.5))
+    ahead = signs.alone_gain - signs.best.gain if signs.best.names else 0.0
     return {
         "one": 1.0,
         "gain": _log(generic, 0.5),
         "share": _log(share, 1e-3),
-        "fall": _log(s.generic_fall, 1e-3),
+        "fall": _log(signs.generic_fall, 1e-3),
         "alone": _log(ahead / AHEAD, 1.0),
     }
 
@@ -156,41 +160,53 @@ how far they lower the noise, in the flow balances of a sound leg, whose edges a
 quite the formulas."""
 
 
-def flow_terms_signs(s: Signs) -> dict[str, float]:
+def flow_terms_signs(signs: Signs) -> dict[str, float]:
     """The same, told by linear terms of the flow balances, again beside what names gained."""
-    gain = max(s.flow_gain, 1.0)
-    share = gain / (gain + max(s.best.gain, 0.5))
+    gain = max(signs.flow_gain, 1.0)
+    share = gain / (gain + max(signs.best.gain, 0.5))
     return {
         "one": 1.0,
         "gain": _log(gain / FLOW_GAIN, 0.1),
-        "fall": _log(s.flow_fall / FLOW_FALL, 0.1),
+        "fall": _log(signs.flow_fall / FLOW_FALL, 0.1),
         "share": _log(share, 1e-3),
     }
 
 
 def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
-    total = sum(weights[k] * v for k, v in signs.items() if k in weights)
+    total = sum(weights[name] * sign for name, sign in signs.items() if name in weights)
     return float(1.0 / (1.0 + np.exp(-np.clip(total, -30.0, 30.0))))
 
 
-def distribution(s: Signs, c: Calibration) -> dict[Names, float]:
+def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
     name covers.
     """
-    covered = (1.0 - _answer(left_signs(s), c.left)) * (1.0 - _answer(generic_signs(s), c.generic))
-    missing = c.lapsed(
-        "unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(s), c.flow_terms))
+    covered = (1.0 - _answer(left_signs(signs), calibration.left)) * (
+        1.0 - _answer(generic_signs(signs), calibration.generic)
     )
-    singles = [(n, g) for n, g in s.gains if len(n) == 1]
-    larger = [(n, g) for n, g in s.gains if len(n) > 1]
-    some = c.lapsed("presence", _answer(presence_signs(s), c.presence)) if singles else 0.0
-    two = c.lapsed("second", _answer(second_signs(s), c.second)) if larger else 0.0
+    missing = calibration.lapsed(
+        "unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(signs), calibration.flow_terms))
+    )
+    singles = [(n, gain) for n, gain in signs.gains if len(n) == 1]
+    larger = [(n, gain) for n, gain in signs.gains if len(n) > 1]
+    some = (
+        calibration.lapsed("presence", _answer(presence_signs(signs), calibration.presence))
+        if singles
+        else 0.0
+    )
+    two = (
+        calibration.lapsed("second", _answer(second_signs(signs), calibration.second))
+        if larger
+        else 0.0
+    )
     out: dict[Names, float] = {("unnamed",): missing, (): (1.0 - missing) * (1.0 - some)}
     for group, power, whole in (
-        (singles, c.rivals["power_1"], some * (1.0 - two)),
-        (larger, c.rivals["power_2"], some * two),
+        (singles, calibration.rivals["power_1"], some * (1.0 - two)),
+        (larger, calibration.rivals["power_2"], some * two),
     ):
-        for names, share in rivalry(group, c.rivals["slack"], c.rivals["share"], power):
+        for names, share in rivalry(
+            group, calibration.rivals["slack"], calibration.rivals["share"], power
+        ):
             out[names] = out.get(names, 0.0) + (1.0 - missing) * whole * share
     return out
 
@@ -201,7 +217,10 @@ def rivalry(
     """Shares of the sets of one size, adding up to 1: (names, gain) -> (names, share)."""
     if not group:
         return []
-    gains = np.array([g for _, g in group])
+    gains = np.array([gain for _, gain in group])
     behind = (gains.max() - gains) / (slack + share * max(float(gains.max()), 0.0))
     belief = (1.0 + behind) ** -power
-    return [(n, float(b)) for (n, _), b in zip(group, belief / belief.sum(), strict=True)]
+    return [
+        (names, float(belief_))
+        for (names, _), belief_ in zip(group, belief / belief.sum(), strict=True)
+    ]

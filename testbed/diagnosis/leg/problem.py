@@ -93,8 +93,8 @@ class Problem:
             kind=self.kind,
             known=self.base.known,
             friction=friction,
-            signals=tuple(s.signals for s in self.series),
-            reference_n=tuple(s.reference_n for s in self.series),
+            signals=tuple(one.signals for one in self.series),
+            reference_n=tuple(one.reference_n for one in self.series),
             residual=() if fit is None else self._left(fit),
         )
 
@@ -102,16 +102,16 @@ class Problem:
         """What a fit leaves of the force balance, recording by recording."""
         layout, out, first = self.layout["force"], [], 0
         noise = fit.scale["force"][layout.group] * layout.relative
-        for s in self.series:
-            rows = slice(first, first + s.bins)
-            first += s.bins
+        for one in self.series:
+            rows = slice(first, first + one.bins)
+            first += one.bins
             out.append(
                 ForceResidual(
                     values_n=fit.residual["force"][rows],
                     counted=layout.count[rows] > 0,
                     noise_n=noise[rows],
-                    bin_s=BIN / s.signals.rate_hz,
-                    smoothing_s=s.width_s,
+                    bin_s=BIN / one.signals.rate_hz,
+                    smoothing_s=one.width_s,
                 )
             )
         return tuple(out)
@@ -120,13 +120,13 @@ class Problem:
         """The channels that this rig has."""
         if not self.with_flow:
             return ("force",)
-        supply = all(s.signals.supply_pressure_pa is not None for s in self.series)
+        supply = all(one.signals.supply_pressure_pa is not None for one in self.series)
         return ("force", "flow", "supply") if supply else ("force", "flow")
 
     def force(self, model: LegModel, effects: Sequence[Active]) -> Array:
         """Stacked binned force residuals (estimate - reference), N."""
         rows = zip(self.series, self._balances(model, effects), strict=True)
-        return np.concatenate([_force_one(s, balance, model.friction) for s, balance in rows])
+        return np.concatenate([_force_one(one, balance, model.friction) for one, balance in rows])
 
     def straight_columns(self, model: LegModel, effects: Sequence[Active]) -> Array | None:
         """d(force residual) / d(`points.STRAIGHT`), shape (bins, 6): friction's levels and viscous
@@ -136,10 +136,10 @@ class Problem:
         taken out.
         """
         parts = []
-        for s, balance in zip(self.series, self._balances(model, effects), strict=True):
+        for one, balance in zip(self.series, self._balances(model, effects), strict=True):
             if not is_plain(balance[1]):
                 return None
-            parts.append(binned_columns(plain_rows(s, balance, model.friction), BIN))
+            parts.append(binned_columns(plain_rows(one, balance, model.friction), BIN))
         return np.concatenate(parts)
 
     def _balances(self, model: LegModel, effects: Sequence[Active]) -> list[Balance]:
@@ -149,7 +149,7 @@ class Problem:
             model.known.bore_m,
             model.known.moving_mass_kg,
             model.force_offset_n,
-            [(a.effect.name, dict(a.values)) for a in effects],
+            [(effect.effect.name, dict(effect.values)) for effect in effects],
         )
         if self._balanced is None or self._balanced[0] != key:
             found = []
@@ -165,27 +165,27 @@ class Problem:
         """Corrected signals of every series; the last correction is kept, as most parameters leave
         sensors alone.
         """
-        sensors = [a for a in effects if a.effect.overrides("correct")]
-        key = [(a.effect.name, dict(a.values)) for a in sensors]
+        sensors = [effect for effect in effects if effect.effect.overrides("correct")]
+        key = [(sensor.effect.name, dict(sensor.values)) for sensor in sensors]
         if self._corrected is None or self._corrected[0] != key:
-            self._corrected = (key, [corrected(s.signals, sensors) for s in self.series])
+            self._corrected = (key, [corrected(one.signals, sensors) for one in self.series])
         return self._corrected[1]
 
     def flow(self, model: LegModel, effects: Sequence[Active], edge: Edge) -> dict[str, Array]:
         """Stacked binned flow residuals of A and B (m3/s), concatenated, and of the supply (Pa)."""
         parts: dict[str, list[Array]] = {"flow": [], "supply": []}
-        for s, signals in zip(self.series, self._signals(effects), strict=True):
+        for one, signals in zip(self.series, self._signals(effects), strict=True):
             terms = flow_terms(signals, effects)
             declared = signals.known.valve_deadband
-            open_ = s.opening if terms.deadband == declared else s.opening_for(terms.deadband)
+            open_ = one.opening if terms.deadband == declared else one.opening_for(terms.deadband)
             assert open_ is not None
             balance = flow_balance(signals, terms, open_, edge)
             parts["flow"] += [
-                s.binned(balance.a_m3_s, s.clear)[0],
-                s.binned(balance.b_m3_s, s.clear)[0],
+                one.binned(balance.a_m3_s, one.clear)[0],
+                one.binned(balance.b_m3_s, one.clear)[0],
             ]
             if balance.supply_pa is not None:
-                parts["supply"].append(s.binned(balance.supply_pa, s.clear)[0])
+                parts["supply"].append(one.binned(balance.supply_pa, one.clear)[0])
         return {name: np.concatenate(values) for name, values in parts.items() if values}
 
     def __post_init__(self) -> None:
@@ -197,44 +197,46 @@ class Problem:
         block: list[npt.NDArray[np.int64]] = []
         count: list[Array] = []
         noise: list[Array] = []
-        for s in self.series:
-            mask = s.trusted & s.clear if channel == "force" else s.clear
-            used = s.binned(np.zeros(len(mask)), mask)[1]
-            moving = s.binned(np.zeros(len(mask)), s.trusted)[1] > 0
+        for one in self.series:
+            mask = one.trusted & one.clear if channel == "force" else one.clear
+            used = one.binned(np.zeros(len(mask)), mask)[1]
+            moving = one.binned(np.zeros(len(mask)), one.trusted)[1] > 0
             for part in ("flow_a", "flow_b") if channel == "flow" else (channel,):
-                here = np.full(s.bins, len(names), dtype=np.int64)
-                names.append((part, s.name))
+                here = np.full(one.bins, len(names), dtype=np.int64)
+                names.append((part, one.name))
                 if channel == "flow":
                     here[~moving] += 1
-                    names.append((part + "_rest", s.name))
+                    names.append((part + "_rest", one.name))
                 group.append(here)
-                block.append(s.block)
+                block.append(one.block)
                 count.append(used)
-                noise.append(s.encoder_noise_n() if channel == "force" else s.encoder_noise_m3_s())
-        g = np.concatenate(group)
+                noise.append(
+                    one.encoder_noise_n() if channel == "force" else one.encoder_noise_m3_s()
+                )
+        groups = np.concatenate(group)
         counts, flat = (
             np.concatenate(count),
-            np.concatenate(noise) if channel != "supply" else np.zeros(len(g)),
+            np.concatenate(noise) if channel != "supply" else np.zeros(len(groups)),
         )
-        relative = np.ones(len(g))
+        relative = np.ones(len(groups))
         for number in range(len(names)):
-            here = (g == number) & (counts > 0)
+            here = (groups == number) & (counts > 0)
             mean = float(np.mean(flat[here] ** 2)) if here.any() else 0.0
             if mean > 0.0:
                 relative[here] = np.sqrt(0.3 + 0.7 * flat[here] ** 2 / mean)
-        return Layout((channel,), g, np.concatenate(block), counts, relative, tuple(names))
+        return Layout((channel,), groups, np.concatenate(block), counts, relative, tuple(names))
 
 
-def _force_one(s: Series, balance: Balance, friction: Friction) -> Array:
+def _force_one(series: Series, balance: Balance, friction: Friction) -> Array:
     """Binned force residual of one series, N."""
     signals, terms, total = balance
-    mask = s.trusted & s.clear
+    mask = series.trusted & series.clear
     if is_plain(terms):
-        return np.asarray(binned_error_n(plain_rows(s, balance, friction), BIN))
+        return np.asarray(binned_error_n(plain_rows(series, balance, friction), BIN))
     value = external_n(
         total - friction_n(friction, signals, terms), np.sign(signals.velocity_m_s), terms
     )
-    error = value - (s.reference_n if s.reference_n is not None else 0.0)
+    error = value - (series.reference_n if series.reference_n is not None else 0.0)
     for frequency, amplitude, harmonics in terms.narrow_bands:
         error = error - narrow_band(error, mask, signals, frequency, harmonics, amplitude)
-    return s.binned(error, mask)[0]
+    return series.binned(error, mask)[0]

@@ -82,16 +82,20 @@ def proven(state: Search, recordings: tuple[Recording, ...]) -> Proof:
     won = wins(state)
     while kept.names:
         trials = {name: trial(state, kept, name, won) for name in kept.names}
-        bent = [n for n, t in trials.items() if not t.excludes_zero and _shapes(kept, n)]
+        bent = [
+            name
+            for name, trial in trials.items()
+            if not trial.excludes_zero and _shapes(kept, name)
+        ]
         if bent:
             kept = plain(state, kept, bent[0])
             continue
-        if all(t.failed is None for t in trials.values()):
+        if all(trial.failed is None for trial in trials.values()):
             trials = {
-                name: replace(t, run_error=errors.without(kept, name, identified))
-                for name, t in trials.items()
+                name: replace(trial, run_error=errors.without(kept, name, identified))
+                for name, trial in trials.items()
             }
-        failed = [name for name, t in trials.items() if t.failed is not None]
+        failed = [name for name, trial in trials.items() if trial.failed is not None]
         reasons = {name: trials[name].failed or "" for name in failed}
         if not failed and worst_ratio(errors.of(kept), identified) > WORSE:
             failed = list(kept.names)
@@ -142,15 +146,17 @@ def worse_than(state: Search, candidate: Candidate, identified: LegModel) -> boo
         return False
     left_out = held_out(problem, candidate.fit)["force"]
     residuals = left_out, problem.force(identified, problem.believed)
-    with_it, as_identified = (of_residual(problem, {"force": r}).rms for r in residuals)
+    with_it, as_identified = (
+        of_residual(problem, {"force": residual}).rms for residual in residuals
+    )
     return overall(with_it) > WORSE * overall(as_identified)
 
 
 def _shapes(candidate: Candidate, name: str) -> set[str]:
     """The further shapes of one effect that were fitted."""
-    return {c.name for c in candidate.fit.coordinates if c.owner == name} & set(
-        by_name(name).shapes
-    )
+    return {
+        coordinate.name for coordinate in candidate.fit.coordinates if coordinate.owner == name
+    } & set(by_name(name).shapes)
 
 
 def plain(state: Search, candidate: Candidate, name: str) -> Candidate:
@@ -158,14 +164,23 @@ def plain(state: Search, candidate: Candidate, name: str) -> Candidate:
     shapes = _shapes(candidate, name)
     at = candidate.fit.at
     effects = tuple(
-        replace(a, values=a.effect.complete({k: v for k, v in a.values.items() if k not in shapes}))
-        if a.effect.name == name
-        else a
-        for a in at.effects
+        replace(
+            effect,
+            values=effect.effect.complete(
+                {key: value for key, value in effect.values.items() if key not in shapes}
+            ),
+        )
+        if effect.effect.name == name
+        else effect
+        for effect in at.effects
     )
     at = replace(at, effects=effects)
-    kept = [c for c in candidate.fit.coordinates if c.owner != name or c.name not in shapes]
-    fit = solve(state.problem, [restarted(c, at) for c in kept], at)
+    kept = [
+        coordinate
+        for coordinate in candidate.fit.coordinates
+        if coordinate.owner != name or coordinate.name not in shapes
+    ]
+    fit = solve(state.problem, [restarted(coordinate, at) for coordinate in kept], at)
     found = Candidate(candidate.names, fit, evidence(state.problem, fit))
     state.tried[frozenset(found.names)] = found
     return found
@@ -177,11 +192,17 @@ def without(state: Search, candidate: Candidate, name: str) -> Candidate:
     if rest not in state.tried:
         at = replace(
             candidate.fit.at,
-            effects=tuple(a for a in candidate.fit.at.effects if a.effect.name != name),
+            effects=tuple(
+                effect for effect in candidate.fit.at.effects if effect.effect.name != name
+            ),
         )
-        coordinates = [restarted(c, at) for c in candidate.fit.coordinates if c.owner != name]
+        coordinates = [
+            restarted(coordinate, at)
+            for coordinate in candidate.fit.coordinates
+            if coordinate.owner != name
+        ]
         fit = solve(state.problem, coordinates, at)
-        names = tuple(n for n in candidate.names if n != name)
+        names = tuple(key for key in candidate.names if key != name)
         state.tried[rest] = Candidate(names, fit, evidence(state.problem, fit))
     return state.tried[rest]
 
@@ -190,7 +211,7 @@ def trial(state: Search, kept: Candidate, name: str, won: Mapping[Names, float])
     """The trials of one name that take no refit."""
     memory = memory_of(kept.evidence)
     entries = entries_of(kept.fit, memory, block_covariance(state.problem, kept.fit))
-    (entry,) = [e for e in entries if e.name == name]
+    (entry,) = [entry_ for entry_ in entries if entry_.name == name]
     return Trial(_excludes_zero(state, kept.fit, entry), share_of(name, dict(won)))
 
 

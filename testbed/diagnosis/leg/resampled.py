@@ -28,7 +28,7 @@ def wins(state: Search, recordings_too: bool = True) -> dict[Names, float]:
     """
     sets = list(state.tried)
     scores = np.stack([_by_block(state, state.tried[names]) for names in sets])
-    cost = np.array([state.price(state.tried[s]) + LEAST_GAIN * len(s) for s in sets])
+    cost = np.array([state.price(state.tried[set_]) + LEAST_GAIN * len(set_) for set_ in sets])
     totals = _drawn(state, recordings_too) @ scores.T - cost
     best = np.bincount(np.argmax(totals, axis=1), minlength=len(sets)) / DRAWS
     return {names: float(share) for names, share in zip(sets, best, strict=True) if share > 0.0}
@@ -53,20 +53,22 @@ def _by_block(state: Search, candidate: Candidate) -> Array:
             here = (layout.group == number) & (layout.count > 0)
             if key not in known.scale or key not in memory:
                 continue
-            z = values[here] / layout.relative[here] / known.scale[key]
-            tail = 0.5 * (FREEDOM + 1.0) * np.log1p(z**2 / FREEDOM) + np.log(known.scale[key])
+            standardised = values[here] / layout.relative[here] / known.scale[key]
+            tail = 0.5 * (FREEDOM + 1.0) * np.log1p(standardised**2 / FREEDOM) + np.log(
+                known.scale[key]
+            )
             np.add.at(out, layout.block[here], -tail / memory[key])
     return out
 
 
 def _blocks(state: Search) -> int:
-    return 1 + max(int(s.block.max()) for s in state.problem.series)
+    return 1 + max(int(series.block.max()) for series in state.problem.series)
 
 
 def _drawn(state: Search, recordings_too: bool) -> Array:
     """How often each draw takes each block, shape (draws, blocks)."""
     rng = np.random.default_rng(0)
-    runs = [np.unique(s.block) for s in state.problem.series]
+    runs = [np.unique(series.block) for series in state.problem.series]
     out = np.zeros((DRAWS, _blocks(state)))
     for draw in out:
         drawn = rng.integers(len(runs), size=len(runs)) if recordings_too else range(len(runs))

@@ -39,13 +39,16 @@ def runs_of(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     (whole,) = recordings
     ends = np.linspace(0, len(whole), QUARTERS + 1).astype(int)
     pairs = itertools.pairwise(ends)
-    return tuple(_cut(whole, slice(a, b), f"quarter {k + 1}") for k, (a, b) in enumerate(pairs))
+    return tuple(
+        _cut(whole, slice(start, stop), f"quarter {index + 1}")
+        for index, (start, stop) in enumerate(pairs)
+    )
 
 
 def _cut(whole: Recording, rows: slice, name: str) -> Recording:
-    values = {f.name: getattr(whole, f.name) for f in fields(whole)}
-    cut = {k: v[rows] for k, v in values.items() if isinstance(v, np.ndarray)}
-    extra = {k: v[rows] for k, v in whole.extra.items()}
+    values = {field.name: getattr(whole, field.name) for field in fields(whole)}
+    cut = {key: value[rows] for key, value in values.items() if isinstance(value, np.ndarray)}
+    extra = {key: value[rows] for key, value in whole.extra.items()}
     return replace(whole, **cut, extra=extra, name=name)  # type: ignore[arg-type]
 
 
@@ -66,9 +69,9 @@ class Runs:
     def errors(self, fit: Fit) -> RunErrors:
         """Every run as predicted by the fit's form, refitted on the other runs."""
         out = {}
-        for k, left_out in enumerate(self.series):
-            others = self._problem(*self.series[:k], *self.series[k + 1 :])
-            coordinates = [restarted(c, fit.at) for c in fit.coordinates]
+        for index, left_out in enumerate(self.series):
+            others = self._problem(*self.series[:index], *self.series[index + 1 :])
+            coordinates = [restarted(coordinate, fit.at) for coordinate in fit.coordinates]
             at = solve(others, coordinates, fit.at, ITERATIONS).at
             out[left_out.name] = self._error(left_out, at.model(others.base), at.effects)
         return out
@@ -76,16 +79,16 @@ class Runs:
     def identified(self) -> RunErrors:
         """Every run as predicted by the published model that `identify` makes of the other runs."""
         out = {}
-        for k, left_out in enumerate(self.series):
-            model = self.identified_without(k)
+        for index, left_out in enumerate(self.series):
+            model = self.identified_without(index)
             out[left_out.name] = self._error(left_out, model, self.problem.believed)
         return out
 
-    def identified_without(self, k: int) -> LegModel:
+    def identified_without(self, run: int) -> LegModel:
         """The published model that `identify` makes of all runs but the k-th."""
-        others = [*self.recordings[:k], *self.recordings[k + 1 :]]
-        free = [r for r in others if r.is_free] or others
-        return identify(free, self.recordings[k].known, self.problem.base.rig).model
+        others = [*self.recordings[:run], *self.recordings[run + 1 :]]
+        free = [other for other in others if other.is_free] or others
+        return identify(free, self.recordings[run].known, self.problem.base.rig).model
 
     def _problem(self, *series: Series) -> Problem:
         return Problem(series, self.problem.base, self.problem.with_flow, self.problem.believed)
@@ -107,4 +110,4 @@ def overall(errors: RunErrors) -> float:
 
 def worst_ratio(errors: RunErrors, against: RunErrors) -> float:
     """Largest error of a run relative to the same run's in `against`."""
-    return max(e / max(against[run], 1e-12) for run, e in errors.items())
+    return max(error / max(against[run], 1e-12) for run, error in errors.items())

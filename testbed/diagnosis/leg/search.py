@@ -63,11 +63,13 @@ class Search:
 
     def price(self, candidate: Candidate) -> float:
         """What flexibility and parameters beyond what is expected of an effect cost a candidate."""
-        new = [a for a in candidate.fit.at.effects if a.effect.name in candidate.names]
+        new = [
+            effect for effect in candidate.fit.at.effects if effect.effect.name in candidate.names
+        ]
         total = _unlikely(candidate, self.problem)
         if new:
             observed = self.problem.observed(candidate.fit.at.friction)
-            total += sum(a.effect.price(a.values, observed) for a in new)
+            total += sum(active.effect.price(active.values, observed) for active in new)
         return total
 
     def fall(self, candidate: Candidate, other: Candidate) -> float:
@@ -82,10 +84,10 @@ def _unlikely(candidate: Candidate, problem: Problem) -> float:
     if problem.kind != "robot":
         return 0.0
     total = 0.0
-    for c, theta in zip(candidate.fit.coordinates, candidate.fit.theta, strict=True):
-        if place_of(c.owner):
-            low, high = by_name(c.owner).spec(c.name).prior
-            low, high = (np.log(low), np.log(high)) if c.log else (low, high)
+    for coordinate, theta in zip(candidate.fit.coordinates, candidate.fit.theta, strict=True):
+        if place_of(coordinate.owner):
+            low, high = by_name(coordinate.owner).spec(coordinate.name).prior
+            low, high = (np.log(low), np.log(high)) if coordinate.log else (low, high)
             beyond = max(low - theta, theta - high, 0.0) / (
                 (high - low) / STANDARD_DEVIATIONS_OF_90
             )
@@ -135,15 +137,15 @@ def _step(state: Search, current: Candidate, effects: list[Effect]) -> Candidate
         return None
     # Shapes may turn the tables between the first few: all of them get theirs.
     leaders = [
-        c
-        for c in ranked[:3]
-        if _between(c, current, state) > 0.5 * _between(ranked[0], current, state)
+        candidate
+        for candidate in ranked[:3]
+        if _between(candidate, current, state) > 0.5 * _between(ranked[0], current, state)
     ]
     if (
         not current.names
     ):  # a law of another form may carry over to no other block, but its right shape does
-        leaders += [c for c in options[:SHAPED_BY_PROMISE] if c not in leaders]
-    shaped = [_shape(state, c) for c in leaders]
+        leaders += [option for option in options[:SHAPED_BY_PROMISE] if option not in leaders]
+    shaped = [_shape(state, leader) for leader in leaders]
     best = max(shaped, key=lambda c: _between(c, current, state))
     for c in shaped:
         state.tried[frozenset(c.names)] = c
@@ -155,10 +157,10 @@ def _promising(state: Search, current: Candidate, effects: list[Effect], most: i
     """The effects with the largest linearised promise; those that are far from linear are always
     tried.
     """
-    rest = [e for e in effects if e.name not in current.names]
-    promised = {e.name: promise(state.problem, current.fit, e) for e in rest}
+    rest = [effect for effect in effects if effect.name not in current.names]
+    promised = {effect.name: promise(state.problem, current.fit, effect) for effect in rest}
     first = sorted(rest, key=lambda e: -promised[e.name])[:most]
-    return first + [e for e in rest if e.far_from_linear and e not in first]
+    return first + [effect for effect in rest if effect.far_from_linear and effect not in first]
 
 
 def _between(candidate: Candidate, other: Candidate, state: Search) -> float:
@@ -205,12 +207,15 @@ def _exchange(state: Search, pair: Candidate, effects: list[Effect]) -> Candidat
     """
     best = pair
     for out in pair.names[:-1]:
-        rest = tuple(n for n in best.names if n != out)
+        rest = tuple(name for name in best.names if name != out)
         without = state.tried.get(frozenset(rest))
         if without is None:
             continue
-        outside = [e for e in effects if e.name not in best.names]
-        found = [_add(state, without, e) for e in _promising(state, without, outside, FITTED_THEN)]
+        outside = [effect for effect in effects if effect.name not in best.names]
+        found = [
+            _add(state, without, effect)
+            for effect in _promising(state, without, outside, FITTED_THEN)
+        ]
         leader = max(found, key=lambda c: _between(c, best, state), default=None)
         if leader is not None:
             leader = _shape(state, leader)

@@ -80,13 +80,13 @@ class Series:
 
     def binned(self, values: Array, mask: Mask) -> tuple[Array, Array]:
         """(mean over the masked samples of each bin, number of them), each of shape (bins,)."""
-        n = self.bins * BIN
+        samples = self.bins * BIN
         # Strided sums: numpy's reduction over a last axis of three is several times slower.
-        masked, m = values[:n] * mask[:n], mask[:n].astype(np.float64)
-        total, count = masked[0:n:BIN].copy(), m[0:n:BIN].copy()
-        for k in range(1, BIN):
-            total += masked[k:n:BIN]
-            count += m[k:n:BIN]
+        masked, counted = values[:samples] * mask[:samples], mask[:samples].astype(np.float64)
+        total, count = masked[0:samples:BIN].copy(), counted[0:samples:BIN].copy()
+        for index in range(1, BIN):
+            total += masked[index:samples:BIN]
+            count += counted[index:samples:BIN]
         return total / np.maximum(count, 1.0), count
 
     def encoder_noise_n(self) -> Array:
@@ -124,8 +124,10 @@ def in_gaps(sampled_s: Array, time_s: Array) -> Mask:
     steps = np.diff(sampled_s)
     far = np.flatnonzero(steps > max(GAP_STEPS * float(np.median(steps)), GAP_S))
     out = np.zeros(len(time_s), dtype=np.bool_)
-    for k in far:
-        out |= (time_s > sampled_s[k] - BESIDE_GAP_S) & (time_s < sampled_s[k + 1] + BESIDE_GAP_S)
+    for jump in far:
+        out |= (time_s > sampled_s[jump] - BESIDE_GAP_S) & (
+            time_s < sampled_s[jump + 1] + BESIDE_GAP_S
+        )
     return out
 
 
@@ -194,5 +196,5 @@ def _one(recording: Recording, known: Known | None, first_block: int) -> Series:
         block=block,
         velocity_noise_m_s=noise_v[::step],
         acceleration_noise_m_s2=noise_a[::step],
-        extra={name: smooth(even(v), width)[::step] for name, v in recording.extra.items()},
+        extra={name: smooth(even(value), width)[::step] for name, value in recording.extra.items()},
     )

@@ -72,7 +72,10 @@ class Signs:
     @classmethod
     def from_json(cls, row: dict[str, Any]) -> Signs:
         """The signs that `as_json` wrote."""
-        sets = {k: None if row[k] is None else _set(row[k]) for k in ("refit", "first", "second")}
+        sets = {
+            key: None if row[key] is None else _set(row[key])
+            for key in ("refit", "first", "second")
+        }
         gains = tuple((tuple(names), float(gain)) for names, gain in row["gains"])
         return cls(**{**row, **sets, "gains": gains})
 
@@ -84,17 +87,17 @@ def _set(row: dict[str, Any]) -> SetSigns:
 def signs(state: Search, found: Unexplained) -> Signs:
     """The signs of a finished search."""
     tried = list(state.tried.values())
-    singles = [c for c in tried if len(c.names) == 1]
-    larger = [c for c in tried if len(c.names) > 1]
+    singles = [candidate for candidate in tried if len(candidate.names) == 1]
+    larger = [candidate for candidate in tried if len(candidate.names) > 1]
     first = max(singles, key=state.gain, default=None)
     second = max(larger, key=state.gain, default=None) if first else None
     best = state.best or state.refit
-    memory = [v for k, v in best.evidence.memory.items() if k[0] == "force"]
+    memory = [value for name, value in best.evidence.memory.items() if name[0] == "force"]
     return Signs(
         refit=_signs(state, state.refit, state.refit, found),
         first=_signs(state, first, state.refit, found) if first else None,
         second=_signs(state, second, first, found) if first and second else None,
-        gains=tuple((c.names, state.gain(c)) for c in tried),
+        gains=tuple((candidate.names, state.gain(candidate)) for candidate in tried),
         generic_gain=found.generic_gain,
         generic_fall=found.generic_fall,
         memory=float(np.median(memory)) if memory else 1.0,
@@ -110,14 +113,18 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         now, then = (_by_recording(state, c) for c in (candidate, before))
         carried = now.gain_over(then, candidate.evidence)
         worst = max(
-            (now.scale[k] / then.scale[k] - 1.0 for k in now.scale if k[0] == "force"), default=0.0
+            (now.scale[key] / then.scale[key] - 1.0 for key in now.scale if key[0] == "force"),
+            default=0.0,
         )
     own = _effects_floor_n(candidate, found)
-    floors = {k: float(np.hypot(f, own)) if k[0] == "force" else f for k, f in found.floors.items()}
+    floors = {
+        name: float(np.hypot(floor, own)) if name[0] == "force" else floor
+        for name, floor in found.floors.items()
+    }
     excess = {
-        k: candidate.evidence.scale[k] / f
-        for k, f in floors.items()
-        if k in candidate.evidence.scale
+        name: candidate.evidence.scale[name] / floor
+        for name, floor in floors.items()
+        if name in candidate.evidence.scale
     }
     return SetSigns(
         names=candidate.names,
@@ -126,8 +133,8 @@ def _signs(state: Search, candidate: Candidate, before: Candidate, found: Unexpl
         fall=state.fall(candidate, before),
         carried=carried,
         worst=worst,
-        force=max((v for k, v in excess.items() if k[0] == "force"), default=1.0),
-        flow=max((v for k, v in excess.items() if k[0] != "force"), default=1.0),
+        force=max((value for name, value in excess.items() if name[0] == "force"), default=1.0),
+        flow=max((value for name, value in excess.items() if name[0] != "force"), default=1.0),
     )
 
 
@@ -136,7 +143,9 @@ def _effects_floor_n(candidate: Candidate, found: Unexplained) -> float:
     of the floor.
     """
     at = candidate.fit.at
-    return sum(a.effect.floor_n(a.values, at.friction, found.encoder_m) for a in at.effects)
+    return sum(
+        effect.effect.floor_n(effect.values, at.friction, found.encoder_m) for effect in at.effects
+    )
 
 
 def _by_recording(state: Search, candidate: Candidate) -> Evidence:

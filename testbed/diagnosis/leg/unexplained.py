@@ -55,7 +55,11 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
     alone = _generic(state.problem, state.refit) if best.names else generic
     flow_gain, flow_fall = flow_structure(state.problem, best.fit)
     return Unexplained(
-        {k: best.evidence.scale[k] / f for k, f in floors.items() if k in best.evidence.scale},
+        {
+            name: best.evidence.scale[name] / floor
+            for name, floor in floors.items()
+            if name in best.evidence.scale
+        },
         generic.evidence.gain_over(best.evidence, generic.evidence),
         generic.evidence.largest_fall(best.evidence),
         generic,
@@ -63,7 +67,7 @@ def unexplained(state: Search, recordings: Sequence[Recording]) -> Unexplained:
         flow_gain,
         flow_fall,
         floors,
-        max(r.position_resolution_m for r in recordings) / 12.0**0.5,
+        max(recording.position_resolution_m for recording in recordings) / 12.0**0.5,
     )
 
 
@@ -85,21 +89,23 @@ def fit_generic(problem: Problem, at: Fit, seal: bool) -> Fit:
     """A fit with the generic terms; `seal`: its Stribeck effect starts, and stays, like a
     seal's.
     """
-    coordinates = [restarted(c, at.at) for c in at.coordinates]
+    coordinates = [restarted(coordinate, at.at) for coordinate in at.coordinates]
     if seal:
-        coordinates = [_like_a_seal(c, at.at) for c in coordinates]
+        coordinates = [_like_a_seal(coordinate, at.at) for coordinate in coordinates]
     coordinates += UNNAMED.coordinates(shapes=generic_names(problem))
     effects = (*at.at.effects, UNNAMED.active())
     return solve(problem, coordinates, replace(at.at, effects=effects), 15 if seal else 5, at.scale)
 
 
-def _like_a_seal(c: Coordinate, at: Point) -> Coordinate:
-    if c.name.startswith("stribeck_speed"):
-        return replace(c, start=min(c.start, 0.25 * SEAL_SPEED_M_S), high=SEAL_SPEED_M_S)
-    if c.name.startswith("stribeck"):
+def _like_a_seal(coordinate: Coordinate, at: Point) -> Coordinate:
+    if coordinate.name.startswith("stribeck_speed"):
+        return replace(
+            coordinate, start=min(coordinate.start, 0.25 * SEAL_SPEED_M_S), high=SEAL_SPEED_M_S
+        )
+    if coordinate.name.startswith("stribeck"):
         most = SEAL_RISE * max(at.friction.coulomb_plus_n, at.friction.coulomb_minus_n)
-        return replace(c, start=min(c.start, most))
-    return c
+        return replace(coordinate, start=min(coordinate.start, most))
+    return coordinate
 
 
 def generic_names(problem: Problem) -> tuple[str, ...]:

@@ -65,7 +65,7 @@ def decide(state: Search, found: Unexplained, identified: LegModel) -> Verdict:
     verdict, won = verdict_of(state, weights), wins(state, recordings_too=False)
     while verdict.kind == "effect":
         names = verdict.chosen.names
-        failed = [n for n in names if trial(state, verdict.chosen, n, won).failed]
+        failed = [name for name in names if trial(state, verdict.chosen, name, won).failed]
         if not failed and worse_than(state, verdict.chosen, identified):
             failed = list(names)
         if not failed:
@@ -83,7 +83,7 @@ def _without(
     """
     out: dict[tuple[str, ...], float] = {}
     for names, weight in weights.items():
-        left = tuple(n for n in names if n not in failed)
+        left = tuple(name for name in names if name not in failed)
         if left != ("unnamed",) and frozenset(left) not in state.tried:
             left = ()
         out[left] = out.get(left, 0.0) + weight
@@ -116,11 +116,17 @@ def decide_on_bench(
 def verdict_of(state: Search, weights: Mapping[tuple[str, ...], float]) -> Verdict:
     """The verdict that weights of sets of names make; ("unnamed",) is what no name covers."""
     total = sum(weights.values())
-    ranked = sorted(((n, w / total) for n, w in weights.items()), key=lambda item: -item[1])
+    ranked = sorted(
+        ((name, weight / total) for name, weight in weights.items()), key=lambda item: -item[1]
+    )
     top = ranked[0][0]
     if top == ("unnamed",):
         return Verdict("unnamed", state.refit, tuple(ranked), {})
-    chosen = next(c for c in state.tried.values() if frozenset(c.names) == frozenset(top))
+    chosen = next(
+        candidate
+        for candidate in state.tried.values()
+        if frozenset(candidate.names) == frozenset(top)
+    )
     return Verdict("effect" if top else "none", chosen, tuple(ranked), _ambiguous(state, chosen))
 
 
@@ -131,12 +137,16 @@ def _ambiguous(state: Search, chosen: Candidate) -> dict[str, tuple[str, ...]]:
     for name in chosen.names:
         rest = frozenset(chosen.names) - {name}
         rivals = [
-            (c, next(iter(frozenset(c.names) - rest)))
-            for c in state.tried.values()
-            if len(c.names) == len(chosen.names)
-            and rest < frozenset(c.names)
-            and name not in c.names
+            (candidate, next(iter(frozenset(candidate.names) - rest)))
+            for candidate in state.tried.values()
+            if len(candidate.names) == len(chosen.names)
+            and rest < frozenset(candidate.names)
+            and name not in candidate.names
         ]
-        near = [(state.gain(c), n) for c, n in rivals if state.gain(chosen) - state.gain(c) < limit]
+        near = [
+            (state.gain(candidate), n)
+            for candidate, n in rivals
+            if state.gain(chosen) - state.gain(candidate) < limit
+        ]
         out[name] = tuple(n for _, n in sorted(near, reverse=True))
     return out

@@ -38,23 +38,27 @@ class Errors:
         the quantity.
         """
         rows = [
-            (self.samples[n], r[quantity]) for n, r in self.by_recording.items() if quantity in r
+            (self.samples[name], value[quantity])
+            for name, value in self.by_recording.items()
+            if quantity in value
         ]
         if not rows:
             return {}
         stages = rows[0][1]
-        weight = sum(n for n, _ in rows)
+        weight = sum(count for count, _ in rows)
         return {
-            s: float(np.sqrt(sum(n * row[s] ** 2 for n, row in rows) / max(weight, 1)))
-            for s in stages
+            stage: float(
+                np.sqrt(sum(count * row[stage] ** 2 for count, row in rows) / max(weight, 1))
+            )
+            for stage in stages
         }
 
 
 def moving(recording: Recording, model: LegModel) -> npt.NDArray[np.bool_]:
     """Samples that count: |v| > 3 mm/s in the standard velocity estimate, shape (n,)."""
     signals = signals_of(recording, model.known)
-    v = np.interp(recording.time_s, signals.time_s, signals.velocity_m_s)
-    return np.asarray(np.abs(v) > MOVING_M_S, dtype=np.bool_)
+    velocity = np.interp(recording.time_s, signals.time_s, signals.velocity_m_s)
+    return np.asarray(np.abs(velocity) > MOVING_M_S, dtype=np.bool_)
 
 
 def errors(
@@ -68,7 +72,7 @@ def errors(
     """
     table: dict[str, dict[str, dict[str, float]]] = {}
     samples: dict[str, int] = {}
-    for recording, s in zip(recordings, series, strict=True):
+    for recording, one in zip(recordings, series, strict=True):
         mask = moving(recording, models["refit"])
         samples[recording.name] = int(mask.sum())
         if not mask.any():
@@ -81,7 +85,7 @@ def errors(
             sensor_noise_n(recording, models["after"])[mask]
         )
         if with_flow:
-            table[recording.name]["flow_m3_s"] = _flow(recording, s, models)
+            table[recording.name]["flow_m3_s"] = _flow(recording, one, models)
     return Errors(table, samples)
 
 
@@ -106,13 +110,17 @@ def flow_residual(series: Series, model: LegModel) -> tuple[Array, Array]:
     return balance.a_m3_s, balance.b_m3_s
 
 
-def _flow(recording: Recording, s: Series, models: Mapping[str, LegModel]) -> dict[str, float]:
-    mask = np.abs(s.signals.velocity_m_s) > MOVING_M_S
+def _flow(recording: Recording, series: Series, models: Mapping[str, LegModel]) -> dict[str, float]:
+    mask = np.abs(series.signals.velocity_m_s) > MOVING_M_S
     out = {
-        stage: rms(np.concatenate([r[mask] for r in flow_residual(s, models[stage])]))
+        stage: rms(
+            np.concatenate([residual[mask] for residual in flow_residual(series, models[stage])])
+        )
         for stage in STAGES
     }
-    out["floor"] = rms(np.concatenate([r[mask] for r in flow_floor_m3_s(s, recording)]))
+    out["floor"] = rms(
+        np.concatenate([residual[mask] for residual in flow_floor_m3_s(series, recording)])
+    )
     return out
 
 
@@ -127,7 +135,10 @@ def closed_share(found: Errors, quantity: str = "force_n", against: str = "refit
     """
     shares = []
     for row in found.by_recording.values():
-        e = row.get(quantity)
-        if e and e[against] > 1.1 * e["floor"]:
-            shares.append((e[against] ** 2 - e["after"] ** 2) / (e[against] ** 2 - e["floor"] ** 2))
+        error = row.get(quantity)
+        if error and error[against] > 1.1 * error["floor"]:
+            shares.append(
+                (error[against] ** 2 - error["after"] ** 2)
+                / (error[against] ** 2 - error["floor"] ** 2)
+            )
     return float(np.mean(shares)) if shares else None

@@ -26,8 +26,8 @@ step: Any = None
 
 
 def _loop(state: Any, z: Any, numbers: Any, x: Any) -> None:
-    for k in range(z.size):
-        x[k] = step(state[0], z[k], numbers[0])
+    for index in range(z.size):
+        x[index] = step(state[0], z[index], numbers[0])
 
 
 def over(step: Any, state: type[Record], numbers: type[Record]) -> Run:

@@ -35,9 +35,9 @@ def modified_kbf(
     kf = _random_walk(float(z[0]), q_n2, r_n2)
     x = np.empty(z.size)
     x[0] = z[0]
-    for k in range(1, z.size):
-        error = abs(z[k] - kf.x[0, 0])
+    for index in range(1, z.size):
+        error = abs(z[index] - kf.x[0, 0])
         kf.predict()
-        kf.update(z[k] if error <= e_max_n else None)
-        x[k] = kf.x[0, 0]
+        kf.update(z[index] if error <= e_max_n else None)
+        x[index] = kf.x[0, 0]
     return x

@@ -64,9 +64,12 @@ def gather(recordings: Sequence[Recording], known: Known) -> Evidence:
     """Rows of all recordings together. Raises InputError naming the recording that cannot serve,
     and why.
     """
-    parts = [_rows(r, known, i) for i, r in enumerate(recordings)]
+    parts = [_rows(recording, known, index) for index, recording in enumerate(recordings)]
     evidence = Evidence(
-        *(np.concatenate([getattr(p, f) for p in parts]) for f in Evidence.__dataclass_fields__)
+        *(
+            np.concatenate([getattr(part, field) for part in parts])
+            for field in Evidence.__dataclass_fields__
+        )
     )
     if len(evidence) < MINIMUM_ROWS:
         raise InputError(
@@ -87,21 +90,26 @@ def _rows(recording: Recording, known: Known, number: int) -> Evidence:
     signals = signals_of(recording, known, SMOOTHING_S)
     # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of
     # rows can see
-    v = np.gradient(signals.position_m) * signals.rate_hz
-    a = np.gradient(v) * signals.rate_hz
+    velocity = np.gradient(signals.position_m) * signals.rate_hz
+    acceleration = np.gradient(velocity) * signals.rate_hz
     mass = known.moving_mass_kg or 0.0
     reference = smoothed_reference(recording, signals.time_s)
-    y = piston_force_n(signals) + mass * (known.gravity_along_axis_m_s2 - a) - reference
+    force = (
+        piston_force_n(signals) + mass * (known.gravity_along_axis_m_s2 - acceleration) - reference
+    )
     step = max(1, round(ROW_S * signals.rate_hz))
     pick = np.flatnonzero(
-        steadily_sliding(v, signals.rate_hz) & unsaturated(recording, signals.time_s)
+        steadily_sliding(velocity, signals.rate_hz) & unsaturated(recording, signals.time_s)
     )
     pick = pick[pick % step == 0]
     chambers = [
-        np.zeros_like(v) if p is None else p for p in (signals.pressure_a_pa, signals.pressure_b_pa)
+        np.zeros_like(velocity) if pressure is None else pressure
+        for pressure in (signals.pressure_a_pa, signals.pressure_b_pa)
     ]
-    in_a, in_b = (p[pick] for p in chambers)
-    return Evidence(v[pick], y[pick], a[pick], in_a, in_b, np.full(pick.size, number))
+    in_a, in_b = (chamber[pick] for chamber in chambers)
+    return Evidence(
+        velocity[pick], force[pick], acceleration[pick], in_a, in_b, np.full(pick.size, number)
+    )
 
 
 CLOSES = 0.3
@@ -113,7 +121,9 @@ all of it.
 def check_closes(residual_n: float, recordings: Sequence[Recording]) -> None:
     """Refuse recordings on a load cell whose forces do not add up, whatever the friction."""
     cells = [
-        r.reference_force_n for r in recordings if r.reference_force_n is not None and not r.is_free
+        recording.reference_force_n
+        for recording in recordings
+        if recording.reference_force_n is not None and not recording.is_free
     ]
     if not cells:
         return
@@ -156,15 +166,15 @@ def smoothed_reference(recording: Recording, time_s: Array) -> Array:
     return smooth(even, max(SMOOTHING_S * rate, 1.2))
 
 
-def steadily_sliding(v: Array, rate_hz: float) -> NDArray[np.bool_]:
+def steadily_sliding(velocity: Array, rate_hz: float) -> NDArray[np.bool_]:
     """Fast enough, and not within REVERSAL_S of a sample that is not, a change of direction or an
     end.
     """
     from scipy.ndimage import binary_erosion
 
     reach = round(REVERSAL_S * rate_hz)
-    fast = np.abs(v) > SLIDING_M_S
-    fast[1:] &= v[1:] * v[:-1] > 0.0  # a quick reversal may have no slow sample
+    fast = np.abs(velocity) > SLIDING_M_S
+    fast[1:] &= velocity[1:] * velocity[:-1] > 0.0  # a quick reversal may have no slow sample
     return np.asarray(binary_erosion(fast, np.ones(2 * reach + 1), border_value=0), dtype=np.bool_)
 
 
@@ -232,10 +242,10 @@ def check_not_stuck(
     """
     change = np.flatnonzero(np.diff(values) != 0.0)
     edges = np.concatenate([[0], change + 1, [len(values) - 1]])
-    time, x = recording.time_s, recording.position_m
-    for k in np.flatnonzero(np.diff(time[edges]) > 1.0):
-        start, stop = edges[k], edges[k + 1]
-        if np.ptp(x[start : stop + 1]) > STUCK_WAY_M and not saturated[start]:
+    time, position = recording.time_s, recording.position_m
+    for index in np.flatnonzero(np.diff(time[edges]) > 1.0):
+        start, stop = edges[index], edges[index + 1]
+        if np.ptp(position[start : stop + 1]) > STUCK_WAY_M and not saturated[start]:
             raise InputError(
                 f"the sensor is stuck at {values[start]:.6g} Pa from t = {time[start]:.6g} s to {time[stop]:.6g} s "
                 f"while the piston moves",

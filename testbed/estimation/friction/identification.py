@@ -69,17 +69,17 @@ class Identification:
         """As JSON carries it."""
         return {
             "parameters": {
-                p.name: {
-                    "value": p.value,
-                    "unit": p.unit,
-                    "interval90": list(p.interval90),
-                    "shown": p.shown,
+                parameter.name: {
+                    "value": parameter.value,
+                    "unit": parameter.unit,
+                    "interval90": list(parameter.interval90),
+                    "shown": parameter.shown,
                 }
-                | ({"why": p.why} if p.why else {})
-                for p in self.parameters
+                | ({"why": parameter.why} if parameter.why else {})
+                for parameter in self.parameters
             },
             "residual_n": dict(zip(SIDES, self.residual_n, strict=True)),
-            "declared": {u.name: vars(u) for u in self.used},
+            "declared": {unknown.name: vars(unknown) for unknown in self.used},
             "rows": self.rows,
             "recordings": list(self.recordings),
         }
@@ -89,7 +89,7 @@ def identify_rig(rig: Rig) -> Identification:
     """Identify a rig on its `identify` recordings. Raises InputError where they cannot serve,
     naming which and why.
     """
-    free = [r for r in rig.identify if r.is_free]
+    free = [recording for recording in rig.identify if recording.is_free]
     return identify(free or list(rig.identify), rig.known, rig.kind)
 
 
@@ -106,16 +106,17 @@ def identify(
     check_closes(max(side.residual_n for side in sides), recordings)
     check_opposes(evidence.velocity_m_s, evidence.force_n, recordings[0].folder.parent)
     parameters = tuple(
-        p
+        parameter
         for name, side in zip(SIDES, sides, strict=True)
-        for p in _parameters(name, side, evidence)
+        for parameter in _parameters(name, side, evidence)
     )
-    friction = Friction(**{p.name: p.value for p in parameters})
-    names = tuple(r.name for r in recordings)
+    friction = Friction(**{parameter.name: parameter.value for parameter in parameters})
+    names = tuple(recording.name for recording in recordings)
     intervals = ", ".join(
-        f"{p.name} [{p.interval90[0]:.4g}, {p.interval90[1]:.4g}]" for p in parameters
+        f"{parameter.name} [{parameter.interval90[0]:.4g}, {parameter.interval90[1]:.4g}]"
+        for parameter in parameters
     )
-    unseen = ", ".join(p.name for p in parameters if not p.shown)
+    unseen = ", ".join(parameter.name for parameter in parameters if not parameter.shown)
     model = LegModel(
         rig=kind,  # type: ignore[arg-type]
         known=taken.known,
@@ -123,7 +124,7 @@ def identify(
         force_offset_n=taken.offset_n,
         description=f"friction (5) identified on {', '.join(names)}; 90 % intervals: {intervals}"
         + (f"; not shown by the motion: {unseen}" if unseen else "")
-        + "".join(f"; {u}" for u in taken.used),
+        + "".join(f"; {unknown}" for unknown in taken.used),
     )
     return Identification(
         model,
@@ -155,13 +156,13 @@ def _parameters(name: str, side: Side, evidence: Evidence) -> list[Identified]:
     return [
         Identified(
             field.format(name),
-            float(side.value[i]),
-            UNITS[i],
-            (float(low[i]), float(high[i])),
-            not reasons[i],
-            reasons[i],
+            float(side.value[index]),
+            UNITS[index],
+            (float(low[index]), float(high[index])),
+            not reasons[index],
+            reasons[index],
         )
-        for i, field in enumerate(FIELDS)
+        for index, field in enumerate(FIELDS)
     ]
 
 
@@ -187,11 +188,11 @@ def _unseen(side: Side, low: Array, high: Array, speed: Array) -> list[str]:
         out[3] = "the Stribeck part may be absent"
     elif high[3] / low[3] > WIDEST_STRIBECK:
         out[3] = f"{span} hold too little of the Stribeck range"
-    for i in range(3):
-        if not side.parts[i]:
-            out[i] = (
+    for index in range(3):
+        if not side.parts[index]:
+            out[index] = (
                 f"left out: {span} do not show it, or data set aside are predicted no better with it"
             )
-        elif high[i] <= 0.0:
-            out[i] = "at its bound 0: these data would have it negative"
+        elif high[index] <= 0.0:
+            out[index] = "at its bound 0: these data would have it negative"
     return out

@@ -77,8 +77,8 @@ def curve(parameters: Array, speed_m_s: Array) -> Array:
     return np.asarray(out[0] if np.ndim(parameters) == 1 else out)
 
 
-def _design(speed: Array, c: float) -> Array:
-    return np.stack([speed, np.ones_like(speed), np.exp(-speed / c)], axis=1)
+def _design(speed: Array, stribeck_speed: float) -> Array:
+    return np.stack([speed, np.ones_like(speed), np.exp(-speed / stribeck_speed)], axis=1)
 
 
 def _least_squares(
@@ -87,12 +87,15 @@ def _least_squares(
     """The best (4,), none negative: c_s on the grid, then between its neighbours by a parabola in
     log c_s.
     """
-    fits = [_constrained(_design(speed, c) * parts, force, weight) for c in grid]
-    cost = np.array([f[1] for f in fits])
-    k = int(np.argmin(cost))
-    c = grid[k]
-    if 0 < k < len(grid) - 1:
-        left, mid, right = cost[k - 1 : k + 2]
+    fits = [
+        _constrained(_design(speed, stribeck_speed) * parts, force, weight)
+        for stribeck_speed in grid
+    ]
+    cost = np.array([fit[1] for fit in fits])
+    best = int(np.argmin(cost))
+    c = grid[best]
+    if 0 < best < len(grid) - 1:
+        left, mid, right = cost[best - 1 : best + 2]
         bend = left - 2.0 * mid + right
         shift = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
         c = float(np.exp(np.log(c) + shift * np.log(grid[1] / grid[0])))
@@ -142,7 +145,10 @@ def _draw(
     # next to nothing is allowed: draws are moved to the nearest allowed point in the metric of
     # their own precision
     few = slice(0, FEWEST)
-    moved = [_nearest_allowed(t, roots[k]) for t, k in zip(theta[few], which[few], strict=True)]
+    moved = [
+        _nearest_allowed(drawn, roots[root])
+        for drawn, root in zip(theta[few], which[few], strict=True)
+    ]
     return np.column_stack([np.array(moved), grid[which[few]]])
 
 
@@ -198,15 +204,15 @@ def correlation_inflation(residual: Array) -> float:
     """1 + 2 sum of the residual's autocorrelations up to the first pair that is not positive
     (Geyer); at least 1.
     """
-    r = residual - residual.mean()
-    power = float(r @ r)
-    if power <= 0.0 or len(r) < 10:
+    centred = residual - residual.mean()
+    power = float(centred @ centred)
+    if power <= 0.0 or len(centred) < 10:
         return 1.0
-    lags = min(MAX_LAG, len(r) // 4)
-    rho = [float(r[:-k] @ r[k:]) / power for k in range(1, lags + 1)]
+    lags = min(MAX_LAG, len(centred) // 4)
+    rho = [float(centred[:-index] @ centred[index:]) / power for index in range(1, lags + 1)]
     total = 1.0
-    for k in range(0, len(rho) - 1, 2):
-        pair = rho[k] + rho[k + 1]
+    for lag in range(0, len(rho) - 1, 2):
+        pair = rho[lag] + rho[lag + 1]
         if pair <= 0.0:
             break
         total += 2.0 * pair

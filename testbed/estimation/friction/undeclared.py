@@ -223,27 +223,31 @@ def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) ->
     """The best robust joint fit on the rows `use` (m,); friction not negative, the unknown within
     their tolerances.
     """
-    v, y = evidence.velocity_m_s, evidence.force_n
+    velocity, force = evidence.velocity_m_s, evidence.force_n
     viscous, _, stribeck = PARTS[form]
-    plus = v > 0.0
-    extra = np.column_stack([u.column for u in unknown]) if unknown else np.zeros((len(v), 0))
+    plus = velocity > 0.0
+    extra = (
+        np.column_stack([one.column for one in unknown])
+        if unknown
+        else np.zeros((len(velocity), 0))
+    )
     scale = np.maximum(np.abs(extra).max(axis=0), 1e-300)
     best: tuple[float, Joint] | None = None
-    for c in np.geomspace(C_LOW, C_HIGH, 12) if stribeck else (C_LOW,):
-        bump = np.sign(v) * np.exp(-np.abs(v) / c)
-        columns = [np.sign(v)]
-        columns += [v * plus, v * ~plus] if viscous else []
+    for stribeck_speed in np.geomspace(C_LOW, C_HIGH, 12) if stribeck else (C_LOW,):
+        bump = np.sign(velocity) * np.exp(-np.abs(velocity) / stribeck_speed)
+        columns = [np.sign(velocity)]
+        columns += [velocity * plus, velocity * ~plus] if viscous else []
         columns += [bump * plus, bump * ~plus] if stribeck else []
         friction = np.column_stack(columns)
         friction = friction / np.maximum(np.linalg.norm(friction[use], axis=0), 1e-300)
         first = friction.shape[1]
-        widths = np.concatenate([np.full(first, np.inf), [u.width for u in unknown] * scale])
-        low = np.concatenate([np.zeros(first), [u.bounds[0] for u in unknown] * scale])
-        high = np.concatenate([np.full(first, np.inf), [u.bounds[1] for u in unknown] * scale])
+        widths = np.concatenate([np.full(first, np.inf), [one.width for one in unknown] * scale])
+        low = np.concatenate([np.zeros(first), [one.bounds[0] for one in unknown] * scale])
+        high = np.concatenate([np.full(first, np.inf), [one.bounds[1] for one in unknown] * scale])
         x = np.column_stack([friction, extra / scale])
-        theta, cost = _robust(x[use], y[use], widths, (low, high))
+        theta, cost = _robust(x[use], force[use], widths, (low, high))
         if best is None or cost < best[0]:
-            best = (cost, Joint(theta[first:] / scale, y - x @ theta))
+            best = (cost, Joint(theta[first:] / scale, force - x @ theta))
     assert best is not None
     return best[1]
 

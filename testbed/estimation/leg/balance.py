@@ -63,17 +63,17 @@ def external_n(rest_n: Any, direction: Any, terms: ForceTerms) -> Array:
     """F_ext from rest_n = F_ext + direction * friction of the load; a fixed point, exact for
     exponent 1.
     """
-    c, e = terms.load_coefficient, terms.load_exponent
-    if c == 0.0:
+    coefficient, exponent = terms.load_coefficient, terms.load_exponent
+    if coefficient == 0.0:
         return np.asarray(rest_n, dtype=np.float64)
-    force = np.where(rest_n > 0.0, rest_n / (1.0 + direction * c), rest_n)
-    if e == 1.0:
+    force = np.where(rest_n > 0.0, rest_n / (1.0 + direction * coefficient), rest_n)
+    if exponent == 1.0:
         return np.asarray(force, dtype=np.float64)
     for _ in range(4):
         load = np.maximum(force, 1.0)
-        power = c * REFERENCE_LOAD_N * (load / REFERENCE_LOAD_N) ** e
+        power = coefficient * REFERENCE_LOAD_N * (load / REFERENCE_LOAD_N) ** exponent
         gap = force + direction * np.where(force > 0.0, power, 0.0) - rest_n
         force = force - gap / np.maximum(
-            1.0 + direction * np.where(force > 0.0, power * e / load, 0.0), 0.2
+            1.0 + direction * np.where(force > 0.0, power * exponent / load, 0.0), 0.2
         )
     return np.asarray(force, dtype=np.float64)

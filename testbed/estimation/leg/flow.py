@@ -85,11 +85,11 @@ def _following(command: Array, yy: float, yr: float, ry: float, rr: float) -> Ar
     samples.
     """
     out = np.empty(command.size)
-    y, rate = command[0], 0.0
-    for k in range(command.size):
-        out[k] = y
-        off = y - command[k]
-        y = command[k] + yy * off + yr * rate
+    place, rate = command[0], 0.0
+    for index in range(command.size):
+        out[index] = place
+        off = place - command[index]
+        place = command[index] + yy * off + yr * rate
         rate = ry * off + rr * rate
     return out
 
@@ -144,12 +144,16 @@ def flow_balance(
         softness_a_1_pa=_filled(_softness(pressure_a, signals.known, terms), shape),
         softness_b_1_pa=_filled(_softness(pressure_b, signals.known, terms), shape),
     )
-    a, b = _chambers(rows, _valve(signals.known, edge), _cylinder(signals.known), signals.rate_hz)
+    flow_a, flow_b = _chambers(
+        rows, _valve(signals.known, edge), _cylinder(signals.known), signals.rate_hz
+    )
     if terms.hose_capacity_m3_pa > 0.0:
         period = 1.0 / signals.rate_hz
-        a = a - hose_flow_m3_s(pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period)
+        flow_a = flow_a - hose_flow_m3_s(
+            pressure_a, terms.hose_capacity_m3_pa, terms.hose_time_s, period
+        )
     measured = signals.supply_pressure_pa
-    return FlowBalance(a, b, None if measured is None else measured - supply)
+    return FlowBalance(flow_a, flow_b, None if measured is None else measured - supply)
 
 
 class Valve(NamedTuple):
@@ -291,12 +295,15 @@ def _chambers(
     rated, drop, soft = valve.rated_m3_s, valve.rated_drop_pa, valve.smooth_drop_pa
     a, b = np.empty_like(pressure_a), np.empty_like(pressure_a)
     last = len(pressure_a) - 1
-    for i in range(len(pressure_a)):
-        before, after = max(i - 1, 0), min(i + 1, last)
+    for index in range(len(pressure_a)):
+        before, after = max(index - 1, 0), min(index + 1, last)
         rate = rate_hz / max(after - before, 1)
-        open_ = rows.opening[i]
-        from_a, from_b = rows.supply_pa[i] - pressure_a[i], rows.supply_pa[i] - pressure_b[i]
-        to_a, to_b = pressure_a[i] - valve.tank_pa, pressure_b[i] - valve.tank_pa
+        open_ = rows.opening[index]
+        from_a, from_b = (
+            rows.supply_pa[index] - pressure_a[index],
+            rows.supply_pa[index] - pressure_b[index],
+        )
+        to_a, to_b = pressure_a[index] - valve.tank_pa, pressure_b[index] - valve.tank_pa
         flow_a = valve.leakage_pa_m3_s_pa * from_a - valve.leakage_at_m3_s_pa * to_a
         flow_b = valve.leakage_pb_m3_s_pa * from_b - valve.leakage_bt_m3_s_pa * to_b
         if open_ > 0.0:
@@ -309,13 +316,13 @@ def _chambers(
             flow_a = _held(flow_a, open_ < 0.0, valve.holding_a, to_a, to_b, valve)
         if valve.holding_b != NO_HOLDING:
             flow_b = _held(flow_b, open_ > 0.0, valve.holding_b, to_b, to_a, valve)
-        volume_a = cylinder.dead_volume_a_m3 + cylinder.area_a_m2 * rows.position_m[i]
-        left_m = cylinder.stroke_m - rows.position_m[i]
+        volume_a = cylinder.dead_volume_a_m3 + cylinder.area_a_m2 * rows.position_m[index]
+        left_m = cylinder.stroke_m - rows.position_m[index]
         volume_b = cylinder.dead_volume_b_m3 + cylinder.area_b_m2 * left_m
         rate_a = (pressure_a[after] - pressure_a[before]) * rate
         rate_b = (pressure_b[after] - pressure_b[before]) * rate
-        swept_a = cylinder.area_a_m2 * rows.velocity_m_s[i] + rows.leak_m3_s[i]
-        swept_b = cylinder.area_b_m2 * rows.velocity_m_s[i] + rows.leak_m3_s[i]
-        a[i] = flow_a - (swept_a + volume_a * rows.softness_a_1_pa[i] * rate_a)
-        b[i] = flow_b + (swept_b - volume_b * rows.softness_b_1_pa[i] * rate_b)
+        swept_a = cylinder.area_a_m2 * rows.velocity_m_s[index] + rows.leak_m3_s[index]
+        swept_b = cylinder.area_b_m2 * rows.velocity_m_s[index] + rows.leak_m3_s[index]
+        a[index] = flow_a - (swept_a + volume_a * rows.softness_a_1_pa[index] * rate_a)
+        b[index] = flow_b + (swept_b - volume_b * rows.softness_b_1_pa[index] * rate_b)
     return a, b

@@ -98,7 +98,9 @@ def estimate(recording: Recording, model: LegModel, causal: bool = False) -> For
         value, low, high = value + shift, low + shift, high + shift
     time, _ = grid(recording)
     if time is not recording.time_s:
-        value, low, high = (np.interp(recording.time_s, time, y) for y in (value, low, high))
+        value, low, high = (
+            np.interp(recording.time_s, time, series) for series in (value, low, high)
+        )
     return ForceEstimate(recording.time_s, value, np.minimum(low, value), np.maximum(high, value))
 
 

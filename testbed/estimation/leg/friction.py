@@ -17,12 +17,12 @@ LEAST_LEVEL_N = 1.0
 
 def friction_n(friction: Friction, signals: Signals, terms: ForceTerms) -> Array:
     """F_f in N, shape (n,), without the part that needs the load; positive against extension."""
-    v = signals.velocity_m_s
-    level, viscous = friction_parts(v, friction, *conditions_over(signals, terms))
+    velocity = signals.velocity_m_s
+    level, viscous = friction_parts(velocity, friction, *conditions_over(signals, terms))
     if terms.presliding is None:
-        return np.asarray(viscous + np.sign(v) * level)
+        return np.asarray(viscous + np.sign(velocity) * level)
     level = np.maximum(level, LEAST_LEVEL_N)
-    bristle = bristle_force_n(signals.position_m, v, level, *terms.presliding)
+    bristle = bristle_force_n(signals.position_m, velocity, level, *terms.presliding)
     return np.asarray(viscous + bristle, dtype=np.float64)
 
 

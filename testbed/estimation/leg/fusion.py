@@ -38,7 +38,7 @@ DISAGREEMENT_M_S = 5e-3
 def can_fuse(recording: Recording, model: LegModel) -> bool:
     """True where the flow balances of both chambers can be formed."""
     channels = (recording.valve_command, recording.pressure_a_pa, recording.pressure_b_pa)
-    return model.known.declares_flow and all(c is not None for c in channels)
+    return model.known.declares_flow and all(channel is not None for channel in channels)
 
 
 def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | None:
@@ -47,16 +47,22 @@ def fused(recording: Recording, model: LegModel, width_s: float) -> Signals | No
     None where the believed flow balance is too far from the encoder to be of use.
     """
     signals = signals_of(recording, model.known, width_s)
-    k, rate = signals.known, signals.rate_hz
+    known, rate = signals.known, signals.rate_hz
     effects = build(model.effects)
     right = corrected(signals, effects)
     terms = flow_terms(right, effects)
-    assert signals.valve_command is not None and k.valve_natural_frequency_hz and k.valve_damping
-    moved = spool(signals.valve_command, rate, k.valve_natural_frequency_hz, k.valve_damping)
+    assert (
+        signals.valve_command is not None
+        and known.valve_natural_frequency_hz
+        and known.valve_damping
+    )
+    moved = spool(
+        signals.valve_command, rate, known.valve_natural_frequency_hz, known.valve_damping
+    )
     balance = flow_balance(
         right, terms, smoothed_opening(moved, terms.deadband, max(width_s, 1.2 / rate) * rate)
     )
-    difference = 0.5 * (balance.a_m3_s / k.area_a_m2 - balance.b_m3_s / k.area_b_m2)
+    difference = 0.5 * (balance.a_m3_s / known.area_a_m2 - balance.b_m3_s / known.area_b_m2)
     gap = smooth(difference, CROSSOVER_S * rate)
     going = np.abs(signals.velocity_m_s) > GOING_M_S
     size = float(np.sqrt(np.mean(gap[going] ** 2))) if going.any() else 0.0

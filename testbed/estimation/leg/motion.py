@@ -39,10 +39,10 @@ def through_steps(time_s: Array, position_m: Array, resolution_m: float) -> Arra
     pause = np.flatnonzero(np.diff(knots_t) > PAUSE_S)
     inner = np.concatenate([knots_t[pause] + 0.05, knots_t[pause + 1] - 0.05])
     held = np.concatenate([position_m[at[pause] + 1], position_m[at[pause] + 1]])
-    t = np.concatenate([[time_s[0]], knots_t, inner, [time_s[-1]]])
-    x = np.concatenate([[position_m[0]], knots_x, held, [position_m[-1]]])
-    order = np.argsort(t, kind="stable")
-    return np.asarray(np.interp(time_s, t[order], x[order]), dtype=np.float64)
+    times = np.concatenate([[time_s[0]], knots_t, inner, [time_s[-1]]])
+    places = np.concatenate([[position_m[0]], knots_x, held, [position_m[-1]]])
+    order = np.argsort(times, kind="stable")
+    return np.asarray(np.interp(time_s, times[order], places[order]), dtype=np.float64)
 
 
 def smooth(values: Array, width_samples: float, derivative: int = 0) -> Array:
@@ -83,10 +83,10 @@ def smooth_causal(values: Array, width_samples: float) -> Array:
 def _twice_low_passed(values: Array, pole: float) -> Array:
     out = np.empty(values.size)
     first = second = values[0]
-    for k in range(values.size):
-        first = pole * first + (1.0 - pole) * values[k]
+    for index in range(values.size):
+        first = pole * first + (1.0 - pole) * values[index]
         second = pole * second + (1.0 - pole) * first
-        out[k] = second
+        out[index] = second
     return out
 
 
@@ -98,15 +98,19 @@ def motion(
     """
     width = width_s * rate_hz
     if causal:
-        x = smooth_causal(position_m, width)
-        v = np.diff(x, prepend=x[:1]) * rate_hz
-        return x, v, np.diff(v, prepend=v[:1]) * rate_hz
+        position = smooth_causal(position_m, width)
+        velocity = np.diff(position, prepend=position[:1]) * rate_hz
+        return position, velocity, np.diff(velocity, prepend=velocity[:1]) * rate_hz
     pad = min(int(4.0 * width) + 1, len(position_m) - 1)
     longer = _carried_on(position_m, pad, max(round(END_FIT_S * rate_hz), 12))
-    x, v = smooth(longer, width), smooth(longer, width, 1) * rate_hz
+    position, velocity = smooth(longer, width), smooth(longer, width, 1) * rate_hz
     # Not the second derivative of the truncated Gaussian: its weights do not add up to zero.
     inside = slice(pad, pad + len(position_m))
-    return x[inside], v[inside], np.asarray((np.gradient(v) * rate_hz)[inside], dtype=np.float64)
+    return (
+        position[inside],
+        velocity[inside],
+        np.asarray((np.gradient(velocity) * rate_hz)[inside], dtype=np.float64),
+    )
 
 
 END_FIT_S = 0.06
@@ -137,6 +141,6 @@ def encoder_noise(
         return np.zeros_like(position_m), np.zeros_like(position_m)
     time = np.arange(len(position_m)) / rate_hz
     read = np.floor(position_m / resolution_m + 0.37) * resolution_m
-    _, v, a = motion(through_steps(time, read, resolution_m), rate_hz, width_s)
+    _, velocity, acceleration = motion(through_steps(time, read, resolution_m), rate_hz, width_s)
     _, v_true, a_true = motion(position_m, rate_hz, width_s)
-    return v - v_true, a - a_true
+    return velocity - v_true, acceleration - a_true

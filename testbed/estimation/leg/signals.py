@@ -60,15 +60,15 @@ def signals_of(
         if causal
         else through_steps(recording.time_s, recording.position_m, resolution)
     )
-    x, v, a = motion(even(drawn), rate, width_s, causal)
+    position, velocity, acceleration = motion(even(drawn), rate, width_s, causal)
     command = recording.valve_command
     return Signals(
         time_s=time[::step],
         rate_hz=rate / step,
         known=known or recording.known,
-        position_m=x[::step],
-        velocity_m_s=v[::step],
-        acceleration_m_s2=a[::step],
+        position_m=position[::step],
+        velocity_m_s=velocity[::step],
+        acceleration_m_s2=acceleration[::step],
         pressure_a_pa=channel(recording.pressure_a_pa),
         pressure_b_pa=channel(recording.pressure_b_pa),
         supply_pressure_pa=channel(recording.supply_pressure_pa),

@@ -111,10 +111,10 @@ class OwnTuning:
             "_m": scale.length,
         }
         changes = {}
-        for f in fields(self):
-            unit = next((end for end in by_unit if f.name.endswith(end)), None)
+        for field in fields(self):
+            unit = next((end for end in by_unit if field.name.endswith(end)), None)
             if unit is not None:
-                changes[f.name] = by_unit[unit] * getattr(self, f.name)
+                changes[field.name] = by_unit[unit] * getattr(self, field.name)
         return replace(self, **changes)
 
 
@@ -161,68 +161,68 @@ def body_of(
     numbers = model.leg_numbers()
     numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
-    for i, axis in enumerate(machine.axes.values()):
-        own = [e for e in effects if e.place == axis.name]
-        _declare(body["axes"][i], axis, float(linkages.stroke_m[i]), own)
-        body["axes"][i]["encoder_resolution"] = arms[i] * _count(axis)
+    for index, axis in enumerate(machine.axes.values()):
+        own = [effect for effect in effects if effect.place == axis.name]
+        _declare(body["axes"][index], axis, float(linkages.stroke_m[index]), own)
+        body["axes"][index]["encoder_resolution"] = arms[index] * _count(axis)
         if axis.joint == "vertical":
-            legs[i // len(JOINTS)].write(body["axes"][i].cylinder)
+            legs[index // len(JOINTS)].write(body["axes"][index].cylinder)
     return out
 
 
-def _learnt(known: NDArray[Any], t: OwnTuning) -> NDArray[Any]:
+def _learnt(known: NDArray[Any], tuning: OwnTuning) -> NDArray[Any]:
     """`known` (Constants) as the tuning lets it be learnt: what is not is believed as it is."""
     for name in Constants.fields:
         if name == "zero":
-            known[name] = np.hypot(known[name], t.zero_sd_n)
+            known[name] = np.hypot(known[name], tuning.zero_sd_n)
         elif name in ("out", "back"):
-            known[name] = np.hypot(known[name], t.dry_sd_n) if t.friction else 0.0
-        elif not (t.friction if name == "side" else t.weighs):
+            known[name] = np.hypot(known[name], tuning.dry_sd_n) if tuning.friction else 0.0
+        elif not (tuning.friction if name == "side" else tuning.weighs):
             known[name] = 0.0
     return known
 
 
-def _trust(body: Any, t: OwnTuning, weight_n: float) -> None:
+def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
     """How sure the estimate is of what, and what it decides by."""
-    body["every"], body["gravity"] = t.every, GRAVITY_M_S2
-    body["sliding_keep"], body["rest_keep"] = t.sliding_keep_s, t.rest_keep_s
-    body["balance_keep"] = t.body_keep_s
-    body["rope_share"], body["drill_share"] = t.rope_share, t.drill_share
-    body["blow_share"] = t.blow_share
-    body["force_variance"], body["moment_variance"] = t.force_sd_n**2, t.moment_sd_n_m**2
-    body["gate"], body["tail"] = t.gate, t.tail_s if t.robust else 0.0
-    body["zero_wander"] = t.zero_wander_n2_s
-    body["air_load"], body["air_dwell"] = t.air_load_n, t.air_dwell_s
-    body["air_sd"], body["learns_in_air"] = t.air_sd_n, t.swing
-    body["balances"], body["noise_sd"] = t.balance, t.noise_sd_n
-    body["moving_sd"] = t.moving_sd_n
-    body["news_share"], body["news_noise"] = t.news_share, t.news_noise_n
-    body["set_margin"] = t.set_margin
-    body["balance_sd"][:3] = t.weight_share * weight_n
-    body["balance_sd"][3:] = t.centre_sd_m * weight_n
+    body["every"], body["gravity"] = tuning.every, GRAVITY_M_S2
+    body["sliding_keep"], body["rest_keep"] = tuning.sliding_keep_s, tuning.rest_keep_s
+    body["balance_keep"] = tuning.body_keep_s
+    body["rope_share"], body["drill_share"] = tuning.rope_share, tuning.drill_share
+    body["blow_share"] = tuning.blow_share
+    body["force_variance"], body["moment_variance"] = tuning.force_sd_n**2, tuning.moment_sd_n_m**2
+    body["gate"], body["tail"] = tuning.gate, tuning.tail_s if tuning.robust else 0.0
+    body["zero_wander"] = tuning.zero_wander_n2_s
+    body["air_load"], body["air_dwell"] = tuning.air_load_n, tuning.air_dwell_s
+    body["air_sd"], body["learns_in_air"] = tuning.air_sd_n, tuning.swing
+    body["balances"], body["noise_sd"] = tuning.balance, tuning.noise_sd_n
+    body["moving_sd"] = tuning.moving_sd_n
+    body["news_share"], body["news_noise"] = tuning.news_share, tuning.news_noise_n
+    body["set_margin"] = tuning.set_margin
+    body["balance_sd"][:3] = tuning.weight_share * weight_n
+    body["balance_sd"][3:] = tuning.centre_sd_m * weight_n
     body["filter"] = persistent.Numbers.one(
-        process_variance=t.filter_q_n2,
-        measurement_variance=t.filter_r_n2,
-        innovation_limit=t.e_max_n,
-        hold_samples=t.hold_samples,
+        process_variance=tuning.filter_q_n2,
+        measurement_variance=tuning.filter_r_n2,
+        innovation_limit=tuning.e_max_n,
+        hold_samples=tuning.hold_samples,
     )[0]
     body["decisions"] = Decisions.one(
         dt=0.0,
-        observer=t.observer_rad_s,
-        rest_speed=t.rest_m_s,
-        slide_speed=t.slide_m_s,
-        friction_share=t.friction_share,
-        slow_share=t.slow_share,
-        slow_speed=t.slow_m_s,
-        speed_sd=t.speed_sd_m_s,
-        rest_share=t.rest_share,
-        fresh_more=t.fresh_more,
-        fresh=t.fresh_s,
-        knows_dependence=t.rich,
-        remembers=t.history,
+        observer=tuning.observer_rad_s,
+        rest_speed=tuning.rest_m_s,
+        slide_speed=tuning.slide_m_s,
+        friction_share=tuning.friction_share,
+        slow_share=tuning.slow_share,
+        slow_speed=tuning.slow_m_s,
+        speed_sd=tuning.speed_sd_m_s,
+        rest_share=tuning.rest_share,
+        fresh_more=tuning.fresh_more,
+        fresh=tuning.fresh_s,
+        knows_dependence=tuning.rich,
+        remembers=tuning.history,
         end_zone=0.0,
         end_force=0.0,
-        rest=friction_at_rest.numbers(1.0, t.drift_s, t.bent_s, t.open_share)[0],
+        rest=friction_at_rest.numbers(1.0, tuning.drift_s, tuning.bent_s, tuning.open_share)[0],
     )[0]
 
 
@@ -273,5 +273,5 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
     """The tuning with some ideas switched off (`rich`, `history`, `swing`, `balance`, `robust`)."""
-    values = {f.name: getattr(tuning, f.name) for f in fields(tuning)}
+    values = {field.name: getattr(tuning, field.name) for field in fields(tuning)}
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))

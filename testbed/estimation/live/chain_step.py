@@ -195,5 +195,5 @@ def step_chain(row: Any, belief: Any, state: Any) -> None:
 @njit
 def replay_chain(rows: Any, belief: Any, state: Any) -> None:
     """`step_chain` over rows (n,) of DataRow; belief and state of shape (1,)."""
-    for k in range(rows.shape[0]):
-        step_chain(rows[k], belief[0], state[0])
+    for index in range(rows.shape[0]):
+        step_chain(rows[index], belief[0], state[0])

@@ -65,7 +65,9 @@ N = len(NAMES)
 def place(name: str) -> int:
     """Where a quantity of `Unknowns` begins in the filter's vector."""
     return next(
-        k for k, column in enumerate(NAMES) if column == name or column.startswith(name + "_")
+        index
+        for index, column in enumerate(NAMES)
+        if column == name or column.startswith(name + "_")
     )
 
 
@@ -116,27 +118,27 @@ def is_freed(fusion: Any, i: int) -> bool:
 def start(fusion: Any, known: Any) -> None:
     """Nothing is known beyond the expected sizes; known: standard deviations of the CONSTANTS."""
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
-    for i in range(N):
-        x[i] = 0.0
+    for index in range(N):
+        x[index] = 0.0
         for j in range(N):
-            p[i, j] = 0.0
-    for i in range(len(CONSTANTS)):
-        p[i, i] = known[i] ** 2
-    for i in range(12):
-        p[ZERO + i, ZERO + i] = sizes.zero_sd[i] ** 2
-        p[DEVIATION + i, DEVIATION + i] = sizes.spread[i] ** 2
-    for i in range(6):
-        p[BALANCE + i, BALANCE + i] = sizes.balance_sd[i] ** 2
+            p[index, j] = 0.0
+    for index in range(len(CONSTANTS)):
+        p[index, index] = known[index] ** 2
+    for index in range(12):
+        p[ZERO + index, ZERO + index] = sizes.zero_sd[index] ** 2
+        p[DEVIATION + index, DEVIATION + index] = sizes.spread[index] ** 2
+    for index in range(6):
+        p[BALANCE + index, BALANCE + index] = sizes.balance_sd[index] ** 2
 
 
 @njit
 def fade(fusion: Any, i: int, kept: float) -> None:
     """Let unknown i keep this share of itself."""
     fusion.x[i] *= kept
-    for j in range(N):
-        fusion.p[i, j] *= kept
-    for j in range(N):
-        fusion.p[j, i] *= kept
+    for index in range(N):
+        fusion.p[i, index] *= kept
+    for index in range(N):
+        fusion.p[index, i] *= kept
 
 
 @njit
@@ -145,18 +147,18 @@ def predict(fusion: Any) -> None:
     sizes.
     """
     p, sizes = fusion.p, fusion.sizes
-    for i in range(12):
-        d, z, spread = DEVIATION + i, ZERO + i, sizes.spread[i] ** 2
-        fade(fusion, d, sizes.keep[i])
-        p[d, d] = min(p[d, d] + sizes.news[i], max(spread, p[d, d]))
-        p[d, d] += (1.0 - sizes.keep[i] ** 2) * spread
-        p[z, z] += sizes.zero_grown[i]
-        if is_freed(fusion, i):
-            p[z, z] += (fusion.beyond[i] + sizes.zero_sd[i]) ** 2 * sizes.dt / sizes.tail
-    for i in range(6):
-        b = BALANCE + i
+    for index in range(12):
+        d, z, spread = DEVIATION + index, ZERO + index, sizes.spread[index] ** 2
+        fade(fusion, d, sizes.keep[index])
+        p[d, d] = min(p[d, d] + sizes.news[index], max(spread, p[d, d]))
+        p[d, d] += (1.0 - sizes.keep[index] ** 2) * spread
+        p[z, z] += sizes.zero_grown[index]
+        if is_freed(fusion, index):
+            p[z, z] += (fusion.beyond[index] + sizes.zero_sd[index]) ** 2 * sizes.dt / sizes.tail
+    for index in range(6):
+        b = BALANCE + index
         fade(fusion, b, sizes.balance_keep)
-        p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.balance_sd[i] ** 2
+        p[b, b] += (1.0 - sizes.balance_keep**2) * sizes.balance_sd[index] ** 2
 
 
 @njit
@@ -170,10 +172,10 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
     x, p = fusion.x, fusion.p
     ph, gain = np.zeros(N), np.zeros(N)
     variance, error = r, y
-    for j in range(N):
-        if h[j] != 0.0:  # many are
+    for index in range(N):
+        if h[index] != 0.0:  # many are
             for i in range(N):
-                ph[i] += p[j, i] * h[j]
+                ph[i] += p[index, i] * h[index]
     for i in range(N):
         variance += h[i] * ph[i]
         error -= h[i] * x[i]
@@ -186,8 +188,8 @@ def observe(fusion: Any, h: Any, y: float, r: float, gate: float, learns: bool) 
             x[i] += gain[i] * error
     for i in range(N):
         rest = ph[i] - variance * gain[i]
-        for j in range(N):
-            p[i, j] -= gain[i] * ph[j] + rest * gain[j]
+        for index in range(N):
+            p[i, index] -= gain[i] * ph[index] + rest * gain[index]
     return score
 
 
@@ -198,11 +200,13 @@ def stay_in_sets(fusion: Any) -> None:
     explained.
     """
     x, p, sizes = fusion.x, fusion.p, fusion.sizes
-    for i in range(12):
-        k = DEVIATION + i
-        beyond = min(max(x[k], sizes.low[i]), sizes.high[i]) - x[k]
-        fusion.beyond[i] = abs(beyond)
-        fusion.pinned[i] = max(fusion.pinned[i] + (sizes.dt if beyond != 0.0 else -sizes.dt), 0.0)
+    for index in range(12):
+        k = DEVIATION + index
+        beyond = min(max(x[k], sizes.low[index]), sizes.high[index]) - x[k]
+        fusion.beyond[index] = abs(beyond)
+        fusion.pinned[index] = max(
+            fusion.pinned[index] + (sizes.dt if beyond != 0.0 else -sizes.dt), 0.0
+        )
         if beyond != 0.0 and p[k, k] > 1.0:
             share = beyond / p[k, k]
             for j in range(N):

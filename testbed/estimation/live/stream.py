@@ -74,9 +74,9 @@ class Stream:
         if self._last is not None and time_s - self._last[0] > LONGEST_GAP_S:
             self._chain.forget()
             self._judge, self._last = self._fresh_judge(), None
-        for k, leg in enumerate(LEGS):
+        for index, leg in enumerate(LEGS):
             if np.isfinite(now[OF_LEG[leg]]).all():
-                self._seen_s[k] = time_s
+                self._seen_s[index] = time_s
         missing = ~np.isfinite(now) & MEASURED
         now[missing] = 0.0 if self._last is None else self._last[missing]
         before = now if self._last is None else self._last

@@ -62,7 +62,7 @@ class Uncertainty:
 
     @cached_property
     def _tolerances(self) -> dict[str, Tolerance]:
-        return {n: t for t in (tolerances(self.draw) if self.draw else ()) for n in t.names()}
+        return {name: t for t in (tolerances(self.draw) if self.draw else ()) for name in t.names()}
 
     def sd(self, number: str, machine: Machine) -> float:
         """Of one number, in its unit; 0 where nothing says that it may be off."""
@@ -102,10 +102,10 @@ def constants(sure: Uncertainty, machine: Machine) -> NDArray[Any]:
     def sd(number: str) -> float:
         return sure.sd(number, machine)
 
-    for i, axis in enumerate(machine.axes.values()):
-        known["zero"][i] = zero_sd(sure, machine, axis)
-        known["out"][i], known["back"][i] = friction_sd(sure, machine, axis)
-        known["side"][i] = sd(f"axes.{axis.name}.seal.side_load_coefficient")
+    for index, axis in enumerate(machine.axes.values()):
+        known["zero"][index] = zero_sd(sure, machine, axis)
+        known["out"][index], known["back"][index] = friction_sd(sure, machine, axis)
+        known["side"][index] = sd(f"axes.{axis.name}.seal.side_load_coefficient")
     links_kg = [sd(f"inertia.mass@{axis}.mass") for axis in AXES]
     payload_kg, reach_m = sd("robot.payload@body.mass"), machine.legs.hip_x_m
     known["mass"] = math.hypot(payload_kg, *links_kg)

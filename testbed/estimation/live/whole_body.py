@@ -133,20 +133,22 @@ def expect_sizes(row: Any, body: Any, state: Any) -> None:
     warm = row.oil_temperature - body.calibrated_at
     sizes.dt, sizes.tail = dt, body.tail
     sizes.balance_keep = math.exp(-dt / body.balance_keep)
-    for i in range(12):
-        axis, belief = state.axes[i], body.axes[i]
+    for index in range(12):
+        axis, belief = state.axes[index], body.axes[index]
         keep_s = body.sliding_keep if axis.slides >= 1.0 else body.rest_keep
-        sizes.keep[i] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
+        sizes.keep[index] = 0.0 if axis.changed != 0.0 else math.exp(-dt / keep_s)
         axis.changed = 0.0
-        sizes.spread[i] = axis.spread
-        variance = body.known[fu.ZERO + i] ** 2 + (belief.thermal_sd * warm) ** 2
-        sizes.zero_sd[i] = math.sqrt(variance)
-        sizes.zero_grown[i] = max(variance - state.zero_variance[i], 0.0) + body.zero_wander * dt
-        state.zero_variance[i] = max(variance, state.zero_variance[i])
+        sizes.spread[index] = axis.spread
+        variance = body.known[fu.ZERO + index] ** 2 + (belief.thermal_sd * warm) ** 2
+        sizes.zero_sd[index] = math.sqrt(variance)
+        sizes.zero_grown[index] = (
+            max(variance - state.zero_variance[index], 0.0) + body.zero_wander * dt
+        )
+        state.zero_variance[index] = max(variance, state.zero_variance[index])
         margin = 2.0 * axis.spread if axis.slides > 0.0 else 0.0
         margin += body.set_margin * (axis.high - axis.low)
-        sizes.low[i] = axis.low - axis.friction - margin
-        sizes.high[i] = axis.high - axis.friction + margin
+        sizes.low[index] = axis.low - axis.friction - margin
+        sizes.high[index] = axis.high - axis.friction + margin
     for k in range(6):
         sizes.balance_sd[k] = body.balance_sd[k]
     sizes.balance_sd[2] += body.drill_share * abs(row.ordered_thrust)
@@ -162,20 +164,20 @@ def take_means(body: Any, state: Any) -> Any:
     sums, means, sizes, count = state.sums, state.means, state.fusion.sizes, state.count
     turning, started = np.zeros(3), state.started != 0.0
     dt = body.every * body.decisions.dt
-    for k in range(3):
-        rate = sums.angular_rate[k] / count
-        turning[k] = (rate - means.angular_rate[k]) / dt if started else 0.0
-        means.angular_rate[k] = rate
-        means.specific_force[k] = sums.specific_force[k] / count
-        sums.angular_rate[k] = sums.specific_force[k] = 0.0
-    for k in range(2):
-        tension = sums.rope_tension[k] / count
-        means.rope_tension[k] = (tension - body.pin_zero[k]) / body.pin_gain[k]
-        sums.rope_tension[k] = 0.0
-    for k in range(4):
+    for index in range(3):
+        rate = sums.angular_rate[index] / count
+        turning[index] = (rate - means.angular_rate[index]) / dt if started else 0.0
+        means.angular_rate[index] = rate
+        means.specific_force[index] = sums.specific_force[index] / count
+        sums.angular_rate[index] = sums.specific_force[index] = 0.0
+    for index in range(2):
+        tension = sums.rope_tension[index] / count
+        means.rope_tension[index] = (tension - body.pin_zero[index]) / body.pin_gain[index]
+        sums.rope_tension[index] = 0.0
+    for index in range(4):
         for j in range(3):
-            means.foot_force[k, j] = sums.foot_force[k, j] / count
-            sums.foot_force[k, j] = 0.0
+            means.foot_force[index, j] = sums.foot_force[index, j] / count
+            sums.foot_force[index, j] = 0.0
     for i in range(12):
         force = sums.cylinder_force[i] / count
         sizes.news[i] = 0.0
@@ -202,21 +204,26 @@ def balance(row: Any, arms: Any, body: Any, state: Any) -> None:
     else:
         fu.predict(fusion)
     maps, on_ground = np.zeros((4, 3, 3)), np.ones(4)
-    for k in range(4):
-        leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k : 3 * k + 3], maps[k])
-        if hangs(k, row, body, state):
-            on_ground[k] = 0.0
-            if state.in_air[k] >= body.air_dwell and body.learns_in_air != 0.0:
-                learn_in_air(k, maps[k], body, state)
+    for index in range(4):
+        leg_map(
+            body.legs[index],
+            row.position[3 * index : 3 * index + 3],
+            arms[3 * index : 3 * index + 3],
+            maps[index],
+        )
+        if hangs(index, row, body, state):
+            on_ground[index] = 0.0
+            if state.in_air[index] >= body.air_dwell and body.learns_in_air != 0.0:
+                learn_in_air(index, maps[index], body, state)
     if body.balances != 0.0:
         balance_body(row, turning, maps, on_ground, body, state)
     fu.stay_in_sets(fusion)
     h = np.zeros(fu.N)
-    for k in range(4):
+    for index in range(4):
         for r in range(3):
-            weigh_leg(k, maps[k, r], state, h)
-            variance = max(leg_variance(fusion.p, h, k), 0.0)
-            state.force_sd[k, r] = math.sqrt(variance + body.noise_sd**2)
+            weigh_leg(index, maps[index, r], state, h)
+            variance = max(leg_variance(fusion.p, h, index), 0.0)
+            state.force_sd[index, r] = math.sqrt(variance + body.noise_sd**2)
 
 
 @njit
@@ -233,10 +240,10 @@ def hangs(k: int, row: Any, body: Any, state: Any) -> bool:
 def learn_in_air(k: int, map_: Any, body: Any, state: Any) -> None:
     """Three observations: foot k carries nothing. map_ (3, 3): leg_map."""
     h = np.zeros(fu.N)
-    for r in range(3):
-        weigh_leg(k, map_[r], state, h)
-        force, slides = state.means.foot_force[k, r], state.axes[3 * k + 2].slides >= 1.0
-        fu.observe(state.fusion, h, force, body.air_sd**2, body.gate, r == 2 and slides)
+    for index in range(3):
+        weigh_leg(k, map_[index], state, h)
+        force, slides = state.means.foot_force[k, index], state.axes[3 * k + 2].slides >= 1.0
+        fu.observe(state.fusion, h, force, body.air_sd**2, body.gate, index == 2 and slides)
 
 
 @njit
@@ -253,8 +260,8 @@ def weigh_cylinder(i: int, weight: float, axis: Any, h: Any) -> None:
 @njit
 def weigh_leg(k: int, weights: Any, state: Any, h: Any) -> None:
     """The same of leg k, whose cylinders' forces weigh (3)."""
-    for j in range(3):
-        weigh_cylinder(3 * k + j, weights[j], state.axes[3 * k + j], h)
+    for index in range(3):
+        weigh_cylinder(3 * k + index, weights[index], state.axes[3 * k + index], h)
 
 
 @njit
@@ -272,10 +279,10 @@ def leg_variance(p: Any, h: Any, k: int) -> float:
     groups = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION)
     total = 0.0
     for first in groups:
-        for i in range(first + 3 * k, first + 3 * k + 3):
+        for index in range(first + 3 * k, first + 3 * k + 3):
             for second in groups:
                 for j in range(second + 3 * k, second + 3 * k + 3):
-                    total += h[i] * p[i, j] * h[j]
+                    total += h[index] * p[index, j] * h[j]
     return total
 
 
@@ -291,19 +298,24 @@ def balance_body(row: Any, turning: Any, maps: Any, on_ground: Any, body: Any, s
     wrench = weigh_body(row, turning, body, state, rows)
     point, column, effect = np.empty(3), np.empty(3), np.empty(6)
     slides = True
-    for k in range(4):
-        if on_ground[k] == 0.0:
+    for index in range(4):
+        if on_ground[index] == 0.0:
             continue
-        slides = slides and state.axes[3 * k + 2].slides >= 1.0
-        foot_point(body.legs[k], row.position[3 * k : 3 * k + 3], body.foot_height[k], point)
-        add_force(wrench, state.means.foot_force[k], point)
+        slides = slides and state.axes[3 * index + 2].slides >= 1.0
+        foot_point(
+            body.legs[index],
+            row.position[3 * index : 3 * index + 3],
+            body.foot_height[index],
+            point,
+        )
+        add_force(wrench, state.means.foot_force[index], point)
         for j in range(3):
             for r in range(3):
-                column[r] = maps[k, r, j]
+                column[r] = maps[index, r, j]
             effect[:] = 0.0
             add_force(effect, column, point)
             for r in range(6):
-                weigh_cylinder(3 * k + j, effect[r], state.axes[3 * k + j], rows[r])
+                weigh_cylinder(3 * index + j, effect[r], state.axes[3 * index + j], rows[r])
     for r in range(6):
         rows[r, fu.BALANCE + r] = 1.0
         variance = body.force_variance if r < 3 else body.moment_variance
@@ -326,8 +338,8 @@ def weigh_body(row: Any, turning: Any, body: Any, state: Any, rows: Any) -> Any:
         turn = (SMALL_RAD, 0.0) if axis == 0 else (0.0, SMALL_RAD)
         other = view_of(attitude, felt, roll + turn[0], pitch + turn[1], body.gravity)
         turned = other_wrench(row, other, turning, tension, body)
-        for r in range(6):
-            rows[r, fu.UNIT + axis] = (wrench[r] - turned[r]) / SMALL_RAD
+        for index in range(6):
+            rows[index, fu.UNIT + axis] = (wrench[index] - turned[index]) / SMALL_RAD
     moment = np.zeros(3)
     for k in range(3):
         rows[k, fu.MASS] = view.specific_force[k]
@@ -366,8 +378,8 @@ def weigh_rope(k: int, view: View, tension: float, body: Any, rows: Any) -> None
 def put_force(rows: Any, column: int, direction: Any, size: float, point: Any) -> None:
     """Into a column of rows (6, N): a force of this size along a direction (3) at a point (3)."""
     wrench, force = np.zeros(6), np.empty(3)
-    for k in range(3):
-        force[k] = size * direction[k]
+    for index in range(3):
+        force[index] = size * direction[index]
     add_force(wrench, force, point)
     for r in range(6):
         rows[r, column] = wrench[r]
@@ -378,8 +390,8 @@ def put_moment(rows: Any, column: int, lever: Any, force: Any) -> None:
     """Into a column of rows (6, N): the moment of a force (3) at a lever (3), without the force."""
     wrench = np.zeros(6)
     add_force(wrench, force, lever)
-    for r in range(3, 6):
-        rows[r, column] = wrench[r]
+    for index in range(3, 6):
+        rows[index, column] = wrench[index]
 
 
 @njit
@@ -390,14 +402,17 @@ def step_body(row: Any, body: Any, state: Any) -> None:
     extension, arms = np.empty(12), np.empty(12)
     joint_to_cylinder(row.position, body.linkages, extension, arms)
     joints, lift = state.joints, state.motion.lift
-    for i in range(12):
-        axis = state.axes[i]
-        readings = row.pressure_a[i], row.pressure_b[i], extension[i], row.valve[i]
-        loads = loads_of(i, state.last_force[i // 3], arms[i])
-        step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[i], axis)
-        joints.position[i] = row.position[i]
-        joints.rate[i], joints.acceleration[i] = axis.speed / arms[i], axis.acceleration / arms[i]
-        joints.torque[i] = (axis.force - axis.friction) * arms[i]
+    for index in range(12):
+        axis = state.axes[index]
+        readings = row.pressure_a[index], row.pressure_b[index], extension[index], row.valve[index]
+        loads = loads_of(index, state.last_force[index // 3], arms[index])
+        step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
+        joints.position[index] = row.position[index]
+        joints.rate[index], joints.acceleration[index] = (
+            axis.speed / arms[index],
+            axis.acceleration / arms[index],
+        )
+        joints.torque[index] = (axis.force - axis.friction) * arms[index]
     force, up, rotation, normals = np.zeros((4, 3)), np.zeros(4), np.zeros((3, 3)), np.zeros((4, 3))
     attitude = np.empty(2)
     attitude[0] = row.attitude[0] - body.unit_roll
@@ -426,19 +441,19 @@ def gather(row: Any, force: Any, state: Any) -> None:
     """Add this step to the sums; one with a missing sample teaches nothing."""
     sums = state.sums
     whole = row.rope_tension[0] + row.rope_tension[1]
-    for k in range(4):
+    for index in range(4):
         for j in range(3):
-            whole += force[k, j]
+            whole += force[index, j]
     if not math.isfinite(whole):
         return
-    for k in range(4):
+    for index in range(4):
         for j in range(3):
-            sums.foot_force[k, j] += force[k, j]
-    for k in range(2):
-        sums.rope_tension[k] += row.rope_tension[k]
-    for k in range(3):
-        sums.angular_rate[k] += row.angular_rate[k]
-        sums.specific_force[k] += row.specific_force[k]
+            sums.foot_force[index, j] += force[index, j]
+    for index in range(2):
+        sums.rope_tension[index] += row.rope_tension[index]
+    for index in range(3):
+        sums.angular_rate[index] += row.angular_rate[index]
+        sums.specific_force[index] += row.specific_force[index]
     for i in range(12):
         sums.cylinder_force[i] += state.axes[i].force
     state.count += 1.0
@@ -450,25 +465,30 @@ def answer(row: Any, arms: Any, force: Any, body: Any, state: Any) -> None:
     row.
     """
     map_, own, interval = np.empty((3, 3)), row.own, row.estimate_own
-    for k in range(4):
-        leg_map(body.legs[k], row.position[3 * k : 3 * k + 3], arms[3 * k : 3 * k + 3], map_)
+    for index in range(4):
+        leg_map(
+            body.legs[index],
+            row.position[3 * index : 3 * index + 3],
+            arms[3 * index : 3 * index + 3],
+            map_,
+        )
         for j in range(3):
-            off = learnt(3 * k + j, state)
+            off = learnt(3 * index + j, state)
             for r in range(3):
-                force[k, r] -= map_[r, j] * off
-        load = persistent.step(state.filters[k], force[k, 2], body.filter)
+                force[index, r] -= map_[r, j] * off
+        load = persistent.step(state.filters[index], force[index, 2], body.filter)
         for r in range(2):
-            level = state.level[k, r]
+            level = state.level[index, r]
             share = LEVEL_SHARE if state.started > 1.0 else 1.0
-            if math.isfinite(force[k, r]):
-                state.level[k, r] = level + share * (force[k, r] - level)
-            state.last_force[k, r] = state.level[k, r]
-        state.last_force[k, 2] = load
-        row.estimate.own[k] = own.z[k] = load
-        own.x[k], own.y[k] = state.level[k, 0], state.level[k, 1]
-        own.x_sd[k], own.y_sd[k] = state.force_sd[k, 0], state.force_sd[k, 1]
-        bounds(k, load, body, state, interval)
-        own.z_sd[k] = interval.sd[k]
+            if math.isfinite(force[index, r]):
+                state.level[index, r] = level + share * (force[index, r] - level)
+            state.last_force[index, r] = state.level[index, r]
+        state.last_force[index, 2] = load
+        row.estimate.own[index] = own.z[index] = load
+        own.x[index], own.y[index] = state.level[index, 0], state.level[index, 1]
+        own.x_sd[index], own.y_sd[index] = state.force_sd[index, 0], state.force_sd[index, 1]
+        bounds(index, load, body, state, interval)
+        own.z_sd[index] = interval.sd[index]
     if state.started > 0.0:
         state.started = 2.0
 

@@ -63,8 +63,8 @@ def foot_point(leg: Any, q: Any, height: float, out: Any) -> None:
 @njit
 def add_force(wrench: Any, force: Any, point: Any) -> None:
     """Wrench (6) += force (3) at point (3), about the body's origin."""
-    for k in range(3):
-        wrench[k] += force[k]
+    for index in range(3):
+        wrench[index] += force[index]
     wrench[3] += point[1] * force[2] - point[2] * force[1]
     wrench[4] += point[2] * force[0] - point[0] * force[2]
     wrench[5] += point[0] * force[1] - point[1] * force[0]
@@ -89,8 +89,8 @@ def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravi
     specific_force (3) are its readings.
     """
     turned, seen, down = np.empty(3), np.empty(3), np.empty(3)
-    for k in range(3):
-        turned[k], seen[k] = attitude[k], specific_force[k]
+    for index in range(3):
+        turned[index], seen[index] = attitude[index], specific_force[index]
     turned[0] -= roll
     turned[1] -= pitch
     turn_out_of_unit(seen, roll, pitch)
@@ -107,18 +107,18 @@ def other_wrench(row: Any, view: View, turning: Any, tension: Any, body: Any) ->
     links; frames and feet stand still and carry gravity alone.
     """
     wrench, force = np.zeros(6), np.empty(3)
-    for k in range(3):
-        force[k] = -body.base_mass * view.specific_force[k]
+    for index in range(3):
+        force[index] = -body.base_mass * view.specific_force[index]
         for j in range(3):
-            wrench[3 + k] -= body.inertia[k, j] * turning[j]
+            wrench[3 + index] -= body.inertia[index, j] * turning[j]
     add_force(wrench, force, body.base_centre)
-    for k in range(4):
-        add_links(wrench, body.legs[k], row.position[3 * k : 3 * k + 3], view)
-    for k in range(2):
-        rope_direction(view, body.rope_direction[k], force)
+    for index in range(4):
+        add_links(wrench, body.legs[index], row.position[3 * index : 3 * index + 3], view)
+    for index in range(2):
+        rope_direction(view, body.rope_direction[index], force)
         for j in range(3):
-            force[j] *= tension[k]
-        add_force(wrench, force, body.rope_point[k])
+            force[j] *= tension[index]
+        add_force(wrench, force, body.rope_point[index])
     add_drill(wrench, row, view.gravity, body)
     return wrench
 
@@ -126,25 +126,25 @@ def other_wrench(row: Any, view: View, turning: Any, tension: Any, body: Any) ->
 @njit
 def rope_direction(view: View, direction: Any, out: Any) -> None:
     """A rope's direction (3) of the world frame in the body frame."""
-    for k in range(3):
-        out[k] = 0.0
+    for index in range(3):
+        out[index] = 0.0
         for j in range(3):
-            out[k] += view.rotation[j, k] * direction[j]
+            out[index] += view.rotation[j, index] * direction[j]
 
 
 @njit
 def add_links(wrench: Any, leg: Any, q: Any, view: View) -> None:
     """Wrench (6) += weight and inertia of a leg's three links at joint positions q (3)."""
     force, point = np.empty(3), np.empty(3)
-    for i in range(3):
-        link, out = leg.links[i], q[1] if i > 0 else 0.0
+    for index in range(3):
+        link, out = leg.links[index], q[1] if index > 0 else 0.0
         x, y = ff.turn_z(
             q[0], link.centre[0] + leg.radial[0] * out, link.centre[1] + leg.radial[1] * out
         )
         point[0], point[1] = leg.hip[0] + x, leg.hip[1] + y
-        point[2] = leg.hip[2] + link.centre[2] - (q[2] if i == 2 else 0.0)
+        point[2] = leg.hip[2] + link.centre[2] - (q[2] if index == 2 else 0.0)
         for j in range(3):
-            pull = view.gravity[j] if i == 2 else -view.specific_force[j]
+            pull = view.gravity[j] if index == 2 else -view.specific_force[j]
             force[j] = link.mass * pull
         add_force(wrench, force, point)
 
@@ -155,17 +155,17 @@ def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
     store.
     """
     force, point = np.zeros(3), np.empty(3)
-    for k in range(3):
-        point[k] = body.drill_point[k]
+    for index in range(3):
+        point[index] = body.drill_point[index]
     force[2] = row.ordered_thrust + row.rods_in_hole * gravity[2]
     add_force(wrench, force, point)
     wrench[5] += row.ordered_torque
     point[2] += row.rods_mast_height
-    for k in range(3):
-        force[k] = row.rods_in_mast * gravity[k]
+    for index in range(3):
+        force[index] = row.rods_in_mast * gravity[index]
     add_force(wrench, force, point)
-    for k in range(3):
-        force[k] = row.rods_stored * gravity[k]
+    for index in range(3):
+        force[index] = row.rods_stored * gravity[index]
     add_force(wrench, force, body.store_point)
 
 

@@ -42,11 +42,11 @@ Change = dict[str, float]
 """Channel -> factor; `swap` exchanges the chambers."""
 
 
-def _zero(y: Array, speed: Array, most: float) -> float:
+def _zero(force: Array, speed: Array, most: float) -> float:
     """The constant force between both directions, at most `most`: sensors' zeros, a bore a little
     off.
     """
-    ways = [y[speed > 0.0], y[speed < 0.0]]
+    ways = [force[speed > 0.0], force[speed < 0.0]]
     if min(len(way) for way in ways) < FEW // 4:
         return 0.0
     return float(np.clip(0.5 * (np.median(ways[0]) + np.median(ways[1])), -most, most))
@@ -79,15 +79,15 @@ class Forces:
         """
         series, known = self.even.series, self.known
         turned = change.get("position", 1.0)
-        a, b = series.get("pressure_a"), series.get("pressure_b")
+        pressure_a, pressure_b = series.get("pressure_a"), series.get("pressure_b")
         if "swap" in change:
-            a, b = b, a
+            pressure_a, pressure_b = pressure_b, pressure_a
         terms = []
-        if a is not None:
-            terms.append(change.get("pressure_a", 1.0) * a * known.area_a_m2)
-        if b is not None and known.rod_m is not None:
-            terms.append(-change.get("pressure_b", 1.0) * b * known.area_b_m2)
-        if a is None and "force" in series:
+        if pressure_a is not None:
+            terms.append(change.get("pressure_a", 1.0) * pressure_a * known.area_a_m2)
+        if pressure_b is not None and known.rod_m is not None:
+            terms.append(-change.get("pressure_b", 1.0) * pressure_b * known.area_b_m2)
+        if pressure_a is None and "force" in series:
             terms.append(change.get("force", 1.0) * series["force"])
         mass = known.moving_mass_kg or 0.0
         if mass:
@@ -95,19 +95,19 @@ class Forces:
             terms.append(mass * (gravity - turned * self.even.acceleration_m_s2))
         if "reference" in series:
             terms.append(-change.get("reference", 1.0) * series["reference"])
-        size = float(sum(np.sqrt(np.mean(t**2)) for t in terms))
+        size = float(sum(np.sqrt(np.mean(term**2)) for term in terms))
         return np.sum(terms, axis=0), turned * self.even.speed_m_s, max(size, 1e-12)
 
     def misfit(self, change: Change) -> float:
         """What friction of the right sign leaves of the balance, as a share of the forces' size."""
         from scipy.optimize import nnls
 
-        y, speed, size = self.left_over(change)
+        force, speed, size = self.left_over(change)
         moving = self.even.moving
         if moving.sum() < FEW:
-            return float(np.sqrt(np.mean(y**2))) / size
-        y, speed = y[moving], speed[moving]
-        y = y - _zero(y, speed, ZERO * size)
+            return float(np.sqrt(np.mean(force**2))) / size
+        force, speed = force[moving], speed[moving]
+        force = force - _zero(force, speed, ZERO * size)
         columns = [np.sign(speed), speed / float(np.abs(speed).max())]
         if (
             self.known.moving_mass_kg is None
@@ -115,7 +115,7 @@ class Forces:
             acceleration = change.get("position", 1.0) * self.even.acceleration_m_s2[moving]
             columns.append(acceleration / max(float(np.abs(acceleration).max()), 1e-9))
         design = np.column_stack(columns)
-        rest = y - design @ nnls(design, y)[0]
+        rest = force - design @ nnls(design, force)[0]
         return float(np.sqrt(np.mean(rest**2))) / size
 
 
@@ -160,16 +160,17 @@ def check_balance(forces: Forces, names: Mapping[str, str]) -> Iterator[Finding]
     if as_it_is < WORST:
         return
     trials = sorted(
-        ((forces.misfit(s.change), s) for s in suspects(forces, names)), key=lambda trial: trial[0]
+        ((forces.misfit(suspect.change), suspect) for suspect in suspects(forces, names)),
+        key=lambda trial: trial[0],
     )
     if not trials or trials[0][0] > MENDED * as_it_is:
         return
     best = trials[0][0]
-    alike = [s for left, s in trials if left <= max(ALIKE * best, best + 0.1 * WORST)]
+    alike = [change for left, change in trials if left <= max(ALIKE * best, best + 0.1 * WORST)]
     first, others = alike[0], alike[1:4]
     what = first.what
     if others:
-        what += " (or " + ", or ".join(f"{s.channel}: {s.what}" for s in others) + ")"
+        what += " (or " + ", or ".join(f"{other.channel}: {other.what}" for other in others) + ")"
     yield Finding(
         "error",
         first.channel,

@@ -66,7 +66,7 @@ def check_recording(place: str | Path) -> Checked:
     found = list(check_clock(raw))
     if len(raw.time_s) >= MINIMUM_SAMPLES:
         found += _values(raw)
-    if all(f.severity != "error" for f in found):
+    if all(finding.severity != "error" for finding in found):
         found += _as_a_reader(raw, folder)
     return Checked(raw.name, sorted_findings(found))
 
@@ -102,7 +102,11 @@ def _values(raw: Raw) -> Iterator[Finding]:
     raw = raw.kept(rows, filled)
     if len(raw.time_s) < MINIMUM_SAMPLES:
         return
-    whole = {q: v for q, v in raw.series.items() if not any(_is_empty(f, q) for f in numbers)}
+    whole = {
+        key: value
+        for key, value in raw.series.items()
+        if not any(_is_empty(number, key) for number in numbers)
+    }
     raw = Raw(**{**vars(raw), "series": whole})
     for check in (check_ranges, check_clipped, check_frozen, check_resolution):
         yield from check(raw)
@@ -209,7 +213,8 @@ def _pressures(raw: Raw, known: Known, *names: str) -> Iterator[Finding]:
         nominal = float(np.median(measured))
     if not nominal or nominal <= 0.0:
         highest = max(
-            (float(np.max(np.abs(raw.series[n]))) for n in names if n in raw.series), default=1e9
+            (float(np.max(np.abs(raw.series[key]))) for key in names if key in raw.series),
+            default=1e9,
         )
         if highest < SMALLEST_PA:
             yield Finding(
@@ -244,8 +249,8 @@ def _of_supply(name: str, ratio: float, beside: str) -> Finding:
 
 def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
     """Positions that span more than the stroke, or nothing that a cylinder could be."""
-    x = raw.series["position"]
-    span, stroke = float(np.ptp(x)), known.stroke_m
+    position = raw.series["position"]
+    span, stroke = float(np.ptp(position)), known.stroke_m
     if span > LONGEST_STROKE_M or (stroke is not None and span > BEYOND_STROKE * stroke):
         large = stroke is None or span > 2.0 * stroke
         yield Finding(
@@ -260,7 +265,7 @@ def _stroke(raw: Raw, known: Known) -> Iterator[Finding]:
             "warning",
             "position",
             "never changes",
-            f"{x[0]:.6g} m in all rows",
+            f"{position[0]:.6g} m in all rows",
             "good for a leg that is pressed on a load cell; shows nothing about friction",
         )
 
@@ -340,7 +345,7 @@ def _robot_leg(raw: Raw, leg: str) -> Iterator[Finding]:
         return
     cylinder = raw.machine.vertical_cylinder
     known = Known(bore_m=cylinder.bore_m, rod_m=cylinder.rod_m, moving_mass_kg=0.0)
-    chosen = {name: q for name, q in names.items() if name != "position"}
+    chosen = {name: key for name, key in names.items() if name != "position"}
     forces = Forces(even(raw, chosen, names["position"]), known)
     for finding in check_balance(forces, names):
         if (

@@ -99,8 +99,8 @@ def _gaps(raw: Raw) -> Iterator[Finding]:
     steps = np.diff(time)
     usual = float(np.median(steps))
     far = np.flatnonzero(steps > max(GAP_STEPS * usual, usual + GAP_S))
-    jumps = [k for k in far if _only_the_clock(raw, int(k), usual)]
-    gaps = [k for k in far if k not in jumps]
+    jumps = [jump for jump in far if _only_the_clock(raw, int(jump), usual)]
+    gaps = [jump for jump in far if jump not in jumps]
     for rows, what, advice in (
         (
             gaps,
@@ -141,10 +141,14 @@ def _only_the_clock(raw: Raw, row: int, usual_s: float) -> bool:
     after = slice(row + 1, row + 2 + beside)
     speeds = []
     for side in (before, after):
-        time, x = raw.time_s[side], position[side]
-        if len(x) < 3 or not np.isfinite(x).all() or (np.diff(time) > GAP_STEPS * usual_s).any():
+        time, place = raw.time_s[side], position[side]
+        if (
+            len(place) < 3
+            or not np.isfinite(place).all()
+            or (np.diff(time) > GAP_STEPS * usual_s).any()
+        ):
             return False
-        speeds.append((x[-1] - x[0]) / (time[-1] - time[0]))
+        speeds.append((place[-1] - place[0]) / (time[-1] - time[0]))
     step_s = raw.time_s[row + 1] - raw.time_s[row]
     expected = 0.5 * (speeds[0] + speeds[1]) * (step_s - usual_s)
     travelled = position[row + 1] - position[row] - 0.5 * (speeds[0] + speeds[1]) * usual_s

@@ -46,20 +46,28 @@ class Checked:
     @property
     def usable(self) -> bool:
         """Whether nothing stands against using it."""
-        return all(f.severity != "error" for f in self.findings)
+        return all(finding.severity != "error" for finding in self.findings)
 
     def tree(self) -> dict[str, Any]:
         """As JSON carries it."""
         return {
             "recording": self.recording,
             "usable": self.usable,
-            "findings": [vars(f) for f in self.findings],
+            "findings": [vars(finding) for finding in self.findings],
         }
 
     def rows(self) -> list[list[str]]:
         """Table rows under HEADS."""
         return [
-            [f.severity, f.channel, f.when(), f.what, f.evidence, f.advice] for f in self.findings
+            [
+                finding.severity,
+                finding.channel,
+                finding.when(),
+                finding.what,
+                finding.evidence,
+                finding.advice,
+            ]
+            for finding in self.findings
         ]
 
 

@@ -77,13 +77,20 @@ def _speed(even: Even, known: Known, opening: Array) -> Array | None:
     """Speed that the valve's flow makes, m/s (n,); None where what it takes is not declared or
     recorded.
     """
-    a, b = even.series.get("pressure_a"), even.series.get("pressure_b")
+    pressure_a, pressure_b = even.series.get("pressure_a"), even.series.get("pressure_b")
     supply, flow = known.supply_pressure_nominal_pa, known.valve_rated_flow_m3_s
     drop = known.valve_rated_drop_per_edge_pa
-    if a is None or b is None or not supply or not flow or not drop or not known.area_b_m2:
+    if (
+        pressure_a is None
+        or pressure_b is None
+        or not supply
+        or not flow
+        or not drop
+        or not known.area_b_m2
+    ):
         return None
-    out = np.sqrt(np.maximum(supply - a, 0.0) / drop) / known.area_a_m2
-    back = np.sqrt(np.maximum(supply - b, 0.0) / drop) / known.area_b_m2
+    out = np.sqrt(np.maximum(supply - pressure_a, 0.0) / drop) / known.area_a_m2
+    back = np.sqrt(np.maximum(supply - pressure_b, 0.0) / drop) / known.area_b_m2
     return np.asarray(flow * opening * np.where(opening > 0.0, out, back))
 
 

@@ -51,12 +51,12 @@ def even(raw: Raw, names: Mapping[str, str], position: str = "position") -> Even
     acceleration = np.gradient(smooth(speed_on(speed, grid, time)), step)
     series = {
         name: (
-            raw.series[q][np.minimum(np.searchsorted(time, grid), len(time) - 1)]
+            raw.series[key][np.minimum(np.searchsorted(time, grid), len(time) - 1)]
             if name == "command"
-            else smooth(raw.series[q])
+            else smooth(raw.series[key])
         )
-        for name, q in names.items()
-        if q in raw.series
+        for name, key in names.items()
+        if key in raw.series
     }
     return Even(1.0 / step, speed, acceleration, series)
 

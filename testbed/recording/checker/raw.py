@@ -44,7 +44,7 @@ class Raw:
 
     def kept(self, rows: Mask, filled: Mapping[str, Array]) -> Raw:
         """Only these rows, with `filled` columns in place of those of the same name."""
-        series = {q: v[rows] for q, v in {**self.series, **filled}.items()}
+        series = {key: value[rows] for key, value in {**self.series, **filled}.items()}
         return replace(self, time_s=self.time_s[rows], series=series)
 
 
@@ -68,23 +68,32 @@ def read_raw(place: str | Path) -> Raw:
     else:
         header = read_header(file)
     time = "t" if machine is not None else "time"
-    channels = {q: c for q, c in header.channels.items() if machine is None or is_evidence(q)}
-    wanted = {c.column: f"channels.{q}.column" for q, c in channels.items()}
+    channels = {
+        name: channel
+        for name, channel in header.channels.items()
+        if machine is None or is_evidence(name)
+    }
+    wanted = {channel.column: f"channels.{name}.column" for name, channel in channels.items()}
     reference = header.reference_force if isinstance(header, Header) else None
     if reference is not None and reference.column is not None:
         wanted[reference.column] = f"{REFERENCE}.column"
     columns = read_columns(folder / header.data, wanted, file)
-    series = {q: in_pa(c, to_si(columns[c.column], c.unit)) for q, c in channels.items()}
+    series = {
+        name: in_pa(channel, to_si(columns[channel.column], channel.unit))
+        for name, channel in channels.items()
+    }
     finest = {
-        q: span_to_si(c.resolution, c.unit)
-        for q, c in channels.items()
-        if c.resolution is not None and c.calibration is None
+        name: span_to_si(channel.resolution, channel.unit)
+        for name, channel in channels.items()
+        if channel.resolution is not None and channel.calibration is None
     }
     if reference is not None and reference.column is not None:
         series[REFERENCE] = to_si(columns[reference.column], reference.unit or "N")
         if reference.resolution:
             finest[REFERENCE] = span_to_si(reference.resolution, reference.unit or "N")
-    ranges = {q: c.range_pa for q, c in channels.items() if c.range_pa is not None}
+    ranges = {
+        name: channel.range_pa for name, channel in channels.items() if channel.range_pa is not None
+    }
     return Raw(
         folder.resolve().name,
         str(tree["rig"]),

@@ -114,8 +114,8 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
     step_s = float(np.median(np.diff(raw.time_s)))
     limit = max(FROZEN_TIMES * chance, FROZEN_S / step_s, 12.0)
     low, high = raw.ranges_pa.get(name, (-np.inf, np.inf))
-    for k in np.flatnonzero(length > limit):
-        start, stop = int(first[k]), int(first[k] + length[k] - 1)
+    for index in np.flatnonzero(length > limit):
+        start, stop = int(first[index]), int(first[index] + length[index] - 1)
         at_end = values[start] <= low or values[start] >= high - 1e-3 * (high - low)
         if at_end or _at_extreme(values, values[start]):
             continue
@@ -123,7 +123,7 @@ def _frozen_sensor(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
             "error",
             name,
             "is frozen at one value",
-            f"{values[start]:.6g} for {int(length[k])} samples; by chance at most about {chance:.0f}",
+            f"{values[start]:.6g} for {int(length[index])} samples; by chance at most about {chance:.0f}",
             "cut this stretch out",
             float(raw.time_s[start]),
             float(raw.time_s[stop]),
@@ -146,8 +146,8 @@ def _frozen_then_steps(raw: Raw, name: str, values: Array) -> Iterator[Finding]:
     finest = max(raw.resolutions.get(name, 0.0), float(np.median(steps[steps > 0.0])))
     limit = JUMP_TIMES * np.maximum(fast * usual_s, finest)
     first, length = repetitions(values)
-    for k in range(len(first) - 1):
-        start, stop = int(first[k]), int(first[k] + length[k] - 1)
+    for index in range(len(first) - 1):
+        start, stop = int(first[index]), int(first[index] + length[index] - 1)
         stood_s = raw.time_s[stop] - raw.time_s[start]
         away = values[start] != 0.0  # a force of 0 steps to a load when the foot lands
         if stood_s > STOOD_S and away and regular[stop] and steps[stop] > limit[stop]:
@@ -169,19 +169,19 @@ def _frozen_command(raw: Raw, values: Array) -> Iterator[Finding]:
     if position is None:
         return
     first, length = repetitions(values)
-    for k in np.flatnonzero(length > 20):
-        x = position[first[k] : first[k] + length[k]]
-        out, back = float(np.max(x) - x[0]), float(np.max(x) - x[-1])
-        down, up = float(x[0] - np.min(x)), float(x[-1] - np.min(x))
+    for index in np.flatnonzero(length > 20):
+        held = position[first[index] : first[index] + length[index]]
+        out, back = float(np.max(held) - held[0]), float(np.max(held) - held[-1])
+        down, up = float(held[0] - np.min(held)), float(held[-1] - np.min(held))
         if max(min(out, back), min(down, up)) > REVERSED_M:
             yield Finding(
                 "error",
                 "valve_command",
                 "stays at one value while the piston goes both ways",
-                f"{values[first[k]]:.4g} while the piston goes {1e3 * max(out, down):.3g} mm and back",
+                f"{values[first[index]]:.4g} while the piston goes {1e3 * max(out, down):.3g} mm and back",
                 "the command was not recorded there: cut this stretch out, or leave the channel out",
-                float(raw.time_s[first[k]]),
-                float(raw.time_s[first[k] + length[k] - 1]),
+                float(raw.time_s[first[index]]),
+                float(raw.time_s[first[index] + length[index] - 1]),
             )
 
 
@@ -267,7 +267,7 @@ def check_resolution(raw: Raw) -> Iterator[Finding]:
 def check_ranges(raw: Raw) -> Iterator[Finding]:
     """Values that cannot be in the unit they are said to be in."""
     for name, values in raw.series.items():
-        low, high = (float(v) for v in np.quantile(values, [0.01, 0.99]))
+        low, high = (float(level) for level in np.quantile(values, [0.01, 0.99]))
         for prefix, floor, ceiling, what, advice in _PLAUSIBLE:
             if name.startswith(prefix) and (low < floor or high > ceiling):
                 yield Finding(

@@ -59,14 +59,14 @@ def import_file(file: str | Path, map_file: str | Path, out: str | Path) -> Find
     given = tree.pop("channels", {})
     if not isinstance(given, Mapping):
         raise InputError("must be a mapping", file=map_file, field="channels")
-    kept = {k: tree.pop(k) for k in (*FIELDS, *ROBOTS) if k in tree}
-    sources = {q: _source(q, entry, map_file) for q, entry in {**tree, **given}.items()}
+    kept = {key: tree.pop(key) for key in (*FIELDS, *ROBOTS) if key in tree}
+    sources = {name: _source(name, entry, map_file) for name, entry in {**tree, **given}.items()}
     reference = _reference(kept.get(REFERENCE), map_file)
-    wanted = {s.column for s in sources.values()}
+    wanted = {source.column for source in sources.values()}
     if reference is not None and reference.column:
         wanted.add(reference.column)
     raw = read_any(file, wanted)
-    columns = {q: _converted(raw[s.column], s) for q, s in sources.items()}
+    columns = {name: _converted(raw[source.column], source) for name, source in sources.items()}
     if reference is not None and reference.column:
         columns[REFERENCE] = _converted(raw[reference.column], reference)
         kept[REFERENCE] = _written_reference(reference)

@@ -89,7 +89,7 @@ def _topic(name: str, times: Mapping[str, list[int]], topics: set[str], path: Pa
         raise InputError(
             f"has no column {name!r}",
             file=path,
-            allowed=", ".join(f"{t}.<field>" for t in sorted(topics)),
+            allowed=", ".join(f"{topic}.<field>" for topic in sorted(topics)),
         )
     return max(mine, key=len)
 
@@ -104,7 +104,8 @@ def _aligned(
     base = Counter(owner.values()).most_common(1)[0][0]
     first = min(stamps[0] for stamps in times.values())
     seconds = {
-        t: np.array([s - first for s in stamps], dtype=np.float64) for t, stamps in times.items()
+        name: np.array([stamp - first for stamp in stamps], dtype=np.float64)
+        for name, stamps in times.items()
     }
     out = {
         name: np.asarray(values, dtype=np.float64)
@@ -114,5 +115,5 @@ def _aligned(
     }
     stamps = published[base]
     out["log_time"] = seconds[base]
-    out["publish_time"] = np.array([s - stamps[0] for s in stamps], dtype=np.float64)
+    out["publish_time"] = np.array([stamp - stamps[0] for stamp in stamps], dtype=np.float64)
     return out

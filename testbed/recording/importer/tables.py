@@ -70,7 +70,7 @@ def _read_text(path: Path) -> Any:
         lines = [" ".join(line.split()) for line in lines]
     cells = [cell.strip().strip('"') for cell in lines[0].split(separator)]
     if all(_NUMBER.fullmatch(cell) for cell in cells):
-        names = [str(k + 1) for k in range(len(cells))]  # no names: columns are numbered
+        names = [str(index + 1) for index in range(len(cells))]  # no names: columns are numbered
     else:
         names, lines = cells, lines[1:]
     if not any(_NUMBER.fullmatch(cell.strip()) for cell in lines[0].split(separator)):

@@ -28,14 +28,14 @@ def contact_axes(normals: Array) -> Array:
     A normal along body x has no tangent near it: NaN.
     """
     frames = np.empty((normals.shape[0], 3, 3))
-    for i in range(normals.shape[0]):
-        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+    for index in range(normals.shape[0]):
+        x, y, z = normals[index, 0], normals[index, 1], normals[index, 2]
         size = np.sqrt((1.0 - x * x) ** 2 + (x * y) ** 2 + (x * z) ** 2)
         size = size if size > ALONG_X else np.nan
         a, b, c = (1.0 - x * x) / size, -x * y / size, -x * z / size
-        frames[i, 0, 0], frames[i, 1, 0], frames[i, 2, 0] = x, y, z
-        frames[i, 0, 1], frames[i, 1, 1], frames[i, 2, 1] = a, b, c
-        frames[i, 0, 2], frames[i, 1, 2], frames[i, 2, 2] = (
+        frames[index, 0, 0], frames[index, 1, 0], frames[index, 2, 0] = x, y, z
+        frames[index, 0, 1], frames[index, 1, 1], frames[index, 2, 1] = a, b, c
+        frames[index, 0, 2], frames[index, 1, 2], frames[index, 2, 2] = (
             y * c - z * b,
             z * a - x * c,
             x * b - y * a,
@@ -53,16 +53,16 @@ def contact_maps(
     along the normal.
     """
     maps = np.empty((undersides.shape[0], 6, 3))
-    for i in range(undersides.shape[0]):
+    for index in range(undersides.shape[0]):
         px, py, pz = (
-            undersides[i, 0] + radius_m * (axes[i, 0] - frames[i, 0, 0]) - about[0],
-            undersides[i, 1] + radius_m * (axes[i, 1] - frames[i, 1, 0]) - about[1],
-            undersides[i, 2] + radius_m * (axes[i, 2] - frames[i, 2, 0]) - about[2],
+            undersides[index, 0] + radius_m * (axes[index, 0] - frames[index, 0, 0]) - about[0],
+            undersides[index, 1] + radius_m * (axes[index, 1] - frames[index, 1, 0]) - about[1],
+            undersides[index, 2] + radius_m * (axes[index, 2] - frames[index, 2, 0]) - about[2],
         )
         for k in range(3):
-            x, y, z = frames[i, 0, k], frames[i, 1, k], frames[i, 2, k]
-            maps[i, 0, k], maps[i, 1, k], maps[i, 2, k] = x, y, z
-            maps[i, 3, k], maps[i, 4, k], maps[i, 5, k] = (
+            x, y, z = frames[index, 0, k], frames[index, 1, k], frames[index, 2, k]
+            maps[index, 0, k], maps[index, 1, k], maps[index, 2, k] = x, y, z
+            maps[index, 3, k], maps[index, 4, k], maps[index, 5, k] = (
                 py * z - pz * y,
                 pz * x - px * z,
                 px * y - py * x,
@@ -79,17 +79,19 @@ def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: A
     """
     n = frames.shape[0]
     out, body = np.zeros((n, 3, 3)), np.empty((3, 3))
-    for i in range(n):
+    for index in range(n):
         for j in range(3):
             for k in range(3):
-                body[j, k] = extra[i, j, k]
+                body[j, k] = extra[index, j, k]
                 for axis in range(joints.shape[0]):
-                    body[j, k] += jacobians[i, j, axis] * joints[axis] * jacobians[i, k, axis]
+                    body[j, k] += (
+                        jacobians[index, j, axis] * joints[axis] * jacobians[index, k, axis]
+                    )
         for a in range(3):
             for b in range(3):
                 for j in range(3):
                     for k in range(3):
-                        out[i, a, b] += frames[i, j, a] * body[j, k] * frames[i, k, b]
+                        out[index, a, b] += frames[index, j, a] * body[j, k] * frames[index, k, b]
     return out
 
 
@@ -97,8 +99,8 @@ def contact_compliances(jacobians: Array, joints: Array, extra: Array, frames: A
 def _moved(wrench: Array, point: Array) -> Array:
     """A wrench about the origin, told about `point`: the moment loses point x force."""
     out = np.empty(6)
-    for k in range(6):
-        out[k] = wrench[k]
+    for index in range(6):
+        out[index] = wrench[index]
     out[3] -= point[1] * wrench[2] - point[2] * wrench[1]
     out[4] -= point[2] * wrench[0] - point[0] * wrench[2]
     out[5] -= point[0] * wrench[1] - point[1] * wrench[0]
@@ -125,17 +127,17 @@ def _in_body(
     n = forces.shape[0]
     in_body, load = np.zeros((n, 3)), np.zeros(n)
     by_height, by_wrench = np.zeros((n, n)), np.zeros((n, 6))
-    for i in range(n):
+    for index in range(n):
         for k in range(3):
             along = 0.0
             for j in range(3):
-                in_body[i, j] += frames[i, j, k] * forces[i, k]
-                along += axes[i, j] * frames[i, j, k]
-            load[i] += along * forces[i, k]
+                in_body[index, j] += frames[index, j, k] * forces[index, k]
+                along += axes[index, j] * frames[index, j, k]
+            load[index] += along * forces[index, k]
             for j in range(n):
-                by_height[i, j] += along * per_height[i, k, j]
+                by_height[index, j] += along * per_height[index, k, j]
             for j in range(6):
-                by_wrench[i, j] += along * per_load[i, k, j]
+                by_wrench[index, j] += along * per_load[index, k, j]
     return in_body, load, by_height, by_wrench
 
 
@@ -183,9 +185,9 @@ def feet_under_load(
     """
     n, friction = ground.friction.shape[0], ground.friction
     axes = np.empty((n, 3))
-    for i in range(n):
+    for index in range(n):
         for k in range(3):
-            axes[i, k] = -legs.jacobians[i, k, legs.verticals[i]]
+            axes[index, k] = -legs.jacobians[index, k, legs.verticals[index]]
     frames = contact_axes(ground.normals)
     feet = Feet(
         contact_maps(legs.undersides, axes, frames, legs.radius_m, centre),
@@ -201,26 +203,26 @@ def feet_under_load(
     for k in range(3):
         back[k] = -centre[k]
     missing = _moved(missing, back)
-    for i in range(n):
+    for index in range(n):
         for k in range(3):
-            _move_gradient(per_load[i, k], centre)
+            _move_gradient(per_load[index, k], centre)
     in_body, vertical, by_height, by_wrench = _in_body(axes, frames, forces, per_height, per_load)
     normal, counted = np.empty(n), np.empty(1)
     tangential, use, reserve, carries = np.zeros(n), np.zeros(n), np.empty(n), np.zeros(n)
     counted[0] = steps
-    for i in range(n):
-        normal[i], reserve[i] = forces[i, 0], np.inf
-        tangential[i] = np.sqrt(forces[i, 1] ** 2 + forces[i, 2] ** 2)
-        if not touches[i]:
+    for index in range(n):
+        normal[index], reserve[index] = forces[index, 0], np.inf
+        tangential[index] = np.sqrt(forces[index, 1] ** 2 + forces[index, 2] ** 2)
+        if not touches[index]:
             continue
-        carries[i] = 1.0
-        if friction[i] > 0.0:
-            use[i] = tangential[i] / (friction[i] * forces[i, 0])
+        carries[index] = 1.0
+        if friction[index] > 0.0:
+            use[index] = tangential[index] / (friction[index] * forces[index, 0])
         slope = 0.0
         for k in range(6):
-            slope += per_load[i, 0, k] * push[k]
+            slope += per_load[index, 0, k] * push[k]
         if slope < UNLOADS_N_N:
-            reserve[i] = -forces[i, 0] / slope
+            reserve[index] = -forces[index, 0] / slope
     return (
         in_body,
         normal,

@@ -75,19 +75,19 @@ def _evaluate(
     forces, slopes, touches, slides, residual, stiffness = balance
     strain = np.empty(3)
     potential = 0.0
-    for k in range(6):
-        residual[k] = load[k] - SUPPORT * move[k]
-        potential += 0.5 * SUPPORT * move[k] ** 2 - load[k] * move[k]
+    for index in range(6):
+        residual[index] = load[index] - SUPPORT * move[index]
+        potential += 0.5 * SUPPORT * move[index] ** 2 - load[index] * move[index]
     for j in range(6):
-        for k in range(6):
-            stiffness[j, k] = SUPPORT if j == k else 0.0
+        for index in range(6):
+            stiffness[j, index] = SUPPORT if j == index else 0.0
     for i in range(maps.shape[0]):
         if not active[i]:
             continue
         for axis in range(3):
             strain[axis] = heights[i] if axis == 0 else 0.0
-            for k in range(6):
-                strain[axis] -= maps[i, k, axis] * move[k]
+            for index in range(6):
+                strain[axis] -= maps[i, index, axis] * move[index]
         touches[i], slides[i] = foot_reaction(
             compliances[i], strain, bounds[i], friction[i], forces[i], slopes[i]
         )
@@ -96,8 +96,8 @@ def _evaluate(
             for other in range(3):
                 bent += compliances[i, axis, other] * forces[i, other]
             potential += forces[i, axis] * (strain[axis] - 0.5 * bent)
-            for k in range(6):
-                residual[k] += maps[i, k, axis] * forces[i, axis]
+            for index in range(6):
+                residual[index] += maps[i, index, axis] * forces[i, axis]
         _add_stiffness(maps[i], slopes[i], stiffness)
     return potential
 
@@ -105,8 +105,8 @@ def _evaluate(
 @njit
 def _size(vector: Array) -> float:
     total = 0.0
-    for k in range(vector.shape[0]):
-        total += vector[k] * vector[k]
+    for index in range(vector.shape[0]):
+        total += vector[index] * vector[index]
     return float(np.sqrt(total))
 
 
@@ -127,22 +127,24 @@ def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
     """Solve stiffness step = residual (6 x 6, symmetric positive definite) by Cholesky, in place of
     `stiffness`.
     """
-    for i in range(6):
-        for j in range(i + 1):
-            total = stiffness[i, j]
+    for index in range(6):
+        for j in range(index + 1):
+            total = stiffness[index, j]
             for k in range(j):
-                total -= stiffness[i, k] * stiffness[j, k]
-            stiffness[i, j] = np.sqrt(max(total, 1e-9)) if i == j else total / stiffness[j, j]
-    for i in range(6):
-        total = residual[i]
-        for k in range(i):
-            total -= stiffness[i, k] * step[k]
-        step[i] = total / stiffness[i, i]
-    for i in range(5, -1, -1):
-        total = step[i]
-        for k in range(i + 1, 6):
-            total -= stiffness[k, i] * step[k]
-        step[i] = total / stiffness[i, i]
+                total -= stiffness[index, k] * stiffness[j, k]
+            stiffness[index, j] = (
+                np.sqrt(max(total, 1e-9)) if index == j else total / stiffness[j, j]
+            )
+    for index in range(6):
+        total = residual[index]
+        for k in range(index):
+            total -= stiffness[index, k] * step[k]
+        step[index] = total / stiffness[index, index]
+    for index in range(5, -1, -1):
+        total = step[index]
+        for k in range(index + 1, 6):
+            total -= stiffness[k, index] * step[k]
+        step[index] = total / stiffness[index, index]
 
 
 @njit
@@ -159,12 +161,12 @@ def _newton(
             return taken
         _newton_step(balance.stiffness, balance.residual, step)
         gain, before, length = 0.0, potential, 1.0
-        for k in range(6):
-            gain += step[k] * balance.residual[k]
-            start[k] = move[k]
+        for index in range(6):
+            gain += step[index] * balance.residual[index]
+            start[index] = move[index]
         while length > SHORTEST_STEP:
-            for k in range(6):
-                move[k] = start[k] + length * step[k]
+            for index in range(6):
+                move[index] = start[index] + length * step[index]
             potential = _evaluate(move, load, feet, bounds, frozen, balance)
             if potential <= before - 1e-4 * length * gain + 1e-12 * abs(before):
                 break
@@ -180,27 +182,27 @@ def _inverse(matrix: Array) -> Array:
     n = matrix.shape[0]
     work, out = np.empty((n, n)), np.empty((n, n))
     for row in range(n):
-        for k in range(n):
-            work[row, k] = matrix[row, k]
-            out[row, k] = 1.0 if row == k else 0.0
+        for index in range(n):
+            work[row, index] = matrix[row, index]
+            out[row, index] = 1.0 if row == index else 0.0
     for column in range(n):
         pivot = column
         for row in range(column + 1, n):
             if abs(work[row, column]) > abs(work[pivot, column]):
                 pivot = row
-        for k in range(n):
-            work[column, k], work[pivot, k] = work[pivot, k], work[column, k]
-            out[column, k], out[pivot, k] = out[pivot, k], out[column, k]
+        for index in range(n):
+            work[column, index], work[pivot, index] = work[pivot, index], work[column, index]
+            out[column, index], out[pivot, index] = out[pivot, index], out[column, index]
         head = work[column, column]
-        for k in range(n):
-            work[column, k] /= head
-            out[column, k] /= head
+        for index in range(n):
+            work[column, index] /= head
+            out[column, index] /= head
         for row in range(n):
             factor = work[row, column]
             if row != column and factor != 0.0:
-                for k in range(n):
-                    work[row, k] -= factor * work[column, k]
-                    out[row, k] -= factor * out[column, k]
+                for index in range(n):
+                    work[row, index] -= factor * work[column, index]
+                    out[row, index] -= factor * out[column, index]
     return out
 
 
@@ -214,20 +216,20 @@ def _sensitivities(
     n = maps.shape[0]
     inverse = _inverse(stiffness)
     per_load, per_height, stiff = np.zeros((n, 3, 6)), np.zeros((n, 3, n)), np.zeros((3, 6))
-    for i in range(n):
-        if not active[i]:
+    for index in range(n):
+        if not active[index]:
             continue
         for axis in range(3):
             for k in range(6):
                 stiff[axis, k] = -(
-                    slopes[i, axis, 0] * maps[i, k, 0]
-                    + slopes[i, axis, 1] * maps[i, k, 1]
-                    + slopes[i, axis, 2] * maps[i, k, 2]
+                    slopes[index, axis, 0] * maps[index, k, 0]
+                    + slopes[index, axis, 1] * maps[index, k, 1]
+                    + slopes[index, axis, 2] * maps[index, k, 2]
                 )
         for axis in range(3):
             for column in range(6):
                 for k in range(6):
-                    per_load[i, axis, column] += stiff[axis, k] * inverse[k, column]
+                    per_load[index, axis, column] += stiff[axis, k] * inverse[k, column]
     for j in range(n):
         if not active[j]:
             continue
@@ -235,9 +237,9 @@ def _sensitivities(
             pushed = 0.0
             for axis in range(3):
                 pushed += maps[j, k, axis] * slopes[j, axis, 0]
-            for i in range(n):
+            for index in range(n):
                 for axis in range(3):
-                    per_height[i, axis, j] += per_load[i, axis, k] * pushed
+                    per_height[index, axis, j] += per_load[index, axis, k] * pushed
         for axis in range(3):
             per_height[j, axis, j] += slopes[j, axis, 0]
     return per_height, per_load
@@ -265,8 +267,8 @@ def solve_contacts(
     )
     scale, steps = _size(load), 0
     bounds, missing = np.empty(n), np.empty(6)
-    for i in range(n):
-        bounds[i] = friction[i] * scale / n
+    for index in range(n):
+        bounds[index] = friction[index] * scale / n
     for _ in range(100):
         steps += _newton(move, scale, load, feet, bounds, balance)
         if _settle(bounds, friction, feet.active, balance, scale):
@@ -286,12 +288,12 @@ def _settle(
     changed.
     """
     settled = True
-    for i in range(bounds.shape[0]):
+    for index in range(bounds.shape[0]):
         # A bound matters where the foot slides, or would slide with the bound it ought to have.
-        force = balance.forces[i]
-        wanted, used = friction[i] * force[0], np.sqrt(force[1] ** 2 + force[2] ** 2)
-        matters = active[i] and (balance.slides[i] or used > wanted)
-        if matters and abs(wanted - bounds[i]) > 1e-9 * scale:
+        force = balance.forces[index]
+        wanted, used = friction[index] * force[0], np.sqrt(force[1] ** 2 + force[2] ** 2)
+        matters = active[index] and (balance.slides[index] or used > wanted)
+        if matters and abs(wanted - bounds[index]) > 1e-9 * scale:
             settled = False
-        bounds[i] = wanted
+        bounds[index] = wanted
     return settled

@@ -32,10 +32,12 @@ class OilColumns:
         """Areas and volumes of the twelve cylinders of the machine."""
         self._linkages = Linkages.from_machine(machine)
         cylinders = [axis.cylinder for axis in machine.axes.values()]
-        self._area_a = np.array([math.pi / 4 * c.bore_m**2 for c in cylinders])
-        self._area_b = self._area_a - np.array([math.pi / 4 * c.rod_m**2 for c in cylinders])
-        self._dead_a = np.array([c.dead_volume_a_m3 for c in cylinders])
-        self._dead_b = np.array([c.dead_volume_b_m3 for c in cylinders])
+        self._area_a = np.array([math.pi / 4 * cylinder.bore_m**2 for cylinder in cylinders])
+        self._area_b = self._area_a - np.array(
+            [math.pi / 4 * cylinder.rod_m**2 for cylinder in cylinders]
+        )
+        self._dead_a = np.array([cylinder.dead_volume_a_m3 for cylinder in cylinders])
+        self._dead_b = np.array([cylinder.dead_volume_b_m3 for cylinder in cylinders])
         self._stroke = self._linkages.stroke_m
         oil = machine.oil
         self._hoses = oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa

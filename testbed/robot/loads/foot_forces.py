@@ -142,15 +142,15 @@ def in_body_frame(rotation: Any, world: Any, bodies: Any) -> None:
     to world.
     """
     body = bodies[0]
-    for k in range(3):
+    for index in range(3):
         w = alpha = lift = 0.0
         for j in range(3):
-            w += rotation[j, k] * world.angular_velocity[j]
-            alpha += rotation[j, k] * world.angular_acceleration[j]
-            lift += rotation[j, k] * world.lift[j]
-        body.angular_velocity[k] = w
-        body.angular_acceleration[k] = alpha
-        body.lift[k] = lift
+            w += rotation[j, index] * world.angular_velocity[j]
+            alpha += rotation[j, index] * world.angular_acceleration[j]
+            lift += rotation[j, index] * world.lift[j]
+        body.angular_velocity[index] = w
+        body.angular_acceleration[index] = alpha
+        body.lift[index] = lift
 
 
 @njit
@@ -167,8 +167,8 @@ def foot_forces(
     bodies = np.empty(1, BODY_MOTION)
     in_body_frame(rotation, motion, bodies)
     force, rho = np.empty(3), np.empty(3)
-    for k in range(4):
-        leg, first = legs[k], 3 * k
+    for index in range(4):
+        leg, first = legs[index], 3 * index
         turn, reach_out = joints.position[first], joints.position[first + 1]
         rx, ry = turn_z(turn, leg.radial[0], leg.radial[1])
         moment = -joints.torque[first]
@@ -183,8 +183,8 @@ def foot_forces(
                 up += force[2]
         nx = ny = 0.0
         for j in range(3):
-            nx += rotation[j, 0] * normals[k, j]
-            ny += rotation[j, 1] * normals[k, j]
+            nx += rotation[j, 0] * normals[index, j]
+            ny += rotation[j, 1] * normals[index, j]
         fx, fy = turn_z(
             turn,
             leg.foot[0] + leg.radial[0] * reach_out,
@@ -197,7 +197,7 @@ def foot_forces(
         size = math.sqrt(bx * bx + by * by + up * up)
         if size < NOTHING_N:
             bx = by = up = 0.0
-        out_normal[k] = 0.0
+        out_normal[index] = 0.0
         for j in range(3):
-            out[k, j] = rotation[j, 0] * bx + rotation[j, 1] * by + rotation[j, 2] * up
-            out_normal[k] += out[k, j] * normals[k, j]
+            out[index, j] = rotation[j, 0] * bx + rotation[j, 1] * by + rotation[j, 2] * up
+            out_normal[index] += out[index, j] * normals[index, j]

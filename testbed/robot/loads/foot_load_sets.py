@@ -67,7 +67,7 @@ def loads_of_measured_posture(
     )
     given = expected.oil.joint_compliance(positions)
     jacobians = expected.model.feet(positions)[1]
-    give = np.array([jacobians[k, 2] ** 2 @ given for k in range(len(LEGS))])
+    give = np.array([jacobians[index, 2] ** 2 @ given for index in range(len(LEGS))])
     free = expected.solve(
         positions, gravity_in_body, height_m=heights + give * now.normal_n, **acts
     )

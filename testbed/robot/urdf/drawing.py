@@ -24,9 +24,9 @@ def visuals(parameters: Machine, link: str) -> list[Shape]:
     return _PARTS[part](parameters)
 
 
-def _body(p: Machine) -> list[Shape]:
-    hip_x, hip_y = p.legs.hip_x_m, p.legs.hip_y_m
-    low = p.body.belly_height_m
+def _body(machine: Machine) -> list[Shape]:
+    hip_x, hip_y = machine.legs.hip_x_m, machine.legs.hip_y_m
+    low = machine.body.belly_height_m
     drawn: list[Shape] = []
     for side in (1.0, -1.0):
         drawn.append(box((1.32, 0.09, 0.20), (0.0, side * 0.43, 0.0), "yellow"))
@@ -40,7 +40,7 @@ def _body(p: Machine) -> list[Shape]:
     drawn.append(box((0.20, 0.01, 0.14), (0.10, -0.515, 0.44), "glass"))
     for leg in LEGS:
         x, y = hip_x if leg[0] == "f" else -hip_x, hip_y if leg[1] == "l" else -hip_y
-        drawn += _corner(p.axes[f"{leg}_rotation"], x, y)
+        drawn += _corner(machine.axes[f"{leg}_rotation"], x, y)
     return drawn
 
 
@@ -55,7 +55,7 @@ def _corner(axis: Axis, x: float, y: float) -> list[Shape]:
     beside = lever if linkage.rack_radius_m > 0.0 else 0.0
     anchor = (x + inward * linkage.body_anchor_m, y + beside, 0.17)
     pin = (x, y + lever, 0.17)
-    middle = tuple(a + 0.62 * (b - a) for a, b in zip(anchor, pin, strict=True))
+    middle = tuple(from_ + 0.62 * (to - from_) for from_, to in zip(anchor, pin, strict=True))
     drawn = [
         box((0.34, 0.26, 0.05), (x + inward * 0.08, y, side * 0.125), "yellow")
         for side in (1.0, -1.0)
@@ -67,8 +67,8 @@ def _corner(axis: Axis, x: float, y: float) -> list[Shape]:
     return drawn
 
 
-def _power_unit(p: Machine) -> list[Shape]:
-    long, wide, tall = p.power_unit_body.inertia_box_m
+def _power_unit(machine: Machine) -> list[Shape]:
+    long, wide, tall = machine.power_unit_body.inertia_box_m
     base = -tall / 2
     drawn = [
         box((long, wide, tall * 0.40), (0.0, 0.0, base + tall * 0.20), "dark"),
@@ -77,17 +77,23 @@ def _power_unit(p: Machine) -> list[Shape]:
         post(0.035, tall / 2, tall / 2 + 0.28, -long * 0.3, wide * 0.28, "steel"),
         post(0.05, tall / 2, tall / 2 + 0.06, long * 0.25, -wide * 0.25, "red"),
     ]
-    for k in range(5):
-        drawn.append(box((0.015, wide * 0.72, 0.022), (-long / 2, 0.0, 0.0 + 0.045 * k), "dark"))
+    for index in range(5):
+        drawn.append(
+            box((0.015, wide * 0.72, 0.022), (-long / 2, 0.0, 0.0 + 0.045 * index), "dark")
+        )
         for side in (1.0, -1.0):
             drawn.append(
-                box((long * 0.6, 0.015, 0.022), (0.0, side * wide * 0.47, 0.0 + 0.045 * k), "dark")
+                box(
+                    (long * 0.6, 0.015, 0.022),
+                    (0.0, side * wide * 0.47, 0.0 + 0.045 * index),
+                    "dark",
+                )
             )
     return drawn
 
 
-def _drill_mast(p: Machine) -> list[Shape]:
-    drill = p.drill_body
+def _drill_mast(machine: Machine) -> list[Shape]:
+    drill = machine.drill_body
     length, rails = drill.mast_length_m, drill.mast_offset_m
     half, rear = 0.13, rails - 0.05
     drawn: list[Shape] = []
@@ -96,16 +102,16 @@ def _drill_mast(p: Machine) -> list[Shape]:
         drawn.append(box((0.04, 0.04, length), (rails + 0.12, side, length / 2), "orange"))
     bays = 8
     step = length / bays
-    for k in range(bays):
-        low, high = k * step, (k + 1) * step
-        ends = (half, -half) if k % 2 else (-half, half)
+    for index in range(bays):
+        low, high = index * step, (index + 1) * step
+        ends = (half, -half) if index % 2 else (-half, half)
         drawn.append(
             bar((rails + 0.12, ends[0], low), (rails + 0.12, ends[1], high), 0.014, "orange")
         )
         for side in (half, -half):
             drawn.append(bar((rear, side, low), (rails + 0.12, side, high), 0.014, "orange"))
         drawn.append(box((0.03, 2 * half, 0.03), (rear, 0.0, high - 0.015), "orange"))
-    drawn += _drill_string(p)
+    drawn += _drill_string(machine)
     drawn.append(post(0.045, 0.25, 1.55, rails + 0.035, 0.0, "dark"))
     drawn.append(post(0.025, 1.55, length - 0.1, rails + 0.035, 0.0, "chrome"))
     drawn.append(box((0.34, 0.34, 0.05), (rails - 0.02, 0.0, length), "dark"))
@@ -118,9 +124,9 @@ def _drill_mast(p: Machine) -> list[Shape]:
     return drawn
 
 
-def _drill_string(p: Machine) -> list[Shape]:
+def _drill_string(machine: Machine) -> list[Shape]:
     """Sledge, rotary head, rod and hammer on the drill axis (x = y = 0 of the mast)."""
-    drill = p.drill_body
+    drill = machine.drill_body
     rod_top = 0.22 + drill.rod_length_m
     bit = drill.hole_diameter_m / 2
     return [
@@ -134,19 +140,19 @@ def _drill_string(p: Machine) -> list[Shape]:
     ]
 
 
-def _rod_store(p: Machine) -> list[Shape]:
-    tall = p.rod_store_body.inertia_box_m[2]
-    length = p.drill_body.rod_length_m
+def _rod_store(machine: Machine) -> list[Shape]:
+    tall = machine.rod_store_body.inertia_box_m[2]
+    length = machine.drill_body.rod_length_m
     drawn = [post(0.03, -tall / 2, tall / 2, 0.0, 0.0, "steel")]
     for height in (-0.66, 0.62):
         drawn.append(post(0.17, height, height + 0.03, 0.0, 0.0, "yellow"))
-    for k in range(8):
-        x, y = (0.13 * f(2 * math.pi * k / 8) for f in (math.cos, math.sin))
-        drawn.append(post(0.03, -length / 2, length / 2, x, y, "grey" if k % 2 else "light"))
+    for index in range(8):
+        x, y = (0.13 * turn(2 * math.pi * index / 8) for turn in (math.cos, math.sin))
+        drawn.append(post(0.03, -length / 2, length / 2, x, y, "grey" if index % 2 else "light"))
     return drawn
 
 
-def _traction(p: Machine) -> list[Shape]:
+def _traction(machine: Machine) -> list[Shape]:
     """Two gripping jaws on rails behind a sheave; the rope leaves towards +x at the link's
     origin.
     """
@@ -165,7 +171,7 @@ def _traction(p: Machine) -> list[Shape]:
     return drawn
 
 
-def _rotation(p: Machine) -> list[Shape]:
+def _rotation(machine: Machine) -> list[Shape]:
     return [
         post(0.11, -0.10, 0.10, 0.0, 0.0, "orange"),
         box((0.60, 0.19, 0.18), (0.06, 0.0, 0.0), "grey"),
@@ -174,7 +180,7 @@ def _rotation(p: Machine) -> list[Shape]:
     ]
 
 
-def _radial(p: Machine) -> list[Shape]:
+def _radial(machine: Machine) -> list[Shape]:
     drawn = [
         box((0.62, 0.13, 0.12), (-0.36, 0.0, 0.0), "light"),
         bar((-0.30, 0.0, 0.125), (-0.08, 0.0, 0.125), 0.016, "chrome"),
@@ -191,8 +197,8 @@ def _radial(p: Machine) -> list[Shape]:
     return drawn
 
 
-def _vertical(p: Machine) -> list[Shape]:
-    sole = p.legs.foot_height_retracted_m - p.legs.hip_z_m
+def _vertical(machine: Machine) -> list[Shape]:
+    sole = machine.legs.foot_height_retracted_m - machine.legs.hip_z_m
     return [
         box((0.14, 0.14, UPRIGHT_M), (0.0, 0.0, sole + 0.08 + UPRIGHT_M / 2), "light"),
         post(0.020, sole + 0.10, 0.50, 0.155, 0.0, "chrome"),
@@ -200,10 +206,11 @@ def _vertical(p: Machine) -> list[Shape]:
     ]
 
 
-def _foot(p: Machine) -> list[Shape]:
-    radius = p.legs.foot_plate_radius_m
+def _foot(machine: Machine) -> list[Shape]:
+    radius = machine.legs.foot_plate_radius_m
     ribs = [
-        box((0.24, 0.02, 0.05), (0.0, 0.0, 0.06), "dark", yaw=k * math.pi / 3) for k in range(3)
+        box((0.24, 0.02, 0.05), (0.0, 0.0, 0.06), "dark", yaw=index * math.pi / 3)
+        for index in range(3)
     ]
     return [
         post(radius, 0.0, 0.035, 0.0, 0.0, "dark"),

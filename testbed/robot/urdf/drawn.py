@@ -61,7 +61,9 @@ def drawn(urdf: Path) -> tuple[dict[str, list[Shape]], list[Hanging]]:
 def _hanging(joint: ET.Element) -> Hanging:
     rotation, origin = origin_of(joint.find("origin"))
     axis = joint.find("axis")
-    along = np.array([float(v) for v in ("1 0 0" if axis is None else axis.get("xyz", "")).split()])
+    along = np.array(
+        [float(word) for word in ("1 0 0" if axis is None else axis.get("xyz", "")).split()]
+    )
     return Hanging(
         str(joint.get("name")),
         str(joint.get("type")),

@@ -108,19 +108,19 @@ def structure(parameters: Machine, without: Sequence[str] = ()) -> tuple[list[Li
     return links, joints
 
 
-def _platform(p: Machine) -> tuple[list[Link], list[Joint]]:
-    belly, low = p.body.belly_box_m, p.body.belly_height_m
+def _platform(machine: Machine) -> tuple[list[Link], list[Joint]]:
+    belly, low = machine.body.belly_box_m, machine.body.belly_height_m
     skid = Shape("box", belly, (0.0, 0.0, low + belly[2] / 2))
-    links = [_link("body", p.body, (skid,)), _link("power_unit", p.power_unit_body)]
-    links += [_link("drill_mast", p.drill_body), _link("rod_store", p.rod_store_body)]
+    links = [_link("body", machine.body, (skid,)), _link("power_unit", machine.power_unit_body)]
+    links += [_link("drill_mast", machine.drill_body), _link("rod_store", machine.rod_store_body)]
     joints = [
-        Joint("fixed", "body", "power_unit", p.power_unit_body.position_m),
-        Joint("fixed", "body", "drill_mast", drill_mount_m(p)),
-        Joint("fixed", "body", "rod_store", p.rod_store_body.position_m),
+        Joint("fixed", "body", "power_unit", machine.power_unit_body.position_m),
+        Joint("fixed", "body", "drill_mast", drill_mount_m(machine)),
+        Joint("fixed", "body", "rod_store", machine.rod_store_body.position_m),
     ]
     for side in SIDES:
-        links.append(_link(f"traction_{side}", p.traction_body))
-        joints.append(Joint("fixed", "body", f"traction_{side}", rope_attachment_m(p, side)))
+        links.append(_link(f"traction_{side}", machine.traction_body))
+        joints.append(Joint("fixed", "body", f"traction_{side}", rope_attachment_m(machine, side)))
     return links, joints
 
 
@@ -131,8 +131,8 @@ def _link(name: str, group: Group, collision: tuple[Shape, ...] = (), prefix: st
     return Link(name, mass, edges, centre, collision)
 
 
-def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
-    legs = p.each_leg[leg]
+def _leg(machine: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
+    legs = machine.each_leg[leg]
     radius = legs.foot_radius_m
     sole = Shape("sphere", (radius,), (0.0, 0.0, radius))
     parts = ("rotation", "radial", "vertical", "foot")
@@ -141,7 +141,7 @@ def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
         for part in parts
     ]
     rotation, radial, vertical, foot = (f"{leg}_{part}" for part in parts)
-    turn, slide, lift = (p.axes[axis].limits for axis in (rotation, radial, vertical))
+    turn, slide, lift = (machine.axes[axis].limits for axis in (rotation, radial, vertical))
     assert isinstance(turn, RotationJoint)
     assert isinstance(slide, SlidingJoint) and isinstance(lift, SlidingJoint)
     joints = [
@@ -149,8 +149,8 @@ def _leg(p: Machine, leg: str) -> tuple[list[Link], list[Joint]]:
             "revolute",
             "body",
             rotation,
-            hip_m(p, leg),
-            radial_direction_rad(p, leg),
+            hip_m(machine, leg),
+            radial_direction_rad(machine, leg),
             (0.0, 0.0, 1.0),
             turn.lower_rad,
             turn.upper_rad,
@@ -210,7 +210,9 @@ def _add_link(robot: ET.Element, link: Link, drawn: list[Shape]) -> None:
     inertial = ET.SubElement(element, "inertial")
     ET.SubElement(inertial, "origin", xyz=_numbers(link.centre_m), rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=_numbers((link.mass_kg,)))
-    ixx, iyy, izz = (_numbers((i,)) for i in box_inertia(link.mass_kg, link.inertia_box_m))
+    ixx, iyy, izz = (
+        _numbers((moment,)) for moment in box_inertia(link.mass_kg, link.inertia_box_m)
+    )
     ET.SubElement(inertial, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
     for shape in drawn:
         ET.SubElement(_add_shape(element, "visual", shape), "material", name=shape.colour)
@@ -222,7 +224,7 @@ def _add_shape(link: ET.Element, role: str, shape: Shape) -> ET.Element:
     element = ET.SubElement(link, role)
     ET.SubElement(element, "origin", xyz=_numbers(shape.centre), rpy=_numbers(shape.rpy))
     words = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}[shape.kind]
-    values = (shape.size,) if shape.kind == "box" else tuple((s,) for s in shape.size)
+    values = (shape.size,) if shape.kind == "box" else tuple((side,) for side in shape.size)
     sizes = {word: _numbers(value) for word, value in zip(words, values, strict=True)}
     ET.SubElement(ET.SubElement(element, "geometry"), shape.kind, sizes)
     return element

@@ -92,12 +92,12 @@ def _mass(link: ET.Element, rotation: Array, shift: Array) -> tuple[float, Array
     if inertial is None:
         return 0.0, np.zeros(3), np.zeros((3, 3))
     mass = float(inertial.find("mass").get("value"))  # type: ignore[union-attr, arg-type]
-    i = {k: float(v) for k, v in inertial.find("inertia").attrib.items()}  # type: ignore[union-attr]
+    moments = {name: float(value) for name, value in inertial.find("inertia").attrib.items()}  # type: ignore[union-attr]
     tensor = np.array(
         [
-            [i["ixx"], i["ixy"], i["ixz"]],
-            [i["ixy"], i["iyy"], i["iyz"]],
-            [i["ixz"], i["iyz"], i["izz"]],
+            [moments["ixx"], moments["ixy"], moments["ixz"]],
+            [moments["ixy"], moments["iyy"], moments["iyz"]],
+            [moments["ixz"], moments["iyz"], moments["izz"]],
         ]
     )
     own_rotation, own_shift = origin_of(inertial.find("origin"))
@@ -106,12 +106,12 @@ def _mass(link: ET.Element, rotation: Array, shift: Array) -> tuple[float, Array
 
 
 def _set_inertial(link: ET.Element, bodies: list[tuple[float, Array, Array]]) -> None:
-    mass = sum(m for m, _, _ in bodies)
-    centre = sum((m * c for m, c, _ in bodies), np.zeros(3)) / mass
+    mass = sum(mass_ for mass_, _, _ in bodies)
+    centre = sum((mass_ * at for mass_, at, _ in bodies), np.zeros(3)) / mass
     tensor = np.zeros((3, 3))
     for m, c, own in bodies:
-        r = c - centre
-        tensor += own + m * (float(r @ r) * np.eye(3) - np.outer(r, r))
+        arm = c - centre
+        tensor += own + m * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
     turn, diagonal = np.eye(3), np.diag(tensor)
     if np.abs(tensor - np.diag(diagonal)).max() > 1e-9 * np.abs(tensor).max():
         diagonal, turn = np.linalg.eigh(tensor)
@@ -123,13 +123,16 @@ def _set_inertial(link: ET.Element, bodies: list[tuple[float, Array, Array]]) ->
     _set_frame(inertial, turn, centre)
     ET.SubElement(inertial, "mass", value=repr(float(mass)))
     zero = {"ixy": "0", "ixz": "0", "iyz": "0"}
-    moments = {k: repr(float(v)) for k, v in zip(("ixx", "iyy", "izz"), diagonal, strict=True)}
+    moments = {
+        name: repr(float(moment))
+        for name, moment in zip(("ixx", "iyy", "izz"), diagonal, strict=True)
+    }
     ET.SubElement(inertial, "inertia", zero | moments)
 
 
 def _nearest_axes(turn: Array, diagonal: Array) -> tuple[Array, Array]:
     """The principal axes in the order and sense that turns least."""
-    order = [int(np.argmax(np.abs(turn[k]))) for k in range(3)]
+    order = [int(np.argmax(np.abs(turn[index]))) for index in range(3)]
     if sorted(order) != [0, 1, 2]:
         order = [0, 1, 2]
     turn, diagonal = turn[:, order], diagonal[order]
@@ -156,10 +159,14 @@ def _child(joint: ET.Element) -> str:
     return _end(joint, "child")
 
 
-def rpy_from_rotation(r: Array) -> list[float]:
+def rpy_from_rotation(rotation: Array) -> list[float]:
     """The inverse, rad; at pitch +-90 degrees, where roll and yaw are one angle, roll is 0."""
-    across = math.hypot(r[0, 0], r[1, 0])
-    pitch = math.atan2(-r[2, 0], across)
+    across = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = math.atan2(-rotation[2, 0], across)
     if across < UPRIGHT:
-        return [0.0, pitch, math.atan2(-r[0, 1], r[1, 1])]
-    return [math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])]
+        return [0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])]
+    return [
+        math.atan2(rotation[2, 1], rotation[2, 2]),
+        pitch,
+        math.atan2(rotation[1, 0], rotation[0, 0]),
+    ]

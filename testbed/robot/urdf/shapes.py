@@ -44,8 +44,8 @@ def box(size: Vector, centre: Vector, colour: str, yaw: float = 0.0) -> Shape:
 
 def bar(start: Vector, end: Vector, radius: float, colour: str) -> Shape:
     """A round bar from point to point."""
-    along = tuple(e - s for s, e in zip(start, end, strict=True))
-    length = math.sqrt(sum(a * a for a in along))
+    along = tuple(last - first for first, last in zip(start, end, strict=True))
+    length = math.sqrt(sum(part * part for part in along))
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
     pitch = math.atan2(math.hypot(along[0], along[1]), along[2])
     return Shape(
@@ -62,5 +62,5 @@ def post(radius: float, bottom: float, top: float, x: float, y: float, colour: s
 
 def box_inertia(mass_kg: float, size_m: Vector) -> Vector:
     """Principal moments (ixx, iyy, izz) kg m2 of a homogeneous box: m/12 (b^2 + c^2) and so on."""
-    a, b, c = (s * s for s in size_m)
+    a, b, c = (side * side for side in size_m)
     return (mass_kg / 12 * (b + c), mass_kg / 12 * (a + c), mass_kg / 12 * (a + b))

@@ -237,15 +237,15 @@ class DrillCycle:
         over = (pressed - numbers.jam_feed_share) / (2.0 - numbers.jam_feed_share)
         self._clogged_s = max(0.0, self._clogged_s + max(over, -1.0) * dt)
         self._push(feed, rock.torque_share * built * task.torque_nm)
-        for k, load in enumerate(("feed", "torque")):
-            self._wander[k] = wandering(
-                self._wander[k],
+        for index, load in enumerate(("feed", "torque")):
+            self._wander[index] = wandering(
+                self._wander[index],
                 numbers.unsteadiness,
                 numbers.unsteadiness_time_s,
                 dt,
                 self._rng.normal(),
             )
-            self.loads[load] *= max(0.0, 1.0 + self._wander[k])
+            self.loads[load] *= max(0.0, 1.0 + self._wander[index])
         self.loads["blow"], self.loads["blow_rate"] = (
             rock.blow_share * built * self.hammer * task.blow_n,
             task.blow_hz,

@@ -87,7 +87,7 @@ class DrillProgram:
         self._changed = -1
         if task is not None:
             self._starts = list(
-                accumulate((p.duration_s for p in task.phases), initial=task.start_s)
+                accumulate((phase.duration_s for phase in task.phases), initial=task.start_s)
             )
 
     def update(self, t: float, dt: float) -> list[Happened]:

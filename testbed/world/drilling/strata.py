@@ -75,8 +75,10 @@ def sticking_places(
     feed.
     """
     places = [(s.depth_m, s.hold_n) for s in rock.stuck]
-    for k in range(int(np.ceil(depth_m / rod_length_m))):
+    for index in range(int(np.ceil(depth_m / rod_length_m))):
         draw, where, hold = rng.random(3)
         if draw < rock.stick_probability:
-            places.append((min((k + where) * rod_length_m, depth_m), (2.0 + 2.0 * hold) * feed_n))
+            places.append(
+                (min((index + where) * rod_length_m, depth_m), (2.0 + 2.0 * hold) * feed_n)
+            )
     return sorted(places, reverse=True)

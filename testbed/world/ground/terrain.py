@@ -108,25 +108,27 @@ class Ground:
         return (self.normal_in_world * shift).tolist(), rotation
 
 
-def make_ground(t: Terrain) -> Ground:
+def make_ground(terrain: Terrain) -> Ground:
     """The ground of a scenario."""
     heights, profile = None, None
-    if t.kind == "heightfield":
-        count = round(FIELD_LENGTH_M / t.cell_m) + 1
-        heights = rough_surface(count, count, t.cell_m, t.roughness_m, t.roughness_seed, t.hurst)
-    elif t.kind == "elevation":
+    if terrain.kind == "heightfield":
+        count = round(FIELD_LENGTH_M / terrain.cell_m) + 1
+        heights = rough_surface(
+            count, count, terrain.cell_m, terrain.roughness_m, terrain.roughness_seed, terrain.hurst
+        )
+    elif terrain.kind == "elevation":
         from testbed.scenario.elevation_slope import heights_off_slope
 
-        heights = heights_off_slope(t)
-    elif t.kind == "profile":
-        profile = np.array(t.profile_m, dtype=np.float64)
+        heights = heights_off_slope(terrain)
+    elif terrain.kind == "profile":
+        profile = np.array(terrain.profile_m, dtype=np.float64)
     return Ground(
-        t.kind,
-        math.radians(t.slope_deg),
-        t.friction,
-        t.stiffness_n_m,
-        t.damping_n_s_m,
-        t.cell_m,
+        terrain.kind,
+        math.radians(terrain.slope_deg),
+        terrain.friction,
+        terrain.stiffness_n_m,
+        terrain.damping_n_s_m,
+        terrain.cell_m,
         heights,
         profile,
     )

@@ -12,37 +12,76 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.harness import as_json, write
-from testbed.benchmarks.paper.benchmark import FIGURES, Paper, chosen, experiment
-from testbed.benchmarks.paper.experiment import Experiment, Line, Panel, at_least, at_most, between
+from testbed.benchmarks.paper import benchmark
+from testbed.benchmarks.paper.benchmark import Paper, chosen, experiment
+from testbed.benchmarks.paper.experiment import (
+    Claim,
+    Experiment,
+    Line,
+    Panel,
+    Result,
+    described,
+    told,
+)
 from testbed.errors import InputError
 from testbed.report.tables import Table
 
 
+def at_least(low: float, measured: float) -> Claim:
+    return Claim("6", "c", low, math.inf, measured)
+
+
+def at_most(high: float, measured: float) -> Claim:
+    return Claim("9", "x", -math.inf, high, measured, "N")
+
+
+def between(low: float, high: float, measured: float) -> Claim:
+    return Claim("9", "y", low, high, measured, "N")
+
+
 def test_a_claim_holds_inside_its_stated_range_bounds_included_and_nowhere_else() -> None:
-    assert at_least("6", "", 1.5, 1.5, "1").holds and not at_least("6", "", 1.5, 1.499, "1").holds
-    assert at_most("6", "", 96.0, 96.0, "N").holds and not at_most("6", "", 96.0, 96.1, "N").holds
-    near = [
-        between("6", "", 1680.0, 2520.0, x, "N").holds
-        for x in (1679.0, 1680.0, 2100.0, 2520.0, 2521.0)
-    ]
-    assert near == [False, True, True, True, False]
+    assert at_least(1.5, 1.5).holds and not at_least(1.5, 1.499).holds
+    assert at_most(96.0, 96.0).holds and not at_most(96.0, 96.1).holds
+    found = [between(1680.0, 2520.0, x).holds for x in (1679.0, 1680.0, 2100.0, 2520.0, 2521.0)]
+    assert found == [False, True, True, True, False]
 
 
 def test_a_number_that_could_not_be_measured_holds_nothing_and_is_null_in_json() -> None:
-    claim = at_most("9", "x", 1.0, math.nan, "N")
+    claim = at_most(1.0, math.nan)
     assert not claim.holds
     assert claim.tree()["measured"] is None
-    assert not at_least("9", "x", 1.0, math.inf, "N").holds
+    assert not at_least(1.0, math.inf).holds
 
 
 def test_expected_is_the_bound_or_both_bounds() -> None:
-    assert at_least("4", "", 0.99, 1.0, "1").expected == 0.99
-    assert at_most("4", "", 481.0, 1.0, "N").expected == 481.0
-    assert between("6", "", 1680.0, 2520.0, 2000.0, "N").expected == [1680.0, 2520.0]
+    assert at_least(0.99, 1.0).expected == 0.99
+    assert at_most(481.0, 1.0).expected == 481.0
+    assert between(1680.0, 2520.0, 2000.0).expected == [1680.0, 2520.0]
+
+
+def test_every_figure_has_one_criterion_a_claim_and_a_module_that_says_all_it_is_asked() -> None:
+    for figure, words in described().items():
+        module = Path(benchmark.__file__).with_name(f"figure_{int(figure):02d}.py").read_text()
+        for stated in words["claims"].values():
+            assert len({"at_least", "at_most", "between"} & set(stated)) == 1, stated
+        for part in ("claims", "panels", "tables"):
+            assert all(f'"{name}"' in module for name in words.get(part, {})), (figure, part)
+
+
+def test_a_result_is_told_in_the_figures_words_with_its_own_numbers() -> None:
+    line = Line(np.zeros(2), np.zeros(2), "A")
+    rows = {"parts": [["peak", "2000"]]}
+    made = told("6", Result({"peak": 2415.5}, {"force": [line], "pressures": []}, rows))
+    (claim,) = made.claims
+    assert claim.criterion == "1785 to 2415" and not claim.holds and claim.unit == "N"
+    assert made.panels[0].lines == [line] and made.panels[0].y_label == "F [N]"
+    assert made.tables[0].rows == rows["parts"]
+    with pytest.raises(KeyError):
+        told("6", Result({}, {"force": [], "pressures": []}, rows))
 
 
 def test_figures_are_chosen_by_number_or_table_in_the_papers_order() -> None:
-    assert chosen([]) == list(FIGURES)
+    assert chosen([]) == list(described())
     assert chosen(["12", "III", "06"]) == ["6", "8", "12"]
     with pytest.raises(InputError, match=r"10.*allowed: 4, 5"):
         chosen(["10"])
@@ -52,7 +91,7 @@ def test_paper_json_is_the_list_of_claims_and_the_page_needs_no_network(tmp_path
     x = np.arange(3.0)
     panel = Panel("a & b", "t [s]", "F [N]", [Line(x, x, "line")])
     table = Table("t", ["<head>"], [["cell"]])
-    claims = [at_least("6", "c", 2.0, 1.0, "N")]
+    claims = [at_least(2.0, 1.0)]
     made = Experiment("6", "T", "says <so>", "set", claims, [panel], [table])
     write(Paper(), [made], tmp_path)
     assert json.loads((tmp_path / "paper.json").read_text()) == [
@@ -61,7 +100,7 @@ def test_paper_json_is_the_list_of_claims_and_the_page_needs_no_network(tmp_path
             "claim": "c",
             "expected": 2.0,
             "measured": 1.0,
-            "unit": "N",
+            "unit": "1",
             "holds": False,
         }
     ]
@@ -73,7 +112,7 @@ def test_paper_json_is_the_list_of_claims_and_the_page_needs_no_network(tmp_path
 
 def test_an_experiment_comes_back_from_json_as_it_was() -> None:
     line = Line(np.arange(3.0), np.arange(3.0), "line", 2, "--")
-    claims = [at_most("9", "x", 1.0, math.inf, "N"), between("9", "y", 1.0, 2.0, 1.5, "N")]
+    claims = [at_most(1.0, math.inf), between(1.0, 2.0, 1.5)]
     tables = [Table("t", ["head"], [["cell"]])]
     made = Experiment(
         "9", "T", "says", "set", claims, [Panel("a", "b", "c", [line])], tables, ["n"]

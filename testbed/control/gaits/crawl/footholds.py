@@ -83,13 +83,15 @@ class Footholds:
 
     def reaches(self, feet: Array, body: Array) -> bool:
         """Whether all joints stay KEEP_OFF away from their ends."""
-        q, (low, high) = self.joints(feet, body), self._model.limits.T
-        return bool(np.all(q >= low + self._keep_off) and np.all(q <= high - self._keep_off))
+        joints, (low, high) = self.joints(feet, body), self._model.limits.T
+        return bool(
+            np.all(joints >= low + self._keep_off) and np.all(joints <= high - self._keep_off)
+        )
 
     def lacking(self, feet: Array, body: Array) -> str:
         """The joint that is furthest beyond its range, in words."""
-        q = self.joints(feet, body)
-        beyond = np.maximum(self._model.limits[:, 0] - q, q - self._model.limits[:, 1])
+        joints = self.joints(feet, body)
+        beyond = np.maximum(self._model.limits[:, 0] - joints, joints - self._model.limits[:, 1])
         beyond += self._keep_off
         return AXES[int(np.argmax(beyond))]
 
@@ -103,11 +105,14 @@ class Footholds:
         load = external_wrench(self._model, joints, self._gravity, None, None, None)
         pulls = np.array(
             [
-                point_wrench(d, at)
-                for d, at in zip(ropes, self._model.rope_attachments_m, strict=True)
+                point_wrench(rope, at)
+                for rope, at in zip(ropes, self._model.rope_attachments_m, strict=True)
             ]
         )
-        bounds = [(t * (1.0 - TENSION_ERROR), t * (1.0 + TENSION_ERROR)) for t in tensions]
+        bounds = [
+            (tension * (1.0 - TENSION_ERROR), tension * (1.0 + TENSION_ERROR))
+            for tension in tensions
+        ]
         up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
         centre = self._model.centre_of_mass_m(joints)
         return wrench_margin_n(
@@ -148,7 +153,7 @@ class Footholds:
         if not self.reaches(feet, body):
             return None
         for leg, foothold in swings.footholds:
-            standing = [k for k in range(len(LEGS)) if k != leg]
+            standing = [index for index in range(len(LEGS)) if index != leg]
             least = min(least, self.margin_n(feet, body, standing, swings.tensions, swings.ropes))
             feet[leg] = foothold
             if not self.reaches(feet, body):

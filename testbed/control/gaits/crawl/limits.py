@@ -80,8 +80,8 @@ def _travel(machine: Machine) -> tuple[_Travel, _Travel]:
     arms = linkages.rods(linkages.limits.mean(axis=1))[1][:3]
     direction = legs.radial_direction_rad
     ways = arms * np.array([abs(np.sin(direction)) / reach_m, abs(np.cos(direction)), 1.0])
-    areas = np.array([np.pi / 4 * a.cylinder.bore_m**2 for a in (rotation, radial, vertical)])
-    flows = np.array([a.rated_flow_m3_s for a in (rotation, radial, vertical)])
+    areas = np.array([np.pi / 4 * axis.cylinder.bore_m**2 for axis in (rotation, radial, vertical)])
+    flows = np.array([axis.rated_flow_m3_s for axis in (rotation, radial, vertical)])
     volume, seconds = ways * areas, ways * areas / flows
     return _Travel(volume[:2], seconds[:2]), _Travel(volume[2:], seconds[2:])
 

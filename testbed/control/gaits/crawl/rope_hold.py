@@ -117,10 +117,10 @@ class RopeHold:
 @njit
 def rope_directions(ways: Any, body: Any, out: Any) -> None:
     """Fill `out` (2, 3) by unit vectors towards the anchors with the body at `body` (3)."""
-    for k in range(ways.shape[0]):
-        x, y, z = ways[k, 0] - body[0], ways[k, 1] - body[1], ways[k, 2] - body[2]
+    for index in range(ways.shape[0]):
+        x, y, z = ways[index, 0] - body[0], ways[index, 1] - body[1], ways[index, 2] - body[2]
         length = math.sqrt(x * x + y * y + z * z)
-        out[k, 0], out[k, 1], out[k, 2] = x / length, y / length, z / length
+        out[index, 0], out[index, 1], out[index, 2] = x / length, y / length, z / length
 
 
 @njit
@@ -154,11 +154,11 @@ def wanted_at(ways: Any, pull: Any, body: Any) -> tuple[float, float]:
 def rope_readiness(ways: Any, pull: Any, body: Any, measured_n: Any) -> float:
     """See RopeHold.readiness."""
     least, most, wanted = np.inf, -np.inf, wanted_at(ways, pull, body)
-    for k in range(2):
-        if wanted[k] > 0.0:
+    for index in range(2):
+        if wanted[index] > 0.0:
             least, most = (
-                min(least, measured_n[k] / wanted[k]),
-                max(most, measured_n[k] / wanted[k]),
+                min(least, measured_n[index] / wanted[index]),
+                max(most, measured_n[index] / wanted[index]),
             )
     slack = (least - SLACK_SHARE) / (TAUT_SHARE - SLACK_SHARE)
     tight = (TIGHT_SHARE - most) / (TIGHT_SHARE - FIRM_SHARE)
@@ -181,6 +181,10 @@ def rope_rates(
     rope_directions(ways, body, directions)
     wanted = wanted_tensions(directions, pull)
     vx, vy, vz = (body[0] - before[0]) / dt, (body[1] - before[1]) / dt, (body[2] - before[2]) / dt
-    for k in range(2):
-        excess = min(max(by.gain_m_s_n * (measured_n[k] - wanted[k]), -by.most_m_s), by.most_m_s)
-        out[k] = excess - (directions[k, 0] * vx + directions[k, 1] * vy + directions[k, 2] * vz)
+    for index in range(2):
+        excess = min(
+            max(by.gain_m_s_n * (measured_n[index] - wanted[index]), -by.most_m_s), by.most_m_s
+        )
+        out[index] = excess - (
+            directions[index, 0] * vx + directions[index, 1] * vy + directions[index, 2] * vz
+        )

@@ -65,7 +65,9 @@ class Swing:
 
     def slower(self, times: float) -> Swing:
         """The same way in so many times the time."""
-        rise, over, lower = (times * t for t in (self.rise_s, self.over_s, self.lower_s))
+        rise, over, lower = (
+            times * duration for duration in (self.rise_s, self.over_s, self.lower_s)
+        )
         return replace(self, rise_s=rise, over_s=over, lower_s=lower)
 
     def foot(self, t: float, body: Array) -> Array:

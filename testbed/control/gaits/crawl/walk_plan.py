@@ -117,8 +117,8 @@ class WalkPlan:
         if left <= 0:
             return [self._shift(feet, body, middle)]
         group = [
-            LEGS.index(task.order[(steps_done + k) % len(LEGS)])
-            for k in range(min(self._group_size, left))
+            LEGS.index(task.order[(steps_done + index) % len(LEGS)])
+            for index in range(min(self._group_size, left))
         ]
         behind = self._behind_m
         for share in waits:

@@ -1,0 +1,41 @@
+"""Processes of this machine: one that is killed loses nothing, and nothing that was answered is
+done again.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections import Counter
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import pytest
+from counted_work import begun_by_killed, killing, work
+
+from testbed.simulation.workers import Workers, work_through
+
+COUNT = 8
+
+
+@pytest.mark.slow
+def test_what_a_killed_process_was_at_is_done_by_another_one(tmp_path: Path) -> None:
+    """The first process that begins number 3 kills itself."""
+    items = [(str(tmp_path), number) for number in range(COUNT)]
+    answers = list(work_through(begun_by_killed, items, Workers(2)))
+    assert Counter(answers) == Counter(number**2 for number in range(COUNT))
+    ended = Counter(path.name.split("-")[1] for path in tmp_path.glob("ended-*"))
+    assert set(ended) == {str(number) for number in range(COUNT)}
+    assert sum(ended.values()) <= COUNT + 1, "at most what the other process was at is done twice"
+
+
+@pytest.mark.slow
+def test_work_that_kills_every_process_is_given_up(tmp_path: Path) -> None:
+    with pytest.raises(BrokenProcessPool):
+        list(work_through(killing, [1, 2], Workers(2)))
+
+
+def test_one_process_works_here(tmp_path: Path) -> None:
+    assert list(work_through(work, [(str(tmp_path), 3)], Workers(1))) == [9]
+    assert next(tmp_path.glob("ended-3-*")).name.split("-")[2] == str(os.getpid())
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
