@@ -126,7 +126,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     Raises InputError where a folder has none.
     """
     out = check_file(out or FILE)
-    trials = read_trials(folders)
+    trials = [t for t in read_trials(folders) if "refused" not in t]
     held_out = calibration(halves(trials, 10, lambda judged, on: restated(judged, fit(on))))
     text = as_yaml(fit(trials), trials, held_out)
     write_text(out, text)
