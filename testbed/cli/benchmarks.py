@@ -62,22 +62,35 @@ def bench(
     scenario: Annotated[
         list[str] | None, typer.Option(help="Time this whole scenario (repeat for more).")
     ] = None,
+    command: Annotated[
+        list[str] | None,
+        typer.Option(help="Time `testbed run` of this scenario, report and all (repeat for more)."),
+    ] = None,
 ) -> None:
     """Measure the speed against the bare engine.
 
-    Whole loop and bare engine take turns in one process.
+    Whole loop and bare engine take turns in one process; a whole command has processes of its own.
     """
     from testbed.benchmarks.speed import bench as whole
+    from testbed.benchmarks.speed import command as commands
     from testbed.benchmarks.speed import scenarios
     from testbed.report.console import print_json, print_table, waiting
 
+    found: Any
     with waiting("measuring"):
-        speeds = scenarios.scenario_speeds(scenario) if scenario else None
-        figures = whole.bench() if speeds is None else None
+        if command:
+            found = commands.command_speeds(command)
+            shown = commands.table(found)
+        elif scenario:
+            found = scenarios.scenario_speeds(scenario)
+            shown = scenarios.table(found)
+        else:
+            found = whole.bench()
+            shown = whole.table(found)
     if json:
-        print_json(speeds or figures)
+        print_json(found)
     else:
-        print_table(*(scenarios.table(speeds) if speeds else whole.table(figures or {})))
+        print_table(*shown)
 
 
 @benchmarks.command("identify-measured")
@@ -270,18 +283,25 @@ def contact_loss(
 def soak(
     out: Out,
     trials: Annotated[
-        int, typer.Option(min=1, help="Trials of each kind; of kills every tenth and twentieth.")
+        int, typer.Option(min=1, help="Trials of each kind; of those that take long, fewer.")
     ] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first trial of a kind.")] = 0,
+    hours: Annotated[
+        float, typer.Option(min=0.0, max=25.0, help="Simulated hours of drilling in one run.")
+    ] = 12.0,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A kind, as 'killed run'; may be repeated. [all]"),
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Try the testbed with bad intent: spoilt files, random actions, kills; what fell over, hung or
-    was lost.
+    """Try the testbed with bad intent: spoilt files, random actions, kills, full disks, clocks that
+    jump, two owners, half a day in one run; what fell over, hung or was lost.
     """
     from testbed.benchmarks.soak.benchmark import Soak
 
-    show(Soak(trials, seed), out, jobs, json)
+    show(Soak(trials, seed, hours, tuple(only or ())), out, jobs, json)
 
 
 @benchmarks.command()

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from testbed.compiled import njit_over
 from testbed.estimation.detectors.sample import Sample
 from testbed.formats.records import Record
+from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
@@ -96,7 +97,13 @@ def start(detector: Any, dt_s: float) -> None:
 def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
     """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better
     itself.
+
+    Raises InputError for an answer of another form.
     """
     if hasattr(detector, "scores"):
-        return np.asarray(detector.scores(samples))
-    return np.array([detector.update(sample) for sample in samples]).reshape(-1, len(LEGS))
+        whole: Array = numbers_of(
+            detector.scores(samples), (len(samples), len(LEGS)), detector, "scores"
+        )
+        return whole
+    found = [numbers_of(detector.update(s), (len(LEGS),), detector, "scores") for s in samples]
+    return np.array(found).reshape(-1, len(LEGS))

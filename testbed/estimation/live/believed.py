@@ -267,6 +267,13 @@ class Believed:
                     value=getattr(k, name),
                     allowed="left out",
                 )
+        if k.circuit is not None and k.circuit.supply != "varying":
+            raise InputError(
+                "would have no effect: a run takes the supply pressure that it measures",
+                field="known.circuit.supply",
+                value=k.circuit.supply,
+                allowed="varying",
+            )
         for name in ("bore_m", "rod_m", "moving_mass_kg"):
             if getattr(k, name) is None:
                 raise InputError(

@@ -35,10 +35,19 @@ class Judge:
         start(self._detector, self._dt_s)
 
     def judge(self, rows: NDArray[Any]) -> None:
-        """Put the contact states of the next DataRow `rows` (n,) into their `contact`."""
-        for row, score in zip(
-            rows, scores_over(self._detector, self._watch.samples(rows)), strict=True
-        ):
+        """Put the contact states of the next DataRow `rows` (n,) into their `contact`.
+
+        Raises InputError for a score that is no number: no state could be told by it.
+        """
+        scores = scores_over(self._detector, self._watch.samples(rows))
+        if np.isnan(scores).any():
+            raise InputError(
+                f"a score is no number at t = {rows['t'][0]:.3f} s",
+                field="estimator.detector",
+                value=type(self._detector).__name__,
+                allowed="numbers",
+            )
+        for row, score in zip(rows, scores, strict=True):
             for foot in range(len(LEGS)):
                 state = step(self._states[foot], -float(score[foot]), self._dt_s, self._limits)
                 row["contact"][foot] = state
