@@ -175,7 +175,7 @@ def detect(
     detector: Annotated[
         str | None,
         typer.Option(
-            help="A detector by name, or FILE.py:Class. [robot: steady; else single_force]"
+            help="A detector by name, or FILE.py:Class. [robot: learned; else single_force]"
         ),
     ] = None,
     force: Annotated[

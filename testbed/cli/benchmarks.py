@@ -268,6 +268,13 @@ def contact_loss(
         str,
         typer.Option(help="Draw each scene's machine from these tolerances; none: as drawn up."),
     ] = "workshop",
+    commission: Annotated[
+        bool,
+        typer.Option(
+            "--commission",
+            help="Score once more with what each machine's commissioning finds, 8 simulated minutes a machine.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drawn machines that drill and walk: every loss,
@@ -276,7 +283,8 @@ def contact_loss(
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
     chosen = None if draw == "none" else draw
-    show(ContactLoss(hours, tune, chosen, tuple(detector or ())), out, jobs, json)
+    benchmark = ContactLoss(hours, tune, chosen, tuple(detector or ()), commission)
+    show(benchmark, out, jobs, json)
 
 
 @benchmarks.command()
