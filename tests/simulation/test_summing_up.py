@@ -62,7 +62,7 @@ def test_a_walk_may_hang_for_a_while(longest_s: float, share: float, verdict: st
 def test_wrong_leg_seconds_are_counted_though_no_word_ever_changed() -> None:
     data, truth = _columns(2.0)
     data["contact_fl"][:] = 0.0  # wrong from the first row on
-    scores = metrics.word_scores(data, truth, LossRule(10_000.0))
+    scores = metrics.state_scores(data, truth, LossRule(10_000.0))
     summed = metrics.detector_summary([], scores, 1.0)
     assert summed["missed_s"] == pytest.approx(2.0, abs=2e-3)
     assert summed["false_flight_s"] == pytest.approx(10.0, abs=2e-3)
