@@ -152,7 +152,7 @@ def machines(
     machines: Annotated[int, typer.Option(min=1, help="Drawn machines.")] = 8,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 2000,
     commission: Annotated[
-        bool, typer.Option(help="Let each machine commission itself first, 8 simulated minutes.")
+        bool, typer.Option(help="Let each machine commission itself first, ten simulated minutes.")
     ] = True,
     recordings: Annotated[
         Path | None, typer.Option(help="Keep the runs in this folder, and take them from there.")

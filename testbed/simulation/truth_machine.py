@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from testbed.estimation.commissioning import zero_name
 from testbed.estimation.live.uncertainty import areas_m2
-from testbed.machine.names import AXES, LEGS
+from testbed.machine.names import AXES
 from testbed.robot.model import RobotModel
 from testbed.scenario.scenario import Scenario
 
@@ -41,15 +41,15 @@ def truth_machine(scenario: Scenario, simulation: Any) -> dict[str, Any]:
 
 
 def zero_forces(simulation: Any) -> dict[str, Any]:
-    """What both sensors' zeros of each vertical cylinder make together, N: one foot in the air
-    shows no more.
+    """What both sensors' zeros of each cylinder make together, N: one foot in the air shows no
+    more.
     """
     out = {}
-    for leg in LEGS:
-        hidden = simulation.machine.hidden.cylinders[f"{leg}_vertical"]
-        area_a, area_b = areas_m2(simulation.machines.belief.axes[f"{leg}_vertical"])
+    for axis in AXES:
+        hidden = simulation.machine.hidden.cylinders[axis]
+        area_a, area_b = areas_m2(simulation.machines.belief.axes[axis])
         force_n = area_a * hidden.zero_a_pa - area_b * hidden.zero_b_pa
-        out[zero_name(f"{leg}_vertical")] = {"value": force_n, "unit": "N"}
+        out[zero_name(axis)] = {"value": force_n, "unit": "N"}
     return out
 
 

@@ -15,21 +15,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from testbed.diagnosis.robot.commissioning import (
+    Evidence,
+    evidence_of,
+    levelled,
+    lifts_every_foot,
+    weighed,
+)
 from testbed.effects.robot_attitude import Attitude
 from testbed.effects.robot_centre_of_mass import CentreOfMass
 from testbed.effects.robot_payload import HiddenPayload
+from testbed.effects.rope_attachment import RopeAttachment
+from testbed.effects.rope_direction import RopeDirection
+from testbed.effects.rope_tension_gain import TensionGain
 from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError
-from testbed.estimation.commissioning import Number, Weighed, of_ropes, weigh_itself, zero_name
+from testbed.estimation.commissioning import Number, Weighed
 from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.files import check_file, write_text
 from testbed.machine.model import Machine
-from testbed.machine.names import LEGS, SIDES
+from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
 from testbed.recording.robot_model import PlacedEffect, RobotModelFile, write_robot_model
 from testbed.report.page import render
 from testbed.report.tables import Table
-from testbed.robot.model import Payload, RobotModel
+from testbed.robot.robot import Robot
+from testbed.workflows.estimate import survey_of
 
 if TYPE_CHECKING:
     from testbed.recording.robot import RobotRecording
@@ -41,8 +52,7 @@ ROPES_PULL_AT = {f"traction_{side}" for side in SIDES}
 """The second stage of a commissioning that is given as a scenario on level ground."""
 NEVER_SHOWN = (
     "zeros of either chamber's sensor by itself",
-    "gains, bows and hystereses of pressure sensors",
-    "friction of radial and rotation cylinders",
+    "bows and hystereses of pressure sensors",
 )
 """What neither stage can show."""
 OF_THE_ROPES = ("rope directions", "load pins", "heights of the ropes' attachments")
@@ -63,15 +73,8 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     seconds = sum(float(run.data["t"][-1] - run.data["t"][0]) for run in runs)
     if seconds > LONGEST_S:
         raise InputError("is too long", file=out, value=seconds, allowed=f"{LONGEST_S:g} s in all")
-    level = runs[0]
-    model = _model(level)
-    found = weigh_itself(_with_sideways(level, model), level.machine, model)
-    file, numbers = believed(found, level.machine, seconds), dict(found.numbers)
-    for run in runs[1:]:
-        ropes = _ropes(run, file)
-        numbers |= ropes
-        shown = {name: n for name, n in ropes.items() if n.shown}
-        file = file.model_copy(update={"effects": (*file.effects, *_effects(shown))})
+    found = weighed(list(_evidence(runs)), _robot(runs[0]))
+    numbers, file = found.numbers, believed(found, runs[0].machine, seconds)
     write_robot_model(out, file)
     hidden = [name for name, n in numbers.items() if not n.shown]
     never = NEVER_SHOWN if len(runs) > 1 else (*NEVER_SHOWN, *OF_THE_ROPES)
@@ -101,43 +104,31 @@ def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
     return render("commission.html.j2", contents)
 
 
-def _model(run: RobotRecording) -> RobotModel:
+def _robot(run: RobotRecording) -> Robot:
     """The drawing-board robot with what was loaded."""
-    carried_kg = float((run.header.surveyed or {}).get("payload_kg", 0.0))
-    store = run.machine.rod_store_body.position_m
-    return RobotModel(run.machine.urdf, Payload(carried_kg, store) if carried_kg > 0.0 else None)
+    return Robot.of(run.machine, survey_of(run.header.surveyed, run.file)[1])
 
 
-def _with_sideways(run: RobotRecording, model: RobotModel) -> dict[str, Any]:
-    """The recording's columns, and what the drawing-board belief makes of the feet's forces along x
-    and y.
-    """
-    from testbed.estimation.live.chain import replay
-    from testbed.world.believed import OwnBelief
-
-    own = OwnBelief(run.machine)
-    step_s = float(np.median(np.diff(run.data["t"])))
-    estimated = replay(run.data, own.with_body(own.legs(step_s), model, np.zeros((2, 3))))
-    sideways = [f"own_{k}_{leg}" for k in "xy" for leg in LEGS]
-    return {**run.data, **{name: estimated[name] for name in sideways}}
-
-
-def _ropes(run: RobotRecording, file: RobotModelFile) -> dict[str, Number]:
-    """What the whole-body estimate has learnt of the ropes at the end of a recording, believing the
-    first stage.
-    """
-    from testbed.estimation.live.chain import learnt_over
-    from testbed.workflows.estimate import robot_belief
-
-    if not any(np.any(run.data.get(f"rope_tension_{side}", 0.0)) for side in ("left", "right")):
-        raise InputError(
-            "shows no rope that pulls", file=run.file, allowed="a recording of the ropes' programme"
-        )
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "model.yaml"
-        write_robot_model(path, file)
-        belief = robot_belief(run, path)
-    return of_ropes(*learnt_over(run.data, belief), run.machine.scale)
+def _evidence(runs: Sequence[RobotRecording]) -> Iterator[Evidence]:
+    """What the recordings say, the first of level ground, others of the ropes."""
+    for run in runs:
+        robot, (ropes, _) = _robot(run), survey_of(run.header.surveyed, run.file)
+        if run is runs[0]:
+            if not lifts_every_foot(run.data, robot):
+                raise InputError(
+                    "shows no foot in the air",
+                    file=run.file,
+                    field="carrying",
+                    allowed="the programme of commissioning_flat: every foot lifted by 2 cm and more",
+                )
+            yield levelled(run.data, robot)
+        elif not any(np.any(run.data.get(f"rope_tension_{side}", 0.0)) for side in SIDES):
+            raise InputError(
+                "shows no rope that pulls",
+                file=run.file,
+                allowed="a recording of the ropes' programme",
+            )
+        yield evidence_of(run.data, robot, ropes)
 
 
 def commission_any(
@@ -210,35 +201,47 @@ def table(result: Mapping[str, Any]) -> Table:
 
 
 def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile:
-    """What the robot is to believe: friction by path, zeros, weight and the inertial unit as
-    effects.
+    """What the robot is to believe of what was shown: friction by path; zeros, weight, the inertial
+    unit and the ropes as effects.
     """
-    numbers = found.numbers
-    total, body_kg = numbers["total_mass_kg"], machine.body.mass_kg
+    numbers = {name: n for name, n in found.numbers.items() if n.shown}
+    total, body_kg = found.numbers["total_mass_kg"], machine.body.mass_kg
     whole = {
         f"{HiddenPayload.kind}@body.mass": Number(found.mass_kg, "kg", total.sd),
         **{f"{HiddenPayload.kind}@body.{k}": Number(0.0, "m", 0.0) for k in "xyz"},
     }
     for k, axis in enumerate("xyz"):
-        spread = numbers[f"centre_of_mass_{axis}_m"].sd * total.value / body_kg
+        spread = found.numbers[f"centre_of_mass_{axis}_m"].sd * total.value / body_kg
         shift = float(found.moment_kg_m[k]) / body_kg
         whole[f"{CentreOfMass.kind}@body.{axis}"] = Number(shift, "m", spread)
-    for leg in LEGS:
-        axis = f"{leg}_vertical"
+    for axis, force in found.zeros.items():
         area_a, _ = areas_m2(machine.axes[axis])
-        force = numbers[zero_name(axis)]
         zero = Number(force.value / area_a, "Pa", force.sd / area_a)
         whole[f"{ZeroA.kind}@{axis}.zero"] = zero
-    turned = {name: n for name, n in numbers.items() if name.startswith(Attitude.kind)}
+    live = {name: n for name, n in numbers.items() if name.partition("@")[0] in LIVE}
     paths = {p: n for p, n in numbers.items() if p.startswith("axes.") and "zero_force" not in p}
     return RobotModelFile(
         description=f"found by the robot itself in {seconds:.0f} s of its commissioning programme",
         machine={
-            path: Parameter(value=max(n.value, 0.0), unit=n.unit, interval90=n.interval90)
+            path: Parameter(value=_possible(path, n.value), unit=n.unit, interval90=n.interval90)
             for path, n in paths.items()
         },
-        effects=tuple(_effects(turned | whole)),
+        effects=tuple(_effects(live | whole)),
     )
+
+
+LIVE = (
+    Attitude.kind,
+    RopeDirection.kind,
+    RopeAttachment.kind,
+    TensionGain.kind,
+)
+"""Effects that the robot believes as they were found."""
+
+
+def _possible(path: str, value: float) -> float:
+    """A slope has either sign, friction has one."""
+    return value if path.endswith("slope") else max(value, 0.0)
 
 
 def _effects(numbers: Mapping[str, Number]) -> Iterator[PlacedEffect]:

@@ -10,7 +10,8 @@ carries nothing: its three forces must vanish.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -55,6 +56,23 @@ class BodyBalance:
     spread_n: Array
     """(n, 12) half width of the set in which friction lies at rest, 0 while sliding."""
 
+    def part(self, bins: npt.NDArray[np.intp]) -> BodyBalance:
+        """The same of some of the bins, by their indices."""
+        seen = replace(self.seen, **_rows_of_bins(self.seen, self.seen.bins, bins))
+        return replace(self, seen=seen, **_rows_of_bins(self, self.seen.bins, bins))
+
+
+def _rows_of_bins(
+    whole: RobotSeen | BodyBalance, count: int, bins: npt.NDArray[np.intp]
+) -> dict[str, Any]:
+    """Rows `bins` of every array of a dataclass whose first axis are its `count` bins."""
+    arrays = {f.name: getattr(whole, f.name) for f in fields(whole)}
+    return {
+        name: values[bins]
+        for name, values in arrays.items()
+        if isinstance(values, np.ndarray) and values.ndim and len(values) == count
+    }
+
 
 def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Array) -> BodyBalance:
     """Hold the measured bins against the believed machine; `ropes_in_world` (2, 3) as surveyed."""
@@ -69,7 +87,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
     for _ in range(PASSES):  # friction by side load asks for foot forces, and these for friction
         dry = bins.direction * (coulomb + side * side_load)
         force = piston - dry - viscous
-        measured = Measured(bins, force, bins.direction * side, _hanging(bins), rope_way)
+        measured = Measured(bins, force, bins.direction * side, hanging(bins), rope_way)
         found = [of_bin(robot, measured, k, bins.joint[k]) for k in range(n)]
         foot_force = np.array([one.foot_force for one in found])
         side_load = _side_loads(foot_force)
@@ -307,7 +325,7 @@ def _dry(c: Cylinder, speed: Array, sense: str) -> Array:
     return np.asarray(coulomb + static * fading)
 
 
-def _hanging(bins: Bins) -> npt.NDArray[np.bool_]:
+def hanging(bins: Bins) -> npt.NDArray[np.bool_]:
     """(n, 4) whether a foot hangs in the air: not meant to carry all along, and drawn up off where
     it stood.
     """

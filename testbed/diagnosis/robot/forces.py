@@ -5,6 +5,7 @@ leaves in them.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from testbed.effects.friction_pressure import PressureFriction
 from testbed.effects.sensor_delay import Delay
 from testbed.effects.sensor_line_b import LineB
 from testbed.effects.signature import Change, RobotSeen
-from testbed.machine.model import Machine
+from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES
 
 Array = npt.NDArray[np.float64]
@@ -31,6 +32,7 @@ SLIDING_SHARE, REST_SHARE, QUICK_SHARE = 0.08, 0.5, 0.02
 set; and anew in each bin."""
 MEMORY_S, REST_MEMORY_S = 1.0, 20.0
 """For how long friction deviates while sliding, and at rest under the same load."""
+ACCELEROMETER = "sensor.specific_force_bias_m_s2"
 NEWS_SHARE, NEWS_N = 0.3, 20.0
 """At rest another load, by this share of dry friction, is a new deviation; below NEWS_N it is
 noise.
@@ -69,78 +71,103 @@ def rows_of(balance: BodyBalance, change: Change) -> Array:
 
 def tolerance_columns(balance: BodyBalance, machine: Machine) -> Array:
     """(rows, k): every column a tolerance times its standard deviation."""
-    changes = [c.times(sd) for c, sd in _tolerated(balance.seen, machine) if sd > 0.0]
-    return np.column_stack([rows_of(balance, change) for change in changes])
+    each = [one for one in tolerated(balance.seen, machine) if one.sd > 0.0]
+    return np.column_stack([rows_of(balance, one.change.times(one.sd)) for one in each])
 
 
-def _tolerated(seen: RobotSeen, machine: Machine) -> Iterator[tuple[Change, float]]:
+@dataclass(frozen=True, eq=False)
+class Tolerated:
+    """A number by which a sound machine differs from its drawing.
+
+    With the number x = mean + sd w, w ~ N(0, 1), the balances miss x `change`, and the machine has
+    drawn + per x where it is said to have `drawn`.
+    """
+
+    change: Change
+    sd: float
+    name: str = ""
+    """As `truth_machine.yaml` has it; "": it is none of the machine's numbers."""
+    mean: float = 0.0
+    drawn: float = 0.0
+    per: float = 1.0
+
+
+def tolerated(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
+    """All that a sound machine may differ by in its forces."""
     for effect in ALL:
         for place in effect.places_on_robot:
             star = place if place == BODY else "*"
             for number, change in effect.signature(seen, place).items():
                 parts = number.split(" ")  # a first moment is a mass times a place
                 names = [f"{effect.kind}@{star}.{part}" for part in parts]
-                yield change, float(np.prod([standard_deviation(name) for name in names]))
+                sds = [standard_deviation(name, scale=machine.scale) for name in names]
+                sd = float(np.prod(sds))
+                yield Tolerated(change, sd, f"{effect.kind}@{place}.{number}")
     for i, axis in enumerate(machine.axes.values()):
         yield from _friction(seen, i, axis)
+    for k in range(3):  # the accelerometers' biases weigh the whole machine
+        bias = seen.weighs(seen.asked_by_gravity[:, :, k])
+        yield Tolerated(bias, standard_deviation(ACCELEROMETER, scale=machine.scale))
     yield from _held_back(seen)
     warm = float(np.mean(seen.oil_degc)) - machine.sensor.calibration_temperature_degc
     s = machine.sensor
     thermal = s.thermal_zero_share * s.pressure_range_pa / s.thermal_range_k / np.sqrt(3.0)
     for i in range(len(AXES)):
         for area in (seen.area_a_m2[i], seen.area_b_m2[i]):
-            yield Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area))
+            yield Tolerated(
+                Change(force={i: np.ones(seen.bins)}), abs(float(thermal * warm * area))
+            )
 
 
-def _held_back(seen: RobotSeen) -> Iterator[tuple[Change, float]]:
+def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """What stuck seals take up of changing loads before they break away: as springs beside the
     oil's, of all alike and of each.
     """
     piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
     stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
-    yield Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE
+    yield Tolerated(Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE)
     for i in range(len(AXES)):
-        yield Change(force={i: stuck[:, i]}), HELD_EACH
+        yield Tolerated(Change(force={i: stuck[:, i]}), HELD_EACH)
     at_rest = 1.0 - np.abs(seen.direction)
     pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
-    yield Change(force=pushed), HELD_THRUST
+    yield Tolerated(Change(force=pushed), HELD_THRUST)
 
 
-def _friction(seen: RobotSeen, i: int, axis: object) -> Iterator[tuple[Change, float]]:
-    """What seals scatter by."""
-    c, seal = axis.cylinder, axis.seal  # type: ignore[attr-defined]
+def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:
+    """What seals scatter by; these tolerances are shares of the drawing's numbers."""
+    c, seal, own = axis.cylinder, axis.seal, f"axes.{axis.name}"
     for sense, way in (("out", 1.0), ("in", -1.0)):
         now = np.maximum(way * seen.direction[:, i], 0.0) * way
-        for kind in ("coulomb", "static"):
-            size = getattr(c, f"{kind}_{sense}_n")
-            fading = (
-                1.0
-                if kind == "coulomb"
-                else np.exp(-np.abs(seen.speed_m_s[:, i]) / getattr(c, f"stribeck_{sense}_m_s"))
-            )
-            sd = standard_deviation(f"axes.*.cylinder.{kind}_{sense}_n", size)
-            yield Change(force={i: now * fading}), sd
+        fading = np.exp(-np.abs(seen.speed_m_s[:, i]) / getattr(c, f"stribeck_{sense}_m_s"))
+        for kind, course in (("coulomb", now), ("static", now * fading)):
+            size, number = getattr(c, f"{kind}_{sense}_n"), f"cylinder.{kind}_{sense}_n"
+            sd = standard_deviation(f"axes.*.{number}", size)
+            yield Tolerated(Change(force={i: course}), sd, f"{own}.{number}", drawn=size)
+        number = f"cylinder.viscous_{sense}_n_s_m"
         viscous = getattr(c, f"viscous_{sense}_n_s_m")
-        share = standard_deviation(f"axes.*.cylinder.viscous_{sense}_n_s_m", viscous) / viscous
-        yield (
-            Change(force={i: np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)}),
-            share,
-        )
+        share = standard_deviation(f"axes.*.{number}", viscous) / viscous
+        flows = np.where(way * seen.speed_m_s[:, i] > 0, seen.viscous_n[:, i], 0)
+        change = Change(force={i: flows})
+        yield Tolerated(change, share, f"{own}.{number}", drawn=viscous, per=viscous)
     if seen.line_n[i] > SHAKEN_SHARE * np.median(seen.coulomb_n[:, i]):
-        yield Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]}), 1.0
-    number, drawn = "axes.*.seal.side_load_coefficient", seal.side_load_coefficient
-    side = float(np.hypot(standard_deviation(number, drawn), 0.3 * (middle(number, drawn) - drawn)))
-    yield Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]}), side
-    place = AXES[i]
+        shaken = Change(force={i: seen.direction[:, i] * seen.coulomb_n[:, i]})
+        yield Tolerated(shaken, 1.0)
+    number, drawn = "seal.side_load_coefficient", seal.side_load_coefficient
+    centre = middle(f"axes.*.{number}", drawn)
+    side = float(np.hypot(standard_deviation(f"axes.*.{number}", drawn), 0.3 * (centre - drawn)))
+    change = Change(force={i: seen.direction[:, i] * seen.side_load_n[:, i]})
+    yield Tolerated(change, side, f"{own}.{number}", drawn=centre)
     for lag in (Delay(), LineB()):
-        (change,) = lag.signature(seen, place).values()
-        yield change, LATE_S
+        (change,) = lag.signature(seen, axis.name).values()
+        yield Tolerated(change, LATE_S)
     for effect, number, declared in (
-        (PositionFriction(), "position_slope", seal.position_slope),
-        (PressureFriction(), "pressure_coefficient_m2", seal.pressure_coefficient_m2),
+        (PositionFriction(), "seal.position_slope", seal.position_slope),
+        (PressureFriction(), "seal.pressure_coefficient_m2", seal.pressure_coefficient_m2),
     ):
-        (change,) = effect.signature(seen, place).values()
-        yield change, standard_deviation(f"axes.*.seal.{number}", declared)
+        (change,) = effect.signature(seen, axis.name).values()
+        mean = middle(f"axes.*.{number}", declared) - declared
+        sd = standard_deviation(f"axes.*.{number}", declared)
+        yield Tolerated(change, sd, f"{own}.{number}", mean, declared)
 
 
 def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
@@ -155,8 +182,13 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     )
 
 
-def noise_of(balance: BodyBalance) -> Array:
-    """Covariance of the group's rows (rows, rows) beside what tolerances make."""
+def noise_of(
+    balance: BodyBalance, rest_share: float = REST_SHARE, rest_memory_s: float = REST_MEMORY_S
+) -> Array:
+    """Covariance of the group's rows (rows, rows) beside what tolerances make.
+
+    At rest friction is known to `rest_share` of its set and stays so for `rest_memory_s`.
+    """
     seen, counted = balance.seen, balance.counted
     bins, rows = np.nonzero(counted)
     apart = np.abs(seen.time_s[bins][:, None] - seen.time_s[bins][None, :])
@@ -168,11 +200,11 @@ def noise_of(balance: BodyBalance) -> Array:
     out += np.diag(blows**2)
     share = np.abs(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
-    spread = (SLIDING_SHARE * share + REST_SHARE * (1.0 - share)) * dry
+    spread = (SLIDING_SHARE * share + rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
     turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
-    age = friction_age(seen, share, dry)
+    age = friction_age(seen, share, dry, rest_memory_s)
     for axis in range(len(AXES)):
         by = balance.by_force[bins, rows, axis]
         known, turned = by * spread[bins, axis], by * turning[bins, axis]
@@ -182,7 +214,9 @@ def noise_of(balance: BodyBalance) -> Array:
     return np.asarray(out)
 
 
-def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
+def friction_age(
+    seen: RobotSeen, share: Array, dry: Array, rest_memory_s: float = REST_MEMORY_S
+) -> Array:
     """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by
     changing loads, of which a stuck seal takes up its part.
     """
@@ -194,7 +228,7 @@ def friction_age(seen: RobotSeen, share: Array, dry: Array) -> Array:
         axis=1, keepdims=True
     )
     news = np.maximum(changed - NEWS_N, 0.0) / (NEWS_SHARE * dry)
-    rate = share * step / MEMORY_S + (1.0 - share) * (step / REST_MEMORY_S + news)
+    rate = share * step / MEMORY_S + (1.0 - share) * (step / rest_memory_s + news)
     return np.asarray(np.cumsum(rate, axis=0))
 
 

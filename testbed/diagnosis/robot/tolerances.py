@@ -7,14 +7,15 @@ from __future__ import annotations
 import math
 from functools import cache
 
+from testbed.machine.scale import ROBOCLIMBER, Scale
 from testbed.scenario.drawn import Tolerance, tolerances
 
 FILE = "workshop"
 
 
-def standard_deviation(number: str, drawing: float = 0.0) -> float:
+def standard_deviation(number: str, drawing: float = 0.0, scale: Scale = ROBOCLIMBER) -> float:
     """How far the number of that name (`*` for each) lies from `middle`, root mean square over
-    drawn machines; 0 where no tolerance names it.
+    drawn machines of this size; 0 where no tolerance names it.
     """
     found = _table().get(number)
     if found is None:
@@ -23,7 +24,7 @@ def standard_deviation(number: str, drawing: float = 0.0) -> float:
     variance = (high - low) ** 2 / (24.0 if found.spread == "triangular" else 12.0)
     if found.chance < 1.0:
         variance = (variance + (0.5 * (low + high)) ** 2) * found.chance
-    return math.sqrt(variance)
+    return found.times(number, scale) * math.sqrt(variance)
 
 
 def middle(number: str, drawing: float) -> float:
@@ -34,6 +35,12 @@ def middle(number: str, drawing: float) -> float:
     if found is None or found.chance < 1.0:
         return drawing
     return 0.5 * sum(found.applied(drawing, end) for end in found.range)
+
+
+def chance(number: str) -> float:
+    """How often a machine has the number at all; 1 where no tolerance names it."""
+    found = _table().get(number)
+    return 1.0 if found is None else found.chance
 
 
 @cache

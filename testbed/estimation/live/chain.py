@@ -30,7 +30,6 @@ from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain_step import ChainBelief, ChainState, replay_chain
 from testbed.estimation.live.contact import ContactLimits
-from testbed.estimation.live.fusion import CONSTANTS
 from testbed.formats.records import from_columns
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
@@ -142,23 +141,6 @@ def replay_rows(columns: Mapping[str, Array], believed: Believed) -> NDArray[Any
     rows, chain = rows_of(columns, believed), EstimatorChain(believed)
     replay_chain(rows, chain.belief, chain.state)
     return rows
-
-
-def learnt_over(
-    columns: Mapping[str, Array], believed: Believed
-) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
-    """What the whole-body estimate has learnt at the end of a recording, by names of its
-    `Constants`: how far each is from the believed, its standard deviation, and that of before.
-    Raises as `rows_of`.
-    """
-    rows, chain = rows_of(columns, believed), EstimatorChain(believed)
-    replay_chain(rows, chain.belief, chain.state)
-    fusion = chain.state["body"]["fusion"][0]
-    sd = np.sqrt(np.maximum(np.diag(fusion["p"]), 0.0))
-    return tuple(  # type: ignore[return-value]
-        dict(zip(CONSTANTS, np.asarray(values, dtype=float).tolist(), strict=False))
-        for values in (fusion["x"], sd, chain.belief["body"]["known"][0])
-    )
 
 
 def replay(columns: Mapping[str, Array], believed: Believed) -> dict[str, Array]:

@@ -1,0 +1,279 @@
+"""The robot weighs and calibrates itself from recordings of its commissioning programme,
+measurements alone.
+
+The balances are those of the diagnosis (`balance.py`): six of the body, three of every foot in the
+air. All that a machine may differ by within its workshop's tolerances (`forces.tolerated`) is a
+number x = mean + sd w with w ~ N(0, 1), and the balances y miss sum x c. What several recordings
+say of the same numbers adds up:
+
+    H = 1 + sum C' N^-1 C,   g = sum C' N^-1 y,   w ~ N(H^-1 g, H^-1),   C = columns c times sd
+
+N is the noise of `forces.noise_of`, in which a seal at rest may hold any force: only what slides
+teaches. On level ground the feet's own plane shows besides how the inertial unit is mounted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import solve_triangular
+
+from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of, hanging
+from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
+from testbed.diagnosis.robot.forces import Tolerated, noise_of, rows_of, tolerated
+from testbed.diagnosis.robot.oil import oil_of, supply_of
+from testbed.diagnosis.robot.tolerances import chance, standard_deviation
+from testbed.effects import by_name
+from testbed.effects.friction_load import LoadFriction
+from testbed.effects.inertia_mass import AddedMass
+from testbed.effects.robot_attitude import Attitude
+from testbed.effects.robot_centre_of_mass import CentreOfMass
+from testbed.effects.robot_payload import HiddenPayload
+from testbed.effects.sensor_gain import GainA, GainB
+from testbed.effects.sensor_zero import ZeroA, ZeroB
+from testbed.effects.signature import Change
+from testbed.estimation.commissioning import Number, Weighed, zero_name
+from testbed.estimation.live.uncertainty import areas_m2
+from testbed.machine.model import Machine
+from testbed.machine.names import AXES, LEGS
+from testbed.robot.model import RobotModel
+from testbed.robot.robot import Robot
+
+Array = npt.NDArray[np.float64]
+BLOCK_S, EVERY = 60.0, 2
+"""Noise is taken as independent from block to block; one bin of so many is looked at."""
+REST_SHARE, REST_MEMORY_S = 4.0, 1000.0
+"""At rest friction is anything, for as long as the rest lasts: it is not without preference, as
+noise is, but has the sign of the last motion."""
+WIDER = 1.15
+"""Intervals are wider than the linear model has them (E): laws that it lacks, its linearity."""
+LEVEL_SD_RAD = 5.0e-4
+"""The ground's own level, and the feet's by their encoders' zeros (E)."""
+STILL, CARRIES = 0.1, 0.99
+"""A piston stands still below this share of sliding; a foot carries above this share of a bin."""
+CHAMBER_PA = 4.0e6
+"""About what stands in a chamber under load (E): what gains make of it counts with the zeros in
+what is believed."""
+VERTICAL = tuple(f"{leg}_vertical" for leg in LEGS)
+UNTOLD = (
+    *(HiddenPayload.kind, CentreOfMass.kind, AddedMass.kind, ZeroA.kind, ZeroB.kind),
+    LoadFriction.kind,
+)
+"""Effects of which only sums show: the machine's weight, both zeros of a cylinder; friction by the
+load, which friction by the load across the rod resembles."""
+SIDE, ACROSS = "seal.side_load_coefficient", 2.5
+"""Of a vertical cylinder it is so much less sure: what pushes across its rod is an estimate through
+cylinders that may stand still."""
+MASS_FLOOR_KG = 12.0
+"""Least standard deviation of the weight that is stated (E)."""
+TURNS = tuple(f"{Attitude.kind}@body.{name}" for name in ("roll", "pitch"))
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What recordings say of a machine's numbers: `precision` (k, k) and `gradient` (k,) of their
+    w, in the order of `numbers`.
+    """
+
+    numbers: tuple[Tolerated, ...]
+    precision: Array
+    gradient: Array
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the numbers; "" for what is none of the machine's."""
+        return tuple(number.name for number in self.numbers)
+
+
+def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) -> Evidence:
+    """Hold a recording's columns against the drawn robot; `ropes_in_world` (2, 3) as surveyed."""
+    bins, balance = _balance(data, robot, ropes_in_world)
+    numbers = [one for one in tolerated(balance.seen, robot.machine) if one.sd > 0.0]
+    columns = np.column_stack([rows_of(balance, one.change) for one in numbers])
+    visible = np.any(columns, axis=0)
+    numbers = [one for one, seen in zip(numbers, visible, strict=True) if seen]
+    columns = columns[:, visible]
+    missing = balance.missing[balance.counted] - columns @ np.array([one.mean for one in numbers])
+    columns = columns * np.array([one.sd for one in numbers])
+    at, _ = np.nonzero(balance.counted)
+    precision, gradient = np.zeros((len(numbers),) * 2), np.zeros(len(numbers))
+    for block in _blocks(bins):
+        noise = noise_of(balance.part(block), REST_SHARE, REST_MEMORY_S)
+        rows = np.isin(at, block)
+        both = np.column_stack([missing[rows], columns[rows]])
+        white = solve_triangular(np.linalg.cholesky(noise), both, lower=True)
+        precision += white[:, 1:].T @ white[:, 1:]
+        gradient += white[:, 1:].T @ white[:, 0]
+    return Evidence(tuple(numbers), precision, gradient)
+
+
+def _balance(
+    data: Mapping[str, Array], robot: Robot, ropes_in_world: Array
+) -> tuple[Bins, BodyBalance]:
+    """The balances of a recording."""
+    frame, bins = Frame.of(np.asarray(data["t"], dtype=float)), bins_of(data, robot)
+    oils = oil_of(data, bins, frame, robot)
+    none = np.zeros(len(AXES))
+    other = OtherSigns(oils, supply_of(oils, bins, robot.machine), none, none)
+    return bins, balance_of(bins, other, robot, ropes_in_world)
+
+
+def _blocks(bins: Bins) -> Iterator[npt.NDArray[np.intp]]:
+    """Indices of the bins that are looked at, block by block."""
+    block = (bins.time_s // BLOCK_S).astype(int)
+    looked = np.arange(bins.count) % EVERY == 0
+    for one in np.unique(block):
+        yield np.flatnonzero(looked & (block == one))
+
+
+def lifts_every_foot(data: Mapping[str, Array], robot: Robot) -> bool:
+    """Whether every foot hangs in the air at some time."""
+    return bool(hanging(bins_of(data, robot)).any(axis=0).all())
+
+
+def levelled(data: Mapping[str, Array], robot: Robot) -> Evidence:
+    """How the inertial unit is turned, from the plane of four feet at rest on level ground."""
+    bins = bins_of(data, robot)
+    rests = (np.abs(bins.direction) < STILL).all(axis=1) & (bins.carrying > CARRIES).all(axis=1)
+    turned = [_off_level(robot.model, bins, k) for k in np.flatnonzero(rests).tolist()]
+    if not turned:
+        return Evidence((), np.zeros((0, 0)), np.zeros(0))
+    numbers = tuple(Tolerated(Change(), standard_deviation(name), name) for name in TURNS)
+    scale = np.array([number.sd for number in numbers]) / LEVEL_SD_RAD
+    return Evidence(numbers, np.diag(scale**2), scale / LEVEL_SD_RAD * np.mean(turned, axis=0))
+
+
+def _off_level(model: RobotModel, bins: Bins, k: int) -> tuple[float, float]:
+    """Roll and pitch that the unit shows beyond those of the feet's plane, in bin k."""
+    feet, _ = model.feet(bins.joint[k])
+    plane = np.column_stack([feet[:, 0], feet[:, 1], np.ones(len(feet))])
+    along, across, _ = np.linalg.lstsq(plane, feet[:, 2], rcond=None)[0]
+    roll, pitch, _ = bins.attitude_rad[k]
+    return roll + math.atan(across), pitch - math.atan(along)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """What is known of a machine's numbers after its commissioning: mean (k,) and covariance (k, k)
+    of their w.
+    """
+
+    numbers: Mapping[str, Tolerated]
+    """By name; what is none of the machine's is left out."""
+    mean: Mapping[str, float]
+    covariance: Array
+    place: Mapping[str, int]
+
+    @classmethod
+    def of(cls, evidence: Sequence[Evidence]) -> Posterior:
+        """What several recordings say together."""
+        keys = [_keys(one, k) for k, one in enumerate(evidence)]
+        place = {key: i for i, key in enumerate(dict.fromkeys(k for one in keys for k in one))}
+        precision, gradient = np.eye(len(place)), np.zeros(len(place))
+        for own, one in zip(keys, evidence, strict=True):
+            at = np.array([place[key] for key in own], dtype=int)
+            precision[np.ix_(at, at)] += one.precision
+            gradient[at] += one.gradient
+        covariance: Array = np.linalg.inv(precision).astype(np.float64)
+        mean = covariance @ gradient
+        numbers = {number.name: number for one in evidence for number in one.numbers if number.name}
+        return cls(numbers, {n: float(mean[place[n]]) for n in numbers}, covariance, place)
+
+    def of_sum(self, by: Mapping[str, float], unit: str, drawn: float = 0.0) -> Number:
+        """The number drawn + sum of by[name] (x - drawn x); names that no recording shows add
+        nothing.
+        """
+        seen = {name: slope for name, slope in by.items() if name in self.numbers}
+        value = before = drawn
+        weights = np.zeros(len(self.covariance))
+        for name, slope in seen.items():
+            number = self.numbers[name]
+            before += slope * number.per * number.mean
+            value += slope * number.per * (number.mean + number.sd * self.mean[name])
+            weights[self.place[name]] = slope * number.per * number.sd
+        sd = WIDER * math.sqrt(float(weights @ self.covariance @ weights))
+        return Number(value, unit, sd, (before, float(np.linalg.norm(weights))))
+
+
+def _keys(evidence: Evidence, recording: int) -> list[str]:
+    """Names of its numbers; what is none of the machine's is each recording's own."""
+    return [number.name or f"{recording} {k}" for k, number in enumerate(evidence.numbers)]
+
+
+def weighed(evidence: Sequence[Evidence], robot: Robot) -> Weighed:
+    """What recordings found of a machine, by the names of `truth_machine.yaml`."""
+    known = Posterior.of(evidence)
+    numbers = {}
+    for name, number in known.numbers.items():
+        if name.partition("@")[0] not in UNTOLD and not _is_rare(name):
+            numbers[name] = known.of_sum({name: 1.0}, _unit(name, robot.machine), number.drawn)
+    for axis in VERTICAL:
+        name = f"axes.{axis}.{SIDE}"
+        if name in numbers:
+            numbers[name] = numbers[name].wider(ACROSS)
+    zeros = {}
+    for axis in AXES:
+        numbers[zero_name(axis)] = known.of_sum(_zeros(robot.machine, axis, 0.0), "N")
+        zeros[axis] = known.of_sum(_zeros(robot.machine, axis, CHAMBER_PA), "N")
+    body = _body(known, robot)
+    return Weighed(numbers | body.numbers, body.mass_kg, body.moment_kg_m, zeros)
+
+
+def _is_rare(name: str) -> bool:
+    """Whether most machines do not have it at all."""
+    if name.startswith("axes."):
+        return False
+    effect, _, rest = name.partition("@")
+    place, _, number = rest.partition(".")
+    return chance(f"{effect}@{'body' if place == 'body' else '*'}.{number}") < 1.0
+
+
+def _unit(name: str, machine: Machine) -> str:
+    if name.startswith("axes."):
+        return machine.quantity(name).unit
+    effect, _, rest = name.partition("@")
+    return by_name(effect).spec(rest.partition(".")[2]).unit
+
+
+def _zeros(machine: Machine, axis: str, pressure_pa: float) -> dict[str, float]:
+    """What the sensors of a cylinder add to its force, by their zeros and by their gains at a
+    pressure.
+    """
+    area_a, area_b = areas_m2(machine.axes[axis])
+    return {
+        f"{ZeroA.kind}@{axis}.zero": area_a,
+        f"{ZeroB.kind}@{axis}.zero": -area_b,
+        f"{GainA.kind}@{axis}.gain_error": area_a * pressure_pa,
+        f"{GainB.kind}@{axis}.gain_error": -area_b * pressure_pa,
+    }
+
+
+def _body(known: Posterior, robot: Robot) -> Weighed:
+    """Total mass and centre of mass, the joints in the middle of their ranges."""
+    model, body_kg = robot.model, robot.machine.body.mass_kg
+    joints = model.limits.mean(axis=1)
+    links = dict(zip(AXES, model.link_centres_m(joints), strict=True))
+    masses = {f"{HiddenPayload.kind}@body.mass": 1.0}
+    masses |= {f"{AddedMass.kind}@{axis}.mass": 1.0 for axis in AXES}
+    total = known.of_sum(masses, "kg", model.total_mass_kg)
+    total = replace(total, sd=math.hypot(total.sd, robot.machine.scale.force * MASS_FLOOR_KG))
+    drawn_m, moments, numbers = model.centre_of_mass_m(joints), [], {"total_mass_kg": total}
+    for k, way in enumerate("xyz"):
+        by = {
+            f"{HiddenPayload.kind}@body.mass {way}": 1.0,
+            f"{CentreOfMass.kind}@body.{way}": body_kg,
+            **{f"{AddedMass.kind}@{axis}.mass": float(at[k]) for axis, at in links.items()},
+        }
+        moment = known.of_sum(by, "kg m").value
+        centre = (model.total_mass_kg * float(drawn_m[k]) + moment) / total.value
+        less = {name: centre for name in masses}
+        slopes = {n: (by.get(n, 0.0) - less.get(n, 0.0)) / total.value for n in by | less}
+        spread = known.of_sum(slopes, "m", float(drawn_m[k]))
+        found = Number(centre, "m", spread.sd, spread.before)
+        numbers[f"centre_of_mass_{way}_m"] = found
+        moments.append(moment)
+    return Weighed(numbers, total.value - model.total_mass_kg, np.array(moments), {})
