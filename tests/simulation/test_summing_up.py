@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,26 @@ from testbed.machine.names import LEGS
 from testbed.machine.scale import Scale
 from testbed.report.console import run_status
 from testbed.simulation import metrics
-from testbed.simulation.summary_fields import FIELDS, table, undocumented
 from testbed.simulation.summing_up import Ending
 
 DOCS = Path(__file__).parents[2] / "docs"
+
+
+def described() -> set[str]:
+    """Fields, dotted, that the page of verdicts has a row for."""
+    return set(re.findall(r"^\| `([\w.]+)` \|", (DOCS / "verdicts.md").read_text(), re.MULTILINE))
+
+
+def undescribed(summary: dict[str, Any]) -> list[str]:
+    """Fields of a summary, dotted, that the page lacks; what stands below a field that has no rows
+    of its own goes by its meaning.
+    """
+    fields = described()
+    found = [name for name in summary if name not in fields]
+    for name, part in summary.items():
+        if isinstance(part, dict) and any(field.startswith(f"{name}.") for field in fields):
+            found += [f"{name}.{key}" for key in part if f"{name}.{key}" not in fields]
+    return found
 
 
 def _columns(lost_s: float, carrying: float = 1.0) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -95,17 +112,13 @@ def test_the_exit_status_says_whether_expectations_were_met(
     assert run_status(summary) == status
 
 
-def test_the_page_of_verdicts_has_the_table_of_the_fields() -> None:
-    assert table() in (DOCS / "verdicts.md").read_text()
-
-
 @pytest.mark.slow
 def test_every_field_of_a_summary_is_described_and_an_unfinished_task_said() -> None:
     scenario = testbed.load_scenario("drill_deep", duration=0.5)
     with testbed.simulate(scenario) as run:
         run.step(500)
     summary = run.summary()
-    assert undocumented(summary) == []
+    assert undescribed(summary) == []
     assert not summary["progress"]["done"]
     assert summary["progress"]["hole_depth_wanted_m"] == scenario.task.depth_m
-    assert {"verdict", "detector.missed_s"} <= set(FIELDS)
+    assert {"verdict", "detector.missed_s"} <= described()
