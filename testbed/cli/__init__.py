@@ -69,16 +69,18 @@ def run(
     from testbed.resources import scenario as scenario_path
     from testbed.scenario.scenario import load_scenario
     from testbed.simulation.run import run_scenario
+    from testbed.workflows.drawers import drawers
 
     loaded = load_scenario(scenario, set_ or [], seed, duration)
-    with naming(scenario_path(scenario)), ExitStack() as shown:
-        watch = shown.enter_context(_in_the_browser(loaded)) if live else None
-        progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
-        result = run_scenario(loaded, out, model, gui, progress, watch=watch)
-    from testbed.workflows.report import write_report
+    with drawers(loaded.duration_s) as helpers:
+        with naming(scenario_path(scenario)), ExitStack() as shown:
+            watch = shown.enter_context(_in_the_browser(loaded)) if live else None
+            progress = shown.enter_context(run_progress(loaded.duration_s, loaded.name))
+            result = run_scenario(loaded, out, model, gui, progress, watch=watch)
+        from testbed.workflows.report import write_report
 
-    with waiting("writing the report"):
-        report = write_report(result.folder)
+        with waiting("writing the report"):
+            report = write_report(result.folder, helpers)
     print_run(result.summary, result.folder, report, json)
     raise typer.Exit(run_status(result.summary))
 

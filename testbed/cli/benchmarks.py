@@ -62,22 +62,35 @@ def bench(
     scenario: Annotated[
         list[str] | None, typer.Option(help="Time this whole scenario (repeat for more).")
     ] = None,
+    command: Annotated[
+        list[str] | None,
+        typer.Option(help="Time `testbed run` of this scenario, report and all (repeat for more)."),
+    ] = None,
 ) -> None:
     """Measure the speed against the bare engine.
 
-    Whole loop and bare engine take turns in one process.
+    Whole loop and bare engine take turns in one process; a whole command has processes of its own.
     """
     from testbed.benchmarks.speed import bench as whole
+    from testbed.benchmarks.speed import command as commands
     from testbed.benchmarks.speed import scenarios
     from testbed.report.console import print_json, print_table, waiting
 
+    found: Any
     with waiting("measuring"):
-        speeds = scenarios.scenario_speeds(scenario) if scenario else None
-        figures = whole.bench() if speeds is None else None
+        if command:
+            found = commands.command_speeds(command)
+            shown = commands.table(found)
+        elif scenario:
+            found = scenarios.scenario_speeds(scenario)
+            shown = scenarios.table(found)
+        else:
+            found = whole.bench()
+            shown = whole.table(found)
     if json:
-        print_json(speeds or figures)
+        print_json(found)
     else:
-        print_table(*(scenarios.table(speeds) if speeds else whole.table(figures or {})))
+        print_table(*shown)
 
 
 @benchmarks.command("identify-measured")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,7 +34,8 @@ class Part(NamedTuple):
 
     title: str
     text: str
-    figure: Figure
+    figure: Callable[[], Figure]
+    """Draws it, which takes its time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +95,7 @@ def _loads(run: Shown) -> Iterator[Part]:
     yield Part(
         "Foot loads",
         "Along the vertical joint's axis. Lines are means over stretches of 0.2 % of the time.",
-        figures.foot_loads(data, truth, events),
+        lambda: figures.foot_loads(data, truth, events),
     )
     method = best_method(methods(data))
     if method and len(load_residuals(data, method)) == len(LEGS):
@@ -102,31 +103,31 @@ def _loads(run: Shown) -> Iterator[Part]:
         yield Part(
             "Expected minus estimated",
             f"Expected load less what the leg's own cylinder says; band: what friction leaves open. {word}",
-            figures.residuals(data, method, run.named, events),
+            lambda: figures.residuals(data, method, run.named, events),
         )
     window = busiest(truth["t"], truth["foot_load_fl"])
     if truth["t"][-1] - truth["t"][0] > CLOSE_UP_S:
         yield Part(
             "Foot loads, close up",
             f"The second in which the load of fl changes most, from {window[0]:.2f} s.",
-            figures.foot_loads(data, truth, events, window),
+            lambda: figures.foot_loads(data, truth, events, window),
         )
     if methods(data):
         yield Part(
             "Errors of the estimates",
             "Estimate minus truth, the paper's equations one after the other.",
-            figures.estimate_errors(data, truth, events),
+            lambda: figures.estimate_errors(data, truth, events),
         )
     if all(f"own_low_{leg}" in data for leg in LEGS):
         yield Part(
             "How sure the estimate is",
             "The whole-body estimate and its 90 % interval, less the true load. Red: the interval was wrong.",
-            figures.intervals_held(data, truth, events),
+            lambda: figures.intervals_held(data, truth, events),
         )
 
 
 def _whereabouts(run: Shown) -> Iterator[Part]:
-    if run.motion is not None:
+    if (motion := run.motion) is not None:
         margins = stability_margin(run.truth, run.loss_n)
         row = int(np.argmin(margins))
         weakest = motion_at(
@@ -137,13 +138,13 @@ def _whereabouts(run: Shown) -> Iterator[Part]:
             "Plan view",
             "Seen from off the slope: the body's path, a ring wherever a foot stood, and in blue the feet that carried at "
             f"the weakest moment.{rock}",
-            motion_figures.plan_view(run.motion, weakest, float(margins[row]), run.ground),
+            lambda: motion_figures.plan_view(motion, weakest, float(margins[row]), run.ground),
         )
     if all(f"position_{axis}" in run.data for axis in AXES):
         yield Part(
             "Strokes and set points",
             "By the encoders; dashed: where control wanted them.",
-            motion_figures.strokes(run.data, run.events),
+            lambda: motion_figures.strokes(run.data, run.events),
         )
 
 
@@ -151,12 +152,12 @@ def _machinery(run: Shown) -> Iterator[Part]:
     yield Part(
         "Pressures and power",
         "As the transducers read them, through their calibration; what the pump puts in is the truth.",
-        figures.pressures(run.data, run.truth, run.events),
+        lambda: figures.pressures(run.data, run.truth, run.events),
     )
     yield Part(
         "Ropes and drill",
         "What holds the robot and what pushes it.",
-        figures.ropes_and_drill(run.data, run.truth, run.slope_deg, run.layers, run.events),
+        lambda: figures.ropes_and_drill(run.data, run.truth, run.slope_deg, run.layers, run.events),
     )
 
 
@@ -165,12 +166,12 @@ def _standing(run: Shown) -> Iterator[Part]:
     yield Part(
         "Contact and events",
         f"Black: the foot truly carries ({run.loss_n:g} N and more); orange: the detector says that it does.",
-        figures.contacts(data, truth, events, run.loss_n),
+        lambda: figures.contacts(data, truth, events, run.loss_n),
     )
     yield Part(
         "Body",
         "Margin: share of the load off the edge about which the robot would tip first, 0 to 0.5.",
-        motion_figures.body(
+        lambda: motion_figures.body(
             truth,
             way_up(truth, run.slope_deg),
             tilt_deg(truth, run.slope_deg),
@@ -178,11 +179,11 @@ def _standing(run: Shown) -> Iterator[Part]:
             events,
         ),
     )
-    if run.terrain is not None:
+    if (terrain := run.terrain) is not None:
         yield Part(
             "Grip",
             "Share of its grip that each foot takes while it carries; it slides at 1 (dashed).",
-            motion_figures.grip(truth, run.terrain.friction, events, run.loss_n),
+            lambda: motion_figures.grip(truth, terrain.friction, events, run.loss_n),
         )
 
 

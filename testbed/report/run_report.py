@@ -5,9 +5,9 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from testbed import __version__
 from testbed.machine.model import Machine
@@ -24,30 +24,69 @@ from testbed.simulation.pictures import pictures
 from testbed.simulation.residuals import Suspect
 from testbed.simulation.runs import RecordedRun
 
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
 MOST_EVENTS = 40
 FEWEST_ROWS = 20
 """Shorter runs have a verdict but nothing to draw."""
 
 
+class Drawn(NamedTuple):
+    """A picture of the page: its title, what it shows, and its SVG element."""
+
+    title: str
+    text: str
+    svg: Markup
+
+
 def page(
-    run: RecordedRun, summary: Mapping[str, Any], machine: Machine, terrain: Terrain | None = None
+    run: RecordedRun,
+    summary: Mapping[str, Any],
+    machine: Machine,
+    terrain: Terrain | None = None,
+    drawn: Sequence[Drawn] | None = None,
 ) -> str:
     """The page's text: of a run, what it comes to (see summary.json), the machine that it truly
-    had, and its ground.
+    had, and its ground; `drawn`: its pictures, where they are drawn already.
     """
-    return render("run_report.html.j2", _contents(run, summary, machine, terrain))
+    told = _shown(run, summary, machine, terrain)
+    if drawn is None:
+        drawn = list(draw(told).values())
+    return render("run_report.html.j2", _contents(run, summary, told, drawn))
+
+
+def pictures_of(
+    run: RecordedRun,
+    summary: Mapping[str, Any],
+    machine: Machine,
+    terrain: Terrain | None,
+    wanted: Container[int],
+) -> dict[int, Drawn]:
+    """The page's pictures by their number, those that are wanted."""
+    return draw(_shown(run, summary, machine, terrain), wanted)
+
+
+def _suspect(summary: Mapping[str, Any]) -> Suspect | None:
+    found = (summary.get("residuals") or {}).get("stands_out")
+    return Suspect(**found) if found else None
+
+
+def _shown(
+    run: RecordedRun, summary: Mapping[str, Any], machine: Machine, terrain: Terrain | None
+) -> Shown | None:
+    """What the pictures show; None where there is nothing to draw."""
+    if len(run.time_s) < FEWEST_ROWS:
+        return None
+    series = run.data, run.truth
+    return shown(series, summary, Robot.of(machine), terrain, _suspect(summary))
 
 
 def _contents(
-    run: RecordedRun, summary: Mapping[str, Any], machine: Machine, terrain: Terrain | None
+    run: RecordedRun, summary: Mapping[str, Any], told: Shown | None, drawn: Sequence[Drawn]
 ) -> dict[str, Any]:
-    found = (summary.get("residuals") or {}).get("stands_out")
-    named = Suspect(**found) if found else None
+    named = _suspect(summary)
     large = pictures(run.folder, "large") or pictures(run.folder, "small")
-    enough = len(run.time_s) >= FEWEST_ROWS
-    drawn = (
-        shown((run.data, run.truth), summary, Robot.of(machine), terrain, named) if enough else None
-    )
     return {
         "title": f"{summary['scenario']}, seed {summary['seed']}",
         "description": summary.get("description") or "",
@@ -61,9 +100,9 @@ def _contents(
         "picture_s": large[-1][0] if large else 0.0,
         "slope_deg": float(summary.get("slope_deg") or 0.0),
         "simulated_s": float(run.time_s[-1]) if len(run.time_s) else 0.0,
-        "parts": _parts(drawn) if drawn is not None else [],
-        "animation": animation(drawn.motion, drawn.slope_deg, drawn.robot, drawn.ground)
-        if drawn is not None and drawn.motion is not None
+        "parts": drawn,
+        "animation": animation(told.motion, told.slope_deg, told.robot, told.ground)
+        if told is not None and told.motion is not None
         else None,
         "legs": LEGS,
         "errors": _errors(summary),
@@ -75,14 +114,18 @@ def _contents(
     }
 
 
-def _parts(drawn: Shown) -> list[dict[str, str]]:
+def draw(told: Shown | None, wanted: Container[int] = range(10**6)) -> dict[int, Drawn]:
+    """The pictures of a run by their number, those that are wanted."""
     import matplotlib
 
+    if told is None:
+        return {}
     with matplotlib.rc_context(cast(Any, RC)):
-        return [
-            {"title": part.title, "text": part.text, "svg": svg(part.figure, f"f{number}")}
-            for number, part in enumerate(parts(drawn))
-        ]
+        return {
+            number: Drawn(part.title, part.text, svg(part.figure(), f"f{number}"))
+            for number, part in enumerate(parts(told))
+            if number in wanted
+        }
 
 
 def _verdict(summary: Mapping[str, Any]) -> str:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
 from testbed.formats.files import check_file, write_text
 from testbed.formats.ownership import owned
 from testbed.report.comparison import Side
 from testbed.report.comparison import page as comparison
-from testbed.report.run_report import page
+from testbed.report.run_report import Drawn, page
+from testbed.report.run_report import pictures_of as report_pictures
 from testbed.simulation.runs import (
     SCENARIO,
     RecordedRun,
@@ -22,22 +23,39 @@ from testbed.simulation.runs import (
     run_scenario_of,
 )
 
+if TYPE_CHECKING:
+    from testbed.machine.model import Machine
+    from testbed.scenario.terrain import Terrain
+    from testbed.workflows.drawers import Drawers
 
-def write_report(folder: str | Path) -> Path:
+
+def write_report(folder: str | Path, helpers: Drawers | None = None) -> Path:
     """Write `report.html` into a run's folder and return its path; works for a killed run too.
 
-    Raises InputError where the folder holds no readable run, and while the run is still being made.
+    helpers: processes that draw its pictures meanwhile. Raises InputError where the folder holds no
+    readable run, and while the run is still being made.
     """
     check_run(folder)
     with owned(folder, field=None) as path:
         run, report = read_run(path), path / "report.html"
         with _shown(path):
-            summary = run.summary or _of_a_killed_run(run)
-            scenario = run_scenario_of(path)
-            terrain = scenario.terrain if scenario is not None else None
-            text = page(run, summary, run_machines(path).truth, terrain)
+            drawn = helpers.draw(path) if helpers is not None else None
+            text = page(run, *_of(run), drawn)
         write_text(report, text)
     return report
+
+
+def pictures_of(folder: Path, wanted: Container[int]) -> dict[int, Drawn]:
+    """The pictures of a run's report by their number, those that are wanted."""
+    run = read_run(folder)
+    return report_pictures(run, *_of(run), wanted)
+
+
+def _of(run: RecordedRun) -> tuple[dict[str, Any], Machine, Terrain | None]:
+    """What a run comes to, the machine that it truly had, and its ground."""
+    scenario = run_scenario_of(run.folder)
+    terrain = scenario.terrain if scenario is not None else None
+    return run.summary or _of_a_killed_run(run), run_machines(run.folder).truth, terrain
 
 
 def write_comparison(folders: Sequence[Path], out: Path) -> Path:

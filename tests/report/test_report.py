@@ -14,6 +14,7 @@ from testbed.report.figures import LETTER_IN, word_places
 from testbed.report.motion_figures import friction_use
 from testbed.report.series import busiest, course, envelope, limits
 from testbed.simulation.pictures import Album, pictures
+from testbed.workflows.drawers import SHORTEST_S, Drawers, drawers
 from testbed.workflows.report import write_report
 
 
@@ -170,3 +171,19 @@ def test_a_foot_uses_all_its_grip_when_its_force_leans_by_the_friction_angle() -
     truth |= {"foot_force_in_world_fl_y": 0.0 * normal, "foot_force_in_world_fl_z": normal}
     use = friction_use(truth, "fl", 0.6, bears_n=300.0)
     assert use[:2] == pytest.approx([1.0, 0.25]) and np.isnan(use[2])
+
+
+@pytest.mark.slow
+def test_processes_that_draw_leave_the_same_page(tmp_path: Path) -> None:
+    folder = write_synthetic_run(tmp_path / "run", 8.0)
+    alone = write_report(folder).read_text()
+    helpers = Drawers()
+    try:
+        assert write_report(folder, helpers).read_text() == alone
+    finally:
+        helpers.close()
+
+
+def test_a_short_run_draws_its_report_itself() -> None:
+    with drawers(SHORTEST_S - 1.0) as helpers:
+        assert helpers is None

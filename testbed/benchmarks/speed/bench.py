@@ -140,12 +140,14 @@ def _hydraulics() -> Any:
 
 def _parts(world: Any, steps: int) -> dict[str, float]:
     """Where the time of a full step goes, microseconds: each part called alone on the running
-    world.
+    world. Noise is drawn for many samples at once: each has its share.
     """
-    from testbed.world import between
+    from testbed.world import between, sensing
+    from testbed.world.simulation import SAMPLES
 
-    machine = world.machine
+    machine, nowhere = world.machine, world._nowhere
     boards, substeps = machine.boards.copy(), world.scenario.rates.hydraulic_substeps
+    noise = machine.noise_rng, machine.added_noise_rng
     force, normal = np.zeros((4, 3)), np.zeros(4)
     hydraulics = _hydraulics()
 
@@ -155,8 +157,9 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
 
     jobs: dict[str, Callable[[], Any]] = {
         "hydraulics_us": lambda: hydraulics(boards, 1e-3, substeps),
-        "sensors_us": lambda: world._do(between.SENSE),
-        "estimators_us": lambda: world._do(between.ESTIMATE),
+        "sensors_us": lambda: between.between_steps(between.SENSE, *world._fixed, nowhere),
+        "noise_us": lambda: sensing.draw_noise(SAMPLES, *noise),
+        "estimators_us": lambda: between.between_steps(between.ESTIMATE, *world._fixed, nowhere),
         "read_us": lambda: machine.engine.read(machine.boards["engine"]),
         "contacts_us": lambda: machine.engine.contacts(force, normal),
         "expected_us": world._expect,
@@ -170,4 +173,5 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
             job()
         out[name] = (time.thread_time() - start) / steps * 1e6
     out["expected_us"] /= world._every_expected
+    out["sensors_us"] += out.pop("noise_us") / SAMPLES
     return out
