@@ -80,7 +80,7 @@ def check_duration(time_s: Array, file: Path) -> None:
     duration = float(time_s[-1] - time_s[0])
     if duration < SHORTEST_S:
         raise InputError(
-            f"is too short to diagnose: {duration:.3g} s",
+            f"is too short to learn from: {duration:.3g} s",
             file=file,
             allowed=f"at least {SHORTEST_S:.3g} s",
         )
