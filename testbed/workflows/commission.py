@@ -260,7 +260,8 @@ def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile
         area_a, _ = areas_m2(machine.axes[axis])
         zero = Number(force.value / area_a, "Pa", force.sd / area_a)
         whole[f"{ZeroA.kind}@{axis}.zero"] = zero
-    live = {name: n for name, n in numbers.items() if name.partition("@")[0] in LIVE}
+    entries = {name.rpartition(".")[0] for name in numbers if name.partition("@")[0] in LIVE}
+    live = {name: n for name, n in found.numbers.items() if name.rpartition(".")[0] in entries}
     paths = {p: n for p, n in numbers.items() if p.startswith("axes.") and "zero_force" not in p}
     return RobotModelFile(
         description=f"found by the robot itself in {seconds:.0f} s of its commissioning programme",
@@ -278,7 +279,7 @@ LIVE = (
     RopeAttachment.kind,
     TensionGain.kind,
 )
-"""Effects that the robot believes as they were found."""
+"""Effects that the robot believes as they were found: all numbers of one that shows any."""
 
 
 def _possible(path: str, value: float) -> float:
