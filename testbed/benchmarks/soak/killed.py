@@ -75,15 +75,20 @@ def killed_run(folder: Path, rng: np.random.Generator) -> Judged:
     whole, wall_s = _whole("run")
     out = folder / "run"
     _kill(work(out), rng, wall_s)
-    parts = (out / "truth.parquet").exists()
-    wrong = not_whole(out) if parts else ""
-    if parts and not wrong:
+    recorded = all(_holds_rows(out / f"{series}.parquet") for series in ("data", "truth"))
+    wrong = not_whole(out) if recorded else ""
+    if recorded and not wrong:
         wrong = (
             "" if _beginning(recorded_rows(out), whole) else "its records are not a run's beginning"
         )
     if wrong:
         return "killed", wrong
     return _judged(ended(begun(work(out))), recorded_rows(out) == whole)
+
+
+def _holds_rows(series: Path) -> bool:
+    """Whether a part of a series was whole when its run was killed."""
+    return series.is_file() or any(series.glob("part-*"))
 
 
 def killed_sweep(folder: Path, rng: np.random.Generator) -> Judged:
