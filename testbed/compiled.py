@@ -27,6 +27,8 @@ import numba
 PACKAGE = Path(__file__).parent
 KEPT_DAYS = 30
 """Folders that were not used for so long are removed."""
+LEAST_FREE = 100_000_000
+"""Bytes that must be free where the cache is; numba falls over on a disk that fills up."""
 _SECONDS_A_DAY = 86400.0
 _IMPORT = re.compile(
     r"^(?:from (testbed[\w.]*) import (\([^)]*\)|.+)|import (testbed[\w.]*))", re.MULTILINE
@@ -90,6 +92,8 @@ def cache_folder(*paths: Path) -> Path | None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
+        if shutil.disk_usage(folder).free < LEAST_FREE:
+            return None
     except OSError:
         return None  # every start then compiles what it needs
     prune()

@@ -4,6 +4,7 @@ status.
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -70,6 +71,20 @@ class UserCodeError(InputError):
     def __reduce__(self) -> tuple[object, ...]:
         """Cross to another process by what it says: what was raised may not be picklable."""
         return _said_again, (type(self), self.args, self.__dict__)
+
+
+OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+"""No space, no quota, a file that may not grow, a disk that is only read."""
+
+
+def unwritten(error: BaseException) -> InputError | None:
+    """What an error says of a disk that does not take what is written, wherever that was; None: it
+    is another error.
+    """
+    if not (isinstance(error, OSError) and error.errno in OF_THE_DISK):
+        return None
+    place = error.filename or "a file of the testbed's own (its cache, or a temporary one)"
+    return InputError(f"cannot be written: {error.strerror}", file=place)
 
 
 class SimulationFault(Exception):

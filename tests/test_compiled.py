@@ -44,6 +44,22 @@ def test_a_home_that_cannot_be_written_to_only_costs_time(tmp_path: Path) -> Non
     assert _use(tmp_path / "file")[2:] == ["0", "0"]
 
 
+def test_a_home_on_a_full_disk_only_costs_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Usage:
+        free = compiled.LEAST_FREE - 1
+
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    here = (Path(__file__), Path(compiled.__file__))  # asked for by nobody else
+    with monkeypatch.context() as patch:
+        patch.setattr("shutil.disk_usage", lambda _: Usage)
+        assert compiled.cache_folder(*here) is None
+    compiled.cache_folder.cache_clear()
+    assert compiled.cache_folder(*here) is not None
+    compiled.cache_folder.cache_clear()
+
+
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package in place of the testbed's: a step that uses a law through a seal's, and a page."""

@@ -175,7 +175,7 @@ def detect(
     detector: Annotated[
         str | None,
         typer.Option(
-            help="A detector by name, or FILE.py:Class. [robot: steady; else single_force]"
+            help="A detector by name, or FILE.py:Class. [robot: learned; else single_force]"
         ),
     ] = None,
     force: Annotated[
@@ -630,8 +630,9 @@ def main() -> None:
 
 def _report(error: Exception) -> int:
     """One line on standard error; returns the exit status."""
-    from testbed.errors import InputError, SimulationFault
+    from testbed.errors import InputError, SimulationFault, unwritten
 
+    error = unwritten(error) or error
     if isinstance(error, InputError):
         line, status = str(error), 2
     elif hasattr(error, "format_message"):  # the command line itself could not be read

@@ -268,6 +268,13 @@ def contact_loss(
         str,
         typer.Option(help="Draw each scene's machine from these tolerances; none: as drawn up."),
     ] = "workshop",
+    commission: Annotated[
+        bool,
+        typer.Option(
+            "--commission",
+            help="Score once more with what each machine's commissioning finds, 8 simulated minutes a machine.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Score the detectors of contact loss on drawn machines that drill and walk: every loss,
@@ -276,25 +283,33 @@ def contact_loss(
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
     chosen = None if draw == "none" else draw
-    show(ContactLoss(hours, tune, chosen, tuple(detector or ())), out, jobs, json)
+    benchmark = ContactLoss(hours, tune, chosen, tuple(detector or ()), commission)
+    show(benchmark, out, jobs, json)
 
 
 @benchmarks.command()
 def soak(
     out: Out,
     trials: Annotated[
-        int, typer.Option(min=1, help="Trials of each kind; of kills every tenth and twentieth.")
+        int, typer.Option(min=1, help="Trials of each kind; of those that take long, fewer.")
     ] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first trial of a kind.")] = 0,
+    hours: Annotated[
+        float, typer.Option(min=0.0, max=25.0, help="Simulated hours of drilling in one run.")
+    ] = 12.0,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(help="A kind, as 'killed run'; may be repeated. [all]"),
+    ] = None,
     jobs: Jobs = 1,
     json: Json = False,
 ) -> None:
-    """Try the testbed with bad intent: spoilt files, random actions, kills; what fell over, hung or
-    was lost.
+    """Try the testbed with bad intent: spoilt files, random actions, kills, full disks, clocks that
+    jump, two owners, half a day in one run; what fell over, hung or was lost.
     """
     from testbed.benchmarks.soak.benchmark import Soak
 
-    show(Soak(trials, seed), out, jobs, json)
+    show(Soak(trials, seed, hours, tuple(only or ())), out, jobs, json)
 
 
 @benchmarks.command()

@@ -1,8 +1,11 @@
 """Train policies with stable-baselines3 (extra `rl`), session by session: what was killed goes on
 where it was.
 
-A session is one call of `train`. Its episodes are new ones: they are drawn from the training's seed
-and the session's number. A folder of a training holds
+A training is a row of rounds of some ten thousand steps. A round begins with fresh episodes and
+random numbers, drawn from the training's seed and the steps done before it, and ends with a
+checkpoint: what was killed or stopped in the middle of a round makes that round again, and ends
+with the very weights of a training that was not. A session is one call of `train`. A folder of a
+training holds
 
     training.json            task, seed, settings, options and every session with its workers
     checkpoints/             the library's models; policy_<steps>_steps.zip
@@ -29,13 +32,13 @@ from testbed.envs import named
 from testbed.envs.policies import OPTIMISER, WEIGHTS, actor, read_tensors
 from testbed.envs.settings import settings_of
 from testbed.errors import InputError
-from testbed.formats.files import read_json, write_json
+from testbed.formats.files import read_json, whole, write_json
 from testbed.formats.networks import write_network
 from testbed.formats.ownership import owned
 from testbed.simulation.workers import single_threaded
 
-CHECKPOINT_STEPS = 10_000
-"""Steps of all workers together from checkpoint to checkpoint."""
+ROUND_STEPS = 10_000
+"""Least steps of all workers together from checkpoint to checkpoint."""
 Progress = Callable[[int], None]
 
 
@@ -52,11 +55,9 @@ class Session:
     options: Mapping[str, Any] = field(default_factory=dict)
     """Of the environment."""
 
-    @property
-    def first_seed(self) -> int:
-        """Seed of this session's first episode and of its exploration."""
-        drawn = np.random.SeedSequence([self.seed, self.number]).generate_state(1)
-        return int(drawn[0] // 2)
+    def seed_at(self, done: int) -> int:
+        """Seed of the episodes and the exploration of the round that begins after so many steps."""
+        return int(np.random.SeedSequence([self.seed, done]).generate_state(1)[0] // 2)
 
     def episodes(self, worker: int) -> Path:
         """Where a worker writes a line an episode."""
@@ -87,9 +88,9 @@ def train(
     returns the policy's file.
 
     seed: of a new training, 0 if None; one that goes on keeps its own. options: of the environment,
-    plain JSON values, kept with the training in the same way. An interruption (Ctrl-C) saves what
-    was learnt and is raised again. Raises InputError for numbers that cannot be, an unknown task, a
-    folder of another training or a missing library.
+    plain JSON values, kept with the training in the same way. An interruption (Ctrl-C) writes the
+    policy as it is and is raised again. Raises InputError for numbers that cannot be, an unknown
+    task, a folder of another training or a missing library.
     """
     for option, value in (("--steps", steps), ("--workers", workers)):
         if value < 1:
@@ -129,41 +130,68 @@ def _begin(out: Path, asked: dict[str, Any], workers: int) -> Session:
 
 
 def _learn(kit: Any, session: Session, steps: int, progress: Progress | None) -> None:
-    """Train the library's model until `steps` steps are done in all; what it has learnt is saved in
-    any case.
+    """Train the library's model, round by round, until `steps` steps are done in all.
+
+    policy.zip is written in any case; a checkpoint by whole rounds alone.
     """
     import torch
-    from stable_baselines3.common.callbacks import CheckpointCallback
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
     torch.set_num_threads(1)
     makers = [partial(_worker, session, k) for k in range(session.workers)]
     envs = SubprocVecEnv(makers) if session.workers > 1 else DummyVecEnv(makers)
     try:
-        envs.seed(session.first_seed)
-        model = kit.PPO(
-            "MlpPolicy",
-            envs,
-            seed=session.first_seed,
-            device="cpu",
-            tensorboard_log=_tensorboard(session.out),
-            **settings_of(session.task),
-        )
         last = latest(session.out)
-        if last is not None:
-            _take_over(model, last)
-        checkpoints = session.out / "checkpoints"
-        every = max(CHECKPOINT_STEPS // session.workers, 1)
-        saver = CheckpointCallback(every, str(checkpoints), "policy")
-        left = steps - int(model.num_timesteps)
-        try:
-            if left > 0:
-                model.learn(left, callback=[saver, _reporter(progress)], reset_num_timesteps=False)
-        finally:
-            model.save(checkpoints / f"policy_{model.num_timesteps}_steps.zip")
-            model.save(session.out / "policy.zip")
+        done = 0 if last is None else _steps(last)
+        while True:
+            model = _model(kit, session, envs, done)
+            try:
+                if done < steps:
+                    end = min(done + _round_steps(session), steps)
+                    report = _reporter(progress)
+                    model.learn(end - done, callback=report, reset_num_timesteps=False)
+            finally:
+                _save(model, session.out / "policy.zip")
+            done = int(model.num_timesteps)
+            if done:
+                _save(model, session.out / "checkpoints" / f"policy_{done}_steps.zip")
+            if done >= steps:
+                return
     finally:
         envs.close()
+
+
+def _round_steps(session: Session) -> int:
+    """Steps of a round: whole rollouts of all workers."""
+    rollout = int(settings_of(session.task).get("n_steps", 2048)) * session.workers
+    return -(-ROUND_STEPS // rollout) * rollout
+
+
+def _model(kit: Any, session: Session, envs: Any, done: int) -> Any:
+    """The library's model at the beginning of the round after so many steps."""
+    model = kit.PPO(
+        "MlpPolicy",
+        envs,
+        seed=session.seed_at(done),
+        device="cpu",
+        tensorboard_log=_tensorboard(session.out),
+        **settings_of(session.task),
+    )
+    if model.tensorboard_log is None:
+        from stable_baselines3.common.logger import Logger
+
+        model.set_logger(Logger(None, []))  # the library's own leaves a folder in /tmp behind
+    last = latest(session.out)
+    if last is not None:
+        _take_over(model, last)
+    return model
+
+
+def _save(model: Any, file: Path) -> None:
+    """The library's model in a file, whole or not at all."""
+    file.parent.mkdir(exist_ok=True)
+    with whole(file) as hidden:
+        model.save(hidden)
 
 
 def _worker(session: Session, number: int) -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.formats.sockets import FORM, is_user_class, load_object
+from testbed.formats.sockets import FORM, is_user_class, load_object, numbers_of
 from testbed.machine.names import LEGS
 from testbed.recording.rows import METHODS
 
@@ -62,16 +62,14 @@ def estimator_of(name: str, field: str = "estimator") -> Any:
     )
 
 
-def interval_of(answer: Any) -> tuple[Array, Array, Array]:
+def interval_of(answer: Any, estimator: object) -> tuple[Array, Array, Array]:
     """Loads, low and high (4,) of what an estimator answered; without an interval low and high are
     the loads.
 
-    Raises ValueError for another shape.
+    Raises InputError for an answer of another form.
     """
-    parts = answer if isinstance(answer, tuple) else (answer, answer, answer)
-    loads, low, high = (np.asarray(part, dtype=np.float64) for part in parts)
-    if not loads.shape == low.shape == high.shape == (len(LEGS),):
-        raise ValueError(f"an estimator's loads have the shape {loads.shape}, not ({len(LEGS)},)")
+    parts = answer if isinstance(answer, tuple) and len(answer) == 3 else (answer,) * 3
+    loads, low, high = (numbers_of(part, (len(LEGS),), estimator, "loads") for part in parts)
     return loads, low, high
 
 
@@ -80,7 +78,7 @@ def intervals_over(estimator: Estimator, rows: NDArray[Any]) -> Array:
     4).
     """
     by_name = rows.view(np.recarray)
-    told = [interval_of(estimator.update(row)) for row in by_name]
+    told = [interval_of(estimator.update(row), estimator) for row in by_name]
     return np.array(told, dtype=np.float64).reshape(-1, 3, len(LEGS))
 
 

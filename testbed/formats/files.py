@@ -85,6 +85,32 @@ def check_space(folder: Path, needed_bytes: float, field: str = "--out") -> None
         )
 
 
+def check_links(folder: str | Path) -> Path:
+    """The folder, of unknown origin, once it is seen that what is read in it is its own.
+
+    Raises InputError for a link in it that leads out of it.
+    """
+    folder = Path(folder)
+    home = folder.resolve()
+    for at, folders, files in os.walk(home):
+        for link in (Path(at, name) for name in (*folders, *files)):
+            if link.is_symlink() and not _leads_into(link, home):
+                raise InputError(
+                    "is a link to a place outside its folder",
+                    file=folder / link.relative_to(home),
+                    allowed="a file of the folder itself, or a link to one",
+                )
+    return folder
+
+
+def _leads_into(link: Path, home: Path) -> bool:
+    """Whether a link ends in a folder; one that goes round in circles ends nowhere."""
+    try:
+        return link.resolve().is_relative_to(home)
+    except (OSError, RuntimeError):
+        return False
+
+
 def read_text(path: str | Path, most_bytes: int) -> str:
     """The text of a regular file of at most so many bytes, UTF-8.
 

@@ -104,6 +104,28 @@ def load_object(
         return made(*arguments)
 
 
+def numbers_of(answer: Any, shape: tuple[int, ...], giver: object, meant: str) -> Any:
+    """What an object answered, perhaps one of the user's own, as an array of floats.
+
+    `meant`: what the answer is. Raises InputError, naming the object's class, where it is none of
+    this shape.
+    """
+    import numpy as np
+
+    try:
+        found = np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = None
+    if found is None or found.shape != shape:
+        raise InputError(
+            f"answered what are no {meant}",
+            field=type(giver).__name__,
+            value=type(answer).__name__ if found is None else found.shape,
+            allowed=f"an array {shape} of numbers",
+        )
+    return found
+
+
 @contextmanager
 def user_code() -> Iterator[None]:
     """Report what a user's file raises inside as UserCodeError: the file, its line, and what was

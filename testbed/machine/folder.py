@@ -27,6 +27,7 @@ from pydantic import Field
 from testbed import resources
 from testbed.errors import InputError
 from testbed.formats.checked import Checked, Sequence, checked
+from testbed.formats.files import check_links
 from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import SHIPPED, Machine
 from testbed.machine.provenance import Quantity, quantities_of, read_quantities
@@ -67,7 +68,7 @@ def machine_folder(given: str | Path, folder: Path = Path()) -> Path:
     shipped = Path(__file__).with_name("shipped")
     for found in (folder / given, shipped / str(given)):
         if (found / NUMBERS).is_file():
-            return found.resolve()
+            return check_links(found.resolve())
     names = ", ".join(sorted(path.name for path in shipped.iterdir() if path.is_dir()))
     raise InputError(
         f"is no folder with a {NUMBERS}",

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
+from testbed.formats.files import check_links
 from testbed.formats.table import read_columns
 from testbed.formats.units import to_si
 from testbed.recording.axis_header import Header, read_header
@@ -148,7 +149,7 @@ def recording_folder(place: str | Path) -> Path:
     folder = folder.parent if folder.name == "recording.yaml" else folder
     if not folder.is_dir():
         raise InputError("no such recording folder", file=folder)
-    return folder
+    return check_links(folder)
 
 
 def read_rig(folder: str | Path) -> Rig:
@@ -160,6 +161,7 @@ def read_rig(folder: str | Path) -> Rig:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError("no such rig folder", file=folder)
+    check_links(folder)
     parts = {}
     for part in ("identify", "verify"):
         if not (folder / part).is_dir():

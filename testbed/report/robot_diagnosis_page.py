@@ -48,7 +48,7 @@ def contents(diagnosis: RobotDiagnosis) -> dict[str, Any]:
         "errors": _rows(diagnosis),
         "learnt": round(100 * LEARNT_SHARE),
         "rivals": [(spoken(name), factor) for name, factor in singles[:SHOWN]],
-        "cannot_show": ", ".join(found["cannot_show"]),
+        "left_out": found["left_out"],
         "resembles": spoken(diagnosis.resembles) if diagnosis.resembles else "",
         "force": force_figure(diagnosis),
         "places": place_figure(diagnosis),

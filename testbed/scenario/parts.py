@@ -322,7 +322,7 @@ class Estimator(Checked):
         "estimate_own_<leg>",
     )
     detector: str = Field(
-        default="combined",
+        default="held",
         min_length=1,
         description="detector of the contact state: a shipped one by name, or FILE.py:Class",
     )
@@ -354,11 +354,11 @@ class Estimator(Checked):
 
     @model_validator(mode="after")
     def _threshold_has_its_detector(self) -> Estimator:
-        shipped = (self.detector, self.method) == ("combined", "own")
+        shipped = (self.detector, self.method) == ("held", "own")
         if not shipped and self.contact_threshold_n is not None:
             raise impossible(
-                "contact_threshold_n is that of the detector combined on the estimate own",
-                "it with estimator.detector: combined and estimator.method: own; else the detector holds its own",
+                "contact_threshold_n is that of the detector held on the estimate own",
+                "it with estimator.detector: held and estimator.method: own; else the detector holds its own",
             )
         return self
 

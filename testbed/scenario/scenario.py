@@ -71,7 +71,7 @@ class Scenario(Checked):
     seed: int = Field(
         default=0, ge=0, le=2**32 - 1, description="seed of everything random in the run"
     )
-    duration_s: float = Field(default=10.0, gt=0, le=36000, description="simulated time [s]")
+    duration_s: float = Field(default=10.0, gt=0, le=90_000, description="simulated time [s]")
     rates: Rates = Rates()
     terrain: Terrain = Terrain()
     machine: OwnMachine = OwnMachine()

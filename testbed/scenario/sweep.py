@@ -64,7 +64,7 @@ class Sweep(Checked):
         description="scenario file (relative to this one), or the name of a shipped one"
     )
     duration_s: float | None = Field(
-        default=None, gt=0, le=36000, description="instead of the scenario's [s]"
+        default=None, gt=0, le=90_000, description="instead of the scenario's [s]"
     )
     seeds: Annotated[tuple[int, ...], Sequence] = Field(
         default=(1,), min_length=1, description="every run is made with each of them"

@@ -1,6 +1,6 @@
 """Writes a run while it goes on, so that a killed run stays readable up to its last second.
 
-Each series (`data`, `truth`) is a folder `<name>.parquet/part-00000.parquet ...` during the run;
+Each series (`data`, `truth`) is a folder `<name>.parquet/part-0000000.parquet ...` during the run;
 every part is a whole Parquet file that appears at once, under its final name. `finish` turns the
 folder into one file. Time is kept as float64, everything else as float32: 24 bits resolve 0.5 Pa at
 80 bar (2 mN on the piston), 4 mN at 50 kN and 30 nm at 0.5 m, each at least a thousand times finer
@@ -120,7 +120,7 @@ class RunRecorder:
 
         folder = self.out_dir / f"{name}.parquet"
         with whole(
-            folder / f"part-{number:05d}.parquet"
+            folder / f"part-{number:07d}.parquet"
         ) as hidden:  # readers of a folder skip names with a dot
             pq.write_table(_table(block, self._schemas[name]), hidden, **_OPTIONS)
 
@@ -140,18 +140,19 @@ class RunRecorder:
             raise InputError(problem, file=folder) from error
 
     def _join(self, folder: Path, single: Path, schema: Any) -> None:
+        """Groups of the same rows however the parts were cut: the same run gives the same file."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        waiting: list[Any] = []
+        waiting = schema.empty_table()
         with pq.ParquetWriter(single, schema, **_OPTIONS) as writer:
             for part in sorted(folder.glob("part-*.parquet")):
-                waiting.append(read_parquet(part))
-                if sum(map(len, waiting)) >= _ROWS_PER_GROUP:
-                    writer.write_table(pa.concat_tables(waiting).combine_chunks())
-                    waiting.clear()
-            if waiting:
-                writer.write_table(pa.concat_tables(waiting).combine_chunks())
+                waiting = pa.concat_tables([waiting, read_parquet(part)])
+                while len(waiting) >= _ROWS_PER_GROUP:
+                    writer.write_table(waiting.slice(0, _ROWS_PER_GROUP).combine_chunks())
+                    waiting = waiting.slice(_ROWS_PER_GROUP)
+            if len(waiting):
+                writer.write_table(waiting.combine_chunks())
 
 
 _OPTIONS: dict[str, Any] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,16 @@ from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
 
 Array = npt.NDArray[np.float64]
 
+LEAST_ROWS_A_PART, LONGEST_WAIT_S = 200, 5.0
+"""A part is a simulated second of rows, but at least so many, for its head alone takes 100 kB; rows
+that have waited for so long, s on the clock, are written anyhow.
+"""
+
+
+def spelt(scenario: Any) -> str:
+    """A scenario with all its values, as its run's folder holds it."""
+    return yaml_text(plain(scenario.model_dump(mode="json")))
+
 
 class RunFolder:
     """Takes a Simulation's rows as they come. Raises InputError where the disk has no room for
@@ -33,8 +44,7 @@ class RunFolder:
         self._columns = list(simulation.data_columns), list(simulation.truth_columns)
         rows = round(scenario.duration_s * scenario.rates.record_hz)
         check_space(folder, size_bytes(rows, self._columns))
-        spelt = yaml_text(plain(scenario.model_dump(mode="json")))
-        write_text(folder / "scenario.yaml", spelt)
+        write_text(folder / "scenario.yaml", spelt(scenario))
         if scenario.machine.draw is not None:
             write_yaml(folder / TRUTH_MACHINE, truth_machine(scenario, simulation))
         meta = recording_meta(
@@ -42,14 +52,17 @@ class RunFolder:
         )
         self._recorder = RunRecorder(folder, *self._columns, meta)
         self._album = Album(folder, scenario.duration_s)
-        self._simulation, self._rows_a_part = simulation, scenario.rates.record_hz
+        self._simulation = simulation
+        self._rows_a_part = max(scenario.rates.record_hz, LEAST_ROWS_A_PART)
         self._waiting: list[tuple[Array, Array]] = []
+        self._written_s = time.monotonic()
         self._album.take(simulation, 0.0)
 
     def take(self, data: Array, truth: Array) -> None:
         """The next rows, and a picture where one is due."""
         self.keep(data, truth)
-        if sum(len(rows) for rows, _ in self._waiting) >= self._rows_a_part:
+        waiting = sum(len(rows) for rows, _ in self._waiting)
+        if waiting >= self._rows_a_part or time.monotonic() - self._written_s > LONGEST_WAIT_S:
             self._write()
         if len(truth):
             self._album.take(self._simulation, float(truth[-1, 0]))
@@ -63,7 +76,8 @@ class RunFolder:
         self._waiting.append((data, truth))
 
     def _write(self) -> None:
-        """Hand a second's rows to the recorder, however small the pieces that they came in."""
+        """Hand the rows to the recorder, however small the pieces that they came in."""
+        self._written_s = time.monotonic()
         if self._waiting:
             data, truth = (np.concatenate(tables) for tables in zip(*self._waiting, strict=True))
             self._waiting = []

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError
-from testbed.formats.files import read_json
+from testbed.formats.files import check_links, read_json
 from testbed.formats.table import open_series
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.build import build_machine
@@ -94,7 +94,7 @@ def check_run(folder: str | Path) -> Path:
     folder = Path(folder)
     if not (folder / "recording.yaml").is_file():
         raise InputError("holds no run", file=folder, allowed="a folder with recording.yaml")
-    return folder
+    return check_links(folder)
 
 
 def read_series(folder: Path, name: str, columns: list[str] | None = None) -> Columns:

@@ -84,9 +84,10 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "undeclared": [effect.model_dump() for effect in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
-    summary |= figures
-    summary |= {name: value for name, value in simulation.summary().items() if name not in summary}
-    summary["events"] = list(simulation.events)
+    for part in (figures, simulation.summary(), {"events": list(simulation.events)}):
+        twice = summary.keys() & part.keys()
+        assert not twice, f"{sorted(twice)} of a summary are worked out in two places"
+        summary |= part
     if not ending.interrupted and ending.fault is None:
         broken = unmet(scenario.expect, plain(summary))
         summary["expectations"] = {"met": not broken, "unmet": broken}

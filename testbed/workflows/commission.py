@@ -7,6 +7,7 @@ then on a slope on its ropes. What the first one found is what the second one be
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,6 +34,7 @@ from testbed.errors import InputError
 from testbed.estimation.commissioning import Number, Weighed
 from testbed.estimation.live.uncertainty import areas_m2
 from testbed.formats.files import check_file, write_text
+from testbed.formats.ownership import owned
 from testbed.machine.model import Machine
 from testbed.machine.names import SIDES
 from testbed.recording.leg_model import Parameter
@@ -66,10 +68,13 @@ def commission(recordings: Sequence[Path], out: str | Path) -> dict[str, Any]:
     The first recording is of level ground, a second one of the ropes. Raises InputError for
     recordings that cannot serve; then nothing is written.
     """
+    from testbed.diagnosis.robot.diagnose import check_duration
     from testbed.recording.robot import read_robot
 
     out = check_file(out, (".yaml", ".yml"))
     runs = [read_robot(folder) for folder in recordings]
+    for run in runs:
+        check_duration(run.data["t"], run.file)
     seconds = sum(float(run.data["t"][-1] - run.data["t"][0]) for run in runs)
     if seconds > LONGEST_S:
         raise InputError("is too long", file=out, value=seconds, allowed=f"{LONGEST_S:g} s in all")
@@ -150,19 +155,28 @@ def commission_any(
             value=" ".join(given),
             allowed="recordings, or one scenario",
         )
-    with recorded(given[0], overrides, seed) as runs:
+    with recorded(given[0], overrides, seed, stages_of(Path(out))) as runs:
         return commission(runs, out)
+
+
+def stages_of(out: Path) -> Path:
+    """Where a commissioning keeps its stages until its model file is written: killed, it goes on
+    with those that it finds there.
+    """
+    return out.with_name(f".{out.name}.stages")
 
 
 @contextmanager
 def recorded(
-    name: str, overrides: Sequence[str] = (), seed: int | None = None
+    name: str, overrides: Sequence[str] = (), seed: int | None = None, place: Path | None = None
 ) -> Iterator[list[Path]]:
     """Recordings of a scenario's programme and, where it is on level ground and the machine has
     ropes, of theirs, for as long as needed.
+
+    `place`: folder for them, gone at the end; what a killed process has finished there is taken
+    over. None: a temporary one. Raises OccupiedError where another process is at work there.
     """
     from testbed.scenario.scenario import lacks, load_scenario
-    from testbed.simulation.run import run_scenario
 
     scenarios = [load_scenario(name, list(overrides), seed)]
     first = scenarios[0]
@@ -174,11 +188,39 @@ def recorded(
         raise InputError(
             "is too long", file=name, field="duration_s", value=seconds, allowed=allowed
         )
-    with TemporaryDirectory() as place:
-        folders = [Path(place) / str(k) for k in range(len(scenarios))]
+    with _folder(place) as held:
+        folders = [held / str(k) for k in range(len(scenarios))]
         for scenario, folder in zip(scenarios, folders, strict=True):
-            run_scenario(scenario, folder)
+            _record(scenario, folder)
         yield folders
+
+
+@contextmanager
+def _folder(place: Path | None) -> Iterator[Path]:
+    """A folder of one's own, gone once its work is done or cannot be."""
+    if place is None:
+        with TemporaryDirectory() as made:
+            yield Path(made)
+        return
+    with owned(place):
+        try:
+            yield place
+        except InputError:
+            shutil.rmtree(place)
+            raise
+        shutil.rmtree(place)
+
+
+def _record(scenario: Scenario, folder: Path) -> None:
+    """Run a stage, unless the folder holds all of this very run."""
+    from testbed.simulation.run import run_scenario
+    from testbed.simulation.run_folder import spelt
+    from testbed.simulation.sweep import summary_of
+
+    kept = folder / "scenario.yaml"
+    same = kept.is_file() and kept.read_bytes() == spelt(scenario).encode()
+    if not (same and summary_of(folder)) and run_scenario(scenario, folder).interrupted:
+        raise KeyboardInterrupt
 
 
 def _on_ropes(level: Scenario) -> Scenario:
@@ -218,7 +260,8 @@ def believed(found: Weighed, machine: Machine, seconds: float) -> RobotModelFile
         area_a, _ = areas_m2(machine.axes[axis])
         zero = Number(force.value / area_a, "Pa", force.sd / area_a)
         whole[f"{ZeroA.kind}@{axis}.zero"] = zero
-    live = {name: n for name, n in numbers.items() if name.partition("@")[0] in LIVE}
+    entries = {name.rpartition(".")[0] for name in numbers if name.partition("@")[0] in LIVE}
+    live = {name: n for name, n in found.numbers.items() if name.rpartition(".")[0] in entries}
     paths = {p: n for p, n in numbers.items() if p.startswith("axes.") and "zero_force" not in p}
     return RobotModelFile(
         description=f"found by the robot itself in {seconds:.0f} s of its commissioning programme",
@@ -236,7 +279,7 @@ LIVE = (
     RopeAttachment.kind,
     TensionGain.kind,
 )
-"""Effects that the robot believes as they were found."""
+"""Effects that the robot believes as they were found: all numbers of one that shows any."""
 
 
 def _possible(path: str, value: float) -> float:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from testbed.errors import InputError
-from testbed.formats.files import check_file, write_text
+from testbed.formats.files import check_file, write_json, write_text
 from testbed.formats.ownership import owned
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from testbed.recording.robot import RobotRecording
 
 Table = tuple[list[str], list[list[str]]]
-PAGE = "report.html"
+FINDINGS, PAGE = "findings.json", "report.html"
 
 
 @dataclass(frozen=True)
@@ -121,6 +121,7 @@ def _robot(folder: Path, out: Path, wanted: Wanted, tell: Callable[[str], None])
         tree = as_json(found)
         if wanted.suggest is not None:
             tree["next_motion"] = suggest_motion(found, folder, wanted.suggest, tell)
+            write_json(out / FINDINGS, tree)
     return Diagnosed(f"{found.name}: {found.verdict.kind}", tree, summary_rows(found), out / PAGE)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.errors import InputError, naming
-from testbed.formats.files import check_file
+from testbed.formats.files import check_file, check_links
 from testbed.formats.yaml_files import read_yaml
 from testbed.machine.names import LEGS, SIDES
 
@@ -73,7 +73,7 @@ def is_robot(folder: Path) -> bool:
 
 def header_of(folder: Path) -> Mapping[str, Any]:
     """What `recording.yaml` says; nothing where there is none."""
-    path = folder / "recording.yaml"
+    path = check_links(folder) / "recording.yaml"
     meta = read_yaml(path) if path.is_file() else None
     return meta if isinstance(meta, Mapping) else {}
 

@@ -164,7 +164,7 @@ def _handler(live: Live) -> type[BaseHTTPRequestHandler]:
             else:
                 try:
                     body = json.loads(self.rfile.read(int(length)))
-                except ValueError:
+                except (ValueError, RecursionError):
                     body = None
                 self._json(live.order(body))
 

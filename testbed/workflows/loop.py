@@ -88,10 +88,12 @@ def _row(name: str, folder: Path, say: Progress) -> dict[str, Any]:
 def _run(folder: Path, scenario: Scenario, model: Path | None) -> dict[str, Any]:
     """The run's summary; a run that is there already is kept."""
     from testbed.simulation.run import run_scenario
+    from testbed.simulation.sweep import summary_of
     from testbed.workflows.report import write_report
 
-    if not (folder / "summary.json").is_file():
-        run_scenario(scenario, folder, model)
+    if summary_of(folder) is None:
+        if run_scenario(scenario, folder, model).interrupted:
+            raise KeyboardInterrupt
         write_report(folder)
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return summary

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,7 @@ def suggest_motion(
     Raises InputError where the run has no scenario beside it.
     """
     from testbed.diagnosis.robot.hypotheses import Ledger
-    from testbed.diagnosis.robot.motions import motions, promises, rivals
+    from testbed.diagnosis.robot.motions import motion_named, motions, promises, rivals
     from testbed.formats.yaml_files import yaml_text
     from testbed.scenario.scenario import load_scenario
 
@@ -45,9 +46,12 @@ def suggest_motion(
     rehearsed = {}
     for motion in motions():
         tell(f"rehearsing: {motion.text}")
-        rehearsed[motion.name] = _rehearsal(stood, motion.overrides())
+        with suppress(InputError):  # from here it cannot make this one
+            rehearsed[motion.name] = _rehearsal(stood, motion.overrides())
     promised = promises(Ledger(found.balances), two, rehearsed)
-    best = max(motions(), key=lambda motion: promised[motion.name])
+    if not promised:
+        raise InputError("no motion of the catalogue can be made from here", field="--suggest")
+    best = motion_named(max(promised, key=promised.__getitem__))
     scenario = load_scenario(stood, best.overrides(), duration=SECONDS)
     write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))
     return {

@@ -249,6 +249,6 @@ def _chain(
         "e_max_n": scenario.estimator.innovation_limit_n,
         "contact_off_n": scenario.estimator.contact_threshold_n,
     }
-    changes = {name: value for name, value in wanted.items() if value is not None}
+    changes: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
     belief = replace(belief, tuning=replace(belief.tuning, **changes))
     return EstimatorChain(believed.with_body(belief, robot.model, rope_directions))

@@ -26,12 +26,12 @@ from testbed.effects.robot_payload import HiddenPayload
 from testbed.effects.rope_attachment import RopeAttachment
 from testbed.effects.rope_direction import RopeDirection
 from testbed.effects.rope_tension_gain import TensionGain
-from testbed.errors import naming
+from testbed.errors import InputError, naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
 from testbed.estimation.live.uncertainty import HOLDS, WORKSHOP, Uncertainty
 from testbed.machine.model import Machine
-from testbed.machine.names import AXES
+from testbed.machine.names import AXES, LEGS
 from testbed.machine.ruled import check_effective
 from testbed.recording.leg_model import EffectEntry, LegModel
 from testbed.recording.robot_model import RobotModelFile, is_robot_model, read_robot_model
@@ -153,7 +153,9 @@ def own_belief(
     if model is None:
         return OwnBelief(machine, sure=Uncertainty(tolerances))
     if not is_robot_model(model):
-        of_leg, sure = read_believed(model), Uncertainty(tolerances)
+        of_leg = read_believed(model)
+        with naming(model):
+            sure = Uncertainty(tolerances, spreads_of_leg(of_leg))
         return OwnBelief(machine, of_leg, file=Path(model), sure=sure)
     file = read_robot_model(model)
     for path, value in file.numbers.items():
@@ -182,6 +184,33 @@ def own_belief(
             Path(model),
             Uncertainty(tolerances, spreads_of(file)),
         )
+
+
+OF_TOLERANCES = {
+    "bore_m": "axes.{}_vertical.cylinder.bore_m",
+    "moving_mass_kg": "inertia.mass@{}_vertical.mass",
+}
+"""Number of a leg's model whose tolerance an estimate knows -> its name beside a robot's."""
+
+
+def spreads_of_leg(model: LegModel) -> dict[str, float]:
+    """Standard deviations that the tolerances of a leg's model tell of all four, by the robot's
+    names.
+
+    Raises InputError for the tolerance of a number that every live estimate takes as it is.
+    """
+    found: dict[str, float] = {}
+    for name, share in model.known.tolerances.items():
+        if name not in OF_TOLERANCES:
+            raise InputError(
+                "would have no effect: no live estimate knows how far the number may be off",
+                field=f"known.tolerances.{name}",
+                value=share,
+                allowed=f"left out, or one of {', '.join(OF_TOLERANCES)}",
+            )
+        spread = share * (getattr(model.known, name) or 0.0)
+        found |= {OF_TOLERANCES[name].format(leg): spread for leg in LEGS}
+    return found
 
 
 def spreads_of(file: RobotModelFile) -> dict[str, float]:

@@ -500,7 +500,6 @@ class Simulation:
         """What only the world knows of the whole run."""
         m = self.machine
         return {
-            "verdict": self.verdict,
             "foot_slip_m": m.judge.slip_m,
             "rope_slip_m": float(m.board.devices["slipped"].max()),
             "turn_max_deg": math.degrees(m.judge.turn_rad),

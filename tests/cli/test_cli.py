@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import resource
 import subprocess
 import sys
 
 import pytest
+
+from testbed.cli import _report
 
 
 def _least_cpu_s(arguments: list[str], limit_s: float, tries: int = 5) -> float:
@@ -113,3 +116,19 @@ def test_a_closed_pipe_is_no_fault() -> None:
     )
     assert done.stderr == ""
     assert done.stdout.startswith("field")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device", "a.csv"), 2, "a.csv: cannot be written"),
+        (OSError(errno.EFBIG, "File too large"), 2, "its cache, or a temporary one"),
+        (OSError(errno.EIO, "Input/output error", "a.csv"), 1, "a fault of ours: OSError"),
+    ],
+)
+def test_a_disk_that_takes_nothing_is_no_fault_of_ours(
+    error: OSError, status: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _report(error) == status
+    told = capsys.readouterr().err
+    assert said in told and told.count("\n") == 1

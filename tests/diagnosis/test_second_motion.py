@@ -103,6 +103,12 @@ def test_the_motion_that_shows_the_difference_promises_most() -> None:
     assert promised["parts"] > 20.0 > 1.0 > promised["does not"]
 
 
+def test_an_effect_is_parted_from_a_sound_machine() -> None:
+    first = Ledger(recording(course(1), course(2), 0.1 * course(1)))
+    rehearsals = {"shows": Ledger(recording(course(3), course(4), np.zeros(ROWS)))}
+    assert promises(first, ((LEFT,), ()), rehearsals)["shows"] > 20.0
+
+
 def test_sets_that_are_close_are_rivals() -> None:
     close: Any = (((LEFT,), 0.5), ((RIGHT,), 0.4), ((), 0.1))
     clear: Any = (((LEFT,), 0.41 + CLOSE), ((), 0.4))

@@ -10,8 +10,10 @@ from shipped import MACHINE
 from testbed.effects import ALL
 from testbed.errors import InputError
 from testbed.estimation.live.believed import Believed
+from testbed.estimation.live.uncertainty import Uncertainty, constants
 from testbed.recording.known import Circuit, Known
 from testbed.recording.leg_model import EffectEntry, Friction, LegModel
+from testbed.world.believed import OF_TOLERANCES, spreads_of_leg
 
 KNOWN = {
     "bore_m": 0.07,
@@ -32,9 +34,7 @@ KNOWN = {
 }
 REFUSED = {"inclination_deg": 20.0, "cushion_length_m": 0.05}
 ELSEWHERE = {"circuit", "tolerances"}
-"""The circuit is tried part by part; a tolerance tells a diagnosis how far a declared number may
-move.
-"""
+"""The circuit is tried part by part, tolerances number by number."""
 
 
 def told(**changes: object) -> bytes:
@@ -56,8 +56,31 @@ def test_a_declared_number_is_believed(number: str) -> None:
 @pytest.mark.parametrize("number", [name for name in Circuit.model_fields if name != "supply"])
 def test_a_part_of_the_circuit_is_believed(number: str) -> None:
     other = "check" if number.startswith("holding") else 0.5
-    plain = told(known=KNOWN | {"circuit": {}})
-    assert told(known=KNOWN | {"circuit": {number: other}}) != plain
+    varying = {"supply": "varying"}
+    plain = told(known=KNOWN | {"circuit": varying})
+    assert told(known=KNOWN | {"circuit": varying | {number: other}}) != plain
+
+
+def test_a_supply_that_a_run_does_not_have_is_refused() -> None:
+    with pytest.raises(InputError, match=r"known\.circuit\.supply = 'constant': would have no eff"):
+        told(known=KNOWN | {"circuit": {"edge_at": 2.0}})
+
+
+@pytest.mark.parametrize("number", Known.model_fields)
+def test_a_tolerance_widens_what_the_robot_believes_or_is_refused(number: str) -> None:
+    if number in ELSEWHERE:
+        return
+    model = LegModel.model_validate({"known": KNOWN | {"tolerances": {number: 0.05}}})
+    if number not in OF_TOLERANCES:
+        with pytest.raises(
+            InputError, match=rf"tolerances\.{number} = 0\.05: would have no effect"
+        ):
+            spreads_of_leg(model)
+        return
+    found = Uncertainty("workshop", spreads_of_leg(model))
+    assert (
+        constants(found, MACHINE).tobytes() != constants(Uncertainty("workshop"), MACHINE).tobytes()
+    )
 
 
 @pytest.mark.parametrize("number", Friction.model_fields)

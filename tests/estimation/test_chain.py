@@ -184,8 +184,10 @@ def contact_states(load, first):
     """Contact states over loads (n,), N, with an upper limit of 1500 and a lower one of 700 N, 20
     ms each.
     """
-    limits = contact.ContactLimits.one(on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02)[0]
-    state = contact.ContactState.one(contact=first, since=0.0)[0]
+    limits = contact.ContactLimits.one(
+        on=1500.0, off=700.0, dwell_on=0.02, dwell_off=0.02, sure=6000.0, dwell_sure=0.005
+    )[0]
+    state = contact.ContactState.one(contact=first, since=0.0, surely=0.0)[0]
     return np.array([contact.step(state, value, 1e-3, limits) for value in load])
 
 
@@ -194,6 +196,13 @@ def test_contact_state_changes_after_its_dwell_and_not_before():
     states = contact_states(load, 0.0)
     assert states[18] == 0.0 and states[19] == 1.0
     assert states[118] == 1.0 and states[119] == 0.0
+
+
+def test_a_load_beyond_doubt_is_contact_sooner():
+    states = contact_states(np.full(100, 6500.0), 0.0)
+    assert states[3] == 0.0 and states[4] == 1.0
+    tapped = np.tile(np.append(np.full(4, 6500.0), 0.0), 20)
+    assert np.all(contact_states(tapped, 0.0) == 0.0)
 
 
 def test_load_between_both_thresholds_keeps_the_contact_state():

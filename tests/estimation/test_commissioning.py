@@ -28,7 +28,7 @@ from testbed.world.believed import own_belief
 
 
 def test_a_recording_without_a_foot_in_the_air_is_refused(tmp_path: Path) -> None:
-    run_scenario(load_scenario("stand_flat", duration=1.0), tmp_path / "run")
+    run_scenario(load_scenario("stand_flat", duration=5.0), tmp_path / "run")
     with pytest.raises(InputError, match="shows no foot in the air"):
         commission_any([str(tmp_path / "run")], tmp_path / "model.yaml")
     assert not (tmp_path / "model.yaml").exists()
@@ -57,6 +57,22 @@ def test_what_was_found_is_believed_with_its_interval(tmp_path: Path) -> None:
     area = legs[0].area_a_m2
     assert legs[0].zero_a_pa * area == pytest.approx(50.0)
     assert own.of_body is not None and own.of_body.body_masses[0].mass_kg == 100.0
+
+
+def test_an_effect_of_which_one_number_was_shown_is_believed_whole() -> None:
+    """A model file's effect has all its parameters, those that were not shown as known before."""
+    body = {"total_mass_kg": Number(4100.0, "kg", 10.0)}
+    body |= {f"centre_of_mass_{k}_m": Number(0.0, "m", 0.005) for k in "xyz"}
+    left, right = "rope.direction@rope_left", "rope.direction@rope_right"
+    ropes = {
+        f"{left}.azimuth": Number(0.01, "rad", 0.001, (0.0, 0.007)),
+        f"{left}.elevation": Number(0.002, "rad", 0.007, (0.0, 0.007)),
+        f"{right}.azimuth": Number(0.002, "rad", 0.007, (0.0, 0.007)),
+        f"{right}.elevation": Number(0.002, "rad", 0.007, (0.0, 0.007)),
+    }
+    file = believed(Weighed(body | ropes, 100.0, np.zeros(3), {}), build_machine(), 280.0)
+    directions = {e.place: set(e.parameters) for e in file.effects if e.name == "rope.direction"}
+    assert directions == {"rope_left": {"azimuth", "elevation"}}
 
 
 @pytest.mark.long

@@ -12,10 +12,11 @@ import pytest
 
 from testbed.errors import InputError
 from testbed.estimation.detectors import derived
-from testbed.estimation.detectors.base import scores_over
+from testbed.estimation.detectors.base import Hold, scaled, scores_over
 from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
+from testbed.estimation.detectors.held import Held
 from testbed.estimation.detectors.learned import Learned, shipped_network, views_over
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import Sample, Watch
@@ -24,6 +25,8 @@ from testbed.estimation.detectors.table import DETECTORS, LIVE, detector_of
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain import belief_of
+from testbed.estimation.live.contact import ContactState, step
+from testbed.estimation.live.judged import limits_of
 from testbed.machine.build import build_machine
 from testbed.recording.rows import METHODS, DataRow
 
@@ -123,9 +126,47 @@ def test_the_steady_detector_is_the_combined_one_over_twenty_milliseconds() -> N
 
 def test_the_live_contact_state_is_judged_by_the_one_that_the_chain_steps() -> None:
     """What the chain steps in its own compiled call carries the numbers of that detector's file."""
-    assert Combined.name == LIVE
+    assert Held.name == LIVE
     names = BELIEF["combined"].dtype.names
-    assert {name: BELIEF["combined"][name][0] for name in names} == Combined.numbers
+    assert {name: BELIEF["combined"][name][0] for name in names} == Held.numbers
+    assert BELIEF["contact"] == limits_of(Held(), "")
+
+
+def _words(detector: Any, load: np.ndarray) -> np.ndarray:
+    """Whether a detector calls a foot with this load (n,), N, lost."""
+    limits, state = limits_of(detector, ""), ContactState.one(contact=1.0, since=0.0, surely=0.0)[0]
+    scores = detector.scores(_samples(load))[:, 0]
+    return np.array([step(state, -score, 1e-3, limits) == 0.0 for score in scores])
+
+
+def test_a_foot_that_taps_the_ground_with_every_blow_is_one_alarm_and_not_many() -> None:
+    """600 +- 500 N at 12 Hz: a held word stays, one of a single level follows every blow."""
+    load = 600.0 + 500.0 * np.sin(2.0 * np.pi * 12.0 * np.arange(2000) * 1e-3)
+    held, steady = _words(Held(), load), _words(Steady(), load)
+    assert np.count_nonzero(np.diff(held.astype(int)) == 1) <= 1 and held[1000:].all()
+    assert np.count_nonzero(np.diff(steady.astype(int)) == 1) >= 15
+
+
+@pytest.mark.parametrize(("back_n", "after_s"), [(5000.0, 0.02), (1000.0, 0.22)])
+def test_a_touchdown_is_believed_sooner_the_clearer_it_is(back_n: float, after_s: float) -> None:
+    load = np.concatenate([np.full(500, 5000.0), np.zeros(500), np.full(800, back_n)])
+    lost = _words(Held(), load)
+    assert not lost[:500].any() and lost[540:1000].all()
+    assert np.flatnonzero(~lost[1000:])[0] * 1e-3 == pytest.approx(after_s, abs=0.025)
+
+
+@pytest.mark.parametrize("name", [Held.name, Learned.name])
+def test_a_detector_of_a_larger_machine_says_the_same_of_larger_forces(name: str) -> None:
+    load = np.concatenate([np.full(100, 3000.0), np.full(100, 200.0)])
+    small, large = detector_of(name), scaled(detector_of(name), 2.0)
+    samples, double = _samples(load), _samples(2.0 * load)
+    double["row"]["expected"] *= 2.0
+    per_threshold = small.scores(samples) / small.threshold
+    np.testing.assert_allclose(large.scores(double) / large.threshold, per_threshold, rtol=1e-9)
+
+
+def test_a_hold_of_forces_grows_with_the_machine() -> None:
+    assert Hold(100.0, 0.3, 500.0, 0.02).scaled(2.0) == Hold(200.0, 0.3, 1000.0, 0.02)
 
 
 def test_cusum_gains_the_log_likelihood_ratio_of_each_sample() -> None:
@@ -163,7 +204,7 @@ def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
     odds = np.tanh(np.tanh(views @ w0.T + b0) @ w1.T + b1) @ w2[0] + b2[0]
     expected = [odds[0]]
     for now in odds[1:]:
-        expected.append(expected[-1] + (now - expected[-1]) / 21.0)
+        expected.append(expected[-1] + (now - expected[-1]) / 4.0)
     np.testing.assert_allclose(Learned().scores(samples), expected, rtol=1e-9, atol=1e-9)
 
 
@@ -172,7 +213,7 @@ def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
     scale = ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
     assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
-    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 40
+    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 27
 
 
 def _leak_free() -> np.ndarray:

@@ -35,7 +35,7 @@ def _contact(detector: str) -> np.ndarray:
     return data[50:, first : first + 4]
 
 
-@pytest.mark.parametrize("name", ["combined", "threshold_own", "cusum"])
+@pytest.mark.parametrize("name", ["held", "threshold_own", "cusum"])
 def test_standing_feet_are_loaded_by_every_detector(name: str) -> None:
     assert np.all(_contact(name) == 1.0)
 

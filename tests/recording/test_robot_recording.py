@@ -204,7 +204,7 @@ def test_a_run_too_short_to_diagnose_leaves_no_folder(
 
     folder = write(tmp_path / "run", *sound)
     with pytest.raises(
-        InputError, match=r"data\.parquet: is too short to diagnose: 0\.299 s .*at least 4\.6 s"
+        InputError, match=r"data\.parquet: is too short to learn from: 0\.299 s .*at least 4\.6 s"
     ):
         diagnose_folder(folder, tmp_path / "found", Wanted())
     assert not (tmp_path / "found").exists()

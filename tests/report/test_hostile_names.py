@@ -168,7 +168,7 @@ def test_the_pages_of_the_diagnosis(word: str) -> None:
             shared
             | {
                 "name": word,
-                "cannot_show": word,
+                "left_out": [{"name": word, "reason": word}],
                 "hypotheses": [(word, 1.0)],
                 "errors": [(word, word, {"before": word, "refit": word, "after": word})],
                 "learnt": 50,

@@ -8,12 +8,15 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 from testbed.errors import InputError
+from testbed.scenario.scenario import load_scenario
+from testbed.simulation.live_run import simulate
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.recorder import RunRecorder
 from testbed.simulation.runs import read_run
@@ -66,6 +69,40 @@ def test_equal_blocks_give_equal_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "one/data.parquet").read_bytes() == (
         tmp_path / "two/data.parquet"
     ).read_bytes()
+
+
+def test_a_file_is_the_same_however_its_parts_were_cut(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("testbed.simulation.recorder._ROWS_PER_GROUP", 700)
+    for rows in (100, 350, 1050, 2100):
+        recorder = RunRecorder(tmp_path / str(rows), ["t", "a", "b"], ["t", "load"], META)
+        _blocks(recorder, 2100 // rows, rows)
+        recorder.finish()
+    files = [tmp_path / name / "data.parquet" for name in ("100", "350", "1050", "2100")]
+    assert len({file.read_bytes() for file in files}) == 1
+    assert pq.ParquetFile(files[0]).num_row_groups == 3
+
+
+def test_sparse_rows_are_gathered_for_some_seconds_and_no_longer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At one row a second, parts of one row would be a hundred times larger than what they hold."""
+    write, written = RunRecorder.write, list[int]()
+
+    def counted(self: RunRecorder, data: Any, truth: Any) -> None:
+        written.append(len(data))
+        write(self, data, truth)
+
+    monkeypatch.setattr(RunRecorder, "write", counted)
+    for longest_s, parts in ((1000.0, [10]), (-1.0, [1] * 10)):
+        monkeypatch.setattr("testbed.simulation.run_folder.LONGEST_WAIT_S", longest_s)
+        written.clear()
+        loaded = load_scenario("stand_flat", ["rates.record_hz=10"], duration=1.0)
+        with simulate(loaded, out=tmp_path / f"run{longest_s}") as run:
+            while not run.finished:
+                run.step(100)
+        assert [rows for rows in written if rows] == parts
 
 
 def test_a_running_record_is_readable_as_a_folder_of_parts(tmp_path: Path) -> None:

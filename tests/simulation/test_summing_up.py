@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from testbed.simulation.summary_fields import FIELDS, table, undocumented
 from testbed.simulation.summing_up import Ending
 
 DOCS = Path(__file__).parents[2] / "docs"
+PACKAGE = Path(testbed.__file__).parent
 
 
 def _columns(lost_s: float, carrying: float = 1.0) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -97,6 +100,53 @@ def test_the_exit_status_says_whether_expectations_were_met(
 
 def test_the_page_of_verdicts_has_the_table_of_the_fields() -> None:
     assert table() in (DOCS / "verdicts.md").read_text()
+
+
+OF_EACH_PROGRAM = ("hole_depth_m",)
+"""Fields that each of the drill's programs says of itself; a run has one program."""
+
+
+def _places(name: str) -> list[str]:
+    """Files in which a dictionary is given this key, but for pages, tables and benchmarks."""
+    return [
+        path.relative_to(PACKAGE).as_posix()
+        for room in ("estimation", "control", "world", "simulation")
+        for path in sorted((PACKAGE / room).rglob("*.py"))
+        if path.name != "summary_fields.py"
+        for node in ast.walk(_tree(path))
+        if isinstance(node, ast.Dict)
+        for key in node.keys
+        if isinstance(key, ast.Constant) and key.value == name and path.name != "sweep.py"
+    ]
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+@pytest.mark.parametrize("field", [name for name, (unit, _) in FIELDS.items() if unit])
+def test_every_quantity_of_a_summary_is_worked_out_in_one_place(field: str) -> None:
+    places = set(_places(field.rpartition(".")[2]))
+    if field in OF_EACH_PROGRAM:
+        assert places == {"world/drilling/cycle.py", "world/drilling/drilling.py"}
+    elif field not in ("events", "total_mass_kg"):
+        assert len(places) == 1, places
+    else:
+        assert places  # words that other dictionaries have too
+
+
+def test_a_quantity_that_two_places_work_out_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    from testbed.world.simulation import Simulation
+
+    told = Simulation.summary
+    monkeypatch.setattr(
+        Simulation, "summary", lambda self: {**told(self), "tilt_max_deg": 0.0, "seed": 1}
+    )
+    run = testbed.simulate(testbed.load_scenario("stand_flat", duration=0.05))
+    run.step(50)
+    with pytest.raises(AssertionError, match="are worked out in two places"):
+        run.summary()
 
 
 @pytest.mark.slow

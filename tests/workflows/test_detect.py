@@ -125,7 +125,7 @@ def test_a_detector_of_ones_own_judges_a_foot(tmp_path: Path) -> None:
 def test_all_feet_of_a_robot_from_pressures_and_from_a_named_force(tmp_path: Path) -> None:
     out = tmp_path / "contact.parquet"
     done = _detect(SAMPLES / "robot", "--out", out)
-    assert done["detector"] == "steady" and set(done["feet"]) == {"fl", "fr", "rl", "rr"}
+    assert done["detector"] == "learned" and set(done["feet"]) == {"fl", "fr", "rl", "rr"}
     assert {"t", "contact_fl", "contact_rr"} <= set(pq.read_table(out).column_names)
     single = _detect(SAMPLES / "robot", "--out", out, "--detector", "single_force")
     assert single["scale"]["fl"]["nominal_load_n"] == pytest.approx(9810.0, rel=0.1)

@@ -15,9 +15,9 @@ import numpy as np
 from testbed.benchmarks.contact_loss.page import curves, page
 from testbed.benchmarks.contact_loss.rivals import grid_of, rivals, scores_of, thresholds_text
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene, scenes
-from testbed.benchmarks.contact_loss.score import Reference, scored
-from testbed.benchmarks.contact_loss.summary import summarise, table, tuned
-from testbed.benchmarks.contact_loss.tapes import facts_of, read_tape, record
+from testbed.benchmarks.contact_loss.score import Reference, scored, squares
+from testbed.benchmarks.contact_loss.summary import COMMISSIONED, summarise, tables, tuned
+from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape, record
 from testbed.benchmarks.contact_loss.warning import outcomes
 from testbed.benchmarks.harness import Answers, Benchmark, answers
 from testbed.benchmarks.marks import code, digest
@@ -28,11 +28,12 @@ from testbed.formats.files import make_folder, whole, write_text
 from testbed.formats.records import SET
 from testbed.formats.sockets import split_user_class, user_code
 from testbed.report.tables import Table
+from testbed.workflows.commission import commission, recorded
 
 Tree = dict[str, Any]
 PILOTS = 8
 """Scenes that thresholds to look at are taken from."""
-IN_THE_LOOP = ("base.py", "combined.py", "derived.py", "sample.py", "table.py")
+IN_THE_LOOP = ("base.py", "combined.py", "derived.py", "held.py", "sample.py", "table.py")
 """Of the detectors' files those that have a say in what a machine does while it is recorded."""
 
 
@@ -80,15 +81,61 @@ class Recorded(Benchmark[Scene]):
 
 
 @dataclass(frozen=True)
+class Commissioned(Benchmark[int]):
+    """The scenes' machines commissioned, each once, before anything went wrong with them: model
+    files in `folder`.
+    """
+
+    name = "machines"
+    noun = "machines to commission"
+    folder: Path
+    draw: str
+    seeds: tuple[int, ...]
+
+    def cases(self) -> Mapping[str, int]:
+        """Each machine by its seed."""
+        return {str(seed): seed for seed in self.seeds}
+
+    def made_from(self, case: int) -> str:
+        """The machine and the command that commissions it, wherever the folder is."""
+        return f"{case} {self.draw} {code(Path(inspect.getfile(commission)))}"
+
+    def without(self) -> tuple[str, ...]:
+        """The benchmark itself, and what is made of recordings."""
+        return ("benchmarks/contact_loss/*.py", *Recorded(self.folder, ()).without())
+
+    def work(self, case: int) -> Tree:
+        """Runs the programme of commissioning and writes the model file; the numbers it found."""
+        changes = (f"machine.draw={self.draw}", f"machine.seed={case}")
+        with recorded("commissioning_flat", changes, case) as runs:
+            found = commission(runs, model_file(self.folder, case))
+        return {"numbers": found["numbers"]}
+
+    def summarise(self, answers: Answers) -> Answers:
+        """What was found of each."""
+        return answers
+
+    def tables(self, result: Answers) -> Sequence[Table]:
+        """None."""
+        return []
+
+
+def model_file(folder: Path, machine_seed: int) -> Path:
+    """Where the model of a commissioned machine lies."""
+    return folder / f"{machine_seed}.yaml"
+
+
+@dataclass(frozen=True)
 class ContactLoss(Benchmark[Scene]):
     """`hours` of feet in scoring scenes; `tune`: as many in tuning scenes, which set all thresholds
     anew.
 
     `own`: detectors of the user's own, FILE.py:Class, beside the shipped ones; their thresholds are
-    set on the tuning
-    scenes, whatever the classes say. `draw`: tolerances from which the scenes' machines are drawn;
-    None: none is. Raises InputError for hours that make no sense and for a class that is not there
-    or does not fit.
+    set on the tuning scenes, whatever the classes say. `draw`: tolerances from which the scenes'
+    machines are drawn; None: none is. `commission`: score everything once more with what each
+    machine's commissioning found; thresholds stay what they are. Raises InputError for hours that
+    make no sense, for a class that is not there or does not fit, and for a commissioning of
+    machines that are not drawn.
     """
 
     name = "contact_loss"
@@ -97,8 +144,9 @@ class ContactLoss(Benchmark[Scene]):
     tune: bool = False
     draw: str | None = "workshop"
     own: tuple[str, ...] = ()
+    commission: bool = False
     folder: Path = Path()
-    """Where the scenes' recordings are."""
+    """Where the scenes' recordings are; beside it the machines' model files."""
     grids: tuple[tuple[str, tuple[float, ...]], ...] = ()
     """Thresholds that each detector is looked at with; that of a shipped one first."""
 
@@ -106,6 +154,9 @@ class ContactLoss(Benchmark[Scene]):
         if not 0.0 < self.hours <= 1000.0:
             allowed = "more than 0, at most 1000"
             raise InputError("is out of range", field="--hours", value=self.hours, allowed=allowed)
+        if self.commission and self.draw is None:
+            allowed = "with machines that are drawn (--draw)"
+            raise InputError("has no effect", field="--commission", allowed=allowed)
         for name in self.own:
             split_user_class(name, field="--detector")
             detector_of(name, "--detector")
@@ -115,6 +166,10 @@ class ContactLoss(Benchmark[Scene]):
         folder = make_folder(out / "scenes")
         chosen = tuple(self.cases().values())
         found = answers(Recorded(folder, chosen), jobs, folder)
+        if self.commission and self.draw is not None:
+            machines = make_folder(out / "machines")
+            seeds = tuple(dict.fromkeys(s.machine_seed for s in chosen if s.kind != "supervised"))
+            answers(Commissioned(machines, self.draw, seeds), jobs, machines)
         usable = [folder / name for name, facts in found.items() if facts["simulated_s"] > SETTLE_S]
         grids = grid_of([read_tape(place) for place in usable[:PILOTS]], self.own)
         return replace(self, folder=folder, grids=tuple(grids.items()))
@@ -129,32 +184,45 @@ class ContactLoss(Benchmark[Scene]):
     def made_from(self, case: Scene) -> str:
         """The scene, the thresholds, and the user's files."""
         files = [split_user_class(name, field="--detector")[0] for name in self.own]
-        return f"{case!r} {self.grids} {digest(*map(code, files))}"
+        return f"{case!r} {self.grids} {self.commission} {digest(*map(code, files))}"
 
     def without(self) -> tuple[str, ...]:
         """What comes after the scores."""
         return ("benchmarks/contact_loss/summary.py", "benchmarks/contact_loss/training.py")
 
     def work(self, case: Scene) -> Tree:
-        """One scene: its losses, and what every detector made of them at each of its thresholds."""
+        """One scene: its losses, and what every detector made of them at each of its thresholds;
+        nothing of one that ended before it is scored.
+        """
         place = self.folder / case.name
         if not (place / "truth.parquet").is_file():
             record(case, place)
+        if facts_of(place)["simulated_s"] <= SETTLE_S:
+            return {}
         tape = read_tape(place)
         late = tape.time_s >= SETTLE_S
         meant = tape.samples["row"]["carrying"][late] > SET
         reference = Reference.of(tape.normal_n[late], meant, tape.time_s[late], tape.rule)
-        found: Tree = {}
+        found = self._judged(case, tape, reference) | reference.facts()
+        if self.commission and case.kind != "supervised":
+            model = model_file(self.folder.parent / "machines", case.machine_seed)
+            found[COMMISSIONED] = self._judged(case, read_tape(place, model), reference)
+        return found
+
+    def _judged(self, case: Scene, tape: Tape, reference: Reference) -> Tree:
+        """What every detector made of a scene, and the warnings."""
+        late, found = tape.time_s >= SETTLE_S, {}
         with user_code():
             for name, thresholds in self.grids if case.kind != "supervised" else ():
-                score, dwell_on_s = scores_of(name, tape, case.seed)
-                at = np.array(thresholds)
-                found[name] = scored(score[late], at, reference, dwell_on_s)
-        return {"detectors": found, "warning": outcomes(case, tape, reference)} | reference.facts()
+                score, hold = scores_of(name, tape, case.seed)
+                found[name] = scored(score[late], np.array(thresholds), reference, hold)
+        own = tape.samples["row"]["estimate"]["own"][late]
+        square = squares(own - tape.load_n[late], reference)
+        return {"detectors": found, "square": square, "warning": outcomes(case, tape, reference)}
 
     def summarise(self, answers: Answers) -> Tree:
         """See summary.summarise; the result carries the thresholds that it was scored with."""
-        kept = [facts_of(self.folder / name) | answer for name, answer in answers.items()]
+        kept = [facts_of(self.folder / name) | answer for name, answer in answers.items() if answer]
         tuning = [a for a in kept if a["scene"]["split"] == "tuning"]
         scoring = [a for a in kept if a["scene"]["split"] == "scoring"]
         grids = dict(self.grids)
@@ -165,8 +233,8 @@ class ContactLoss(Benchmark[Scene]):
         return summarise(scoring, self.hours, grids, chosen, rivals(self.own))
 
     def tables(self, result: Tree) -> Sequence[Table]:
-        """One table."""
-        return [table(result)]
+        """All detectors, before and after commissioning."""
+        return tables(result)
 
     def page(self, result: Tree) -> str:
         """See page.page."""

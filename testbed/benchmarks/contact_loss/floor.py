@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.estimation.detectors.base import Hold
 from testbed.estimation.losses import LossRule
 from testbed.machine.model import Machine
 
 Array = NDArray[np.float64]
 NAME, TEXT = "floor", "true load through the sensors' delay and noise"
 THRESHOLD = 6.0
-DWELL_ON_S = 0.0
+HOLD = Hold(dwell_s=0.0)
 """Its window does for both ways."""
 
 

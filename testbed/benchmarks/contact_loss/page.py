@@ -6,6 +6,7 @@ from typing import Any
 
 from testbed import __version__
 from testbed.benchmarks.contact_loss.score import CLASSES
+from testbed.benchmarks.contact_loss.summary import COMMISSIONED
 from testbed.report.page import Filters, render
 from testbed.report.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RC, SKY, VERMILION, svg
 
@@ -13,7 +14,8 @@ Tree = dict[str, Any]
 LOOKS: dict[str, tuple[str, str]] = {
     "floor": (BLACK, "-"),
     "learned": (PURPLE, "-"),
-    "steady": (VERMILION, "-"),
+    "held": (VERMILION, "-"),
+    "steady": (ORANGE, "--"),
     "combined": (BLUE, "-"),
     "smoothed": (GREEN, "-"),
     "threshold_own": (SKY, "-"),
@@ -22,7 +24,7 @@ LOOKS: dict[str, tuple[str, str]] = {
     "threshold_modified_kbf": (BLACK, ":"),
     "cusum": (BLUE, "--"),
     "glr": (GREEN, "--"),
-    "expected": (ORANGE, "--"),
+    "expected": (GREY, "--"),
     "momentum": (PURPLE, "--"),
     "multiple_model": (SKY, "--"),
 }
@@ -30,16 +32,23 @@ LOOKS: dict[str, tuple[str, str]] = {
 
 def page(result: Tree) -> str:
     """The page's text."""
-    best = next(d for d in result["detectors"] if d["best"])
+    stages = {"not commissioned": result}
+    if result[COMMISSIONED] is not None:
+        stages["commissioned"] = result[COMMISSIONED]
+    last, final = list(stages.items())[-1]
+    best = next(d for d in final["detectors"] if d["best"])
     drawn = result["machine"] != "drawing board"
-    tolerances = f"a machine drawn from the tolerances {result['machine']} for every scene"
+    tolerances = f"{result['machines']} machines drawn from the tolerances {result['machine']}"
     contents = {
         "r": result,
         "best": best,
         "classes": CLASSES,
         "machine": tolerances if drawn else "the drawing-board machine, which the model knows",
-        "shown": [result["detectors"][0], best],
-        "curves": svg(curves(result), "curves"),
+        "stages": stages,
+        "last": last,
+        "final": final,
+        "shown": [final["detectors"][0], best],
+        "curves": svg(curves(result | {"detectors": final["detectors"]}), "curves"),
         "version": __version__,
     }
     filters: Filters = {"ms": _ms, "share": _share, "span": _span, "rate": _rate, "number": _number}

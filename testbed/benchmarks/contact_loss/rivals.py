@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from testbed.benchmarks.contact_loss import floor
 from testbed.benchmarks.contact_loss.scenes import SETTLE_S
 from testbed.benchmarks.contact_loss.tapes import Tape
-from testbed.estimation.detectors.base import scores_over, start
+from testbed.estimation.detectors.base import Hold, scores_over, start
 from testbed.estimation.detectors.scale import believed_breakaway_n
 from testbed.estimation.detectors.single_force import SingleForce
 from testbed.estimation.detectors.table import DETECTORS, detector_of
-from testbed.estimation.live.judged import DWELL_ON_S
+from testbed.estimation.live.judged import hold_of
 from testbed.formats.sockets import user_code
 from testbed.machine.build import build_machine
 
@@ -44,20 +44,20 @@ def shipped_thresholds() -> dict[str, float]:
     return {floor.NAME: floor.THRESHOLD} | shipped | {SingleForce.name: SingleForce.threshold}
 
 
-def scores_of(name: str, tape: Tape, seed: int) -> tuple[Array, float]:
-    """A rival's scores (n, 4) over a scene, and for how long they must be low until a foot counts
-    as loaded, s.
+def scores_of(name: str, tape: Tape, seed: int) -> tuple[Array, Hold]:
+    """A rival's scores (n, 4) over a scene, and when a foot that it calls lost counts as loaded
+    again.
     """
     if name == floor.NAME:
         machine = build_machine()
         scores = floor.floor_scores(tape.normal_n, machine, tape.rule, tape.dt_s, seed)
-        return scores, floor.DWELL_ON_S
+        return scores, floor.HOLD
     if name == SingleForce.name:
-        return single_force_scores(tape), 0.0
+        return single_force_scores(tape), Hold(dwell_s=0.0)
     detector = detector_of(name, "--detector")
     start(detector, tape.dt_s)
     scores = scores_over(detector, tape.samples)
-    return np.asarray(scores, dtype=float), getattr(detector, "dwell_on_s", DWELL_ON_S)
+    return np.asarray(scores, dtype=float), hold_of(detector)
 
 
 def single_force_scores(tape: Tape) -> Array:

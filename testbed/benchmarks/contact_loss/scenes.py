@@ -1,13 +1,16 @@
 """What the contact-loss detectors are tried on: drawn machines that drill and walk on slopes, and
 feet that come off.
 
-Every scene is drawn from its own seed, and so is its machine. The ground is rock, soft, breaking
-under a foot or rough; up to three effects that the model lacks sit at any of the twelve cylinders,
-and in a third of the scenes two or three pressure sensors drift. A drilling scene goes from phase
-to phase; in most of them something takes load off feet:
+Every scene is drawn from its own seed. A split has MACHINES machines, drawn too, which the scenes
+share: each of them can be commissioned once. The ground is rock, soft, breaking under a foot or
+rough; up to three effects that the model lacks, and that came after any commissioning, sit at any
+of the twelve cylinders, and in a third of the scenes two or three pressure sensors drift. A
+drilling scene goes from phase to phase; in most of them something takes load off feet:
 
-    yield    a leg gives way, mostly slowly           twist    the frame is twisted between the
-    diagonals thrust   the feed lifts the machine off           jerk     a blow on the body
+    yield    a leg gives way, mostly slowly
+    twist    the frame is twisted between the diagonals, mostly slowly
+    thrust   the feed lifts the machine off
+    jerk     a blow on the body
     lift     the control lifts a foot and puts it down again: meant, and scored like the rest
 
 Half of the hammering is near the resonance of body and oil. A walking scene is a crawl: four
@@ -42,6 +45,8 @@ FIRST_SEED: dict[str, int] = {"tuning": 0, "scoring": 2000}
 alone.
 """
 MOST_TUNING = 1000
+MACHINES = 7
+"""Drawn machines of a split; prime to CRAWL_EVERY, so that each of them drills and walks."""
 SETTLE_S = 2.0
 """The first seconds, in which everything starts from nothing, are not scored."""
 LENGTH_S: dict[str, float] = {"drill": 20.0, "crawl": 26.0, "supervised": 20.0}
@@ -56,8 +61,15 @@ WALL_DEG = 78.0
 """From here on the ropes carry all of the pull and are attached at the height that balances the
 machine.
 """
-UPSETS = ("yield", "yield", "twist", "twist", "thrust", "jerk", "lift")
-GRADUAL_SHARE = 0.75
+UPSETS = ("yield", "yield", "yield", "twist", "twist", "twist", "thrust", "jerk", "lift")
+GRADUAL_SHARE = 0.92
+GIVES_M_S = (2e-4, 1.2e-3)
+"""Speed at which a leg gives way slowly; the oil under a foot springs by some 0.7 mm of its load
+(B).
+"""
+PHASES = ("hammer", "hammer", "hammer", "push", "rest", "pull_out", "rod_change")
+CALM_PHASES = ("hammer", "push", "push", "rest", "pull_out", "rod_change")
+"""While something gives way slowly the drill hammers more rarely: blows make a slow loss abrupt."""
 RESONANCE_HZ = (8.0, 22.0)
 """Body and rods on the oil of four vertical cylinders, 10-20 MN/m each and softer with air (B)."""
 SETTLING = ground_settling.EFFECTS[0].kind
@@ -84,8 +96,13 @@ class Scene:
 
     @property
     def seed(self) -> int:
-        """Seed of the run and of its machine."""
+        """Seed of the run."""
         return FIRST_SEED[self.split] + self.number
+
+    @property
+    def machine_seed(self) -> int:
+        """Seed of its machine."""
+        return FIRST_SEED[self.split] + self.number % MACHINES
 
     @property
     def duration_s(self) -> float:
@@ -148,7 +165,7 @@ def draw(scene: Scene, stride_m: float = STRIDES_M[0]) -> Drawn:
     if scene.kind != "crawl":
         phases, upsets = _drilling(rng, scene.duration_s, weight_n)
         gradual = any(u.kind == "thrust" and u.gradual for u in upsets)
-        ramp_s = float(rng.uniform(1.0, 2.5) if gradual else 10 ** rng.uniform(-1.3, 0.0))
+        ramp_s = float(rng.uniform(1.5, 3.0) if gradual else 10 ** rng.uniform(-1.3, 0.0))
         site["task"] = {"kind": "drill", "start_s": SETTLE_S, "phases": phases, "ramp_s": ramp_s}
         knots, moves, events = _moves(rng, upsets, weight_n, math.radians(slope_deg))
     else:
@@ -158,7 +175,7 @@ def draw(scene: Scene, stride_m: float = STRIDES_M[0]) -> Drawn:
     site["events"] = sorted(events, key=lambda event: float(event["at_s"]))
     site["duration_s"] = scene.duration_s
     if scene.machine is not None:
-        site |= {"machine.draw": scene.machine, "machine.seed": scene.seed}
+        site |= {"machine.draw": scene.machine, "machine.seed": scene.machine_seed}
     base = "crawl_slope_45" if scene.kind == "crawl" else "drill_slope_45"
     changes = [f"{path}={json.dumps(value)}" for path, value in site.items()]
     return Drawn(load_scenario(base, changes, scene.seed), knots, moves, tuple(upsets))
@@ -251,7 +268,8 @@ def _drilling(
         length = float(rng.uniform(3.5, 6.0))
         upset = str(rng.choice(UPSETS)) if rng.random() < 0.75 else ""
         gradual = bool(rng.random() < GRADUAL_SHARE) and upset not in ("jerk", "lift")
-        phases.append(_phase(rng, length, upset == "thrust", weight_n))
+        kinds = CALM_PHASES if upset and gradual else PHASES
+        phases.append(_phase(rng, length, str(rng.choice(kinds)), upset == "thrust", weight_n))
         if upset and now + length + 0.5 < duration_s:
             begin = now + float(rng.uniform(0.3, 1.0))
             upsets.append(Upset(upset, begin, now + length, gradual, int(rng.integers(4))))
@@ -259,9 +277,10 @@ def _drilling(
     return phases, upsets
 
 
-def _phase(rng: np.random.Generator, length_s: float, lifting: bool, weight_n: float) -> Tree:
-    """One drill phase; `lifting`: its feed takes most of the weight off the slope."""
-    kind = str(rng.choice(["hammer", "hammer", "hammer", "push", "rest", "pull_out", "rod_change"]))
+def _phase(
+    rng: np.random.Generator, length_s: float, kind: str, lifting: bool, weight_n: float
+) -> Tree:
+    """One drill phase; `lifting`: a push whose feed takes most of the weight off the slope."""
     phase: Tree = {"kind": "push" if lifting else kind, "duration_s": length_s}
     if lifting:
         phase |= {"feed_n": min(3.0e4, float(rng.uniform(0.6, 0.9) * weight_n)), "torque_nm": 300.0}
@@ -290,9 +309,11 @@ def _moves(
         knots.append((knots[-1][0] + length_s, goal))
 
     for upset in upsets:
-        length = float(rng.uniform(0.4, 2.0) if upset.gradual else rng.uniform(0.01, 0.15))
+        length = float(rng.uniform(1.0, 2.5) if upset.gradual else rng.uniform(0.01, 0.15))
         back = upset.end_s - 1.0
-        goal, size = np.zeros(len(LEGS)), float(10 ** rng.uniform(-3.3, -2.4))
+        slow_m = length * float(np.exp(rng.uniform(*np.log(GIVES_M_S))))
+        size = slow_m if upset.gradual else float(10 ** rng.uniform(-3.3, -2.4))
+        goal = np.zeros(len(LEGS))
         if upset.kind == "yield":
             goal[upset.foot] = -2.0 * size
         elif upset.kind == "twist":

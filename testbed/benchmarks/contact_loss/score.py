@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
-from testbed.estimation.live.contact import ContactState, step
-from testbed.estimation.live.judged import limits_at
+from testbed.estimation.detectors.base import Hold
+from testbed.estimation.live.contact import ContactState, limits_at, step
 from testbed.estimation.losses import LOSS_SHARE, Flags, LossRule, follow, intervals
 from testbed.formats.records import SET
 
@@ -134,11 +134,23 @@ def seconds(where: Flags, load_class: NDArray[np.int8], step_s: float) -> list[f
     return [round(float(count) * step_s, 4) for count in counts]
 
 
-def scored(score: Array, thresholds: Array, reference: Reference, dwell_on_s: float) -> list[Tree]:
+def squares(error_n: Array, reference: Reference) -> list[list[float]]:
+    """Sum of the squares (N2) of a load's error (n, 4) while the feet carry, and over how many
+    samples, by class.
+    """
+    where = reference.carrying
+    sums = [
+        np.bincount(reference.load_class[where], weights, minlength=len(CLASSES))
+        for weights in (error_n[where] ** 2, None)
+    ]
+    return [list(map(float, part)) for part in sums]
+
+
+def scored(score: Array, thresholds: Array, reference: Reference, hold: Hold) -> list[Tree]:
     """A detector's scores (n, 4) at each threshold (m,): see `_counted`."""
     step_s = float(np.median(np.diff(reference.time_s)))
     words = np.empty((len(thresholds), *score.shape), dtype=np.bool_)
-    limits = np.concatenate([limits_at(float(t), dwell_on_s) for t in thresholds])
+    limits = np.concatenate([limits_at(float(t), hold) for t in thresholds])
     states = ContactState.zeros(len(thresholds), score.shape[1])
     states["contact"] = 1.0
     _words(np.ascontiguousarray(score), step_s, limits, states, words)

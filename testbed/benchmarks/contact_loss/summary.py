@@ -4,6 +4,7 @@ the aims.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.benchmarks.contact_loss import floor
+from testbed.benchmarks.contact_loss.scenes import MACHINES
 from testbed.benchmarks.contact_loss.score import CLASSES, LIGHT_SHARE, NEAR_SHARE
 from testbed.benchmarks.contact_loss.warning import DEFINITIONS as WARNING_DEFINITIONS
 from testbed.benchmarks.contact_loss.warning import marks as warning_marks
@@ -23,6 +25,8 @@ from testbed.estimation.losses import EARLY_S, FOUND_S, LOSS_S, LOSS_SHARE, STAN
 from testbed.report.tables import Table
 
 Tree = dict[str, Any]
+COMMISSIONED = "commissioned"
+"""Under this an answer and the result have what is made of commissioned beliefs."""
 EVENT_S = CALM_S
 """What a false alarm, or a loss that was missed, costs beside its own seconds: after an alarm the
 supervisor keeps the drill waiting for so long, s."""
@@ -172,19 +176,32 @@ def summarise(
     texts: Mapping[str, str],
 ) -> Tree:
     """The object of contact_loss.json: `chosen` places in the thresholds `grids`, by detector of
-    `texts`.
+    `texts`. Marks, warnings and aims are those of the drawing board's belief; of scenes that were
+    also read with commissioned beliefs they stand under COMMISSIONED once more.
     """
     scenes = [s for s in every if s["scene"]["kind"] != "supervised"]
     lowest = Followed.of(scenes, floor.NAME, chosen[floor.NAME])
-    entries = []
-    for name, text in texts.items():
-        entry = _entry(scenes, name, grids[name], chosen[name], lowest)
-        entries.append({"name": name, "text": text, "best": name == BEST} | entry)
+
+    def marks(scenes: Sequence[Tree]) -> Tree:
+        entries = []
+        for name, text in texts.items():
+            entry = _entry(scenes, name, grids[name], chosen[name], lowest)
+            entries.append({"name": name, "text": text, "best": name == BEST} | entry)
+        best = next(entry for entry in entries if entry["best"])
+        warning = warning_marks(scenes)
+        return {
+            "load_error_n": _load_error_n(scenes),
+            "detectors": entries,
+            "warning": warning,
+            "aims": aims(best, entries[0], warning),
+        }
+
     losses = [loss for scene in scenes for loss in scene["losses"]]
-    best = next(entry for entry in entries if entry["best"])
-    result = {
+    commissioned = [scene | scene[COMMISSIONED] for scene in scenes if COMMISSIONED in scene]
+    options = " --commission" if commissioned else ""
+    return {
         "format": "roboclimber-contact-loss/2",
-        "command": f"testbed contact-loss --hours {hours:g}",
+        "command": f"testbed contact-loss --hours {hours:g}{options}",
         "hours": round(lowest.hours, 4),
         "machine": scenes[0]["scene"]["machine"] or "drawing board",
         "losses": len(losses),
@@ -195,12 +212,21 @@ def summarise(
         "scenes_drifting": sum(s["drifting"] >= DRIFTING for s in scenes),
         "faults": [f"{s['scene']['number']}: {s['fault']}" for s in scenes if s["fault"]],
         "verdicts": _counted([s["verdict"] for s in scenes]),
-        "detectors": entries,
-        "warning": warning_marks(scenes),
+        "machines": len({s["scene"]["number"] % MACHINES for s in scenes}),
+        **marks(scenes),
+        COMMISSIONED: marks(commissioned) if commissioned else None,
         "supervisor": supervisor_marks(every),
         "definitions": DEFINITIONS,
     }
-    return result | {"aims": aims(best, entries[0], result["warning"])}
+
+
+def _load_error_n(scenes: Sequence[Tree]) -> dict[str, float | None]:
+    """RMS error of the whole-body estimate while a foot carries, by class, N."""
+    sums, counts = np.sum([scene["square"] for scene in scenes], axis=0)
+    return {
+        word: math.sqrt(sums[k] / counts[k]) if counts[k] else None
+        for k, word in enumerate(CLASSES)
+    }
 
 
 def _counted(words: Sequence[str]) -> dict[str, int]:
@@ -301,8 +327,17 @@ def aims(best: Tree, lowest: Tree, warning: Tree) -> list[Tree]:
     return out
 
 
-def table(result: Tree) -> Table:
-    """All detectors side by side."""
+def tables(result: Tree) -> list[Table]:
+    """All detectors side by side, with the drawing board's belief and after commissioning."""
+    machine = result["machine"]
+    title = f"Contact loss: {result['losses']} losses in {result['hours']:.2f} hours of one foot"
+    found = [_table(result, f"{title}, {machine}, not commissioned")]
+    if result[COMMISSIONED] is not None:
+        found.append(_table(result[COMMISSIONED], f"{title}, {machine}, commissioned"))
+    return found
+
+
+def _table(result: Tree, title: str) -> Table:
     heads = ["detector", "recall", *CLASSES, "false alarms/h", "delay ms", "p95", "touchdown ms"]
     heads += ["missed s/h", "false flight s/h", "cost s/h", "recall at the floor's alarms"]
 
@@ -321,5 +356,4 @@ def table(result: Tree) -> Table:
         row += [ms(d["touchdown_delay_median_s"]), f"{d['missed_s_per_hour']:.1f}"]
         row += [f"{d['false_flight_s_per_hour']:.1f}", f"{d['cost_s_per_hour']:.0f}"]
         rows.append([*row, "" if budget is None else share(budget["recall"])])
-    title = f"Contact loss: {result['losses']} losses in {result['hours']:.2f} hours of one foot, {result['machine']}"
     return Table(title, heads, rows)

@@ -4,8 +4,10 @@ recorded.
     testbed lab train-detector OUT --out learned.npz
 
 Every tenth view of every foot is a case; its answer is whether the foot is in contact
-(estimation/losses.py). Plain gradient descent with momentum and scale (Adam) on the logistic loss,
-in NumPy; the same scenes, the same weights.
+(estimation/losses.py). What is easy or long counts less: cases of well-loaded feet SAFE_WEIGHT, and
+a loss, however short, at least as much as LOSS_WEIGHT_S of its own cases. Noise on the views keeps
+the network from learning scenes by heart. Plain gradient descent with momentum and scale (Adam) on
+the logistic loss, in NumPy; the same scenes, the same weights.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from testbed.benchmarks.contact_loss.tapes import Tape, read_tape
 from testbed.errors import InputError
 from testbed.estimation.detectors.learned import NARROW, WIDE, Learned, views_over
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
+from testbed.estimation.losses import intervals
 from testbed.formats.networks import write_network
 from testbed.machine.names import LEGS
 
@@ -31,6 +34,11 @@ Layers = list[tuple[Array, Array]]
 EVERY = 10
 BATCH, STEP, DECAY = 1024, 3.0e-3, 1.0e-5
 LITTLE = 1.0e-6
+SAFE_SHARE, SAFE_WEIGHT = 0.25, 0.15
+"""Cases of feet that bear more than this share of the nominal load, and what they count."""
+LOSS_WEIGHT_S = 0.2
+NOISE = 0.5
+"""Standard deviation of the noise on the views, in their own standard deviations."""
 
 
 def tuning_tapes(folder: Path) -> list[Path]:
@@ -45,23 +53,42 @@ def tuning_tapes(folder: Path) -> list[Path]:
     return chosen
 
 
-def cases_of(tape: Tape) -> tuple[Array, Array]:
-    """Views (m, len(VIEW)) of all feet of a scene, and 1 where the foot is lost (m,)."""
+def cases_of(tape: Tape) -> tuple[Array, Array, Array]:
+    """Views (m, len(VIEW)) of all feet of a scene, 1 where the foot is lost (m,), and what each
+    case counts (m,).
+    """
     count = len(tape.samples) // EVERY
     views = np.empty((count, len(LEGS), len(VIEW)))
     memories, scale = FootMemory.zeros(len(LEGS)), ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(tape.samples), scale, memories, tape.dt_s, EVERY, views)
     at = slice(EVERY - 1, count * EVERY, EVERY)
     late = tape.time_s[at] >= SETTLE_S
-    lost = ~tape.carries[at]
-    return views[late].reshape(-1, len(VIEW)), lost[late].ravel().astype(float)
+    lost, weight = ~tape.carries[at], weights_of(tape)[at]
+    found = views[late].reshape(-1, len(VIEW)), lost[late].ravel().astype(float)
+    return *found, weight[late].ravel()
+
+
+def weights_of(tape: Tape) -> Array:
+    """What each sample of each foot counts, (n, 4)."""
+    safe = tape.normal_n > SAFE_SHARE * tape.rule.nominal_load_n
+    weight = np.where(safe, SAFE_WEIGHT, 1.0)
+    for foot, carries in enumerate(tape.carries.T):
+        for start, end in intervals(~carries, tape.time_s):
+            weight[start:end, foot] = 1.0 + LOSS_WEIGHT_S / ((end - start) * tape.dt_s)
+    return weight
 
 
 def train(
-    views: Array, lost: Array, epochs: int, tell: Callable[[str], None], seed: int = 0
+    views: Array,
+    lost: Array,
+    weight: Array,
+    epochs: int,
+    tell: Callable[[str], None],
+    seed: int = 0,
 ) -> Layers:
     """Weights and biases of the three layers; the views' own scale is folded into the first."""
     rng = np.random.default_rng(seed)
+    counts = (weight / weight.mean()).astype(np.float32)
     middle, spread = views.mean(axis=0), views.std(axis=0) + LITTLE
     scaled = ((views - middle) / spread).astype(np.float32)
     sizes = (len(VIEW), WIDE, NARROW, 1)
@@ -74,7 +101,8 @@ def train(
         for batch in np.array_split(rng.permutation(len(scaled)), len(scaled) // BATCH):
             n += 1
             step_size = 0.5 * STEP * (1.0 + np.cos(np.pi * min(n / steps, 1.0)))
-            cost, slopes = _slopes(values, scaled[batch], lost[batch])
+            noise = NOISE * rng.standard_normal(scaled[batch].shape, dtype=np.float32)
+            cost, slopes = _slopes(values, scaled[batch] + noise, lost[batch], counts[batch])
             loss += cost * len(batch) / len(scaled)
             for value, slope, mean, square in zip(values, slopes, means, squares, strict=True):
                 mean += 0.1 * (slope + DECAY * value - mean)
@@ -88,14 +116,15 @@ def train(
     return layers
 
 
-def _slopes(values: list[Any], views: Any, lost: Array) -> tuple[float, list[Any]]:
-    """Mean logistic loss of a batch, and its slope by every value."""
+def _slopes(values: list[Any], views: Any, lost: Array, counts: Any) -> tuple[float, list[Any]]:
+    """Mean logistic loss of a batch whose cases count so much, and its slope by every value."""
     seen = [views]
     for k in (0, 2):
         seen.append(np.tanh(seen[-1] @ values[k].T + values[k + 1]))
     odds = (seen[-1] @ values[4].T + values[5])[:, 0]
-    loss = float(np.mean(np.logaddexp(0.0, odds) - lost * odds))
-    back = ((1.0 / (1.0 + np.exp(-odds)) - lost) / len(lost))[:, None].astype(np.float32)
+    loss = float(np.mean(counts * (np.logaddexp(0.0, odds) - lost * odds)))
+    error = counts * (1.0 / (1.0 + np.exp(-odds)) - lost)
+    back = (error / len(lost))[:, None].astype(np.float32)
     slopes: list[Any] = []
     for k in (4, 2, 0):
         slopes[:0] = [back.T @ seen[k // 2], back.sum(axis=0)]
@@ -111,10 +140,10 @@ def train_on(folder: Path, out: Path, epochs: int) -> Iterable[str]:
     """
     places = tuning_tapes(folder)
     made = [cases_of(read_tape(place)) for place in places]
-    views, lost = (np.concatenate(part) for part in zip(*made, strict=True))
+    views, lost, weight = (np.concatenate(part) for part in zip(*made, strict=True))
     yield f"{len(places)} scenes, {len(lost)} cases, {lost.mean():.3f} of them lost"
     told: list[str] = []
-    layers = train(views, lost, epochs, told.append)
+    layers = train(views, lost, weight, epochs, told.append)
     yield from told
     arrays = {f"weight_{k}": w.astype(np.float32) for k, (w, _) in enumerate(layers)}
     arrays |= {f"bias_{k}": b.astype(np.float32) for k, (_, b) in enumerate(layers)}

@@ -60,6 +60,7 @@ def kept_scenes(out: Path, split: str) -> list[Kept]:
         Kept(Scene(**facts_of(place)["scene"]), read_tape(place))
         for place in chosen
         if facts_of(place)["scene"]["kind"] != "supervised"
+        and facts_of(place)["simulated_s"] > SETTLE_S
     ]
     if not found:
         raise InputError("holds no scenes", file=out, field="--split", value=split)

@@ -14,6 +14,7 @@ from testbed.benchmarks.diagnosis.robot_scores import scores
 from testbed.benchmarks.diagnosis.robot_trials import ALL_ASKED, Asked, trial
 from testbed.benchmarks.diagnosis.scores import Trial
 from testbed.benchmarks.harness import Answers, Benchmark
+from testbed.errors import InputError
 from testbed.report.tables import Table
 
 
@@ -32,8 +33,11 @@ class RobotBlindTest(Benchmark[int]):
         return {str(seed): seed for seed in range(self.first_seed, self.first_seed + self.runs)}
 
     def work(self, case: int) -> Trial:
-        """See robot_trials.trial."""
-        return trial(case, self.asked)
+        """See robot_trials.trial; `refused` where control will not walk with what it believes."""
+        try:
+            return trial(case, self.asked)
+        except InputError as error:
+            return {"seed": case, "refused": str(error)}
 
     def made_from(self, case: int) -> str:
         """Where runs are kept has no say."""
@@ -46,7 +50,8 @@ class RobotBlindTest(Benchmark[int]):
 
     def summarise(self, answers: Answers) -> dict[str, Any]:
         """See scores."""
-        return scores(list(answers.values()))
+        made = [answer for answer in answers.values() if "refused" not in answer]
+        return {"refused": len(answers) - len(made), **scores(made)}
 
     def tables(self, result: dict[str, Any]) -> Sequence[Table]:
         """The marks, what became of each hidden effect, and how far stated probabilities can be

@@ -42,6 +42,7 @@ START: dict[str, float] = {
     "two": 13.0,
     "unnamed": 8.0,
     "form": 0.1,
+    "rest": 0.1,
 }
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.85
@@ -125,7 +126,7 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
     Raises InputError where a folder has none.
     """
     out = check_file(out or FILE)
-    trials = read_trials(folders)
+    trials = [t for t in read_trials(folders) if "refused" not in t]
     held_out = calibration(halves(trials, 10, lambda judged, on: restated(judged, fit(on))))
     text = as_yaml(fit(trials), trials, held_out)
     write_text(out, text)

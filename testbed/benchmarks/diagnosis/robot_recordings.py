@@ -89,7 +89,7 @@ def _write(file: Path, run: Run) -> None:
 
 
 def _read(file: Path) -> Run:
-    with np.load(file) as kept:
+    with np.load(file, allow_pickle=False) as kept:
         tables: dict[str, dict[str, Array]] = {"data": {}, "truth": {}}
         for key in kept.files:
             table, _, name = key.partition(" ")

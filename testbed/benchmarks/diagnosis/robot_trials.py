@@ -4,6 +4,7 @@ and what believing it does on another motion of the same machine.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from testbed.benchmarks.diagnosis.robot_draws import MOTIONS, SECONDS, Drawn, drawn
 from testbed.benchmarks.diagnosis.robot_recordings import Run, run_of
 from testbed.benchmarks.diagnosis.scores import Trial
+from testbed.errors import InputError
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
 from testbed.scenario.scenario import load_scenario
@@ -125,9 +127,13 @@ def _second(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, Any]:
     if two is None:
         return {}
     promised = promises(Ledger(found.balances), two, rehearsals(asked.recordings))
-    chosen = max(promised, key=promised.__getitem__)
-    run = run_of(case.again(motion_named(chosen).overrides()), asked.recordings)
-    both = together(found.balances, balances_in(run))
+    for chosen in sorted(promised, key=promised.__getitem__, reverse=True):
+        with suppress(InputError):  # steep ground refuses some: then the next best
+            again = case.again(motion_named(chosen).overrides())
+            both = together(found.balances, balances_in(run_of(again, asked.recordings)))
+            break
+    else:
+        return {}
     said = as_json(judged(found.name, both))
     return {
         "rivals": [list(names) for names in two],

@@ -42,7 +42,6 @@ ABLATIONS: dict[str, tuple[str, ...]] = {
     "without friction learnt": ("friction",),
     "without feet in the air": ("swing",),
     "without balance of the body": ("balance",),
-    "without friction's history": ("history",),
     "without what friction depends on": ("rich",),
 }
 """The drawing board's belief with one idea of the estimate switched off."""

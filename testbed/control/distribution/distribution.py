@@ -30,6 +30,7 @@ from testbed.control.distribution.squeeze import add_pull, add_squeeze, squeezin
 from testbed.control.distribution.statics import FEET, UNKNOWNS, Balance, Statics
 from testbed.control.measured import Measured
 from testbed.errors import InputError
+from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
@@ -91,7 +92,7 @@ class Distribution:
         """See Layer."""
         self.balance = now = self._statics.look(measured, command.stance)
         before = thread_time() if self.timed else 0.0
-        self.plan = plan = _checked(self.controller.plan(now))
+        self.plan = plan = _checked(self.controller.plan(now), self.controller)
         if self.timed:
             self.solve_s.append(thread_time() - before)
         if self._gait is None:
@@ -136,14 +137,19 @@ class Distribution:
         self._balanced = self_balanced(now, self._jacobian, self._hidden)
 
 
-def _checked(plan: Plan) -> Plan:
+def _checked(plan: Plan, controller: object) -> Plan:
     """The plan; InputError where it is none that can be followed, as one of a user's own may be."""
-    forces = np.asarray(plan.forces, dtype=np.float64)
-    if forces.shape != (UNKNOWNS,) or not np.isfinite(forces).all():
+    name = type(controller).__name__
+    if not isinstance(plan, Plan):
+        raise InputError(
+            "answered no plan", field=name, value=type(plan).__name__, allowed="a Plan"
+        )
+    forces = numbers_of(plan.forces, (UNKNOWNS,), controller, "forces")
+    if not np.isfinite(forces).all():
         raise InputError(
             "planned no forces that can be had",
-            field="controller",
-            value=forces.shape if forces.shape != (UNKNOWNS,) else forces.tolist(),
+            field=name,
+            value=forces.tolist(),
             allowed=f"({UNKNOWNS},) finite numbers",
         )
     return plan

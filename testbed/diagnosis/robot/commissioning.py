@@ -68,7 +68,7 @@ load, which friction by the load across the rod resembles."""
 SIDE, ACROSS = "seal.side_load_coefficient", 2.5
 """Of a vertical cylinder it is so much less sure: what pushes across its rod is an estimate through
 cylinders that may stand still."""
-MASS_FLOOR_KG = 12.0
+MASS_FLOOR_KG = 20.0
 """Least standard deviation of the weight that is stated (E)."""
 TURNS = tuple(f"{Attitude.kind}@body.{name}" for name in ("roll", "pitch"))
 

@@ -69,7 +69,7 @@ class RobotDiagnosis:
     verdict: Verdict
     found: tuple[Found, ...]
     errors: Mapping[str, Mapping[str, float]]
-    cannot_show: Mapping[str, tuple[str, ...]]
+    left_out: Mapping[str, tuple[str, ...]]
     """Kind of effect -> places at which one of the usual size would not be seen here."""
     resembles: str = ""
     """What an unnamed effect looks like most."""
@@ -80,7 +80,7 @@ def check_duration(time_s: Array, file: Path) -> None:
     duration = float(time_s[-1] - time_s[0])
     if duration < SHORTEST_S:
         raise InputError(
-            f"is too short to diagnose: {duration:.3g} s",
+            f"is too short to learn from: {duration:.3g} s",
             file=file,
             allowed=f"at least {SHORTEST_S:.3g} s",
         )
@@ -109,7 +109,7 @@ def judged(name: str, balances: Balances, granted: Iterable[str] = ()) -> RobotD
         verdict=verdict,
         found=found_in(balances, verdict.chosen, calibration()["width"]),
         errors={key: _errors(balances, verdict.chosen, key) for key in balances.raw},
-        cannot_show=_cannot_show(ledger),
+        left_out=_left_out(ledger),
         resembles=unnamed[0].names[0] if verdict.kind == "unnamed" and unnamed else "",
     )
 
@@ -118,7 +118,7 @@ VISIBLE = 6.0
 """Ln of the Bayes factor from which an effect would be seen by whoever knows its name."""
 
 
-def _cannot_show(ledger: Ledger) -> dict[str, tuple[str, ...]]:
+def _left_out(ledger: Ledger) -> dict[str, tuple[str, ...]]:
     """Kinds of effects that have a name, and the places at which these balances would not show
     them.
     """

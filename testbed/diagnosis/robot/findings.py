@@ -37,7 +37,10 @@ def as_json(d: RobotDiagnosis) -> dict[str, Any]:
                 for group, row in d.errors.items()
             },
         },
-        "cannot_show": {kind: list(places) for kind, places in d.cannot_show.items()},
+        "left_out": [
+            {"name": kind, "reason": f"{UNSEEN} {', '.join(places)}"}
+            for kind, places in d.left_out.items()
+        ],
         **({"resembles": d.resembles} if d.resembles else {}),
     }
 
@@ -78,6 +81,8 @@ def write_findings(d: RobotDiagnosis, believed: RobotModelFile, out: Path) -> No
     for stage, name in FILES.items():
         write_robot_model(out / name, models(d, believed)[stage])
 
+
+UNSEEN = "one of the usual size would not be seen in this recording at"
 
 FILES: Mapping[str, str] = {
     "before": "model_before.yaml",

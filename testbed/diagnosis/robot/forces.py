@@ -105,6 +105,7 @@ def tolerated(seen: RobotSeen, machine: Machine) -> Iterator[Tolerated]:
                 yield Tolerated(change, sd, f"{effect.kind}@{place}.{number}")
     for i, axis in enumerate(machine.axes.values()):
         yield from _friction(seen, i, axis)
+        yield _bored(seen, i, axis)
     for k in range(3):  # the accelerometers' biases weigh the whole machine
         bias = seen.weighs(seen.asked_by_gravity[:, :, k])
         yield Tolerated(bias, standard_deviation(ACCELEROMETER, scale=machine.scale))
@@ -131,6 +132,16 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     at_rest = 1.0 - np.abs(seen.direction)
     pushed = {i: at_rest[:, i] * seen.thrust_n / len(VERTICAL) for i in VERTICAL}
     yield Tolerated(Change(force=pushed), HELD_THRUST)
+
+
+def _bored(seen: RobotSeen, i: int, axis: Axis) -> Tolerated:
+    """A bore that is wider by a share has twice that share more of piston on either side."""
+    number, bore_m = "cylinder.bore_m", axis.cylinder.bore_m
+    sd = standard_deviation(f"axes.*.{number}", bore_m) / bore_m
+    mean = middle(f"axes.*.{number}", bore_m) / bore_m - 1.0
+    push = 2.0 * seen.area_a_m2[i] * (seen.pressure_a_pa - seen.pressure_b_pa)[:, i]
+    change = Change(force={i: -push})
+    return Tolerated(change, sd, f"axes.{axis.name}.{number}", mean, bore_m, bore_m)
 
 
 def _friction(seen: RobotSeen, i: int, axis: Axis) -> Iterator[Tolerated]:

@@ -24,9 +24,9 @@ MEDIAN_OF_POWER = 0.69
 """Median over mean of the power of noise."""
 SURE = 100.0
 """Power over its neighbourhood's from which a line is surely one."""
-RESTLESS, LEAST_N = 3.0, 80.0
+RESTLESS, LEAST_N, HUNTING_N = 3.0, 80.0, 250.0
 """Sound machines have lines of their own, valves that hunt: so much above the spectrum, and so
-large (E).
+large, the last of rotation joints (E).
 """
 LEARNT_SHARE = 0.65
 
@@ -46,10 +46,11 @@ class Line:
     def group(self, i: int) -> RawGroup:
         """The group `line <axis>` of cylinder i."""
         nothing = np.zeros(2)
+        least_n = HUNTING_N if AXES[i].endswith("rotation") else LEAST_N
         return RawGroup(
             missing=self.parts.ravel(),
             time_s=np.repeat([0.0, 1.0], 2),
-            noise=np.diag(np.repeat(RESTLESS * self.variance + LEAST_N**2, 2)),
+            noise=np.diag(np.repeat(RESTLESS * self.variance + least_n**2, 2)),
             tolerated=np.zeros((4, 1)),
             rows_of=lambda change: np.tile(change.line.get(i, nothing), 2),
         )

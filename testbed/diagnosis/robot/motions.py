@@ -95,8 +95,12 @@ def promises(
 
 def parted(balances: Balances, hypothesis: Hypothesis) -> dict[str, Array]:
     """Name -> its numbers in a hypothesis."""
-    ends = np.cumsum([len(balances.candidates[name].signature) for name in hypothesis.names])
-    return dict(zip(hypothesis.names, np.split(hypothesis.mean, ends[:-1]), strict=True))
+    out, first = {}, 0
+    for name in hypothesis.names:
+        last = first + len(balances.candidates[name].signature)
+        out[name] = hypothesis.mean[first:last]
+        first = last
+    return out
 
 
 def _as_rehearsed(balances: Balances, names: Names, numbers: Mapping[str, Array]) -> Array:

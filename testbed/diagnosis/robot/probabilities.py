@@ -11,7 +11,8 @@ itself, and a price stands against every step away from a sound machine:
 and probabilities go as exp(score). `sound` is what sound machines reach, for each kind of effect of
 the set: some signatures look like what the model itself is wrong about, others like nothing. An
 effect's law is another than its signature to the letter: a second effect must explain more than a
-share `form` of what the first explains. Errors of any course in time fit what is wrong with the
+share `form` of what the first explains, and what errors of any course at its places explain beyond
+a set counts against it (`rest`). Errors of any course in time fit what is wrong with the
 model itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
 tolerance of any workshop far beyond its size, count as `unnamed`. The numbers are in
 `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
@@ -28,7 +29,7 @@ from typing import Any
 
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.unexplained import UNNAMED, is_unexplained
-from testbed.effects import by_name, kind_of
+from testbed.effects import by_name, kind_of, place_of
 
 FILE = Path(__file__).with_name("calibration.yaml")
 Names = tuple[str, ...]
@@ -63,8 +64,10 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, f
     for names, factor in signs.sets:
         unnamed = not has_names(names)
         price = numbers["two" if len(names) == 2 else "unnamed" if unnamed else "one"]
-        if unnamed and len(names) == 2:
-            price += numbers["unnamed"] - numbers["one"]
+        if unnamed:
+            price += numbers["unnamed"] - numbers["one"] if len(names) == 2 else 0.0
+        else:
+            price += numbers["rest"] * _left_at_its_places(names, factor, alone)
         bends = any(is_unexplained(name) for name in names)
         share = numbers["share_unnamed" if bends else "share"]
         above = factor - sum(numbers["sound"].get(kind_of(name), 0.0) for name in names)
@@ -75,6 +78,15 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, f
     weights = {names: sum(math.exp(score - top) for score in row) for names, row in scores.items()}
     total = sum(weights.values())
     return {names: weight / total for names, weight in weights.items()}
+
+
+def _left_at_its_places(names: Names, factor: float, alone: Mapping[str, float]) -> float:
+    """By how much errors of any course at the places of a set explain more than the set does."""
+    places = {place_of(name) for name in names}
+    most = max(
+        (f for n, f in alone.items() if is_unexplained(n) and place_of(n) in places), default=0.0
+    )
+    return max(most - max(factor, 0.0), 0.0)
 
 
 def has_names(names: Names) -> bool:

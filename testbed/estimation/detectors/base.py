@@ -6,13 +6,16 @@ A detector is any class with
     sample.py)
 
 and, if it likes, `threshold` (a score from which on a foot counts as lost; `testbed contact-loss`
-sets it) and `start(dt_s)`, called before the first sample with the seconds between two. Causal, no
-truth. The same object serves live and over a recording, sample by sample. Numbers and threshold
-live in the detector's own file.
+sets it), `hold` (a Hold: when a lost foot counts as loaded again), `scaled(force)` (the same for a
+machine whose forces are so many times those of ROBOCLIMBER) and `start(dt_s)`, called before the
+first sample with the seconds between two. Causal, no truth. The same object serves live and over a
+recording, sample by sample. Numbers and threshold live in the detector's own file.
 """
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -21,9 +24,33 @@ from numpy.typing import NDArray
 from testbed.compiled import njit_over
 from testbed.estimation.detectors.sample import Sample
 from testbed.formats.records import Record
+from testbed.formats.sockets import numbers_of
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Hold:
+    """When a foot that was called lost counts as loaded again: once its score has been `margin` or
+    more below the threshold for `dwell_s`, or `sure_margin` or more for `sure_s`.
+
+    A foot that stands near the threshold crosses it with every blow. Held, its word is wrong for
+    longer, but it is one alarm and not twenty.
+    """
+
+    margin: float = 0.0
+    dwell_s: float = 0.02
+    sure_margin: float = math.inf
+    sure_s: float = 0.0
+
+    def scaled(self, force: float) -> Hold:
+        """The same for scores in N of a machine whose forces are so many times as large."""
+        return replace(self, margin=force * self.margin, sure_margin=force * self.sure_margin)
+
+
+DROP = Hold()
+"""As soon as the score has been below the threshold for as long as a touchdown lasts."""
 
 
 class Detector(Protocol):
@@ -93,10 +120,23 @@ def start(detector: Any, dt_s: float) -> None:
         detector.start(dt_s)
 
 
+def scaled(detector: Any, force: float) -> Any:
+    """A detector for a machine whose forces are so many times as large; itself where it has no
+    scale.
+    """
+    return detector.scaled(force) if hasattr(detector, "scaled") else detector
+
+
 def scores_over(detector: Any, samples: NDArray[Any]) -> Array:
     """A detector's scores (n, 4) over samples (n,), sample by sample unless it does that better
     itself.
+
+    Raises InputError for an answer of another form.
     """
     if hasattr(detector, "scores"):
-        return np.asarray(detector.scores(samples))
-    return np.array([detector.update(sample) for sample in samples]).reshape(-1, len(LEGS))
+        whole: Array = numbers_of(
+            detector.scores(samples), (len(samples), len(LEGS)), detector, "scores"
+        )
+        return whole
+    found = [numbers_of(detector.update(s), (len(LEGS),), detector, "scores") for s in samples]
+    return np.array(found).reshape(-1, len(LEGS))

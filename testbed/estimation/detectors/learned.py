@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.errors import InputError
+from testbed.estimation.detectors.base import Hold
 from testbed.estimation.detectors.sample import Sample
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers, look
 from testbed.formats.networks import Network, read_network
@@ -27,10 +28,10 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
-WIDE, NARROW = 24, 12
+WIDE, NARROW = 16, 8
 """Sizes of the two inner layers."""
-SMOOTH_S = 0.02
-"""Time constant of the score: as long as a loss must last (E)."""
+SMOOTH_S = 0.003
+"""Time constant of the score."""
 WEIGHTS = Path(__file__).with_name("learned.npz")
 
 
@@ -116,20 +117,21 @@ class Learned:
     4 t (B).
     """
 
-    name, text = "learned", "small network on memories of all feet"
-    threshold = 0.0
+    name, text = "learned", "small network on memories of all feet, three levels"
+    threshold = 1.75
+    hold = Hold(margin=2.7, dwell_s=0.45, sure_margin=3.7, sure_s=0.007)
 
-    scale: ClassVar[dict[str, float]] = {
-        "loss_force": 294.3,
-        "area_a": 3.848e-3,
-        "area_b": 2.592e-3,
-    }
+    scale: ClassVar[dict[str, float]] = {"loss_force": 294.3}
 
     def __init__(self, weights: Network | None = None, **scale: float) -> None:
         found = shipped_network() if weights is None else weights
         self._numbers = numbers_of(found, self.scale | scale)
         self._one, self._scores = Sample.zeros(), np.zeros((1, len(LEGS)))
         self.start(1.0e-3)
+
+    def scaled(self, force: float) -> Learned:
+        """The same for a machine whose forces are so many times as large."""
+        return Learned(loss_force=force * self.scale["loss_force"])
 
     def start(self, dt_s: float) -> None:
         """Forget everything; `dt_s` lies between two samples."""

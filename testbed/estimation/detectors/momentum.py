@@ -49,6 +49,6 @@ class Momentum(CompiledDetector, step=step):
     """With the mass of frame and foot."""
 
     name, text = "momentum", "momentum observer"
-    threshold = 493.0
+    threshold = 48.5
     Numbers, State = MomentumNumbers, MomentumState
     numbers: ClassVar[dict[str, float]] = {"gain": 150.0, "mass": 91.7}

@@ -35,6 +35,6 @@ class Smoothed(CompiledDetector, step=step):
     """A running mean over 20 ms, as long as a loss must last."""
 
     name, text = "smoothed", "the own estimate, smoothed over 20 ms"
-    threshold = -744.3
+    threshold = -467.4
     Numbers, State = SmoothedNumbers, SmoothedState
     numbers: ClassVar[dict[str, float]] = {"mean_time": 0.02}

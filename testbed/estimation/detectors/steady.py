@@ -1,5 +1,4 @@
-"""The combined detector (combined.py) over as long as a loss must last: of those shipped the one of
-least cost.
+"""The combined detector (combined.py) over as long as a loss must last.
 
 A foot that bears next to nothing crosses the force of a loss with every blow; means over 20 ms
 follow the word of the definition (estimation/losses.py), which waits for as long.
@@ -17,6 +16,6 @@ class Steady(CompiledDetector, step=step):
     """The weights are the combined detector's."""
 
     name, text = "steady", "mean of three loads, over 20 ms"
-    threshold = -675.0
+    threshold = -691.5
     Numbers, State = CombinedNumbers, CombinedState
     numbers: ClassVar[dict[str, float]] = Combined.numbers | {"mean_time": 0.02}

@@ -33,7 +33,7 @@ class OneChamber(Threshold):
 
     name, text = "threshold_one_chamber", "threshold on one chamber (1)"
     load = "one_chamber"
-    threshold = -13650.0
+    threshold = -2085.8
 
 
 class TwoChamber(Threshold):
@@ -41,7 +41,7 @@ class TwoChamber(Threshold):
 
     name, text = "threshold_two_chamber", "threshold on two chambers (3)"
     load = "two_chamber"
-    threshold = -20.9
+    threshold = -530.6
 
 
 class LessFriction(Threshold):
@@ -49,7 +49,7 @@ class LessFriction(Threshold):
 
     name, text = "threshold_friction", "threshold on the force less friction (7)"
     load = "friction"
-    threshold = 618.1
+    threshold = -34.6
 
 
 class PublishedFilter(Threshold):
@@ -57,7 +57,7 @@ class PublishedFilter(Threshold):
 
     name, text = "threshold_kbf", "threshold on the published filter"
     load = "kbf"
-    threshold = 327.3
+    threshold = -294.8
 
 
 class PublishedModifiedFilter(Threshold):
@@ -65,7 +65,7 @@ class PublishedModifiedFilter(Threshold):
 
     name, text = "threshold_modified_kbf", "threshold on the published modified filter"
     load = "modified_kbf"
-    threshold = -752.8
+    threshold = -305.0
 
 
 class Own(Threshold):
@@ -73,14 +73,14 @@ class Own(Threshold):
 
     name, text = "threshold_own", "threshold on the own estimate"
     load = "own"
-    threshold = -604.1
+    threshold = -178.3
 
 
 class Carried:
     """The load with the friction that the oil tells (derived.py)."""
 
     name, text = "threshold_carried", "threshold on the load with sliding seals"
-    threshold = -478.6
+    threshold = -50.0
 
     def update(self, sample: Any) -> Array:
         """Scores (4,)."""

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from testbed.effects import by_name
 from testbed.errors import InputError
 from testbed.estimation.cylinder import stribeck_of
-from testbed.estimation.detectors.combined import Combined
+from testbed.estimation.detectors.base import Hold
 from testbed.estimation.detectors.derived import valves_of
+from testbed.estimation.detectors.held import Held
 from testbed.machine.groups import Cylinder
 from testbed.machine.model import Machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS, VERTICAL
@@ -161,14 +162,11 @@ class Tuning:
     friction_sd_share: float = 0.15
     speed_sd_m_s: float = 0.002
     acceleration_sd_m_s2: float = 0.15
-    contact_on_n: float = 1200.0
-    contact_off_n: float = 900.0
-    contact_dwell_s: float = 0.02
-    break_away_n: float = Combined.numbers["break_away"]
-    lost_dwell_s: float = 0.0
-    """A load at or below `off` for this long is a lost foot; it was set with the detectors'
-    benchmark.
-    """
+    contact_off_n: float = -Held.threshold
+    """A load at or below it is a lost foot."""
+    contact_hold: Hold = Held.hold
+    """When it counts as loaded again."""
+    break_away_n: float = Held.numbers["break_away"]
 
     def scaled(self, machine: Machine) -> Tuning:
         """The same for a machine of another size and other transducers."""
@@ -178,8 +176,8 @@ class Tuning:
             kbf_q_n2=force**2 * self.kbf_q_n2,
             kbf_r_n2=force**2 * self.kbf_r_n2,
             e_max_n=force * self.e_max_n,
-            contact_on_n=force * self.contact_on_n,
             contact_off_n=force * self.contact_off_n,
+            contact_hold=self.contact_hold.scaled(force),
             break_away_n=force * self.break_away_n,
             rest_m_s=machine.scale.speed * self.rest_m_s,
             slide_m_s=machine.scale.speed * self.slide_m_s,
@@ -267,6 +265,13 @@ class Believed:
                     value=getattr(k, name),
                     allowed="left out",
                 )
+        if k.circuit is not None and k.circuit.supply != "varying":
+            raise InputError(
+                "would have no effect: a run takes the supply pressure that it measures",
+                field="known.circuit.supply",
+                value=k.circuit.supply,
+                allowed="varying",
+            )
         for name in ("bore_m", "rod_m", "moving_mass_kg"):
             if getattr(k, name) is None:
                 raise InputError(

@@ -24,12 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.detectors.combined import Combined, CombinedNumbers
+from testbed.estimation.detectors.combined import CombinedNumbers
+from testbed.estimation.detectors.held import Held
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain_step import ChainBelief, ChainState, replay_chain
-from testbed.estimation.live.contact import ContactLimits
+from testbed.estimation.live.contact import limits_at
 from testbed.formats.records import from_columns
 from testbed.machine.names import LEGS
 from testbed.recording.rows import DataRow
@@ -86,15 +87,9 @@ def belief_of(believed: Believed) -> NDArray[Any]:
         innovation_limit=t.e_max_n,
         hold_samples=t.hold_samples,
     )[0]
-    belief["contact"] = ContactLimits.one(
-        on=t.contact_on_n,
-        off=t.contact_off_n,
-        dwell_on=t.contact_dwell_s,
-        dwell_off=t.lost_dwell_s,
-    )[0]
-    belief["combined"] = CombinedNumbers.one(**(Combined.numbers | {"break_away": t.break_away_n}))[
-        0
-    ]
+    belief["contact"] = limits_at(-t.contact_off_n, t.contact_hold)[0]
+    numbers = Held.numbers | {"break_away": t.break_away_n}
+    belief["combined"] = CombinedNumbers.one(**numbers)[0]
     belief["legs"]["linkage"] = believed.linkages
     for record, leg, valve in zip(belief["legs"], believed.legs, believed.valves, strict=True):
         leg.write(record["cylinder"])

@@ -35,7 +35,8 @@ class ChosenEstimator:
 
         Raises InputError for a load that is no number: nothing could stand on it.
         """
-        loads, low, high = interval_of(self._estimator.update(rows.view(np.recarray)[0]))
+        answer = self._estimator.update(rows.view(np.recarray)[0])
+        loads, low, high = interval_of(answer, self._estimator)
         if not np.isfinite([loads, low, high]).all():
             raise InputError(
                 f"a load is no number at t = {rows['t'][0]:.3f} s",

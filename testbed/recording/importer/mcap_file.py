@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,42 +21,93 @@ from testbed.errors import InputError
 
 Array = npt.NDArray[np.float64]
 CLOCKS = ("log_time", "publish_time")
+MOST_UNPACKED, MOST_OF_A_CHUNK = 1_000_000_000, 100_000_000
+"""Bytes of messages in a file, and of a chunk, which is unpacked whole."""
 
 
 def read_mcap(path: Path, wanted: Collection[str]) -> dict[str, Array]:
     """The `wanted` columns (n,). Raises InputError where the package is missing, or the file, a
     topic or a field.
     """
-    try:
-        from mcap.exceptions import McapError
-        from mcap.reader import make_reader
-    except ImportError as error:
-        raise InputError(
-            "MCAP needs the package mcap: pip install 'roboclimber-testbed[mcap]'", file=path
-        ) from error
     fields = [name for name in wanted if name not in CLOCKS]
     found: dict[str, list[float]] = {name: [] for name in fields}
     times: dict[str, list[int]] = {}
     published: dict[str, list[int]] = {}
     topics: set[str] = set()
-    try:
-        with path.open("rb") as stream:
-            for _, channel, message in make_reader(stream).iter_messages():
-                topics.add(channel.topic)
-                mine = [name for name in fields if name.startswith(channel.topic + ".")]
-                if not mine:
-                    continue
-                tree = _decoded(channel.message_encoding, message.data, channel.topic, path)
-                times.setdefault(channel.topic, []).append(message.log_time)
-                published.setdefault(channel.topic, []).append(message.publish_time)
-                for name in mine:
-                    found[name].append(_field(tree, name.removeprefix(channel.topic + "."), path))
-    except (McapError, OSError) as error:
-        raise InputError(f"is not a readable MCAP file: {error}", file=path) from error
+    for channel, message in _messages(path):
+        topics.add(channel.topic)
+        mine = [name for name in fields if name.startswith(channel.topic + ".")]
+        if not mine:
+            continue
+        tree = _decoded(channel.message_encoding, message.data, channel.topic, path)
+        times.setdefault(channel.topic, []).append(message.log_time)
+        published.setdefault(channel.topic, []).append(message.publish_time)
+        for name in mine:
+            found[name].append(_field(tree, name.removeprefix(channel.topic + "."), path))
     owner = {name: _topic(name, times, topics, path) for name in fields}
     if not owner:
         raise InputError("no column names a topic", file=path, allowed="/topic.field")
     return _aligned(found, owner, times, published)
+
+
+def _messages(path: Path) -> Iterator[tuple[Any, Any]]:
+    """Channel and message, in the order of their times.
+
+    Whatever the library makes of a broken file (a dozen kinds of exception) is an InputError; so is
+    a file that unpacks to more than fits.
+    """
+    try:
+        from mcap.reader import make_reader
+    except ImportError as error:
+        raise InputError(
+            "MCAP needs the package mcap: pip install 'roboclimber-testbed[mcap]'", file=path
+        ) from error
+    unpacked = 0
+    try:
+        _check_chunks(path)
+        with path.open("rb") as stream:
+            for _, channel, message in make_reader(stream).iter_messages():
+                unpacked += len(message.data)
+                if unpacked > MOST_UNPACKED:
+                    raise _too_large(path, unpacked)
+                yield channel, message
+    except InputError:
+        raise
+    except Exception as error:
+        said = str(error) or type(error).__name__
+        raise InputError(f"is not a readable MCAP file: {said}", file=path) from error
+
+
+def _check_chunks(path: Path) -> None:
+    """Refuse a packed chunk that holds more than it says, or than fits, before it is unpacked."""
+    import lz4.frame
+    import zstandard
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    size = path.stat().st_size
+    if size > MOST_UNPACKED:
+        raise _too_large(path, size)
+    with path.open("rb") as stream:
+        for record in StreamReader(stream, emit_chunks=True, record_size_limit=size).records:
+            if not isinstance(record, Chunk):
+                continue
+            says = record.uncompressed_size
+            if says > MOST_OF_A_CHUNK:
+                raise _too_large(path, says)
+            holds = says
+            if record.compression == "lz4":
+                unpacker = lz4.frame.LZ4FrameDecompressor()
+                holds = len(unpacker.decompress(record.data, max_length=says + 1))
+            elif record.compression == "zstd":
+                holds = zstandard.frame_content_size(record.data)
+            if holds not in (says, -1):  # -1: unknown, and bounded by what the chunk says
+                raise InputError("a chunk holds more than it says", file=path)
+
+
+def _too_large(path: Path, size: int) -> InputError:
+    allowed = f"at most {MOST_UNPACKED:.0e} bytes, {MOST_OF_A_CHUNK:.0e} a chunk"
+    return InputError(f"unpacks to {size} bytes", file=path, allowed=allowed)
 
 
 def _decoded(encoding: str, data: bytes, topic: str, path: Path) -> Any:
@@ -78,9 +129,12 @@ def _field(tree: Any, field: str, path: Path) -> float:
             raise InputError(f"has no field {field!r}", file=path, allowed=names) from error
     if node is None:
         return float("nan")
-    if not isinstance(node, int | float):
-        raise InputError(f"field {field!r} is no number", file=path, allowed="a number")
-    return float(node)
+    try:
+        if isinstance(node, int | float):
+            return float(node)
+    except OverflowError:
+        pass
+    raise InputError(f"field {field!r} is no number", file=path, allowed="a number")
 
 
 def _topic(name: str, times: Mapping[str, list[int]], topics: set[str], path: Path) -> str:
