@@ -269,14 +269,14 @@ def _places(places: Sequence[str]) -> str:
 
 def word_page() -> str:
     """The key that every page carries."""
-    from testbed.report import words
+    from testbed.report.words import words
 
     parts = ["# Words\n", "What they mean, on every page and on the console.\n"]
     groups = (
-        ("Machine", words.MACHINE_WORDS),
-        ("Estimates", words.ESTIMATE_WORDS),
-        ("Contact and stability", words.SAFETY_WORDS),
-        ("Diagnosis", words.DIAGNOSIS_WORDS),
+        ("Machine", words("machine")),
+        ("Estimates", words("estimate")),
+        ("Contact and stability", words("safety")),
+        ("Diagnosis", words("diagnosis")),
     )
     for title, entries in groups:
         parts += [f"\n## {title}\n", table(("word", "meaning"), entries, code=())]

@@ -20,7 +20,7 @@ import testbed
 from testbed.cli import app
 from testbed.effects import ALL
 from testbed.recording.rows import DataRow, TruthRow
-from testbed.report.words import ALL_WORDS
+from testbed.report.words import words
 from testbed.scenario.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
@@ -55,7 +55,7 @@ def test_every_effect_stands_with_its_parameters(hooks: ModuleType) -> None:
 def test_every_section_of_a_scenario_and_every_word_stands(hooks: ModuleType) -> None:
     page = hooks.scenario_page()
     assert all(f"`{name}" in page for name in Scenario.model_fields)
-    assert all(hooks.cell(word.word) in hooks.word_page() for word in ALL_WORDS)
+    assert all(hooks.cell(word.word) in hooks.word_page() for word in words())
 
 
 def test_every_column_of_a_run_stands_or_lies_between_two(hooks: ModuleType) -> None:

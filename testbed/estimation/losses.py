@@ -7,16 +7,16 @@ if it goes on to do so for the same time. What is shorter, either way, is the bo
 changes nothing. Unless stated otherwise the share is LOSS_SHARE and the time LOSS_S. A reference is
 either the true load, which this cuts, or a contact channel.
 
-How a contact word (lost or loaded, sample by sample) is scored:
+How a contact state (lost or loaded, sample by sample) is scored:
 
-    loss found         the word says lost within FOUND_S of the loss, and before it ends
+    loss found         the state says lost within FOUND_S of the loss, and before it ends
     delay              from the loss to the first sample that says so; 0 where the word was right
     already false alarm        the word turns to lost while the foot carries and goes on to for
     EARLY_S or more; a word that
                        stays wrong counts once more every STANDING_S, one that was wrong from the
                        start too
-    missed seconds     the foot is lost and the word says loaded
-    false flight       the foot carries and the word says lost
+    missed seconds     the foot is lost and the state says loaded
+    false flight       the foot carries and the state says lost
     touchdown found    a word that said lost says loaded within FOUND_S of the touchdown, and before
     the next loss
 """
@@ -123,7 +123,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Followed:
-    """How a contact word follows a reference, change by change and sample by sample."""
+    """How a contact state follows a reference, change by change and sample by sample."""
 
     losses: tuple[Change, ...]
     touchdowns: tuple[Change, ...]
@@ -131,9 +131,9 @@ class Followed:
     false_alarms: tuple[int, ...]
     """Samples at which one was counted."""
     missed: Flags
-    """(n,): the foot is lost, the word says loaded."""
+    """(n,): the foot is lost, the state says loaded."""
     false_flight: Flags
-    """(n,): the foot carries, the word says lost."""
+    """(n,): the foot carries, the state says lost."""
 
 
 def follow(lost: Flags, carrying: Flags, time_s: Array) -> Followed:
@@ -186,7 +186,7 @@ def _false_alarms(
 
 @dataclass(frozen=True)
 class ContactScore:
-    """How well a contact word follows a reference; a time is None where there was nothing to
+    """How well a contact state follows a reference; a time is None where there was nothing to
     time.
     """
 
@@ -195,9 +195,9 @@ class ContactScore:
     delay_median_s: float | None
     delay_p95_s: float | None
     missed_s: float
-    """For how long the foot is lost and the word says loaded."""
+    """For how long the foot is lost and the state says loaded."""
     false_flight_s: float
-    """For how long the foot carries and the word says lost."""
+    """For how long the foot carries and the state says lost."""
     touchdown_delay_median_s: float | None
     touchdowns_missed: int
     false_alarms: int

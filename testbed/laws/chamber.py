@@ -27,16 +27,14 @@ finds q; the axes fill it in.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
-from testbed.formats.records import Record, part, quantity
 from testbed.laws.compiling import njit_law
-from testbed.laws.holding import COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK, outlet_share
+from testbed.laws.holding import NO_HOLDING
 from testbed.laws.oil import (
     ATMOSPHERE_PA,
     POLYTROPIC,
     VAPOUR_PA,
-    OilNear,
     enthalpy,
     enthalpy_with_gas,
     gas_volume,
@@ -44,159 +42,9 @@ from testbed.laws.oil import (
     pressure_of,
     vapour_volume,
 )
-from testbed.laws.orifice import orifice
+from testbed.laws.port import held_port, port
 
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
-
-
-class HoldingParameters(Record):
-    """The load-holding valve at a port."""
-
-    kind = quantity("1", "0: none, 1: pilot-operated check valve, 2: counterbalance valve")
-    setting = quantity("Pa", "counterbalance: load pressure at which it opens without a pilot")
-    pilot_ratio = quantity("1", "counterbalance: how much the other chamber's pressure helps")
-
-
-class ChamberParameters(Record):
-    """One chamber with its hose, its two valve edges and its load-holding valve."""
-
-    area = quantity("m2", "piston area")
-    dead_volume = quantity("m3", "volume at the end of the stroke, with its line")
-    hose_elasticity = quantity("m3/Pa", "by how much the hose widens at once; 0: stiff")
-    hose_capacity = quantity("m3/Pa", "oil that the hose takes up slowly; 0: none")
-    from_supply = quantity("m3/(s sqrt(Pa))", "flow of the edge from the supply, fully open")
-    to_tank = quantity("m3/(s sqrt(Pa))", "flow of the edge to the tank, fully open")
-    leak_from_supply = quantity("m3/(s Pa)", "laminar leakage of the edge from the supply")
-    leak_to_tank = quantity("m3/(s Pa)", "laminar leakage of the edge to the tank")
-    holding = part(HoldingParameters, "its load-holding valve")
-
-
-class Chamber(Record):
-    """The oil in one chamber."""
-
-    oil = quantity("m3", "standard volume")
-    pressure = quantity("Pa", "absolute")
-    hose_pressure = quantity("Pa", "in the hose's wall, absolute")
-
-
-class ChamberWork(Record):
-    """Working numbers of a chamber within one call. k1, k2: rates of oil in the two stages."""
-
-    volume = quantity("m3", "now")
-    growth = quantity("m3/s", "of the volume")
-    leak_from_supply = quantity("m3/(s Pa)", "of its valve edge; 0 for a locked valve")
-    leak_to_tank = quantity("m3/(s Pa)", "of its valve edge; 0 for a locked valve")
-    hose_conductance = quantity("m3/(s Pa)", "capacity over time of the hose")
-    hose_start = quantity("Pa", "pressure of the hose when the call began")
-    near = part(OilNear, "the oil at the last pressure")
-    elasticity = quantity("m3/Pa", "of the hose")
-    stiffness = quantity("Pa/m3", "dp/d oil")
-    ramp = quantity("Pa/s", "dp/dt at constant oil")
-    enthalpy = quantity("J/m3", "of the oil")
-    from_supply = quantity("1", "g h times the slope of the flow from the supply")
-    own_share = quantity("1", "how the chamber's rate answers its own balance")
-    other_share = quantity("1", "how it answers the other chamber's")
-    answer = quantity("m3/Pa", "u of the rate y + u q")
-    rate = quantity("m3/s", "y of the rate y + u q")
-    change = quantity("m3/s", "g h times how the flow changes in time at constant oil")
-    hose_in = quantity("m3/s", "flow into the hose, without what the rate adds")
-    guess = quantity("Pa", "pressure that the first stage predicts for the end")
-    first_rate = quantity("m3/s", "k1")
-    first_hose_rate = quantity("m3/s", "flow into the hose in the first stage")
-
-
-class AxisWork(Record):
-    """Working numbers of an axis within one call."""
-
-    a = part(ChamberWork, "piston side")
-    b = part(ChamberWork, "rod side")
-    inner_leakage = quantity("m3/(s Pa)", "across the piston")
-    outer_leakage = quantity("m3/(s Pa)", "of each chamber to the tank")
-    vapour_volume = quantity("1", "specific volume beyond which the oil leaves a void")
-    inverse_bulk = quantity("1/Pa", "1 / bulk modulus")
-    holding = quantity("1", "1: there is a load-holding valve at A or B")
-    hose_share = quantity("1", "what is left of the hose's flow by its own filling, implicitly")
-    drawn = quantity("m3/s", "flow from the supply, without what the rate q adds")
-    rise = quantity("m3/(s Pa) s", "how that flow answers q")
-    first_drawn = quantity("m3/s", "first its change in time, then the first stage's flow")
-
-
-class PortFlow(NamedTuple):
-    """Flow into a port (m3/s), its slopes by the pressure drops (m3/(s Pa)), and its growth with
-    the opening (m3/s).
-    """
-
-    supply: float
-    tank: float
-    supply_slope: float
-    tank_slope: float
-    supply_growth: float
-    tank_growth: float
-
-
-@njit_law(forceinline=True)
-def port(p: float, ps: float, pt: float, chamber: Any, w: Any, o: float, o_next: float) -> PortFlow:
-    """One port at pressure p between supply ps and tank pt, Pa, while its opening goes from o to
-    `o_next`.
-
-    chamber: ChamberParameters; w: ChamberWork. o > 0 opens the port to the supply, o < 0 to the
-    tank; the open edge is turbulent, both edges leak laminarly.
-    """
-    leak_p, leak = w.leak_from_supply, w.leak_to_tank
-    if o + o_next > 0.0:
-        f, df = orifice(ps - p)
-        now = chamber.from_supply * (o if o > 0.0 else 0.0)
-        then = chamber.from_supply * (o_next if o_next > 0.0 else 0.0)
-        return PortFlow(
-            now * f + leak_p * (ps - p),
-            leak * (pt - p),
-            now * df + leak_p,
-            leak,
-            (then - now) * f,
-            0.0,
-        )
-    if o + o_next < 0.0:
-        f, df = orifice(pt - p)
-        now = chamber.to_tank * (-o if o < 0.0 else 0.0)
-        then = chamber.to_tank * (-o_next if o_next < 0.0 else 0.0)
-        return PortFlow(
-            leak_p * (ps - p),
-            now * f + leak * (pt - p),
-            leak_p,
-            now * df + leak,
-            0.0,
-            (then - now) * f,
-        )
-    return PortFlow(leak_p * (ps - p), leak * (pt - p), leak_p, leak, 0.0, 0.0)
-
-
-@njit_law(forceinline=True)
-def held_port(
-    flow: PortFlow, p: float, pilot: float, pt: float, chamber: Any, to_tank: bool
-) -> PortFlow:
-    """What a load-holding valve (holding.py) lets through of a port's flow; no oil between it and
-    the spool.
-
-    Shut, it is tight: what the spool leaks past it, from supply to tank, is left out. pilot:
-    pressure of the other chamber, Pa.
-    """
-    own = chamber.holding
-    if own.kind == NO_HOLDING:
-        return flow
-    if not to_tank:
-        return flow if flow.supply + flow.tank > 0.0 else PortFlow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    if own.kind == PILOT_CHECK:
-        return flow
-    share = outlet_share(own.kind, p - pt, pilot - pt, own.setting, own.pilot_ratio)
-    steeper = -flow.tank / COUNTERBALANCE_BAND_PA if 0.0 < share < 1.0 else 0.0
-    return PortFlow(
-        share * flow.supply,
-        share * flow.tank,
-        share * flow.supply_slope,
-        share * flow.tank_slope + steeper,
-        share * flow.supply_growth,
-        share * flow.tank_growth,
-    )
 
 
 @njit_law

@@ -18,16 +18,8 @@ from typing import Any
 import numpy as np
 
 from testbed.formats.records import Record, part, quantity
-from testbed.laws.chamber import (
-    AxisWork,
-    Chamber,
-    ChamberParameters,
-    begin,
-    close_step,
-    first_stage,
-    kept_by_hoses,
-    second_stage,
-)
+from testbed.laws.chamber import begin, close_step, first_stage, kept_by_hoses, second_stage
+from testbed.laws.chamber_records import AxisWork, Chamber, ChamberParameters
 from testbed.laws.compiling import njit_law
 from testbed.laws.ends import EndParameters, ExtraForces, end_force, extra_force
 from testbed.laws.friction import SealParameters, SealState, friction_step

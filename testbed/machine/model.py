@@ -26,7 +26,8 @@ from pydantic import PrivateAttr
 
 from testbed.errors import InputError
 from testbed.formats.checked import checked
-from testbed.machine import groups as g
+from testbed.machine import frame_groups as frame
+from testbed.machine import groups, number_types
 from testbed.machine.names import AXES, JOINTS, LEGS
 from testbed.machine.provenance import Quantity, check_number, nearest
 from testbed.machine.scale import Scale
@@ -47,19 +48,19 @@ class Axis:
     name: str
     joint: str
     """rotation, radial or vertical."""
-    cylinder: g.Cylinder
-    linkage: g.RotationLinkage | g.SlideLinkage
-    limits: g.RotationJoint | g.SlidingJoint
-    seal: g.Seal
-    valve: g.Valve
-    oil: g.Oil
-    end_stop: g.EndStop
-    sensor: g.Sensor
+    cylinder: groups.Cylinder
+    linkage: frame.RotationLinkage | frame.SlideLinkage
+    limits: frame.RotationJoint | frame.SlidingJoint
+    seal: groups.Seal
+    valve: groups.Valve
+    oil: groups.Oil
+    end_stop: groups.EndStop
+    sensor: groups.Sensor
 
     @property
     def travel_m(self) -> float:
         """Way of a slide; the stroke of its cylinder follows from the linkage."""
-        assert isinstance(self.cylinder, g.SlideCylinder), f"{self.name} turns"
+        assert isinstance(self.cylinder, groups.SlideCylinder), f"{self.name} turns"
         return self.cylinder.stroke_m
 
     @property
@@ -68,40 +69,40 @@ class Axis:
         return self.valve.rated_flow_m3_s(self.joint)
 
 
-class Machine(g.Group):
+class Machine(number_types.Group):
     """Every number of one machine, and the URDF of its bodies. Made by `testbed.machine.build`."""
 
-    total_mass_kg: g.Positive
-    body: g.Body
-    power_unit_body: g.PowerUnitBody
-    drill_body: g.DrillBody
-    rod_store_body: g.RodStoreBody
-    traction_body: g.TractionBody
-    legs: g.Leg
-    joints: g.Joints
-    rotation_linkage: g.RotationLinkage
-    radial_linkage: g.SlideLinkage
-    vertical_linkage: g.SlideLinkage
-    vertical_cylinder: g.SlideCylinder
-    radial_cylinder: g.SlideCylinder
-    rotation_cylinder: g.Cylinder
-    seal: g.Seal
-    end_stop: g.EndStop
-    oil: g.Oil
-    valve: g.Valve
-    power_unit: g.PowerUnit
-    sensor: g.Sensor
-    rope: g.Rope
-    traction: g.Traction
-    ground: g.Ground
-    drill: g.Drill
-    rock: g.Rocks
-    control: g.Control
+    total_mass_kg: number_types.Positive
+    body: frame.Body
+    power_unit_body: frame.PowerUnitBody
+    drill_body: frame.DrillBody
+    rod_store_body: frame.RodStoreBody
+    traction_body: frame.TractionBody
+    legs: frame.Leg
+    joints: frame.Joints
+    rotation_linkage: frame.RotationLinkage
+    radial_linkage: frame.SlideLinkage
+    vertical_linkage: frame.SlideLinkage
+    vertical_cylinder: groups.SlideCylinder
+    radial_cylinder: groups.SlideCylinder
+    rotation_cylinder: groups.Cylinder
+    seal: groups.Seal
+    end_stop: groups.EndStop
+    oil: groups.Oil
+    valve: groups.Valve
+    power_unit: groups.PowerUnit
+    sensor: groups.Sensor
+    rope: groups.Rope
+    traction: groups.Traction
+    ground: groups.Ground
+    drill: groups.Drill
+    rock: groups.Rocks
+    control: groups.Control
 
     _quantities: dict[str, Quantity] = PrivateAttr(default_factory=dict)
     _urdf: Path = PrivateAttr(default=Path())
     _axes: dict[str, Axis] = PrivateAttr(default_factory=dict)
-    _each_leg: dict[str, g.Leg] = PrivateAttr(default_factory=dict)
+    _each_leg: dict[str, frame.Leg] = PrivateAttr(default_factory=dict)
 
     @classmethod
     def of(
@@ -141,7 +142,7 @@ class Machine(g.Group):
         return self._axes
 
     @property
-    def each_leg(self) -> Mapping[str, g.Leg]:
+    def each_leg(self) -> Mapping[str, frame.Leg]:
         """Geometry and masses of each leg."""
         return self._each_leg
 
@@ -257,8 +258,8 @@ def _nested(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _changed(
-    group: g.GroupT, own: Mapping[str, Any], prefix: str, file: str | Path, section: str
-) -> g.GroupT:
+    group: groups.GroupT, own: Mapping[str, Any], prefix: str, file: str | Path, section: str
+) -> groups.GroupT:
     """A group with the numbers whose paths begin with `prefix`; the shared object itself where
     there are none.
     """
@@ -268,11 +269,15 @@ def _changed(
     if not changes:
         return group
     place = f"{section}.{prefix}" if section else prefix
-    changed: g.GroupT = _group(type(group), group.model_dump() | changes, file, place.rstrip("."))
+    changed: groups.GroupT = _group(
+        type(group), group.model_dump() | changes, file, place.rstrip(".")
+    )
     return changed
 
 
-def _group(kind: type[g.GroupT], values: Mapping[str, Any], file: str | Path, section: str) -> Any:
+def _group(
+    kind: type[groups.GroupT], values: Mapping[str, Any], file: str | Path, section: str
+) -> Any:
     try:
         return checked(kind, values, file)
     except InputError as error:

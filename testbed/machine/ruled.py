@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 
 from testbed.errors import InputError
-from testbed.machine.groups import RotationLinkage, SlideLinkage
+from testbed.machine.frame_groups import RotationLinkage, SlideLinkage
 from testbed.machine.model import Machine, shared_path
 from testbed.machine.names import AXES
 

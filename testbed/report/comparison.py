@@ -24,7 +24,7 @@ from testbed.report.style import (
     new_figure,
     svg,
 )
-from testbed.report.words import ESTIMATE_WORDS, LEG_NAME, MACHINE_WORDS, SAFETY_WORDS
+from testbed.report.words import LEG_NAME, words
 from testbed.simulation.metrics import rope_tension_n, stability_margin, tilt_deg
 from testbed.simulation.runs import RecordedRun
 
@@ -59,7 +59,7 @@ def page(first: Side, second: Side) -> str:
             "differences": differences(first.settings, second.settings),
             "rows": rows(first.summary, second.summary),
             "parts": _parts(sides),
-            "glossary": (*MACHINE_WORDS, *ESTIMATE_WORDS, *SAFETY_WORDS),
+            "glossary": words("machine", "estimate", "safety"),
         },
     )
 

@@ -14,7 +14,7 @@ from testbed.diagnosis.leg.verification import STAGES, closed_share
 from testbed.effects import by_name
 from testbed.report.diagnosis_figures import evidence_figure, flow_figure, residual_figure
 from testbed.report.page import render
-from testbed.report.words import DIAGNOSIS_WORDS, MACHINE_WORDS
+from testbed.report.words import words
 
 HEADLINES = {
     "none": "The model lacks nothing that these recordings can show.",
@@ -65,7 +65,7 @@ def contents(diagnosis: Diagnosis) -> dict[str, Any]:
             for recording in diagnosis.rig.verify
         ],
         "left_out": found["left_out"],
-        "glossary": (*DIAGNOSIS_WORDS, *MACHINE_WORDS),
+        "glossary": words("diagnosis", "machine"),
         "experiments": experiments(_group(diagnosis)),
         "excess": max(diagnosis.found.excess_best.values(), default=1.0),
     }

@@ -17,7 +17,7 @@ from testbed.report.console import summary_rows
 from testbed.report.page import render
 from testbed.report.run_parts import Shown, parts, shown
 from testbed.report.style import RC, svg
-from testbed.report.words import ESTIMATE_WORDS, MACHINE_WORDS, SAFETY_WORDS, method_name
+from testbed.report.words import method_name, words
 from testbed.robot.robot import Robot
 from testbed.scenario.terrain import Terrain
 from testbed.simulation.pictures import pictures
@@ -106,7 +106,7 @@ def _contents(
         else None,
         "legs": LEGS,
         "errors": _errors(summary),
-        "glossary": (*MACHINE_WORDS, *ESTIMATE_WORDS, *SAFETY_WORDS),
+        "glossary": words("machine", "estimate", "safety"),
         **_film(run.folder),
         **_events(summary.get("events") or []),
         "footer": f"{run.folder.resolve().name} · roboclimber-testbed {__version__} · recording.yaml, data.parquet, "

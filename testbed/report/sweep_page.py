@@ -11,7 +11,7 @@ import numpy.typing as npt
 from testbed.formats.tree import flattened
 from testbed.report.page import render
 from testbed.report.style import RC, svg
-from testbed.report.words import ESTIMATE_WORDS, SAFETY_WORDS
+from testbed.report.words import words
 from testbed.simulation.sweep import table
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def page(title: str, results: Results, planned: int) -> str:
             "worst": [rows[place] for place in worst(results)],
             "rows": rows[:MOST_ROWS],
             "left_out": max(len(rows) - MOST_ROWS, 0),
-            "glossary": (*ESTIMATE_WORDS, *SAFETY_WORDS),
+            "glossary": words("estimate", "safety"),
         },
     )
 

@@ -30,7 +30,8 @@ from numpy.typing import ArrayLike, NDArray
 from testbed.compiled import njit
 from testbed.errors import InputError
 from testbed.formats.records import Record, quantity
-from testbed.machine.groups import RotationLinkage, SlideCylinder, SlideLinkage
+from testbed.machine.frame_groups import RotationLinkage, SlideLinkage
+from testbed.machine.groups import SlideCylinder
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, JOINTS
 

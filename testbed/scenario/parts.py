@@ -55,7 +55,7 @@ class Rates(Checked):
     estimator_hz: int = Field(
         default=1000,
         ge=200,
-        description="force estimates and contact words; slower, their observers diverge [Hz]",
+        description="force estimates and contact states; slower, their observers diverge [Hz]",
     )
     expected_loads_hz: int = Field(
         default=10, ge=1, description="expected foot loads from the model [Hz]"

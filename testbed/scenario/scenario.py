@@ -20,6 +20,7 @@ from testbed.machine.ruled import check_effective, check_kind
 from testbed.machine.urdf_check import lacking
 from testbed.resources import scenario as scenario_path
 from testbed.scenario.drilling import DrillHole
+from testbed.scenario.events import Event, LiftFoot, Payload, SetRope, Stop, Turn
 from testbed.scenario.machines import machines_of
 from testbed.scenario.parts import (
     Control,
@@ -36,23 +37,7 @@ from testbed.scenario.parts import (
     Terrain,
     Undeclared,
 )
-from testbed.scenario.tasks import (
-    Chain,
-    Crawl,
-    Drill,
-    Event,
-    LiftFoot,
-    Payload,
-    Program,
-    Raise,
-    RodChange,
-    SetRope,
-    Stand,
-    Stop,
-    Sway,
-    Task,
-    Turn,
-)
+from testbed.scenario.tasks import Chain, Crawl, Drill, Program, Raise, RodChange, Stand, Sway, Task
 
 FORMAT = "roboclimber-scenario/1"
 

@@ -33,8 +33,8 @@ from testbed.estimation.estimator import Estimator
 from testbed.formats.checked import Checked, checked
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.robot.robot import Robot
+from testbed.scenario.events import Event
 from testbed.scenario.scenario import Scenario, load_scenario
-from testbed.scenario.tasks import Event
 from testbed.simulation.outputs import check_out, claimed
 from testbed.simulation.riders import Riders
 from testbed.simulation.rows import Rows

@@ -116,9 +116,9 @@ def contact_losses(data: Columns, truth: Columns, rule: LossRule) -> list[Loss]:
 
 
 def _lost(data: Columns, leg: str, carrying: Flags) -> Flags:
-    """Where the contact word says lost; nowhere where there is none."""
-    word = data.get(f"contact_{leg}")
-    return np.zeros(len(carrying), dtype=bool) if word is None else word < SET
+    """Where the contact state says lost; nowhere where there is none."""
+    state = data.get(f"contact_{leg}")
+    return np.zeros(len(carrying), dtype=bool) if state is None else state < SET
 
 
 def _meant(data: Columns, leg: str, start: int, stop: int) -> bool:
@@ -129,8 +129,8 @@ def _meant(data: Columns, leg: str, start: int, stop: int) -> bool:
     return carry is not None and bool(np.any(carry[max(start - 1, 0) : stop] < SET))
 
 
-def word_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
-    """How well the contact word of each foot follows its true normal force
+def state_scores(data: Columns, truth: Columns, rule: LossRule) -> dict[str, ContactScore]:
+    """How well the contact state of each foot follows its true normal force
     (estimation/losses.py).
     """
     return {
@@ -167,7 +167,7 @@ def unloaded(
 def detector_summary(
     losses: list[Loss], scores: Mapping[str, ContactScore], hours: float
 ) -> dict[str, Any]:
-    """Delays, misses, false alarms and wrong seconds of the contact word, all feet; an hour is one
+    """Delays, misses, false alarms and wrong seconds of the contact state, all feet; an hour is one
     of the run.
     """
     delays = [loss.delay_s for loss in losses if loss.delay_s is not None]
@@ -283,7 +283,7 @@ def run_metrics(data: Columns, truth: Columns, slope_deg: float, rule: LossRule)
         "contact_loss_events": [loss.as_dict() for loss in losses],
         "contact_losses_not_meant": sum(not loss.meant for loss in losses),
         "contact_loss_rule": asdict(rule) | {"force_n": rule.force_n},
-        "detector": detector_summary(losses, word_scores(data, truth, rule), hours),
+        "detector": detector_summary(losses, state_scores(data, truth, rule), hours),
         "longest_unloaded_s": longest_unloaded_s,
         "unloaded_share": unloaded_share,
         "lowest_stability_margin": float(margin.min()),

@@ -19,8 +19,8 @@ from urllib.parse import parse_qs, urlsplit
 from pydantic import TypeAdapter, ValidationError
 
 from testbed.report.live_page import LivePage
+from testbed.scenario.events import CutRope, Event, SetFriction, Shove
 from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import CutRope, Event, SetFriction, Shove
 from testbed.simulation.live_run import Run
 
 EVERY_S, HELD_S = 0.05, 0.05

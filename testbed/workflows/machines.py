@@ -13,7 +13,7 @@ from testbed.errors import naming
 from testbed.formats.files import write_text
 from testbed.machine.build import ALIKE, build_machine
 from testbed.machine.folder import BODIES, NUMBERS, drawing_board, machine_folder, read_head
-from testbed.machine.groups import RotationLinkage
+from testbed.machine.frame_groups import RotationLinkage
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import GRAVITY_M_S2, JOINTS, VERTICAL
 from testbed.machine.urdf_check import lacking

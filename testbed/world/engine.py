@@ -20,10 +20,11 @@ from testbed.errors import InputError, SimulationFault
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
-from testbed.world.drilling.rock import rock_texture, under_sky
+from testbed.world.ground.shape import ground_shape
 from testbed.world.ground.terrain import Ground
 from testbed.world.quiet import quiet
-from testbed.world.rotations import quaternion, turning_z_to
+from testbed.world.rotations import quaternion
+from testbed.world.view import View
 
 Array = NDArray[np.float64]
 _ANGLE, _RATE = itemgetter(0), itemgetter(1)
@@ -34,6 +35,7 @@ mm in one).
 with quiet():
     try:
         import pybullet as p
+        from pybullet_utils.bullet_client import BulletClient
     except ImportError as error:
         raise InputError(
             f"the physics engine PyBullet is not installed for Python {sys.version_info[0]}.{sys.version_info[1]}; its "
@@ -62,10 +64,17 @@ class Engine:
         iterations: int = 50,
         sinking: bool = False,
     ) -> None:
-        self.client = p.connect(p.GUI if gui else p.DIRECT)
-        if self.client < 0:
+        self.bullet = BulletClient(p.GUI if gui else p.DIRECT)
+        if not self.bullet.getConnectionInfo()["isConnected"]:
             raise SimulationFault("the physics engine gave no client")
-        self._dressed = False
+        # Called at every step: bound once.
+        self._joint_states = self.bullet.getJointStates
+        self._base_pose = self.bullet.getBasePositionAndOrientation
+        self._drive_joints = self.bullet.setJointMotorControlArray
+        self._push = self.bullet.applyExternalForce
+        self._turn = self.bullet.applyExternalTorque
+        self._advance = self.bullet.stepSimulation
+        self._contacts = self.bullet.getContactPoints
         self._state: NDArray[Any] | None = None
         self._given: NDArray[Any] | None = None
         self._foot_grounds: list[int] = []
@@ -73,10 +82,9 @@ class Engine:
         self._footing = np.zeros((len(LEGS), 3))
         """Friction, stiffness and damping of the ground under each foot."""
         self._sunk_m = np.zeros(len(LEGS))
-        c = self.client
-        p.setGravity(0, 0, -GRAVITY_M_S2, physicsClientId=c)
-        p.setPhysicsEngineParameter(
-            fixedTimeStep=step_s, numSolverIterations=iterations, numSubSteps=0, physicsClientId=c
+        self.bullet.setGravity(0, 0, -GRAVITY_M_S2)
+        self.bullet.setPhysicsEngineParameter(
+            fixedTimeStep=step_s, numSolverIterations=iterations, numSubSteps=0
         )
         if robot_first:
             self._load_robot(urdf)
@@ -87,6 +95,7 @@ class Engine:
         if sinking:
             self._part_grounds()
         self._set_dynamics(ground)
+        self.view = View(self.bullet, self.ground)
 
     # ---- loading ---------------------------------------------------------------------------------
 
@@ -96,14 +105,12 @@ class Engine:
                 # The engine's own welding of fixed links would lose products of inertia.
                 file.write(merged(read_urdf(urdf), keep=("rod_store",)))
                 file.flush()
-                self.robot = p.loadURDF(
-                    file.name, flags=p.URDF_USE_INERTIA_FROM_FILE, physicsClientId=self.client
-                )
+                self.robot = self.bullet.loadURDF(file.name, flags=p.URDF_USE_INERTIA_FROM_FILE)
         except p.error as error:
             raise InputError("the engine cannot load this URDF", file=urdf) from error
         info = [
-            p.getJointInfo(self.robot, index, physicsClientId=self.client)
-            for index in range(p.getNumJoints(self.robot, physicsClientId=self.client))
+            self.bullet.getJointInfo(self.robot, index)
+            for index in range(self.bullet.getNumJoints(self.robot))
         ]
         by_name = {row[1].decode(): row[0] for row in info}
         missing = [name for name in AXES if name not in by_name]
@@ -116,7 +123,7 @@ class Engine:
             by_name[f"{leg}_vertical"]: index for index, leg in enumerate(LEGS)
         }
         self._store = links.get("rod_store", -1)
-        dyn = p.getDynamicsInfo(self.robot, -1, physicsClientId=self.client)
+        dyn = self.bullet.getDynamicsInfo(self.robot, -1)
         self.base_inertial_m = np.array(dyn[3])
         self.base_turn = np.array(dyn[4])
         """Quaternion xyzw of the base's principal axes in the body frame: what the engine calls its
@@ -124,91 +131,55 @@ class Engine:
         """
 
     def _load_ground(self, ground: Ground) -> None:
-        c = self.client
-        if ground.kind == "plane":
-            shape = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=c)
-        elif ground.kind == "box":
-            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=[100, 100, 1], physicsClientId=c)
-        elif ground.kind == "profile":
-            shape = self._boxes(ground)
-        else:
-            assert ground.heights_m is not None
-            rows, columns = ground.heights_m.shape
-            shape = p.createCollisionShape(
-                p.GEOM_HEIGHTFIELD,
-                meshScale=[ground.cell_m, ground.cell_m, 1.0],
-                heightfieldData=ground.heights_m.T.ravel().tolist(),
-                numHeightfieldRows=rows,
-                numHeightfieldColumns=columns,
-                physicsClientId=c,
-            )
-        self._shape, self._ground_pose = shape, ground.engine_pose
-        self.ground = p.createMultiBody(0, shape, physicsClientId=c)
-        p.resetBasePositionAndOrientation(self.ground, *ground.engine_pose(), physicsClientId=c)
-
-    def _boxes(self, ground: Ground) -> int:
-        """A box under each straight piece of a profile, risers included."""
-        sizes, places, turns = ground.boxes()
-        return int(
-            p.createCollisionShapeArray(
-                shapeTypes=[p.GEOM_BOX] * len(sizes),
-                halfExtents=sizes,
-                collisionFramePositions=places,
-                collisionFrameOrientations=turns,
-                physicsClientId=self.client,
-            )
-        )
+        self._shape, self._ground_pose = ground_shape(self.bullet, ground), ground.engine_pose
+        self.ground = self.bullet.createMultiBody(0, self._shape)
+        self.bullet.resetBasePositionAndOrientation(self.ground, *ground.engine_pose())
 
     def _part_grounds(self) -> None:
         """A ground of its own for each foot, the same shape in the same place: it can sink under
         this foot alone.
         """
-        c = self.client
-        others = set(range(-1, p.getNumJoints(self.robot, physicsClientId=c)))
+        others = set(range(-1, self.bullet.getNumJoints(self.robot)))
         for foot in self.foot_links:
-            body = p.createMultiBody(0, self._shape, physicsClientId=c)
-            p.resetBasePositionAndOrientation(body, *self._ground_pose(), physicsClientId=c)
+            body = self.bullet.createMultiBody(0, self._shape)
+            self.bullet.resetBasePositionAndOrientation(body, *self._ground_pose())
             self._foot_grounds.append(body)
             for link in others - {foot}:
-                p.setCollisionFilterPair(self.robot, body, link, -1, 0, physicsClientId=c)
-            p.setCollisionFilterPair(self.robot, self.ground, foot, -1, 0, physicsClientId=c)
+                self.bullet.setCollisionFilterPair(self.robot, body, link, -1, 0)
+            self.bullet.setCollisionFilterPair(self.robot, self.ground, foot, -1, 0)
 
     def _set_dynamics(self, g: Ground) -> None:
-        c, links = (
-            self.client,
-            [-1, *range(p.getNumJoints(self.robot, physicsClientId=self.client))],
-        )
-        p.changeDynamics(self.robot, -1, linearDamping=0.0, physicsClientId=c)
-        p.changeDynamics(self.robot, -1, angularDamping=0.0, physicsClientId=c)
+        links = [-1, *range(self.bullet.getNumJoints(self.robot))]
+        self.bullet.changeDynamics(self.robot, -1, linearDamping=0.0)
+        self.bullet.changeDynamics(self.robot, -1, angularDamping=0.0)
         for link in links:
-            p.changeDynamics(self.robot, link, jointDamping=0.0, physicsClientId=c)
-            p.changeDynamics(self.robot, link, lateralFriction=g.friction, physicsClientId=c)
-            p.changeDynamics(self.robot, link, restitution=0.0, physicsClientId=c)
-            p.changeDynamics(self.robot, link, maxJointVelocity=1e4, physicsClientId=c)
+            self.bullet.changeDynamics(self.robot, link, jointDamping=0.0)
+            self.bullet.changeDynamics(self.robot, link, lateralFriction=g.friction)
+            self.bullet.changeDynamics(self.robot, link, restitution=0.0)
+            self.bullet.changeDynamics(self.robot, link, maxJointVelocity=1e4)
             if (
                 link >= 0
             ):  # end stops live in the hydraulics; the engine's would push unseen, and keep on at 1, -1
-                p.changeDynamics(
-                    self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0, physicsClientId=c
+                self.bullet.changeDynamics(
+                    self.robot, link, jointLowerLimit=-10.0, jointUpperLimit=10.0
                 )
         for body, link in [(self.robot, k) for k in (-1, *self.foot_links)] + [
             (ground, -1) for ground in (self.ground, *self._foot_grounds)
         ]:  # on rough ground most contact points hang in the air: the solver need not see them
-            p.changeDynamics(body, link, contactProcessingThreshold=NEAR_M, physicsClientId=c)
+            self.bullet.changeDynamics(body, link, contactProcessingThreshold=NEAR_M)
         for leg in range(len(LEGS)):
             self.set_footing(leg, g.friction, g.stiffness_n_m, g.damping_n_s_m)
         for ground in (
             self.ground,
             *self._foot_grounds,
         ):  # the product of both bodies' friction counts
-            p.changeDynamics(ground, -1, lateralFriction=1.0, physicsClientId=c)
-            p.changeDynamics(ground, -1, restitution=0.0, physicsClientId=c)
-        p.setJointMotorControlArray(
+            self.bullet.changeDynamics(ground, -1, lateralFriction=1.0)
+            self.bullet.changeDynamics(ground, -1, restitution=0.0)
+        self.bullet.setJointMotorControlArray(
             self.robot,
             self.joints,
             p.VELOCITY_CONTROL,
             forces=[0.0] * len(self.joints),
-            physicsClientId=c,
         )
 
     def set_footing(
@@ -216,23 +187,20 @@ class Engine:
     ) -> None:
         """What the ground is under one foot: its friction coefficient, stiffness and damping."""
         self._footing[leg] = friction, stiffness_n_m, damping_n_s_m
-        c, link = self.client, list(self.foot_links)[leg]
-        p.changeDynamics(self.robot, link, lateralFriction=friction, physicsClientId=c)
-        p.changeDynamics(
+        link = list(self.foot_links)[leg]
+        self.bullet.changeDynamics(self.robot, link, lateralFriction=friction)
+        self.bullet.changeDynamics(
             self.robot,
             link,
             contactStiffness=stiffness_n_m,
             contactDamping=damping_n_s_m,
-            physicsClientId=c,
         )
 
     def sink_ground(self, leg: int, depth_m: float) -> None:
         """Put the ground under one foot `depth_m` below the surface (an engine with `sinking`)."""
         self._sunk_m[leg] = depth_m
         pose = self._ground_pose(depth_m)
-        p.resetBasePositionAndOrientation(
-            self._foot_grounds[leg], *pose, physicsClientId=self.client
-        )
+        self.bullet.resetBasePositionAndOrientation(self._foot_grounds[leg], *pose)
 
     # ---- state -----------------------------------------------------------------------------------
 
@@ -242,13 +210,13 @@ class Engine:
         """
         com = position_m + rotation_body_to_world @ self.base_inertial_m
         turned = rotation_body_to_world @ matrix(self.base_turn)
-        p.resetBasePositionAndOrientation(
-            self.robot, com.tolist(), quaternion(turned).tolist(), physicsClientId=self.client
+        self.bullet.resetBasePositionAndOrientation(
+            self.robot, com.tolist(), quaternion(turned).tolist()
         )
         self._centre = com.tolist()
-        p.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
+        self.bullet.resetBaseVelocity(self.robot, [0, 0, 0], [0, 0, 0])
         for joint, value in zip(self.joints, joints, strict=True):
-            p.resetJointState(self.robot, joint, float(value), 0.0, physicsClientId=self.client)
+            self.bullet.resetJointState(self.robot, joint, float(value), 0.0)
 
     def state(self) -> dict[str, NDArray[Any]]:
         """All that the next steps depend on: bodies and contacts as the engine writes them, and
@@ -256,9 +224,9 @@ class Engine:
         """
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "state.bullet"
-            p.saveBullet(str(file), physicsClientId=self.client)
+            self.bullet.saveBullet(str(file))
             bodies = np.frombuffer(file.read_bytes(), dtype=np.uint8)
-        store = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
+        store = self.bullet.getDynamicsInfo(self.robot, self._store)
         return {
             "bodies": bodies,
             "centre": np.array(self._centre, dtype=np.float64),
@@ -274,10 +242,8 @@ class Engine:
         Raises InputError where the engine cannot read it.
         """
         mass, *inertia = (float(value) for value in state["store"])
-        p.changeDynamics(self.robot, self._store, mass=mass, physicsClientId=self.client)
-        p.changeDynamics(
-            self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client
-        )
+        self.bullet.changeDynamics(self.robot, self._store, mass=mass)
+        self.bullet.changeDynamics(self.robot, self._store, localInertiaDiagonal=inertia)
         for leg, (friction, stiffness, damping) in enumerate(state["footing"].tolist()):
             self.set_footing(leg, friction, stiffness, damping)
             if self._foot_grounds:
@@ -286,7 +252,7 @@ class Engine:
             file = Path(folder) / "state.bullet"
             file.write_bytes(np.asarray(state["bodies"], dtype=np.uint8).tobytes())
             try:
-                p.restoreState(fileName=str(file), physicsClientId=self.client)
+                self.bullet.restoreState(fileName=str(file))
             except p.error as error:
                 raise InputError("the engine cannot read these bodies", field="state") from error
         self._centre = tuple(state["centre"].tolist())
@@ -295,8 +261,8 @@ class Engine:
         """Fill `state` (an array of one EngineState of board.py): joints, their rates, pose of the
         principal axes.
         """
-        joints = p.getJointStates(self.robot, self.joints, self.client)
-        position, orientation = p.getBasePositionAndOrientation(self.robot, self.client)
+        joints = self._joint_states(self.robot, self.joints)
+        position, orientation = self._base_pose(self.robot)
         self._centre = position
         if state is not self._state:
             self._state, self._pack = state, _packer(state)
@@ -306,17 +272,13 @@ class Engine:
         """Give the joints back to the engine's own position motors and limits (the bare reference
         of the benchmark).
         """
-        c = self.client
         for joint, (low, high) in zip(self.joints, self._limits, strict=True):
-            p.changeDynamics(
-                self.robot, joint, jointLowerLimit=low, jointUpperLimit=high, physicsClientId=c
-            )
-        p.setJointMotorControlArray(
+            self.bullet.changeDynamics(self.robot, joint, jointLowerLimit=low, jointUpperLimit=high)
+        self.bullet.setJointMotorControlArray(
             self.robot,
             self.joints,
             p.POSITION_CONTROL,
             targetPositions=joints.tolist(),
-            physicsClientId=c,
         )
 
     def apply(self, given: NDArray[Any]) -> None:
@@ -327,20 +289,19 @@ class Engine:
         if given is not self._given:
             names = ("joint_torque", "force", "torque")
             self._given, self._given_parts = given, tuple(given[name][0] for name in names)
-        c, (joint_torque, force, torque) = self.client, self._given_parts
-        p.setJointMotorControlArray(
+        joint_torque, force, torque = self._given_parts
+        self._drive_joints(
             self.robot,
             self.joints,
             p.TORQUE_CONTROL,
             forces=joint_torque.tolist(),
-            physicsClientId=c,
         )
-        p.applyExternalForce(self.robot, -1, force.tolist(), self._centre, p.WORLD_FRAME, c)
-        p.applyExternalTorque(self.robot, -1, torque.tolist(), p.WORLD_FRAME, c)
+        self._push(self.robot, -1, force.tolist(), self._centre, p.WORLD_FRAME)
+        self._turn(self.robot, -1, torque.tolist(), p.WORLD_FRAME)
 
     def step(self) -> None:
         """One step of the bodies and contacts."""
-        p.stepSimulation(self.client)
+        self._advance()
 
     def contacts(self, foot_force: Array, normal_force: Array) -> float:
         """Sum contacts per foot: force of the ground on the foot (4, 3), world frame, and its
@@ -353,7 +314,7 @@ class Engine:
         elsewhere = 0.0
         # Asked for one body's contacts the engine turns the normal round where that body is second,
         # but not the friction. So all contacts are fetched as they are, and turned here as a whole.
-        for row in p.getContactPoints(physicsClientId=self.client):
+        for row in self._contacts():
             n = row[9]
             if n == 0.0:
                 continue
@@ -377,7 +338,7 @@ class Engine:
         over the force.
         """
         total = [[0.0, 0.0, 0.0] for _ in self.foot_links]
-        for row in p.getContactPoints(physicsClientId=self.client):
+        for row in self._contacts():
             first, n = row[1] == self.robot, row[9]
             foot = self.foot_links.get(row[3] if first else row[4])
             if foot is not None and n > 0.0:
@@ -394,9 +355,7 @@ class Engine:
         """
         ground = self._foot_grounds[leg] if self._foot_grounds else self.ground
         link = list(self.foot_links)[leg]
-        points = p.getClosestPoints(
-            self.robot, ground, reach_m, linkIndexA=link, physicsClientId=self.client
-        )
+        points = self.bullet.getClosestPoints(self.robot, ground, reach_m, linkIndexA=link)
         if not points:
             return math.inf, np.zeros(3)
         nearest = min(points, key=lambda row: row[8])
@@ -406,135 +365,35 @@ class Engine:
         """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError
         below zero.
         """
-        old = p.getDynamicsInfo(self.robot, self._store, physicsClientId=self.client)
+        old = self.bullet.getDynamicsInfo(self.robot, self._store)
         if old[0] + mass_kg <= 0:
             raise InputError(
                 "takes more mass off the rod store than it has", field="mass_kg", value=mass_kg
             )
         scale = (old[0] + mass_kg) / old[0]
         inertia = [scale * v for v in old[2]]
-        p.changeDynamics(
-            self.robot, self._store, mass=old[0] + mass_kg, physicsClientId=self.client
-        )
-        p.changeDynamics(
-            self.robot, self._store, localInertiaDiagonal=inertia, physicsClientId=self.client
-        )
+        self.bullet.changeDynamics(self.robot, self._store, mass=old[0] + mass_kg)
+        self.bullet.changeDynamics(self.robot, self._store, localInertiaDiagonal=inertia)
 
     def add_link_mass(self, axis: int, mass_kg: float) -> None:
         """Change the mass of what an axis (0..11) moves by `mass_kg`, at its centre of mass."""
         if mass_kg == 0.0:
             return
         link = self.joints[axis]
-        old = p.getDynamicsInfo(self.robot, link, physicsClientId=self.client)[0]
-        p.changeDynamics(self.robot, link, mass=old + mass_kg, physicsClientId=self.client)
+        old = self.bullet.getDynamicsInfo(self.robot, link)[0]
+        self.bullet.changeDynamics(self.robot, link, mass=old + mass_kg)
 
     def masses(self) -> Array:
         """Masses of base and links, kg."""
-        count = p.getNumJoints(self.robot, physicsClientId=self.client)
+        count = self.bullet.getNumJoints(self.robot)
         return np.array(
-            [
-                p.getDynamicsInfo(self.robot, index, physicsClientId=self.client)[0]
-                for index in range(-1, count)
-            ]
+            [self.bullet.getDynamicsInfo(self.robot, index)[0] for index in range(-1, count)]
         )
-
-    def link_position(self, link: int) -> Array:
-        """Centre of mass (3) of a link in the world, m; -1 is the base."""
-        if link < 0:
-            return np.array(p.getBasePositionAndOrientation(self.robot, self.client)[0])
-        return np.array(p.getLinkState(self.robot, link, physicsClientId=self.client)[0])
-
-    def momentum(self) -> tuple[Array, Array]:
-        """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of
-        the whole robot.
-        """
-        c = self.client
-        linear, angular = np.zeros(3), np.zeros(3)
-        count = p.getNumJoints(self.robot, physicsClientId=c)
-        for index in range(-1, count):
-            info = p.getDynamicsInfo(self.robot, index, physicsClientId=c)
-            mass, inertia = info[0], np.diag(info[2])
-            if index < 0:
-                position, orientation = p.getBasePositionAndOrientation(self.robot, c)
-                v, w = p.getBaseVelocity(self.robot, c)
-            else:
-                state = p.getLinkState(self.robot, index, 1, 1, physicsClientId=c)
-                position, orientation, v, w = state[0], state[1], state[6], state[7]
-            r = np.array(p.getMatrixFromQuaternion(orientation)).reshape(3, 3)
-            part = mass * np.array(v)
-            linear += part
-            angular += np.cross(position, part) + r @ inertia @ r.T @ np.array(w)
-        return linear, angular
-
-    # ---- pictures --------------------------------------------------------------------------------
-
-    def picture(
-        self, eye: Sequence[float], target: Sequence[float], width: int, height: int
-    ) -> NDArray[np.uint8]:
-        """A picture (height, width, 3) of the scene from `eye` towards `target` (world, m)."""
-        self._dress_ground()
-        view = p.computeViewMatrix(eye, target, [0, 0, 1])
-        projection = p.computeProjectionMatrixFOV(38.0, width / height, 0.1, 200.0)
-        image = p.getCameraImage(
-            width,
-            height,
-            view,
-            projection,
-            lightDirection=[-4, -6, 10],
-            shadow=int(width >= 600),  # a shadow costs three times the picture
-            renderer=p.ER_TINY_RENDERER,
-            physicsClientId=self.client,
-        )
-        colours = np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
-        under_sky(colours, np.asarray(image[4]).reshape(height, width) < 0)
-        return colours
-
-    def _dress_ground(self) -> None:
-        """Rock instead of the engine's chequered floor; once, and only where somebody looks."""
-        if self._dressed:
-            return
-        self._dressed = True
-        from PIL import Image
-
-        with tempfile.NamedTemporaryFile(suffix=".png") as file, quiet():
-            Image.fromarray(rock_texture()).save(file.name)
-            texture = p.loadTexture(file.name, physicsClientId=self.client)
-        p.changeVisualShape(self.ground, -1, textureUniqueId=texture, physicsClientId=self.client)
-        p.changeVisualShape(self.ground, -1, rgbaColor=[1, 1, 1, 1], physicsClientId=self.client)
-
-    def add_line(self, start: Array, end: Array, radius_m: float, colour: Sequence[float]) -> int:
-        """A thin cylinder to look at (a rope, a rod); no collision. Returns its id for `remove`."""
-        axis = end - start
-        length = float(np.linalg.norm(axis))
-        shape = p.createVisualShape(
-            p.GEOM_CYLINDER,
-            radius=radius_m,
-            length=length,
-            rgbaColor=colour,
-            physicsClientId=self.client,
-        )
-        rotation = turning_z_to(axis / length)
-        return int(
-            p.createMultiBody(
-                0,
-                -1,
-                shape,
-                ((start + end) / 2).tolist(),
-                quaternion(rotation).tolist(),
-                physicsClientId=self.client,
-            )
-        )
-
-    def remove(self, body: int) -> None:
-        """Take a body out that `add_line` put in."""
-        p.removeBody(body, physicsClientId=self.client)
 
     def close(self) -> None:
         """Give the client back."""
-        if self.client >= 0:
-            with contextlib.suppress(p.error):
-                p.disconnect(self.client)
-            self.client = -1
+        with contextlib.suppress(p.error):
+            self.bullet.disconnect()
 
 
 def _packer(state: NDArray[Any]) -> Callable[..., None]:

@@ -29,10 +29,12 @@ def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
     for rope in b.ropes:
         if rope.whole:
             start = origin + b.rotation @ rope.attachment
-            lines.append(engine.add_line(start, rope.anchor.copy(), ROPE_RADIUS_M, ROPE_COLOUR))
+            lines.append(
+                engine.view.add_line(start, rope.anchor.copy(), ROPE_RADIUS_M, ROPE_COLOUR)
+            )
     top = origin + b.rotation @ b.drill_point
     lines.append(
-        engine.add_line(
+        engine.view.add_line(
             top, top - b.rotation[:, 2] * (0.35 + m.drill.loads.depth), 0.038, ROD_COLOUR
         )
     )
@@ -40,10 +42,10 @@ def picture(machine: Assembled, width: int, height: int) -> NDArray[np.uint8]:
         slope = m.ground.rotation_slope_to_world
         target = origin + slope @ np.array([0.15, 0.0, 0.45])
         away = slope @ np.array([-3.0, 5.3, 3.4])
-        return engine.picture((target + away).tolist(), target.tolist(), width, height)
+        return engine.view.picture((target + away).tolist(), target.tolist(), width, height)
     finally:
         for line in lines:
-            engine.remove(line)
+            engine.view.remove(line)
 
 
 def pose(machine: Assembled, origin_m: Array, quaternion: Array, joints: Array) -> None:

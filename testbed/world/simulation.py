@@ -29,9 +29,7 @@ from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.folder import is_shipped_urdf
 from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
 from testbed.recording.rows import DataRow, TruthRow
-from testbed.scenario.machines import machines_of
-from testbed.scenario.scenario import Scenario
-from testbed.scenario.tasks import (
+from testbed.scenario.events import (
     CutRope,
     FailSensor,
     LiftFoot,
@@ -41,6 +39,8 @@ from testbed.scenario.tasks import (
     SetSupply,
     Shove,
 )
+from testbed.scenario.machines import machines_of
+from testbed.scenario.scenario import Scenario
 from testbed.world import first_start, sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (

@@ -20,8 +20,8 @@ from testbed.control.layers.trim import Trim
 from testbed.control.measured import Measured
 from testbed.errors import InputError
 from testbed.robot.attitude import rotation_from_attitude
+from testbed.scenario.events import LiftFoot
 from testbed.scenario.scenario import load_scenario
-from testbed.scenario.tasks import LiftFoot
 
 STEEP = load_scenario("stand_slope_45", ["terrain.slope_deg=75"])
 START = np.tile([0.0, 0.05, 0.25], 4)

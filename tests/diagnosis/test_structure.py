@@ -14,9 +14,10 @@ import pytest
 from testbed.benchmarks.reference_leg.rigs import Hidden, make_rig
 from testbed.diagnosis.leg.base_models import declared, fit_base
 from testbed.diagnosis.leg.evidence import evidence
-from testbed.diagnosis.leg.fit import Fit, block_covariance
+from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.flow_structure import flow_structure
 from testbed.diagnosis.leg.points import FRICTION_NAMES, STRAIGHT, Point
+from testbed.diagnosis.leg.prediction import block_covariance
 from testbed.diagnosis.leg.problem import Layout, Problem
 from testbed.diagnosis.leg.series import series_of
 from testbed.diagnosis.leg.unexplained import fit_generic

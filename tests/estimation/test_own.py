@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from shipped import shipped_model
 
+from testbed.estimation.live import body_records, whole_body, wrench
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live import whole_body, wrench
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of, without
 from testbed.estimation.live.chain import EstimatorChain
@@ -211,7 +211,7 @@ def test_rows_of_the_balance_are_what_a_wrong_belief_does_to_the_wrench() -> Non
     gravity, row, state = (
         attitude_gravity(0.05, -0.6),
         DataRow.zeros(),
-        whole_body.BodyState.zeros(),
+        body_records.BodyState.zeros(),
     )
     ropes = np.array([[0.6, 0.17, 0.75], [0.6, -0.17, 0.75]])
     ropes /= np.linalg.norm(ropes, axis=1)[:, None]

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from testbed.laws.chamber import ChamberParameters, ChamberWork, PortFlow, held_port, port
+from testbed.laws.chamber_records import ChamberParameters, ChamberWork
 from testbed.laws.holding import COUNTERBALANCE, COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK
 from testbed.laws.hydraulics import AxisInput, highest_load, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
+from testbed.laws.port import PortFlow, held_port, port
 from testbed.laws.supply import (
     LOAD_SENSING,
     UNLOADING,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from testbed.compiled import njit
 from testbed.laws import traction as tr
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.machine.build import build_machine
@@ -27,14 +28,19 @@ def device() -> tuple[Any, Any]:
 
 def hauled(wanted: np.ndarray, tension: float = 1e4, supply: float = FULL_PA) -> np.ndarray:
     """Rates, modes and flows (3, n) of a device that is told `wanted` (n) m/s."""
-    state, numbers = device()
-    rates, modes, flows = out = np.zeros((3, len(wanted)))
+    out = np.zeros((3, len(wanted)))
+    _haul(*device(), wanted, tension, supply, out)
+    return out
+
+
+@njit
+def _haul(state: Any, numbers: Any, wanted: Any, tension: float, supply: float, out: Any) -> None:
+    rates, modes, flows = out
     for k, rate in enumerate(wanted):
         before = state.place
         rates[k] = tr.traction_step(state, numbers, rate, tension, supply, DT)
         modes[k] = state.mode
         flows[k] = tr.oil_taken(state, numbers, rates[k], before, DT)
-    return out
 
 
 def test_half_a_metre_is_hauled_in_two_strokes_with_the_clamps_taking_turns() -> None:
@@ -120,7 +126,7 @@ def test_a_rope_gives_the_body_no_more_than_its_device_got_from_the_oil() -> Non
     rope.anchor, rope.stiffness_ea, rope.damping = (30.0, 0.0, 0.0), 9.8e6, 5e3
     rope.breaking_load, rope.whole, rope.unstrained = 1e9, 1.0, 29.99
     work, oil = 0.0, 0.0
-    for k in range(20000):
+    for k in range(9000):
         t = k * DT
         body.position[0] = 0.01 * np.sin(7.0 * t) + 0.02 * t
         body.velocity[0] = 0.07 * np.cos(7.0 * t) + 0.02
@@ -140,20 +146,20 @@ def test_hauling_takes_the_legs_oil_and_a_weak_supply_stops_the_haul() -> None:
     """One supply: with the pump at a third of its pressure the same order hauls less, and hauling
     costs pressure.
     """
-    events = "events=[{kind: set_rope, at_s: 0.5, rope: left, pay_out_m: -0.04, duration_s: 1.0}]"
+    events = "events=[{kind: set_rope, at_s: 0.3, rope: left, pay_out_m: -0.02, duration_s: 0.5}]"
     lengths, lowest = [], []
     for pressure in (9.0e6, 2.5e6):
         supply = f"hydraulics.supply_pressure_pa={pressure}"
         locked, circuit = "hydraulics.valves_locked=true", "machine.set=original"
         world = Simulation(
-            load_scenario("stand_slope_45", [events, supply, locked, circuit], duration=2.0)
+            load_scenario("stand_slope_45", [events, supply, locked, circuit], duration=1.1)
         )
         before = world.machine.board.ropes[0].unstrained
-        _, truth = world.run_block(1900)
+        _, truth = world.run_block(1000)
         lengths.append(before - world.machine.board.ropes[0].unstrained)
         pressure_pa = truth[:, world.truth_columns.index("supply_pressure")]
-        lowest.append(pressure_pa[:450].min() - pressure_pa[500:1500].min())
+        lowest.append(pressure_pa[:280].min() - pressure_pa[300:800].min())
         world.close()
-    assert lengths[0] == pytest.approx(0.04, abs=1e-3)
-    assert lengths[1] < 0.01
+    assert lengths[0] == pytest.approx(0.02, abs=1e-3)
+    assert lengths[1] < 0.005
     assert lowest[0] > 2.0e4

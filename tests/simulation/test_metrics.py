@@ -65,7 +65,7 @@ def test_the_delay_runs_from_the_true_loss_to_the_detectors_word() -> None:
     word[137:200] = 0.0
     (loss,) = metrics.contact_losses({"contact_rl": word}, _truth(rl=_gap(100, 200)), RULE)
     assert loss.delay_s == pytest.approx(0.037)
-    (score,) = metrics.word_scores({"contact_rl": word}, _truth(rl=_gap(100, 200)), RULE).values()
+    (score,) = metrics.state_scores({"contact_rl": word}, _truth(rl=_gap(100, 200)), RULE).values()
     assert (score.false_alarms, score.missed_s) == (0, pytest.approx(0.037))
 
 
@@ -74,7 +74,7 @@ def test_a_word_without_a_loss_is_a_false_alarm() -> None:
     word[:20] = 0.0  # not yet spoken
     word[300:310] = 0.0
     word[700:701] = 0.0
-    scores = metrics.word_scores({"contact_rl": word}, _truth(), RULE)
+    scores = metrics.state_scores({"contact_rl": word}, _truth(), RULE)
     assert scores["rl"].false_alarms == 2
     assert metrics.detector_summary([], scores, 0.5)["false_alarms_per_hour"] == 4.0
 

@@ -4,6 +4,8 @@ loading order.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -47,14 +49,41 @@ def elevation(tmp_path_factory: pytest.TempPathFactory) -> None:
     GROUNDS["elevation"] = [o.replace("ELEVATION", str(path)) for o in GROUNDS["elevation"]]
 
 
+def link_position(engine: Any, link: int) -> np.ndarray:
+    """Centre of mass (3) of a link in the world, m; -1 is the base."""
+    if link < 0:
+        return np.array(engine.bullet.getBasePositionAndOrientation(engine.robot)[0])
+    return np.array(engine.bullet.getLinkState(engine.robot, link)[0])
+
+
+def momentum(engine: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Linear momentum (3), N s, and angular momentum about the world's origin (3), N m s, of the
+    whole robot.
+    """
+    bullet, robot = engine.bullet, engine.robot
+    linear, angular = np.zeros(3), np.zeros(3)
+    for link in range(-1, bullet.getNumJoints(robot)):
+        info = bullet.getDynamicsInfo(robot, link)
+        mass, inertia = info[0], np.diag(info[2])
+        if link < 0:
+            position, orientation = bullet.getBasePositionAndOrientation(robot)
+            velocity, rate = bullet.getBaseVelocity(robot)
+        else:
+            state = bullet.getLinkState(robot, link, 1, 1)
+            position, orientation, velocity, rate = state[0], state[1], state[6], state[7]
+        turn = np.array(bullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)
+        part = mass * np.array(velocity)
+        linear += part
+        angular += np.cross(position, part) + turn @ inertia @ turn.T @ np.array(rate)
+    return linear, angular
+
+
 def residuals(
     kind: str, order: str, slope: float, steps: int = 40
 ) -> tuple[np.ndarray, np.ndarray]:
     """Largest residual of force (share of the weight) and of moment (weight x 1 m) over single
     steps while drilling.
     """
-    import pybullet as p
-
     overrides = [*GROUNDS[kind], f"terrain.loading_order={order}", f"terrain.slope_deg={slope}"]
     overrides += ["task.start_s=0.05", "rates.record_hz=1000"]
     world = Simulation(load_scenario("drill_slope_45", overrides, duration=1.0))
@@ -65,19 +94,19 @@ def residuals(
     try:
         world.run_block(400)
         for _ in range(steps):
-            before, turning_before = engine.momentum()
+            before, turning_before = momentum(engine)
             given, torque = board.given.force.copy(), board.given.torque.copy()
             at = board.body.position.copy()
             centre = np.average(
-                [engine.link_position(i) for i in range(-1, len(masses) - 1)],
+                [link_position(engine, i) for i in range(-1, len(masses) - 1)],
                 axis=0,
                 weights=masses,
             )
             world.run_block(1)
-            after, turning_after = engine.momentum()
+            after, turning_after = momentum(engine)
             force = board.foot_force.sum(axis=0) + given + [0.0, 0.0, -weight]
             moment = np.cross(at, given) + torque + np.cross(centre, [0.0, 0.0, -weight])
-            for row in p.getContactPoints(physicsClientId=engine.client):
+            for row in engine.bullet.getContactPoints():
                 sign = 1.0 if row[1] == engine.robot else -1.0
                 contact = (
                     row[9] * np.array(row[7])

@@ -7,7 +7,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pybullet
 import pytest
 from shipped import MACHINE
 
@@ -73,9 +72,7 @@ def test_controls_feet_are_the_engines(tmp_path: Path, longer: float) -> None:
         engine.reset(np.zeros(3), np.eye(3), joints)
         soles = [float(f["height"]) for f in _soles(own)]
         for leg, link in enumerate(engine.foot_links):
-            state = pybullet.getLinkState(
-                engine.robot, link, computeForwardKinematics=1, physicsClientId=engine.client
-            )
+            state = engine.bullet.getLinkState(engine.robot, link, computeForwardKinematics=1)
             foot = np.array(state[4]) + np.array([0.0, 0.0, soles[leg]])
             np.testing.assert_allclose(legs.feet(joints)[leg], foot, atol=1e-6)
             np.testing.assert_allclose(legs.joints(legs.feet(joints)), joints, atol=1e-9)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from testbed.benchmarks.reference_leg.rigs import ANSWERS
+from testbed.benchmarks.reference_leg.rigs import answers
 from testbed.benchmarks.statistics import wilson
 
 Trial = dict[str, Any]
@@ -200,12 +200,12 @@ def by_strength(single: Sequence[Trial]) -> list[dict[str, Any]]:
 
 def coverage(single: Sequence[Trial]) -> dict[str, Any]:
     """How often 90 % intervals hold the truth, where the hidden law is the contract's."""
-    hits = []
+    hits, known = [], answers()
     for trial in single:
         name = trial["truth"][0]
-        if name not in trial["parameters"] or name not in ANSWERS or trial["form"][0] != 0:
+        if name not in trial["parameters"] or name not in known or trial["form"][0] != 0:
             continue
-        parameter, number = ANSWERS[name]
+        parameter, number = known[name]
         _, interval = trial["parameters"][name].get(parameter, (None, None))
         if interval:
             hits.append(interval[0] <= trial["numbers"][number] <= interval[1])

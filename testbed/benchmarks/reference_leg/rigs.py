@@ -4,8 +4,9 @@ them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,194 +15,56 @@ import numpy.typing as npt
 
 from testbed.benchmarks.reference_leg.leg import parameters, simulate
 from testbed.benchmarks.reference_leg.motions import DURATION_S, IDENTIFY, VERIFY, target
+from testbed.formats.yaml_files import read_mapping
 from testbed.recording.axis import Recording, Rig
 from testbed.recording.axis_header import Header
 from testbed.recording.known import Known
 
 Array = npt.NDArray[np.float64]
-Draw = Callable[[np.random.Generator, float], dict[str, float]]
+Hides = Mapping[str, Any]
+"""An effect as this leg has it: see hidden.yaml."""
 
 
-@dataclass(frozen=True)
-class Hides:
-    """An effect as this leg has it: the effect's parameter, this leg's number for it, and how its
-    numbers are drawn.
-
-    `parameter` is empty where no number of this leg says the same as a parameter of the effect.
-    """
-
-    parameter: str
-    number: str
-    draw: Draw
+@cache
+def hides(group: str) -> Mapping[str, Hides]:
+    """The effects of a group of hidden.yaml (kernel, sensors, outside) by name."""
+    found: Mapping[str, Hides] = read_mapping(Path(__file__).with_name("hidden.yaml"))[group]
+    return found
 
 
-def _sign(rng: np.random.Generator) -> float:
-    return float(rng.choice([-1.0, 1.0]))
+def named() -> Mapping[str, Hides]:
+    """All effects that have a name."""
+    return {**hides("kernel"), **hides("sensors")}
 
 
-KERNEL: dict[str, Hides] = {
-    "friction.position": Hides(
-        "slope",
-        "fpos",
-        lambda g, s: {
-            "fpos": _sign(g) * 0.9 * s,
-            "fpos_form": float(g.integers(0, 3)),
-        },
-    ),
-    "friction.pressure": Hides(
-        "coefficient",
-        "fpres",
-        lambda g, s: {"fpres": 7e-5 * s, "fpres_form": float(g.integers(0, 2))},
-    ),
-    "friction.load": Hides(
-        "coefficient",
-        "fload",
-        lambda g, s: {"fload": 0.045 * s, "fload_form": float(g.integers(0, 2))},
-    ),
-    "friction.presliding": Hides(
-        "",
-        "",
-        lambda g, s: {
-            "pre_k": 3e5 / s,
-            "pre_c": g.uniform(100.0, 900.0),
-            "pre_form": float(g.integers(0, 2)),
-        },
-    ),
-    "friction.temperature": Hides(
-        "rate", "temp", lambda g, s: {"temp": 0.025 * s, "temp_form": float(g.integers(0, 2))}
-    ),
-    "inertia.mass": Hides(
-        "mass",
-        "mass_add",
-        lambda g, s: {"mass_add": 50.0 * s, "mass_form": float(g.integers(0, 2))},
-    ),
-    "force.spring": Hides(
-        "stiffness",
-        "spring",
-        lambda g, s: {
-            "spring": 1800.0 * s,
-            "spring_rest": g.uniform(0.1, 0.4),
-            "spring_form": float(g.integers(0, 2)),
-        },
-    ),
-    "force.periodic": Hides(
-        "amplitude",
-        "per_amp",
-        lambda g, s: {
-            "per_amp": 180.0 * s,
-            "per_w": 2 * np.pi * g.uniform(4.0, 16.0),
-            "per_form": float(g.integers(0, 2)),
-        },
-    ),
-    "force.cushion": Hides(
-        "stiffness",
-        "cush",
-        lambda g, s: {
-            "cush": 6000.0 * s,
-            "cush_start": g.uniform(0.18, 0.26),
-            "cush_form": float(g.integers(0, 2)),
-        },
-    ),
-    "leakage.internal": Hides(
-        "coefficient",
-        "leak",
-        lambda g, s: {
-            "leak": 5e-12 * s + 5e-14,
-            "leak_form": float(g.integers(0, 2)),
-        },
-    ),
-    "hydraulics.air": Hides(
-        "fraction", "air", lambda g, s: {"air": 0.02 * s, "air_form": float(g.integers(0, 2))}
-    ),
-    "hydraulics.hose": Hides(
-        "capacity",
-        "hose",
-        lambda g, s: {
-            "hose": 2.5e-12 * s,
-            "hose_time": g.uniform(0.05, 0.6),
-            "hose_form": float(g.integers(0, 2)),
-        },
-    ),
-    "valve.deadband": Hides(
-        "deadband",
-        "deadband",
-        lambda g, s: {
-            "deadband": 0.03 + 0.1 * s,
-            "dead_form": float(g.integers(0, 2)),
-        },
-    ),
-    "supply.droop": Hides(
-        "droop",
-        "droop",
-        lambda g, s: {
-            "droop": 6e9 * s,
-            "droop_time": g.uniform(0.05, 0.5),
-            "droop_form": float(g.integers(0, 2)),
-        },
-    ),
-}
-"""Named effects that live in the physics: numbers for the kernel at a strength (1 = well
-visible).
-"""
+def drawn(rng: np.random.Generator, strength: float, how: Mapping[str, Any]) -> float:
+    """One number of an effect at a strength; `how` as in hidden.yaml."""
+    match how:
+        case {"of": count}:
+            return float(rng.integers(0, count))
+        case {"between": (low, high)}:
+            return float(rng.uniform(low, high))
+        case {"hz": (low, high)}:
+            return float(2.0 * np.pi * rng.uniform(low, high))
+        case {"signed": size}:
+            return float(rng.choice([-1.0, 1.0])) * float(size) * strength
+        case {"over": size}:
+            return float(size) / strength
+    return float(how["times"]) * strength + float(how.get("plus", 0.0))
 
-SENSORS: dict[str, Hides] = {
-    "sensor.gain_a": Hides(
-        "gain_error",
-        "gain",
-        lambda g, s: {"gain": _sign(g) * 0.04 * s, "form": float(g.integers(0, 2))},
-    ),
-    "sensor.gain_b": Hides(
-        "gain_error",
-        "gain",
-        lambda g, s: {"gain": _sign(g) * 0.04 * s, "form": float(g.integers(0, 2))},
-    ),
-    "sensor.drift_a": Hides(
-        "rate",
-        "drift",
-        lambda g, s: {
-            "drift": _sign(g) * 1800.0 * s,
-            "form": float(g.integers(0, 2)),
-        },
-    ),
-    "sensor.line_b": Hides(
-        "natural_frequency",
-        "line",
-        lambda g, s: {
-            "line": 6.0 / s,
-            "zeta": g.uniform(0.5, 1.2),
-            "form": float(g.integers(0, 2)),
-        },
-    ),
-    "sensor.delay": Hides(
-        "delay", "delay", lambda g, s: {"delay": 0.02 * s, "form": float(g.integers(0, 2))}
-    ),
-}
-"""Named effects that live in the sensors."""
 
-ANSWERS: dict[str, tuple[str, str]] = {
-    name: (hides.parameter, f"{name}:{hides.number}" if name in SENSORS else hides.number)
-    for name, hides in {**KERNEL, **SENSORS}.items()
-    if hides.parameter
-}
-"""Effect -> (parameter, the rig's hidden number that it should be found with)."""
+def answers() -> Mapping[str, tuple[str, str]]:
+    """Effect -> (parameter, the rig's hidden number that it should be found with)."""
+    return {
+        name: (effect["parameter"], f"{_prefix(name)}{effect['number']}")
+        for name, effect in named().items()
+        if "parameter" in effect
+    }
 
-OUTSIDE: dict[str, Draw] = {
-    "outside.drag": lambda g, s: {"drag": 4e4 * s},
-    "outside.ripple": lambda g, s: {"ripple": 150.0 * s, "ripple_wave": g.uniform(0.01, 0.05)},
-    "outside.viscous_along_stroke": lambda g, s: {"sigma_pos": _sign(g) * 1.5 * s},
-    "outside.edge_gain": lambda g, s: {"edge_gain": 0.15 * s},
-    "outside.external_leak": lambda g, s: {"external_leak": 3e-12 * s},
-    "outside.dwell": lambda g, s: {"dwell": 500.0 * s, "dwell_time": g.uniform(0.5, 4.0)},
-    "outside.valve_delay": lambda g, s: {"valve_delay": 0.015 * s},
-    "outside.tank_rise": lambda g, s: {"tank_rise": 1e13 * s},
-    "outside.line_a": lambda g, s: {"line_a": 8.0 / s},
-    "outside.encoder_wave": lambda g, s: {
-        "encoder_wave": 2e-3 * s,
-        "encoder_length": g.uniform(0.03, 0.1),
-    },
-    "outside.warm_zero_b": lambda g, s: {"warm_zero_b": _sign(g) * 8e3 * s},
-}
-"""Effects that no name covers."""
+
+def _prefix(name: str) -> str:
+    """What a hidden number's name begins with: both sensors have the same numbers."""
+    return f"{name}:" if name in hides("sensors") else ""
 
 
 @dataclass(frozen=True)
@@ -216,24 +79,22 @@ class Hidden:
 
 def draw_hidden(rng: np.random.Generator, kind: str) -> Hidden:
     """`kind`: clean, single, double, outside. Strengths run log-uniformly over a factor of 16."""
-    pool = {name: hides.draw for name, hides in {**KERNEL, **SENSORS}.items()}
-    names: list[str] = []
+    pool, names = named(), list[str]()
     if kind in ("single", "double"):
-        names = [
-            str(n) for n in rng.choice(sorted(pool), 2 if kind == "double" else 1, replace=False)
-        ]
+        count = 2 if kind == "double" else 1
+        names = [str(name) for name in rng.choice(sorted(pool), count, replace=False)]
     elif kind == "outside":
-        names, pool = [str(rng.choice(sorted(OUTSIDE)))], OUTSIDE
+        pool = hides("outside")
+        names = [str(rng.choice(sorted(pool)))]
     strengths = [float(np.exp(rng.uniform(np.log(0.1), np.log(1.6)))) for _ in names]
     if kind == "outside":
-        strengths = [max(s, 0.3) for s in strengths]
+        strengths = [max(strength, 0.3) for strength in strengths]
     numbers: dict[str, float] = {}
     forms = []
     for name, strength in zip(names, strengths, strict=True):
-        drawn = pool[name](rng, strength)
-        forms.append(int(next((value for key, value in drawn.items() if key.endswith("form")), 0)))
-        prefix = f"{name}:" if name in SENSORS else ""
-        numbers |= {prefix + key: float(value) for key, value in drawn.items()}
+        found = {key: drawn(rng, strength, how) for key, how in pool[name]["drawn"].items()}
+        forms.append(int(next((value for key, value in found.items() if key.endswith("form")), 0)))
+        numbers |= {f"{_prefix(name)}{key}": value for key, value in found.items()}
     return Hidden(tuple(names), tuple(strengths), numbers, tuple(forms))
 
 

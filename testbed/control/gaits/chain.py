@@ -21,7 +21,8 @@ from testbed.control.gaits.crawl.gait import CrawlGait
 from testbed.control.measured import Measured
 from testbed.machine.names import SIDES
 from testbed.scenario.drilling import DrillHole
-from testbed.scenario.tasks import Crawl, Drill, Event, Stand, Stop, Sway, Turn
+from testbed.scenario.events import Event, Stop, Turn
+from testbed.scenario.tasks import Crawl, Drill, Stand, Sway
 
 Array = NDArray[np.float64]
 Make = Callable[[Any, BelievedStart], Gait]

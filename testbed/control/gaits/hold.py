@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from testbed.control.command import Command
 from testbed.control.measured import Measured
 from testbed.machine.names import LEGS, SIDES, VERTICAL
-from testbed.scenario.tasks import Event, LiftFoot, Raise, SetRope
+from testbed.scenario.events import Event, LiftFoot, SetRope
+from testbed.scenario.tasks import Raise
 
 Array = NDArray[np.float64]
 LIFT_EDGE_S = 0.4

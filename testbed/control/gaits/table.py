@@ -19,9 +19,10 @@ from testbed.control.gaits.sway import SwayGait
 from testbed.control.layers.mast import KeepMast
 from testbed.control.layers.supervisor import Supervisor
 from testbed.scenario.drilling import DrillHole
+from testbed.scenario.events import Event, Stop, Turn
 from testbed.scenario.scenario import Scenario
 from testbed.scenario.tasks import Chain as TaskChain
-from testbed.scenario.tasks import Commission, Crawl, Event, Program, Stop, Sway, Turn
+from testbed.scenario.tasks import Commission, Crawl, Program, Sway
 
 
 @dataclass(frozen=True)

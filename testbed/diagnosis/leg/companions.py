@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import of_residual
-from testbed.diagnosis.leg.fit import Fit, held_out
+from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.linear_terms import RIDGE, with_terms
+from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Array, Problem
 from testbed.diagnosis.leg.series import Series
 

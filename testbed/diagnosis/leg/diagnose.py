@@ -11,8 +11,8 @@ from testbed.diagnosis.leg.bench_correction import bench_correction
 from testbed.diagnosis.leg.companions import companions
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.findings import Diagnosis
-from testbed.diagnosis.leg.fit import block_covariance
 from testbed.diagnosis.leg.generic import correction
+from testbed.diagnosis.leg.prediction import block_covariance
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.proof import Proof, proven
 from testbed.diagnosis.leg.search import Progress, Search, search

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from testbed.diagnosis.leg.fit import Fit, held_out
+from testbed.diagnosis.leg.fit import Fit
+from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Problem
 
 Array = npt.NDArray[np.float64]

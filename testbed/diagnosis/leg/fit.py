@@ -23,7 +23,6 @@ RESCALED = 12
 """Iterations in which the noise of the groups is estimated anew; then it stays, so that a fit comes
 to an end.
 """
-FOLDS = 8
 LEAST_GAIN = 0.3
 """A fall of the cost, in units of log-likelihood of bins that are far from independent, that ends a
 fit.
@@ -179,7 +178,7 @@ def solve(
     """
     channels = problem.channels()
     theta = start_vector(coordinates)
-    low, high = _bounds(coordinates)
+    low, high = bounds(coordinates)
     unit = np.array([coordinate.scale for coordinate in coordinates])
     r = residuals(problem, point(coordinates, theta, fixed), channels)
     scale = scale or scales(problem, r)
@@ -187,8 +186,8 @@ def solve(
     jac = jacobian(problem, coordinates, theta, fixed, r)
     for iteration in range(iterations):
         w = weights(problem, r, scale)
-        h, g = _normal(jac, r, w, unit)
-        prior_h, prior_g = _prior(coordinates, theta, unit)
+        h, g = normal(jac, r, w, unit)
+        prior_h, prior_g = prior(coordinates, theta, unit)
         now = _cost(problem, r, scale) + _prior_cost(coordinates, theta)
         accepted = False
         for _ in range(TRIES):
@@ -215,8 +214,8 @@ def solve(
         if gain < LEAST_GAIN and iteration > 0:
             break
     w = weights(problem, r, scale)
-    h, _ = _normal(jac, r, w, unit)
-    prior_h, _ = _prior(coordinates, theta, unit)
+    h, _ = normal(jac, r, w, unit)
+    prior_h, _ = prior(coordinates, theta, unit)
     covariance = np.asarray(
         np.linalg.pinv(h + prior_h + 1e-9 * np.eye(len(unit))) * np.outer(unit, unit),
         dtype=np.float64,
@@ -226,7 +225,7 @@ def solve(
     )
 
 
-def _bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
+def bounds(coordinates: Sequence[Coordinate]) -> tuple[Array, Array]:
     """(lowest, highest) of every coordinate in fitted units."""
     with np.errstate(divide="ignore"):
         low = np.array(
@@ -275,10 +274,10 @@ def step_gain(problem: Problem, at: Fit, coordinates: Sequence[Coordinate], extr
     unit = np.array([coordinate.scale for coordinate in coordinates])
     jac = {channel: np.hstack([at.jacobian[channel], new[channel]]) for channel in channels}
     w = weights(problem, r, at.scale)
-    h, g = _normal(jac, r, w, unit)
-    prior_h, prior_g = _prior(coordinates, theta, unit)
+    h, g = normal(jac, r, w, unit)
+    prior_h, prior_g = prior(coordinates, theta, unit)
     ridge = (1e-8 * np.trace(h) / len(unit) + 1e-9) * np.eye(len(unit))
-    step = _step(h + prior_h + ridge, g + prior_g, theta, *_bounds(coordinates))
+    step = _step(h + prior_h + ridge, g + prior_g, theta, *bounds(coordinates))
     promised = -0.5 * float((g + prior_g) @ step)
     return _cost(problem, at.residual, at.scale) - _cost(problem, r, at.scale) + promised
 
@@ -287,39 +286,22 @@ def _started(coordinates: Sequence[Coordinate], theta: Array, at: Fit) -> Point:
     return point(coordinates, theta, at.at)
 
 
-def block_covariance(problem: Problem, fit: Fit) -> Array:
-    """Covariance (k, k) of the fitted coordinates that takes whole blocks of time as witnesses, not
-    bins.
-
-    H^-1 (sum of g_b g_b') H^-1 with the cost's gradient g_b over block b: what is left inside a
-    block may be as coloured, and as unlike in size from block to block, as it likes.
-    """
-    h, _, unit = normal_equations(problem, fit)
-    w = weights(problem, fit.residual, fit.scale)
-    blocks = 1 + max(int(problem.layout[channel_].block.max()) for channel_ in fit.residual)
-    gradient = np.zeros((blocks, len(unit)))
-    for channel, columns in fit.jacobian.items():
-        pull = w[channel] ** 2 * fit.residual[channel]
-        np.add.at(gradient, problem.layout[channel].block, columns * unit * pull[:, None])
-    inverse = np.linalg.pinv(h + 1e-9 * np.eye(len(unit)))
-    return np.asarray(
-        inverse @ (gradient.T @ gradient) @ inverse * np.outer(unit, unit), dtype=np.float64
-    )
-
-
 def normal_equations(problem: Problem, fit: Fit) -> tuple[Array, Array, Array]:
     """(Hessian, gradient, scales of the coordinates) of a fit's cost with its priors, in units of
     the scales.
     """
     unit = np.array([coordinate.scale for coordinate in fit.coordinates])
-    h, g = _normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
-    prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
+    h, g = normal(fit.jacobian, fit.residual, weights(problem, fit.residual, fit.scale), unit)
+    prior_h, prior_g = prior(fit.coordinates, fit.theta, unit)
     return h + prior_h, g + prior_g, unit
 
 
-def _normal(
+def normal(
     jac: dict[str, Array], r: dict[str, Array], w: dict[str, Array], unit: Array
 ) -> tuple[Array, Array]:
+    """(Hessian, gradient) of the weighted squares of the residuals r, in units of the coordinates'
+    scales.
+    """
     size = len(unit)
     h, g = np.zeros((size, size)), np.zeros(size)
     for channel, columns in jac.items():
@@ -350,7 +332,8 @@ def _cost(problem: Problem, r: dict[str, Array], scale: dict[str, Array]) -> flo
     return total
 
 
-def _prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
+def prior(coordinates: Sequence[Coordinate], theta: Array, unit: Array) -> tuple[Array, Array]:
+    """The same of what is known of the coordinates beforehand."""
     h, g = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
     for index, coordinate in enumerate(coordinates):
         if coordinate.prior is not None:
@@ -369,48 +352,3 @@ def _prior_cost(coordinates: Sequence[Coordinate], theta: Array) -> float:
             if coordinate.prior
         )
     )
-
-
-def held_out(
-    problem: Problem, fit: Fit, ridge: float = 1e-6, by_recording: bool = False
-) -> dict[str, Array]:
-    """Residuals of every bin as predicted from the other folds: blocks are dealt to FOLDS folds in
-    turn, or every recording is a fold of its own.
-
-    Linearised at the fit: leaving a fold out moves the parameters by (H - H_f)^-1 J_f' W r_f.
-    """
-    unit = np.array([coordinate.scale for coordinate in fit.coordinates])
-    w = weights(problem, fit.residual, fit.scale)
-    h, g = _normal(fit.jacobian, fit.residual, w, unit)
-    prior_h, prior_g = _prior(fit.coordinates, fit.theta, unit)
-    low, high = _bounds(fit.coordinates)
-    pull = g + prior_g
-    free = ~(
-        ((fit.theta <= low) & (pull > 0.0)) | ((fit.theta >= high) & (pull < 0.0))
-    )  # the others stay at a bound
-    total = h + prior_h + ridge * np.eye(len(unit)) * max(np.trace(h) / len(unit), 1.0)
-    out = {name: value.copy() for name, value in fit.residual.items()}
-    folds = {c: _folds(problem, c, by_recording) for c in fit.jacobian}
-    for fold in range(len(problem.series) if by_recording else FOLDS):
-        h_fold, g_fold = np.zeros_like(h), np.zeros(len(unit))
-        rows = {}
-        for channel, columns in fit.jacobian.items():
-            here = folds[channel] == fold
-            rows[channel] = here
-            weighted = columns[here] * unit * w[channel][here, None]
-            h_fold += weighted.T @ weighted
-            g_fold += weighted.T @ (w[channel][here] * fit.residual[channel][here])
-        delta = np.zeros(len(unit))
-        delta[free] = np.linalg.solve((total - h_fold)[np.ix_(free, free)], g_fold[free])
-        for channel, columns in fit.jacobian.items():
-            out[channel][rows[channel]] += (columns[rows[channel]] * unit) @ delta
-    return out
-
-
-def _folds(problem: Problem, channel: str, by_recording: bool) -> npt.NDArray[np.int64]:
-    layout = problem.layout[channel]
-    if not by_recording:
-        return np.asarray(layout.block % FOLDS, dtype=np.int64)
-    order = [series.name for series in problem.series]
-    number = np.array([order.index(recording) for _, recording in layout.names], dtype=np.int64)
-    return np.asarray(number[layout.group], dtype=np.int64)

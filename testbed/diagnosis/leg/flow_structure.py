@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.diagnosis.leg.evidence import of_residual
-from testbed.diagnosis.leg.fit import Fit, held_out
+from testbed.diagnosis.leg.fit import Fit
 from testbed.diagnosis.leg.linear_terms import RIDGE, with_terms
+from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.series import Series
 from testbed.estimation.leg.flow import edge_flow

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import of_residual
-from testbed.diagnosis.leg.fit import Fit, held_out, solve
+from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Problem
 from testbed.diagnosis.leg.unexplained import generic_names
 from testbed.effects.unnamed import UNNAMED

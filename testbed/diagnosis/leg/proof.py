@@ -20,8 +20,9 @@ from dataclasses import dataclass, field, replace
 
 from testbed.diagnosis.leg.entries import entries_of, memory_of
 from testbed.diagnosis.leg.evidence import evidence, of_residual
-from testbed.diagnosis.leg.fit import Fit, block_covariance, held_out, solve
+from testbed.diagnosis.leg.fit import Fit, solve
 from testbed.diagnosis.leg.points import restarted
+from testbed.diagnosis.leg.prediction import block_covariance, held_out
 from testbed.diagnosis.leg.resampled import Names, share_of, wins
 from testbed.diagnosis.leg.runs import RunErrors, Runs, overall, worst_ratio
 from testbed.diagnosis.leg.search import Candidate, Search

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import FREEDOM
-from testbed.diagnosis.leg.fit import held_out
+from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.problem import Array
 from testbed.diagnosis.leg.search import LEAST_GAIN, Candidate, Search
 

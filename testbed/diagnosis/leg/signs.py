@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.evidence import Evidence, of_residual
-from testbed.diagnosis.leg.fit import held_out
+from testbed.diagnosis.leg.prediction import held_out
 from testbed.diagnosis.leg.search import LEAST_FALL, LEAST_GAIN, Candidate, Search
 from testbed.diagnosis.leg.unexplained import Unexplained
 

@@ -16,9 +16,9 @@ from testbed.estimation.filters import persistent
 from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, friction_of
+from testbed.estimation.live.body_records import BodyBelief
 from testbed.estimation.live.fusion import Constants
 from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty, constants
-from testbed.estimation.live.whole_body import BodyBelief
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, JOINTS
 from testbed.machine.scale import Scale

@@ -34,7 +34,8 @@ from testbed.estimation.detectors.derived import (
 from testbed.estimation.filters import kbf, modified_kbf, persistent
 from testbed.estimation.filters.kbf import KalmanState
 from testbed.estimation.live import contact, encoder, friction_at_rest
-from testbed.estimation.live.whole_body import BodyBelief, BodyState, step_body
+from testbed.estimation.live.body_records import BodyBelief, BodyState
+from testbed.estimation.live.whole_body import step_body
 from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS, VERTICAL
 from testbed.robot.linkage import Linkage, arm_of, length_of

@@ -1,4 +1,4 @@
-"""The whole robot's estimates and contact words from a real controller, sample by sample, whatever
+"""The whole robot's estimates and contact states from a real controller, sample by sample, whatever
 comes late or not at all.
 
     stream = Stream(believed)                     # the estimators' belief, as `testbed estimate`

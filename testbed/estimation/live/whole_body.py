@@ -17,7 +17,8 @@ import numpy as np
 from testbed.compiled import njit
 from testbed.estimation.filters import persistent
 from testbed.estimation.live import fusion as fu
-from testbed.estimation.live.axis import AxisBelief, AxisState, Decisions, Loads, step_axis
+from testbed.estimation.live.axis import Loads, step_axis
+from testbed.estimation.live.learnt import learnt, leg_variance, weigh_cylinder, weigh_leg
 from testbed.estimation.live.wrench import (
     View,
     add_force,
@@ -28,10 +29,8 @@ from testbed.estimation.live.wrench import (
     rope_direction,
     view_of,
 )
-from testbed.formats.records import SET, Record, part, quantity
-from testbed.machine.names import AXES, LEGS, SIDES
-from testbed.recording.rows import XYZ
-from testbed.robot.linkage import Linkage, joint_to_cylinder
+from testbed.formats.records import SET
+from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 
 LEVEL_SHARE = 0.15
@@ -40,88 +39,6 @@ Z90 = 1.645
 """Half width of a normal's 90 % interval, standard deviations."""
 SMALL_RAD = 1.0e-4
 """Turn by which it is tried out what a turned inertial unit does."""
-
-
-class BodyBelief(Record):
-    """What is believed of the whole machine, and how sure the estimate is of what."""
-
-    believed = quantity(
-        "1", "1: the whole machine; 0: each vertical cylinder is estimated by itself"
-    )
-    every = quantity("1", "steps between two balances")
-    gravity = quantity("m/s2", "strength")
-    sliding_keep = quantity("s", "for how long friction deviates while sliding")
-    rest_keep = quantity("s", "the same at rest")
-    balance_keep = quantity("s", "for how long the balance's own error lasts")
-    rope_share = quantity("1", "of the ropes' tensions, that the balance may be off by")
-    known = quantity("N", "standard deviations of what is constant", per=fu.CONSTANTS)
-    drill_share = quantity("1", "of the ordered thrust, likewise")
-    blow_share = quantity("1", "of the thrust, by blows, likewise")
-    force_variance = quantity("N2", "of the balance of forces")
-    moment_variance = quantity("N2 m2", "of the balance of moments")
-    gate = quantity("1", "standard deviations beyond which an observation counts less")
-    tail = quantity("s", "after it a zero is set free that friction cannot be; 0: never")
-    zero_wander = quantity("N2/s", "by which a zero wanders")
-    air_load = quantity("N", "less than this a foot that is not meant to carry is in the air")
-    air_dwell = quantity("s", "for so long")
-    air_sd = quantity("N", "how surely it then carries nothing")
-    learns_in_air = quantity("1", "0/1: zeros are learnt from feet in the air")
-    balances = quantity("1", "0/1: the body's balance is used")
-    noise_sd = quantity("N", "noise of a filtered load")
-    moving_sd = quantity("N", "what inertia and friction leave beside it while the piston slides")
-    set_margin = quantity("1", "by which friction's set may be wider than believed, of its width")
-    news_share = quantity("1", "of a change of force at rest, that may be friction's")
-    news_noise = quantity("N", "of such a change, that is noise")
-    calibrated_at = quantity("degC", "temperature of the sensors' calibration")
-    base_mass = quantity("kg", "of body and turntables")
-    base_centre = quantity("m", "its centre from the body's origin", per=XYZ)
-    inertia = quantity("kg m2", "of the whole machine about the body's origin", per=(XYZ, XYZ))
-    balance_sd = quantity("N", "expected error of the balance (moments N m)", per=fu.WRENCH)
-    linkages = part(Linkage, "from joint to rod", per=AXES)
-    foot_height = quantity("m", "underside of a foot above the origin, joints at 0", per=LEGS)
-    rope_point = quantity("m", "where the ropes pull, body frame", per=(SIDES, XYZ))
-    rope_direction = quantity("1", "towards the anchors, world frame", per=(SIDES, XYZ))
-    pin_gain = quantity("1", "reading of a load pin by true tension", per=SIDES)
-    pin_zero = quantity("N", "reading of a slack rope's load pin", per=SIDES)
-    unit_roll = quantity("rad", "how the inertial unit is turned against the body")
-    unit_pitch = quantity("rad", "the same, about its y axis before x")
-    drill_point = quantity("m", "where the drill pushes, body frame", per=XYZ)
-    store_point = quantity("m", "where the store of rods is, body frame", per=XYZ)
-    filter = part(persistent.Numbers, "of the foot loads")
-    decisions = part(Decisions, "common to the axes")
-    legs = part(ff.LegNumbers, "masses and geometry", per=LEGS)
-    axes = part(AxisBelief, "cylinders", per=AXES)
-
-
-class Gathered(Record):
-    """Between two balances: sums, then means."""
-
-    foot_force = quantity("N", "of the legs' equations, nothing learnt taken off", per=(LEGS, XYZ))
-    rope_tension = quantity("N", "tensions", per=SIDES)
-    angular_rate = quantity("rad/s", "of the body", per=XYZ)
-    specific_force = quantity("m/s2", "of the body's origin", per=XYZ)
-    cylinder_force = quantity("N", "friction included", per=AXES)
-
-
-class BodyState(Record):
-    """What is known of the whole machine."""
-
-    joints = part(ff.JointMotion, "of the cylinders' sensors")
-    motion = part(ff.BodyMotion, "as if it stood still, body frame")
-    axes = part(AxisState, "cylinders", per=AXES)
-    fusion = part(fu.Fusion, "what the cylinders' forces are off by")
-    sums = part(Gathered, "since the last balance, added up")
-    means = part(Gathered, "at the last balance")
-    count = quantity("1", "samples in the sums")
-    started = quantity("1", "1 after the first balance, 2 after the first answer")
-    in_air = quantity("s", "for how long a foot has been in the air", per=LEGS)
-    filters = part(persistent.PersistentState, "of the foot loads", per=LEGS)
-    level = quantity("N", "filtered force along x and y", per=(LEGS, ("x", "y")))
-    force_sd = quantity(
-        "N", "standard deviation of a foot force at the last balance", per=(LEGS, XYZ)
-    )
-    last_force = quantity("N", "foot forces of the last step", per=(LEGS, XYZ))
-    zero_variance = quantity("N2", "what the zeros' variance has been granted so far", per=AXES)
 
 
 @njit
@@ -244,46 +161,6 @@ def learn_in_air(k: int, map_: Any, body: Any, state: Any) -> None:
         weigh_leg(k, map_[index], state, h)
         force, slides = state.means.foot_force[k, index], state.axes[3 * k + 2].slides >= 1.0
         fu.observe(state.fusion, h, force, body.air_sd**2, body.gate, index == 2 and slides)
-
-
-@njit
-def weigh_cylinder(i: int, weight: float, axis: Any, h: Any) -> None:
-    """How the unknowns of cylinder i, by `weight`, make up a force that is seen: into the row h (N)
-    of an observation.
-    """
-    h[fu.ZERO + i] = h[fu.DEVIATION + i] = weight
-    h[fu.OUT + i] = weight * max(axis.use, 0.0)
-    h[fu.BACK + i] = weight * min(axis.use, 0.0)
-    h[fu.SIDE + i] = weight * axis.use * axis.across
-
-
-@njit
-def weigh_leg(k: int, weights: Any, state: Any, h: Any) -> None:
-    """The same of leg k, whose cylinders' forces weigh (3)."""
-    for index in range(3):
-        weigh_cylinder(3 * k + index, weights[index], state.axes[3 * k + index], h)
-
-
-@njit
-def learnt(i: int, state: Any) -> float:
-    """What cylinder i's force is off by, as learnt, N."""
-    x, use = state.fusion.x, state.axes[i].use
-    friction = max(use, 0.0) * x[fu.OUT + i] + min(use, 0.0) * x[fu.BACK + i]
-    friction += use * state.axes[i].across * x[fu.SIDE + i]
-    return float(x[fu.ZERO + i] + friction + x[fu.DEVIATION + i])
-
-
-@njit
-def leg_variance(p: Any, h: Any, k: int) -> float:
-    """Variance of what an observation's row h (N) makes of leg k's cylinders, N2."""
-    groups = (fu.ZERO, fu.OUT, fu.BACK, fu.SIDE, fu.DEVIATION)
-    total = 0.0
-    for first in groups:
-        for index in range(first + 3 * k, first + 3 * k + 3):
-            for second in groups:
-                for j in range(second + 3 * k, second + 3 * k + 3):
-                    total += h[index] * p[index, j] * h[j]
-    return total
 
 
 @njit

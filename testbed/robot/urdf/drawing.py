@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from testbed.machine.groups import RotationLinkage
+from testbed.machine.frame_groups import RotationLinkage
 from testbed.machine.model import Axis, Machine
 from testbed.machine.names import LEGS
 from testbed.robot.urdf.shapes import Shape, bar, box, post

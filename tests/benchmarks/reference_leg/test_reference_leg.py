@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from testbed.benchmarks.reference_leg.leg import COLUMNS, parameters, simulate
+from testbed.benchmarks.reference_leg.rigs import answers, drawn, named
 
 AREA_M2, STROKE_M, BETA_PA, MASS_KG = 3.0e-3, 0.5, 1.2e9, 200.0
 SUPPLY_PA, RATED_M3_S, DROP_PA = 1.0e7, 4.0e-4, 3.5e6
@@ -123,3 +124,29 @@ def test_the_load_cell_reads_the_grounds_stiffness_times_its_depth() -> None:
 def test_a_number_the_leg_does_not_have_is_refused() -> None:
     with pytest.raises(KeyError, match="sigma"):
         parameters({"sigma": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("how", "expected"),
+    [
+        ({"times": 3.0}, 1.5),
+        ({"times": 3.0, "plus": 1.0}, 2.5),
+        ({"over": 3.0}, 6.0),
+    ],
+)
+def test_a_hidden_number_goes_with_the_strength(how: dict[str, float], expected: float) -> None:
+    assert drawn(np.random.default_rng(1), 0.5, how) == expected
+
+
+def test_a_hidden_number_may_be_drawn_whatever_the_strength() -> None:
+    rng = np.random.default_rng(1)
+    signs = {drawn(rng, 0.5, {"signed": 3.0}) for _ in range(20)}
+    forms = {drawn(rng, 0.5, {"of": 3}) for _ in range(50)}
+    turns = [drawn(rng, 0.5, {"hz": [4.0, 16.0]}) / (2.0 * np.pi) for _ in range(50)]
+    assert signs == {-1.5, 1.5} and forms == {0.0, 1.0, 2.0}
+    assert 4.0 <= min(turns) < 6.0 and 14.0 < max(turns) <= 16.0
+
+
+def test_every_named_answer_is_a_number_that_its_effect_draws() -> None:
+    for name, (_, number) in answers().items():
+        assert number.removeprefix(f"{name}:") in named()[name]["drawn"]

@@ -1,0 +1,81 @@
+"""What there is to see of the engine's scene: pictures, and thin lines that are only looked at."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from testbed.world.drilling.rock import rock_texture, under_sky
+from testbed.world.quiet import quiet
+from testbed.world.rotations import quaternion, turning_z_to
+
+Array = NDArray[np.float64]
+
+
+class View:
+    """Pictures of one engine client's scene, `bullet`, with its body of the ground."""
+
+    def __init__(self, bullet: Any, ground: int) -> None:
+        self.bullet, self._ground, self._dressed = bullet, ground, False
+
+    def picture(
+        self, eye: Sequence[float], target: Sequence[float], width: int, height: int
+    ) -> NDArray[np.uint8]:
+        """A picture (height, width, 3) of the scene from `eye` towards `target` (world, m)."""
+        self._dress_ground()
+        view = self.bullet.computeViewMatrix(eye, target, [0, 0, 1])
+        projection = self.bullet.computeProjectionMatrixFOV(38.0, width / height, 0.1, 200.0)
+        image = self.bullet.getCameraImage(
+            width,
+            height,
+            view,
+            projection,
+            lightDirection=[-4, -6, 10],
+            shadow=int(width >= 600),  # a shadow costs three times the picture
+            renderer=self.bullet.ER_TINY_RENDERER,
+        )
+        colours = np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
+        under_sky(colours, np.asarray(image[4]).reshape(height, width) < 0)
+        return colours
+
+    def _dress_ground(self) -> None:
+        """Rock instead of the engine's chequered floor; once, and only where somebody looks."""
+        if self._dressed:
+            return
+        self._dressed = True
+        from PIL import Image
+
+        with tempfile.NamedTemporaryFile(suffix=".png") as file, quiet():
+            Image.fromarray(rock_texture()).save(file.name)
+            texture = self.bullet.loadTexture(file.name)
+        self.bullet.changeVisualShape(self._ground, -1, textureUniqueId=texture)
+        self.bullet.changeVisualShape(self._ground, -1, rgbaColor=[1, 1, 1, 1])
+
+    def add_line(self, start: Array, end: Array, radius_m: float, colour: Sequence[float]) -> int:
+        """A thin cylinder to look at (a rope, a rod); no collision. Returns its id for `remove`."""
+        axis = end - start
+        length = float(np.linalg.norm(axis))
+        shape = self.bullet.createVisualShape(
+            self.bullet.GEOM_CYLINDER,
+            radius=radius_m,
+            length=length,
+            rgbaColor=colour,
+        )
+        rotation = turning_z_to(axis / length)
+        return int(
+            self.bullet.createMultiBody(
+                0,
+                -1,
+                shape,
+                ((start + end) / 2).tolist(),
+                quaternion(rotation).tolist(),
+            )
+        )
+
+    def remove(self, body: int) -> None:
+        """Take a body out that `add_line` put in."""
+        self.bullet.removeBody(body)
