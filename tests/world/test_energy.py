@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from moving_bodies import link_position, momentum
 
 from testbed.benchmarks.hydraulics.balance import stored
 from testbed.laws.oil import ATMOSPHERE_PA
@@ -36,9 +37,9 @@ def _held_j(simulation: Simulation) -> float:
     """
     board, engine = simulation.machine.board, simulation.machine.engine
     masses = engine.masses()
-    heights = [engine.link_position(link)[2] for link in range(-1, len(masses) - 1)]
+    heights = [link_position(engine, link)[2] for link in range(-1, len(masses) - 1)]
     lifted = GRAVITY_M_S2 * float(np.dot(masses, heights))
-    moving = 0.5 * float(engine.momentum()[0] @ np.array(board.body.velocity))
+    moving = 0.5 * float(momentum(engine)[0] @ np.array(board.body.velocity))
     rods = zip(board.parameters, board.inputs, strict=True)
     air = sum((own.a.area - own.b.area) * ATMOSPHERE_PA * rod.extension for own, rod in rods)
     oil = stored(board.axes, board.parameters, board.supply, board.unit)
