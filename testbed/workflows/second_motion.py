@@ -20,6 +20,8 @@ SECONDS = 16.0
 """How long a motion of the catalogue takes."""
 AS_BELIEVED = ("undeclared=[]", 'machine={"draw": null}')
 """A rehearsal knows nothing of what the world hides."""
+NOTHING_EXPECTED = ("expect={}", "mutation=null")
+"""What the first motion was expected to do is nothing that the second must."""
 
 
 def suggest_motion(
@@ -52,7 +54,8 @@ def suggest_motion(
     if not promised:
         raise InputError("no motion of the catalogue can be made from here", field="--suggest")
     best = motion_named(max(promised, key=promised.__getitem__))
-    scenario = load_scenario(stood, best.overrides(), duration=SECONDS)
+    said = [f"description={json.dumps(best.text)}", *NOTHING_EXPECTED]
+    scenario = load_scenario(stood, [*best.overrides(), *said], duration=SECONDS)
     write_text(file, yaml_text(json.loads(scenario.model_dump_json(exclude_defaults=True))))
     return {
         "parts": [list(names) for names in two],

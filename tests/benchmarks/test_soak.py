@@ -117,8 +117,9 @@ def test_a_file_that_is_half_there_is_seen(tmp_path: Path) -> None:
 
 
 def test_growth_is_what_comes_after_the_warm_up() -> None:
-    assert growth_mb([100.0, 180.0, *[180.0] * 38]) == 0.0
-    assert growth_mb([180.0] * 20 + [180.0 + k for k in range(20)]) == 19.0
+    assert growth_mb([100.0, 180.0, *[180.0] * 98]) == 0.0
+    assert growth_mb([180.0] * 50 + [180.0 + k for k in range(20)]) == 19.0
+    assert growth_mb([100.0, 180.0]) == 0.0
 
 
 def test_kinds_take_turns_and_one_that_there_is_not_is_refused() -> None:

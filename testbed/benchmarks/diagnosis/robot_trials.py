@@ -161,7 +161,7 @@ def rehearsals(folder: Path | None) -> dict[str, Ledger]:
 
 def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float]:
     """Foot-force error, N RMS over the feet, on another motion: as believed, with what was found,
-    and of the machine without what is hidden.
+    and of the machine without what is hidden; nothing where control refuses that motion.
     """
     from testbed.diagnosis.robot.findings import models
     from testbed.recording.robot_model import RobotModelFile, write_robot_model
@@ -171,7 +171,7 @@ def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float
     names = list(MOTIONS)
     other = names[(names.index(case.motion) + 1) % len(names)]
     sound = Drawn(case.seed, case.motion, "clean", (), case.overrides[:-1])
-    with TemporaryDirectory() as folder:
+    with TemporaryDirectory() as folder, suppress(InputError):
         path = Path(folder) / "model.yaml"
         write_robot_model(path, models(found, RobotModelFile())["after"])
         run = run_of(case.scenario(other), asked.recordings)
@@ -180,6 +180,7 @@ def _closed(found: RobotDiagnosis, case: Drawn, asked: Asked) -> dict[str, float
             "after": force_error_n(run, path),
             "sound": force_error_n(run_of(sound.scenario(other), asked.recordings), None),
         }
+    return {}
 
 
 def force_error_n(run: Run, model: Path | None) -> float:

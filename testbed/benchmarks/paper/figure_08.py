@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -116,15 +117,32 @@ def stribeck_drop(parameters: Array) -> float:
     return float(level[0] - level.min())
 
 
+def declared_friction() -> list[float]:
+    """(5)'s numbers as the machine has them: viscous, Coulomb, static, Stribeck; out, then in."""
+    cylinder = chosen().machine().vertical_cylinder
+    units = {"viscous": "n_s_m", "coulomb": "n", "static": "n", "stribeck": "m_s"}
+    return [
+        float(getattr(cylinder, f"{name}_{way}_{unit}"))
+        for way in ("out", "in")
+        for name, unit in units.items()
+    ]
+
+
+def _row(found: Any, true: float) -> list[str]:
+    """A number as identified, and as declared."""
+    low, high = found.interval90
+    interval = f"{low:.4g} to {high:.4g}"
+    shown = found.why or "yes"
+    return [found.name, f"{found.value:.4g}", interval, f"{true:.4g}", found.unit, shown]
+
+
 def experiment() -> Result:
     """Identify, compare with the declared friction and with a motion that was not used."""
     found = identified()
-    values, identified_ = (
-        eight(found.identification.model.friction),
-        found.identification.parameters,
-    )
+    values = eight(found.identification.model.friction)
+    parameters = found.identification.parameters
     v, friction, position = by_speed(found.trace)
-    slope = identified_[0].value, identified_[4].value
+    slope = parameters[0].value, parameters[4].value
     spread = _spread_by_position(v, friction, position)
     sine = in_the_air()
     fast = np.abs(velocity(sine)) > 5e-3
@@ -132,43 +150,13 @@ def experiment() -> Result:
     error = np.sqrt(np.mean((said - sine.friction_n)[fast] ** 2)) / np.sqrt(
         np.mean(sine.friction_n[fast] ** 2)
     )
-    cylinder = chosen().machine().vertical_cylinder
-    true = [
-        getattr(cylinder, f"{name}_{way}_{grid_speed}")
-        for way in ("out", "in")
-        for name, grid_speed in (
-            ("viscous", "n_s_m"),
-            ("coulomb", "n"),
-            ("static", "n"),
-            ("stribeck", "m_s"),
-        )
-    ]
-    rows = [
-        [
-            parameter.name,
-            f"{parameter.value:.4g}",
-            f"{parameter.interval90[0]:.4g} to {parameter.interval90[1]:.4g}",
-            f"{truth:.4g}",
-            parameter.unit,
-            parameter.why or "yes",
-        ]
-        for parameter, truth in zip(identified_, true, strict=True)
-    ]
+    true = declared_friction()
     grid = np.linspace(0.001, 0.125, 200)
     declared = [
         np.array(
-            [
-                steady_friction(
-                    sign * grid_speed,
-                    true[first + 1],
-                    true[first + 2],
-                    true[first + 3],
-                    true[first],
-                )
-                for grid_speed in grid
-            ]
+            [steady_friction(sign * speed, coulomb, static, stribeck, viscous) for speed in grid]
         )
-        for sign, first in ((1.0, 0), (-1.0, 4))
+        for sign, (viscous, coulomb, static, stribeck) in ((1.0, true[:4]), (-1.0, true[4:]))
     ]
     return Result(
         {
@@ -192,7 +180,7 @@ def experiment() -> Result:
                 for at in [np.abs(v / (1e-3 * speed) - 1.0) < 0.03]
             ],
         },
-        {"parameters": rows},
+        {"parameters": [_row(*pair) for pair in zip(parameters, true, strict=True)]},
         {
             "speeds": len(SPEEDS_M_S),
             "slowest_mm_s": SPEEDS_M_S[0] * 1e3,

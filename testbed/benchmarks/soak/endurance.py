@@ -17,8 +17,8 @@ from testbed.formats.yaml_files import yaml_text
 
 GROWTH_MB = 20.0
 """More growth than this is a leak: at ten hours a day it would fill a laptop in a season (E)."""
-WARM_UP = 0.05
-"""Share of the run in which what is built once (caches, buffers) is built."""
+WARM_UP, LEAST_S = 0.05, 30
+"""Share of the run, and least seconds, in which what is built once (caches, buffers) is built."""
 LAP: tuple[dict[str, Any], ...] = (
     {"kind": "push", "duration_s": 5, "feed_n": 3000},
     {"kind": "hammer", "duration_s": 20, "feed_n": 5000, "blow_hz": 30, "blow_n": 1500},
@@ -71,9 +71,12 @@ def drilled(hours: float, folder: Path) -> dict[str, Any]:
 
 
 def growth_mb(samples: Sequence[float]) -> float:
-    """Highest sample after the warm-up above the highest in it."""
-    first = max(int(len(samples) * WARM_UP), 1)
-    return max(samples[first:], default=0.0) - max(samples[:first])
+    """Highest sample, one a second, after the warm-up above the highest in it; 0 where there is
+    none after it.
+    """
+    first = max(int(len(samples) * WARM_UP), LEAST_S)
+    built = max(samples[:first])
+    return max(samples[first:], default=built) - built
 
 
 def _memory_mb(process: int) -> float:
