@@ -4,7 +4,7 @@ foot by its leg.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -31,9 +31,20 @@ EACH_FOOT = 0.02
 DRILLING = ("task={kind: drill, start_s: 0, phases: [{kind: push, duration_s: 5, feed_n: 4000}]}",)
 
 
+GROUND_N_M = 1.0e8
+LEVEL = ("terrain.slope_deg=0", "ropes.enabled=false")
+SPRINGS_ALONE = (
+    *LEVEL,
+    f"terrain.stiffness_n_m={GROUND_N_M:g}",
+    "hydraulics.without=[friction, hose, leakage]",
+)
+"""Locked cylinders that are springs of oil and hose, and nothing else."""
+PAYLOAD_KG = 300.0
+
+
 class Settled(NamedTuple):
     """Means over the last LAST_MS: forces in the world, N; joint torques (12); joints; rotation;
-    mass carried, kg.
+    mass carried, kg; stiffness of the cylinders (12), N/m.
     """
 
     feet_n: Array
@@ -42,6 +53,7 @@ class Settled(NamedTuple):
     joints: Array
     rotation: Array
     extra_kg: float
+    springs_n_m: Array
 
 
 def _settled(*changes: str) -> Settled:
@@ -70,9 +82,28 @@ def _settled(*changes: str) -> Settled:
             board.engine.joint.copy(),
             board.rotation.copy(),
             extra,
+            np.array([_spring_n_m(*axis) for axis in zip(*_cylinders(board), strict=True)]),
         )
     finally:
         simulation.close()
+
+
+def _cylinders(board: Any) -> tuple[Any, Any, list[float]]:
+    """State, parameters and extension of each cylinder."""
+    return board.axes, board.parameters, [rod.extension for rod in board.inputs]
+
+
+def _spring_n_m(state: Any, own: Any, extension: float) -> float:
+    """A^2 / (V (1 / K + a / (1.4 p) (p0 / p)^(1 / 1.4)) + E) of both chambers of a locked
+    cylinder.
+    """
+    total = 0.0
+    rooms = (own.a, state.a, extension), (own.b, state.b, own.stroke - extension)
+    for chamber, oil, length in rooms:
+        gas = own.oil.air / (1.4 * oil.pressure) * (1e5 / oil.pressure) ** (1.0 / 1.4)
+        gives = (chamber.dead_volume + chamber.area * length) * (1.0 / own.oil.bulk_modulus + gas)
+        total += chamber.area**2 / (gives + chamber.hose_elasticity)
+    return float(total)
 
 
 def _mujoco(joints: Array) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -138,3 +169,39 @@ def test_each_foot_carries_what_its_leg_says_in_mujoco(stand: str) -> None:
         wanted = data.qfrc_bias[columns] - settled.torques[3 * k : 3 * k + 3]
         found = np.linalg.solve(jacobian[:, columns].T, wanted)
         assert np.abs(found - feet[k]).max() < EACH_FOOT * feet[k, 2], leg
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stance", [(), ("robot.vertical_m=0.15", "robot.radial_m=0.3")])
+def test_a_payload_falls_to_the_feet_as_springs_in_the_joints_share_it(
+    stance: tuple[str, ...],
+) -> None:
+    """MuJoCo's kinematics with a spring in every joint and in the ground: the body sinks, rolls and
+    pitches until the feet carry the payload. They creep sideways until nothing pulls them.
+    """
+    empty, loaded = (
+        _settled(*SPRINGS_ALONE, *stance, *more)
+        for more in ((), (f"events=[{{kind: payload, at_s: 0.1, mass_kg: {PAYLOAD_KG:g}}}]",))
+    )
+    model, data = _mujoco(empty.joints)
+    up = empty.rotation[2]  # in the body's frame
+    moves, gives = [], []
+    for k, leg in enumerate(LEGS):
+        own = slice(3 * k, 3 * k + 3)
+        jacobian = np.zeros((3, model.nv))
+        foot = model.body(f"{leg}_foot").id
+        mujoco.mj_jacBody(model, data, jacobian, None, foot)
+        columns = [model.joint(name).dofadr[0] for name in AXES[own]]
+        # a straight cylinder has the arm 1; that of the rotation moves no foot up or down
+        along = up @ jacobian[:, columns]
+        gives.append(float(np.sum(along**2 / empty.springs_n_m[own])) + 1.0 / GROUND_N_M)
+        moves.append([1.0, *np.cross(data.xpos[foot], up)[:2]])
+    at = data.body("rod_store").xipos
+    weight = PAYLOAD_KG * GRAVITY_M_S2 * np.array([1.0, *np.cross(at, up)[:2]])
+    shares = np.array(moves) / np.array(gives)[:, None]
+    expected = shares @ np.linalg.solve(np.array(moves).T @ shares, weight)
+    change = (loaded.feet_n - empty.feet_n) @ empty.rotation
+    carried = empty.feet_n[:, 2]
+    assert np.ptp(expected) > 500.0
+    assert np.abs(change @ up - expected).max() < 0.002 * carried.min()
+    assert np.abs(change[:, :2]).max() < EACH_FOOT * carried.min()
