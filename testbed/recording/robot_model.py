@@ -31,9 +31,10 @@ class PlacedEffect(Checked):
         return _parameters(value)
 
     def hidden(self) -> Undeclared:
-        """The same as a scenario's entry, which checks the place."""
+        """The same as a scenario's entry, which checks the place. Raises InputError."""
         values = {name: parameter.value for name, parameter in self.parameters.items()}
-        return Undeclared(effect=self.name, at=self.place, parameters=values)
+        told = {"effect": self.name, "at": self.place, "parameters": values}
+        return checked(Undeclared, told, f"effects.{self.name}")
 
 
 class RobotModelFile(Checked):

@@ -75,6 +75,10 @@ def _belief(believed: Path | None) -> np.ndarray:
             "cannot sit there",
         ),
         (
+            "effects: [{name: sensor.zero_a, place: mine.py:Mine, parameters: {zero: 4.0e4}}]\n",
+            "no such place",
+        ),
+        (
             "effects: [{name: robot.payload, place: body, parameters: {mass: 9000, x: 0, y: 0, z: 0}}]\n",
             "out of bounds",
         ),
