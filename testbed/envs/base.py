@@ -51,7 +51,7 @@ PICTURE = (480, 360)
 """Width and height of a picture, pixels."""
 TICK_MS = 10
 """A step is a whole number of control ticks of so long."""
-DRAWS = 10
+DRAWS = 25
 """So many draws in a row that do not stand are no environment."""
 
 
