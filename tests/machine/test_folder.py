@@ -119,6 +119,18 @@ def test_shipped_machines_are_marked_and_drawn_from_their_numbers(
     assert (tmp_path / BODIES).read_text() == (shipped / BODIES).read_text()
 
 
+def test_a_light_leg_asks_for_a_fast_clock_and_its_scenarios_have_it() -> None:
+    """1.43 kg on oil and seal of 6.4 MN/m ring at 2112 rad/s, 91.7 kg on 61 MN/m at 816 rad/s."""
+    least = {
+        name: check_machine(name)["figures"]["least rates.physics_hz"][0]
+        for name in ("quarter_model", "climber_8t")
+    }
+    assert least == {"quarter_model": 2000, "climber_8t": 1000}
+    for name, least_hz in least.items():
+        for scenario in (f"{name}_stand", f"{name}_crawl"):
+            assert load_scenario(scenario).rates.physics_hz >= least_hz
+
+
 def test_the_model_lacks_drill_and_ropes_and_is_refused_them() -> None:
     lacks = lacking(build_machine(folder=machine_folder("quarter_model")).urdf)
     assert lacks == set(OPTIONAL_LINKS)
