@@ -126,7 +126,8 @@ def _draw(ax: Axes, results: Results, paths: Sequence[str], shown: Shown) -> Non
         ax.set_xticks(range(len(kinds[0])), [str(kind) for kind in kinds[0]])
         ax.set_yticks(range(len(kinds[1])), [str(kind) for kind in kinds[1]])
     ax.set_xlabel(paths[0])
-    if len(paths) > 1 and ax.get_subplotspec().is_first_col():
+    place = ax.get_subplotspec()
+    if len(paths) > 1 and place is not None and place.is_first_col():
         ax.set_ylabel(paths[1])
     ax.figure.colorbar(drawn, ax=ax)
 
