@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from testbed.benchmarks import harness
 from testbed.benchmarks.harness import Answers, Benchmark, run
 from testbed.report.tables import Table
 
@@ -50,6 +51,7 @@ class Counting(Benchmark[int]):
 
 
 if __name__ == "__main__":
+    setattr(harness, "sources", lambda *_: "the sources")  # noqa: B010 as conftest has it
     out, made, wait_s, jobs = sys.argv[1:]
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
     run(Counting(Path(made), count=6, wait_s=float(wait_s)), Path(out), int(jobs))

@@ -64,7 +64,8 @@ class Engine:
         iterations: int = 50,
         sinking: bool = False,
     ) -> None:
-        self.bullet = BulletClient(p.GUI if gui else p.DIRECT)
+        with quiet():  # the client prints its options
+            self.bullet = BulletClient(p.GUI if gui else p.DIRECT)
         if not self.bullet.getConnectionInfo()["isConnected"]:
             raise SimulationFault("the physics engine gave no client")
         # Called at every step: bound once.

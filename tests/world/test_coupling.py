@@ -33,7 +33,7 @@ def _stand(seconds: float, *changes: str) -> np.ndarray:
 @pytest.mark.parametrize("stroke_m", [0.05, 0.25, 0.45])
 @pytest.mark.parametrize("ground_n_m", [4e6, 4e7, 1e9])
 def test_a_shoved_robot_comes_to_rest(stroke_m: float, ground_n_m: float) -> None:
-    forces = _stand(1.5, f"robot.vertical_m={stroke_m}", f"terrain.stiffness_n_m={ground_n_m:g}")
+    forces = _stand(2.5, f"robot.vertical_m={stroke_m}", f"terrain.stiffness_n_m={ground_n_m:g}")
     shaken, late = np.ptp(forces[200:300], axis=0).max(), np.ptp(forces[-100:], axis=0).max()
     assert shaken > 1500.0
     assert late < 0.01 * shaken

@@ -19,6 +19,9 @@ import numpy as np
 from testbed import resources
 from testbed.benchmarks.soak.mutations import damaged, mutated
 from testbed.benchmarks.soak.sandbox import Ended, Judged, command, forked
+from testbed.effects.robot_payload import HiddenPayload
+from testbed.effects.sensor_drift_a import Drift
+from testbed.effects.sensor_zero import ZeroA
 from testbed.errors import InputError, SimulationFault
 from testbed.formats.yaml_files import read_mapping, yaml_text
 from testbed.machine.folder import BODIES, NUMBERS, machine_folder
@@ -47,14 +50,14 @@ ROBOT_MODEL: dict[str, Any] = {
     "machine": {"axes.fl_vertical.cylinder.coulomb_out_n": {"value": 700.0, "unit": "N"}},
     "effects": [
         {
-            "name": "robot.payload",
+            "name": HiddenPayload.kind,
             "place": "body",
             "parameters": {
                 "mass": {"value": 90.0, "unit": "kg", "interval90": [80.0, 100.0]},
                 **{axis: {"value": 0.1, "unit": "m"} for axis in "xyz"},
             },
         },
-        {"name": "sensor.zero_a", "place": "fl_vertical", "parameters": {"zero": 4.0e4}},
+        {"name": ZeroA.kind, "place": "fl_vertical", "parameters": {"zero": 4.0e4}},
     ],
 }
 LEG_MODEL: dict[str, Any] = {
@@ -69,7 +72,7 @@ LEG_MODEL: dict[str, Any] = {
         "circuit": {"edge_pa": 1.0, "holding_a": "check", "supply": "varying"},
     },
     "friction": {"coulomb_plus_n": 300.0, "stribeck_plus_n": 100.0, "viscous_plus_n_s_m": 900.0},
-    "effects": [{"name": "sensor.drift_a", "parameters": {"rate": {"value": 200.0}}}],
+    "effects": [{"name": Drift.kind, "parameters": {"rate": {"value": 200.0}}}],
 }
 
 
