@@ -19,7 +19,7 @@ from testbed.benchmarks.harness import answers
 from testbed.benchmarks.soak import killed, sandbox
 from testbed.benchmarks.soak.adversity import _broken, _with_clock
 from testbed.benchmarks.soak.benchmark import KINDS, Soak
-from testbed.benchmarks.soak.endurance import growth_mb
+from testbed.benchmarks.soak.endurance import growth_mb, split
 from testbed.benchmarks.soak.mutations import damaged, mutated
 from testbed.benchmarks.soak.sandbox import Ended, forked
 from testbed.errors import InputError, SimulationFault
@@ -120,6 +120,12 @@ def test_growth_is_what_comes_after_the_warm_up() -> None:
     assert growth_mb([100.0, 180.0, *[180.0] * 98]) == 0.0
     assert growth_mb([180.0] * 50 + [180.0 + k for k in range(20)]) == 19.0
     assert growth_mb([100.0, 180.0]) == 0.0
+
+
+def test_what_the_report_takes_is_no_growth_of_the_run() -> None:
+    """The last new part of the recording ends what is counted."""
+    assert split([1.0, 2.0, 3.0, 90.0, 99.0], [0, 1, 2, 2, 0]) == ([1.0, 2.0, 3.0], [90.0, 99.0])
+    assert split([1.0, 2.0], [0, 0]) == ([1.0, 2.0], [])
 
 
 def test_kinds_take_turns_and_one_that_there_is_not_is_refused() -> None:

@@ -6,6 +6,7 @@ operating system once a second.
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -55,19 +56,38 @@ def drilled(hours: float, folder: Path) -> dict[str, Any]:
         [sys.executable, "-m", "testbed", "run", str(scenario), "--out", str(out)],
         stdout=subprocess.DEVNULL,
     )
-    drilling: list[float] = []
-    after = [0.0]
+    held: list[float] = []
+    parts: list[int] = []
     while child.poll() is None:
         time.sleep(1.0)
-        held = _memory_mb(child.pid)
-        (drilling if (out / "data.parquet").is_dir() else after).append(held)
+        held.append(_memory_mb(child.pid))
+        parts.append(_files(out / "data.parquet"))
+    drilling, after = split(held, parts)
     return {
         "exit_status": child.returncode,
         "wall_s": time.perf_counter() - started,
         "growth_mb": growth_mb(drilling),
         "memory_mb": max(drilling),
-        "memory_at_end_mb": max(after),
+        "memory_at_end_mb": max(after, default=0.0),
     }
+
+
+def split(held_mb: Sequence[float], parts: Sequence[int]) -> tuple[list[float], list[float]]:
+    """Memory while rows were recorded, and afterwards, when parts are joined and the report drawn:
+    the last new part is between them.
+    """
+    grown = [k for k in range(1, len(parts)) if parts[k] > parts[k - 1]]
+    last = grown[-1] + 1 if grown else len(held_mb)
+    return list(held_mb[:last]), list(held_mb[last:])
+
+
+def _files(folder: Path) -> int:
+    """How many there are, 0 where it is no folder."""
+    try:
+        with os.scandir(folder) as entries:
+            return sum(1 for _ in entries)
+    except (FileNotFoundError, NotADirectoryError):
+        return 0
 
 
 def growth_mb(samples: Sequence[float]) -> float:
