@@ -24,7 +24,7 @@ from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.machine.scale import Scale, exponent
-from testbed.scenario.parts import Undeclared
+from testbed.scenario.world_parts import Undeclared
 
 OF_SIZE = ("m", "kg", "N", "Pa")
 """Units in which a machine of another size errs by more or less; a gyroscope's bias is its maker's.
