@@ -18,7 +18,7 @@ from testbed.robot.robot import Robot
 from testbed.robot.urdf.generate import urdf_text
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
-from testbed.world.summary import surveyed
+from testbed.world.summary import surveyed, world_summary
 
 LONGER_M = 0.2
 
@@ -97,7 +97,11 @@ def _slip_m(*changes: str) -> tuple[str, float, float]:
     try:
         while not world.finished:
             world.run_block(1000)
-        return world.verdict, world.summary()["foot_slip_m"], world.summary()["body_travel_m"]
+        return (
+            world.verdict,
+            world_summary(world)["foot_slip_m"],
+            world_summary(world)["body_travel_m"],
+        )
     finally:
         world.close()
 

@@ -26,7 +26,7 @@ def solve(
     heights: Array | None = None,
     active: list[bool] | None = None,
 ) -> Any:
-    """Forces, touches, slides, missing wrench, forces per height, forces per load, Newton steps."""
+    """Forces, touches, slides, missing wrench, forces per height, forces per load."""
     count = len(feet)
     maps = np.array(
         [np.vstack([AXES.T, np.array([np.cross(foot, axis) for axis in AXES]).T]) for foot in feet]
