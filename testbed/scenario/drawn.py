@@ -82,7 +82,7 @@ class Tolerance(Checked):
         return float(scale.length ** exponent(unit)) if grows else 1.0
 
     def moments(self) -> tuple[float, float]:
-        """Mean and standard deviation of a draw; where not every machine has it, of all machines."""
+        """Mean and standard deviation of a draw; where not every machine has it, of all."""
         low, high = self.range
         middle = 0.5 * (low + high)
         variance = (high - low) ** 2 / (24.0 if self.spread == "triangular" else 12.0)

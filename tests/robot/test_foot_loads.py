@@ -155,7 +155,7 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
         STANCE,
         slope_gravity(slope),
         rope_forces_in_body=ropes,
-        footing=Footing(compliance_m_n=gives),
+        footing=Footing(compliance_m_n=gives, heights_m=heights),
     )
     assert found.friction_use.max() < 1.0
     points = MODEL.foot_positions_m(STANCE)

@@ -4,6 +4,7 @@ tolerances.
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 from testbed.machine.scale import ROBOCLIMBER, Scale
@@ -17,7 +18,12 @@ def standard_deviation(number: str, drawing: float = 0.0, scale: Scale = ROBOCLI
     this size; 0 where no tolerance names it.
     """
     found = _table().get(number)
-    return 0.0 if found is None else found.standard_deviation(number, drawing, scale)
+    if found is None:
+        return 0.0
+    spread = found.standard_deviation(number, drawing, scale)
+    if found.chance == 1.0:
+        return spread
+    return math.hypot(spread, found.times(number, scale) * found.moments()[0])
 
 
 def middle(number: str, drawing: float) -> float:
