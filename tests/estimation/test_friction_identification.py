@@ -295,7 +295,7 @@ def test_a_bore_that_is_off_moves_within_its_tolerance_and_says_so() -> None:
     assert found.model.known.bore_m == bore.used == pytest.approx(1.015 * known.bore_m, rel=0.003)
     assert bore.tolerances_off == pytest.approx(0.75, abs=0.15) and not bore.at_bound
     table, *lines = identification_shown(found)
-    said = "\n".join([str(table), *lines])
+    said = "\n".join(map(str, [table, *lines]))
     assert "bore_m: declared 0.07 m, used 0.0710" in said and "force_offset_n" in said
     assert "bore_m: declared 0.07 m" in str(found.model.description)
     assert found.tree()["declared"]["bore_m"]["declared"] == 0.07
