@@ -30,7 +30,7 @@ WANTED_SHARE = 0.085
 """A push of this share of the load normal to the slope is enough, with the next: larger shifts cost
 time (E).
 """
-WANTED_SHARE_OF_PULL = 0.02
+WANTED_SHARE_OF_PULL = 0.03
 """And of this share of the load along the slope: ropes that pull unequally push by as much (E)."""
 KEEP_OFF = np.tile([0.03, 0.01, 0.02], 4)
 """Distance kept from the ends of the joints, rad and m (E)."""
@@ -76,11 +76,14 @@ class Footholds:
         self._sways_m = scale.length * SWAYS_M
         self._keep_off = KEEP_OFF * np.tile([1.0, scale.length, scale.length], len(LEGS))
         self._gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
+        self.lightness = 1.0
+        """Share of the weight that the slope carries."""
         self._wanted_n = WANTED_SHARE * self.weight_n
 
     def stand_under(self, gravity_in_body: Array) -> None:
         """Gravity (3,) m/s2 in the path frame, as the inertial unit has it at the start."""
         self._gravity = gravity_in_body.copy()
+        self.lightness = -float(gravity_in_body[2]) / GRAVITY_M_S2
         along, normal = float(np.hypot(*gravity_in_body[:2])), -float(gravity_in_body[2])
         wanted = WANTED_SHARE * normal + WANTED_SHARE_OF_PULL * along
         self._wanted_n = wanted * self._model.total_mass_kg

@@ -34,7 +34,7 @@ FIRM_SHARE = 1.12
 """Above this share the body slows down: the rope's device cannot pay out just then (E)."""
 TIGHT_SHARE = 1.30
 """Above this share the body waits (E)."""
-THREE_FEET = 0.5
+THREE_FEET = 0.4
 """On three feet tensions may differ from what is wanted by so much of that alone (E): ropes that
 pull unequally tip the body towards the foot in the air.
 """

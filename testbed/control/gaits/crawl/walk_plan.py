@@ -30,6 +30,10 @@ SHORTEST_SWING_S = 0.5
 """No swing is quicker (E)."""
 CREEP = {"two_phase": 0.0, "wave": 0.5, "flowing": 0.6}
 """Share of its way that the body makes while legs swing, by gait (E)."""
+STEEP, GENTLE = 0.3, 0.6
+"""Feet that carry less than the first share of the weight leave a flowing body too little margin,
+and it rests while legs swing; from the second on it flows in full (E).
+"""
 CREEP_EASE = 1.2
 """The body takes so many times its least time for that: the rest of valves, pump and ropes is the
 swings' (E).
@@ -155,7 +159,7 @@ class WalkPlan:
         size = len(group)
         stride_m = self.stride.length_m
         part_m = stride_m * self._group_size / len(LEGS)
-        creep_m = CREEP[self._task.gait] * part_m
+        creep_m = self._creep() * part_m
         # Feet are put down half a stride ahead of their homes, counted from where the body stands
         # in the middle of its way over them.
         along_m = float(self.ahead @ middle)
@@ -184,6 +188,14 @@ class WalkPlan:
         if creep.any():
             phases[1].way = self._way(feet, goal, goal + creep, CREEP_EASE)
         return phases
+
+    def _creep(self) -> float:
+        """Share of its way that the body makes while legs swing."""
+        share = CREEP[self._task.gait]
+        if self._task.gait != "flowing":
+            return share
+        flows = (self._footholds.lightness - STEEP) / (GENTLE - STEEP)
+        return share * min(max(flows, 0.0), 1.0)
 
     def _goal(self, middle: Array, swings: Swings) -> tuple[Array, float]:
         """Where the body goes for the next swings, and its margin, N.
