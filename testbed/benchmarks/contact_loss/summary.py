@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.benchmarks.contact_loss import floor
-from testbed.benchmarks.contact_loss.scenes import MACHINES
+from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import CLASSES, LIGHT_SHARE, NEAR_SHARE
 from testbed.benchmarks.contact_loss.warning import DEFINITIONS as WARNING_DEFINITIONS
 from testbed.benchmarks.contact_loss.warning import marks as warning_marks
@@ -212,7 +212,7 @@ def summarise(
         "scenes_drifting": sum(s["drifting"] >= DRIFTING for s in scenes),
         "faults": [f"{s['scene']['number']}: {s['fault']}" for s in scenes if s["fault"]],
         "verdicts": _counted([s["verdict"] for s in scenes]),
-        "machines": len({s["scene"]["number"] % MACHINES for s in scenes}),
+        "machines": len({Scene(**s["scene"]).machine_seed for s in scenes}),
         **marks(scenes),
         COMMISSIONED: marks(commissioned) if commissioned else None,
         "supervisor": supervisor_marks(every),
