@@ -15,7 +15,7 @@ from pydantic import Field, field_validator
 from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping, write_yaml
 from testbed.recording.leg_model import Parameter, model_tree
-from testbed.scenario.parts import Undeclared
+from testbed.scenario.world_parts import Undeclared
 
 
 class PlacedEffect(Checked):

@@ -24,7 +24,7 @@ from testbed.benchmarks.hydraulics.reference import (
 from testbed.compiled import njit
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.scenario.parts import Rates
+from testbed.scenario.world_parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 

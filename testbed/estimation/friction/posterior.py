@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.estimation.cylinder import friction_terms
+
 Array = NDArray[np.float64]
 C_LOW, C_HIGH, C_COUNT = 1e-3, 5e-2, 50
 DRAWS, FEWEST = 3000, 400
@@ -71,14 +73,8 @@ def fit_side(
 
 
 def curve(parameters: Array, speed_m_s: Array) -> Array:
-    """Friction N at speeds (m,) for parameters (4,), or (k, m) for parameters (k, 4)."""
-    p = np.atleast_2d(parameters)[:, :, None]
-    out = p[:, 0] * speed_m_s + p[:, 1] + p[:, 2] * np.exp(-speed_m_s / p[:, 3])
-    return np.asarray(out[0] if np.ndim(parameters) == 1 else out)
-
-
-def _design(speed: Array, stribeck_speed: float) -> Array:
-    return np.stack([speed, np.ones_like(speed), np.exp(-speed / stribeck_speed)], axis=1)
+    """Friction N at speeds (m,) for parameters (4,)."""
+    return np.asarray(friction_terms(speed_m_s, parameters[3]) @ parameters[:3])
 
 
 def _least_squares(
@@ -88,7 +84,7 @@ def _least_squares(
     log c_s.
     """
     fits = [
-        _constrained(_design(speed, stribeck_speed) * parts, force, weight)
+        _constrained(friction_terms(speed, stribeck_speed) * parts, force, weight)
         for stribeck_speed in grid
     ]
     cost = np.array([fit[1] for fit in fits])
@@ -99,7 +95,7 @@ def _least_squares(
         bend = left - 2.0 * mid + right
         shift = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
         c = float(np.exp(np.log(c) + shift * np.log(grid[1] / grid[0])))
-    theta, _ = _constrained(_design(speed, c) * parts, force, weight)
+    theta, _ = _constrained(friction_terms(speed, c) * parts, force, weight)
     return np.append(theta, c)
 
 
@@ -175,14 +171,13 @@ class _Linear:
 
     def _solve(self, grid: Array) -> tuple[Array, Array, Array]:
         """Means (k, 3), precisions (k, 3, 3) and costs (k,) for all c_s of the grid at once."""
-        ramp = np.broadcast_to(_design(self.speed, 1.0)[:, :2], (len(grid), len(self.speed), 2))
-        x = np.concatenate([ramp, np.exp(-self.speed / grid[:, None])[:, :, None]], axis=2)
+        x = friction_terms(self.speed, grid[:, None])
         weighted = x.transpose(0, 2, 1) * (self.weight / self.variance)
         precision = weighted @ x + np.diag(self.prior)
         right = weighted @ self.force
         mean = np.linalg.solve(precision, right[:, :, None])[:, :, 0]
         misfit = (self.force - (x @ mean[:, :, None])[:, :, 0]) ** 2 @ self.weight / self.variance
-        return mean, precision, np.asarray(misfit + mean**2 @ self.prior)
+        return np.asarray(mean), precision, np.asarray(misfit + mean**2 @ self.prior)
 
     def log_evidence(self, grid: Array) -> Array:
         """Log p(rows | c_s) up to a constant, (len(grid),)."""

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.estimation.cylinder import friction_terms
 from testbed.estimation.friction.evidence import Evidence
 from testbed.estimation.friction.posterior import C_HIGH, C_LOW, HUBER, correlation_inflation
 from testbed.recording.known import Known
@@ -234,10 +235,10 @@ def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) ->
     scale = np.maximum(np.abs(extra).max(axis=0), 1e-300)
     best: tuple[float, Joint] | None = None
     for stribeck_speed in np.geomspace(C_LOW, C_HIGH, 12) if stribeck else (C_LOW,):
-        bump = np.sign(velocity) * np.exp(-np.abs(velocity) / stribeck_speed)
-        columns = [np.sign(velocity)]
-        columns += [velocity * plus, velocity * ~plus] if viscous else []
-        columns += [bump * plus, bump * ~plus] if stribeck else []
+        terms = np.sign(velocity)[:, None] * friction_terms(np.abs(velocity), stribeck_speed)
+        columns = [terms[:, 1]]
+        for kept, term in ((viscous, terms[:, 0]), (stribeck, terms[:, 2])):
+            columns += [term * plus, term * ~plus] if kept else []
         friction = np.column_stack(columns)
         friction = friction / np.maximum(np.linalg.norm(friction[use], axis=0), 1e-300)
         first = friction.shape[1]
