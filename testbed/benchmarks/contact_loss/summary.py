@@ -58,8 +58,9 @@ DEFINITIONS = {
     "light": f"likewise, {NEAR_SHARE:g} to {LIGHT_SHARE:g}: friction may hide as much as is there",
     "loaded": f"likewise, {LIGHT_SHARE:g} and more",
     "floor": (
-        "the true load through the transducers' lag and noise, its likelihood ratio added up over a window as long as a "
-        "loss must last; threshold for the least cost on the tuning scenes"
+        "the true load through the foot's own pressure transducers as drawn (lag, ripple, noise, converter, bow, hysteresis, "
+        "zero and gain by the oil's warmth), its likelihood ratio added up over a window as long as a loss must last; "
+        "threshold for the least cost on the tuning scenes. It has no friction, no drifting sensor and no undeclared effect"
     ),
     **WARNING_DEFINITIONS,
 }
