@@ -87,6 +87,15 @@ def test_the_body_flows_on_while_legs_swing_and_rests_in_the_two_phase_gait() ->
     assert moved["two_phase"] == 0.0 and moved["flowing"] > 0.1
 
 
+@pytest.mark.parametrize(("slope_deg", "share"), [(30, 0.6), (45, 0.6), (60, 0.4), (75, 0.0)])
+def test_the_steeper_the_slope_the_less_the_body_moves_on_three_feet(
+    slope_deg: float, share: float
+) -> None:
+    made, slope = crawl("task.gait=flowing"), math.radians(slope_deg)
+    made._footholds.stand_under(9.81 * np.array([-math.sin(slope), 0.0, -math.cos(slope)]))
+    assert made._plan._creep() == pytest.approx(share, abs=1e-3)
+
+
 def test_a_swing_waits_for_a_leg_that_lags() -> None:
     made, seen, t = crawl(), at_the_start(), 0.0
     while made._phase is None or made._phase.doing is not Doing.SWING or made._clock < 0.5:
