@@ -23,7 +23,13 @@ from numpy.typing import NDArray
 from testbed.errors import InputError
 from testbed.estimation.cylinder import friction_terms, piston_force_n
 from testbed.estimation.friction.evidence import ROW_S, check_alive, seen_in
-from testbed.estimation.friction.posterior import C_HIGH, C_LOW, correlation_inflation
+from testbed.estimation.friction.posterior import (
+    C_HIGH,
+    C_LOW,
+    correlation_inflation,
+    huber_weights,
+    scatter,
+)
 from testbed.recording.axis import Recording, check_same_machine
 
 Array = NDArray[np.float64]
@@ -41,7 +47,7 @@ way only.
 """
 COULOMB = 4
 """Place of F_c among friction's columns."""
-OUTLIER_SIGMAS, HUBER = 6.0, 2.5
+OUTLIER_SIGMAS = 6.0
 MINIMUM_ROWS = 60
 MINIMUM_SPAN = 0.02
 """A sensor that has seen less than this share of its range says next to nothing about a."""
@@ -327,13 +333,9 @@ def _robust(x: Array, y: Array, mean: Array, sd: Array) -> tuple[float, Array, A
             np.linalg.solve(precision, x.T @ (weight * y) / (variance * inflation) + prior @ mean)
         )
         residual = y - x @ theta
-        spread = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), 1e-9)
-        size = np.abs(residual)
-        weight = np.where(
-            size > OUTLIER_SIGMAS * spread,
-            0.0,
-            np.minimum(1.0, HUBER * spread / np.maximum(size, 1e-12)),
-        )
+        spread = scatter(residual - np.median(residual))
+        far = np.abs(residual) > OUTLIER_SIGMAS * spread
+        weight = np.where(far, 0.0, huber_weights(residual, spread))
         used = weight > 0.0
         freedom = max(float(weight.sum()) - len(theta), 1.0)
         variance = float(np.sum(weight * residual**2)) / freedom

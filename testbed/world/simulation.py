@@ -44,13 +44,13 @@ from testbed.world.between import (
     SLOW,
     RecordedRow,
     between_steps,
+    schedule_of,
 )
 from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
 from testbed.world.happenings import Happenings
 from testbed.world.plausible import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
 from testbed.world.saved import State, restore, save
-from testbed.world.schedule import schedule_of
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
@@ -71,8 +71,8 @@ class Simulation:
         own: OwnParts = NOTHING_OWN,
     ) -> None:
         self.scenario, self._model, self._own = scenario, model, own
-        compiled = first_start.beside()
         self.machines = machines_of(scenario)
+        first_start.compile_apart()
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
@@ -82,7 +82,7 @@ class Simulation:
         self.dt = 1.0 / scenario.rates.physics_hz
         detector, method = scenario.estimator.detector, scenario.estimator.method
         chain_is_all = (detector, method) == (LIVE, SHIPPED)
-        self._schedule = schedule_of(scenario, chain_is_all)
+        self._schedule = schedule_of(scenario.rates, scenario.duration_s, chain_is_all)
         self._last = self._schedule.last
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
@@ -102,7 +102,6 @@ class Simulation:
         self._method = None
         if method != SHIPPED:
             self._method = ChosenEstimator(method, float(m.chain.belief["dt"][0]))
-        compiled()
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()

@@ -60,12 +60,10 @@ def fit_side(
         float(np.mean(np.abs(force_n))), 1.0
     )
     weight = np.ones_like(force_n)
-    noise = 1.0
     for stride in (3, 3, 1):  # a coarse grid will do to find the weights
         value = _least_squares(speed_m_s, force_n, weight, grid[::stride], parts)
         residual = force_n - curve(value, speed_m_s)
-        noise = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), 1e-9)
-        weight = np.minimum(1.0, HUBER * noise / np.maximum(np.abs(residual), 1e-12))
+        weight = huber_weights(residual, scatter(residual - np.median(residual)))
     spread = float(np.sqrt(np.sum(weight * residual**2) / max(np.sum(weight) - 4.0, 1.0)))
     inflation = correlation_inflation(residual * weight)
     draws = _draw(speed_m_s, force_n, weight, scale, spread**2 * inflation, seed)
@@ -193,6 +191,18 @@ class _Linear:
         return mean, np.asarray(
             unit[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]
         )
+
+
+def scatter(residual: Array) -> float:
+    """Standard deviation of residuals (m,) about 0 by their median size; never quite 0."""
+    return max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
+
+
+def huber_weights(residual: Array, spread: float) -> Array:
+    """Weights (m,) under which residuals beyond HUBER standard deviations pull no more than one
+    there.
+    """
+    return np.minimum(1.0, HUBER * spread / np.maximum(np.abs(residual), 1e-12))
 
 
 def correlation_inflation(residual: Array) -> float:

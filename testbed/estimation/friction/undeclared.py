@@ -24,7 +24,13 @@ from numpy.typing import NDArray
 
 from testbed.estimation.cylinder import friction_terms
 from testbed.estimation.friction.evidence import Evidence
-from testbed.estimation.friction.posterior import C_HIGH, C_LOW, HUBER, correlation_inflation
+from testbed.estimation.friction.posterior import (
+    C_HIGH,
+    C_LOW,
+    correlation_inflation,
+    huber_weights,
+    scatter,
+)
 from testbed.recording.known import Known
 
 Array = NDArray[np.float64]
@@ -266,7 +272,7 @@ def _robust(x: Array, y: Array, widths: Array, bounds: tuple[Array, Array]) -> t
     # How far the rows scatter is read off a fit that no declaration holds back.
     theta, weight = _reweighted(x, y, free, nowhere, 0.0)
     residual = y - x @ theta
-    variance = _scatter(residual) ** 2 * correlation_inflation(residual * weight)
+    variance = scatter(residual) ** 2 * correlation_inflation(residual * weight)
     theta, weight = _reweighted(x, y, widths, bounds, variance)
     residual = y - x @ theta
     penalty = variance * float(np.sum((theta / widths) ** 2))
@@ -290,10 +296,5 @@ def _reweighted(
         small: Array = np.asarray(np.linalg.qr(np.column_stack([rows, right]), mode="r"))
         theta = lsq_linear(small[:, :-1], small[:, -1], bounds, method="bvls").x
         residual = y - x @ theta
-        weight = np.minimum(1.0, HUBER * _scatter(residual) / np.maximum(np.abs(residual), 1e-12))
+        weight = huber_weights(residual, scatter(residual))
     return theta, weight
-
-
-def _scatter(residual: Array) -> float:
-    """Standard deviation by the median, N, of residuals (m,)."""
-    return max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
