@@ -50,7 +50,7 @@ Array = NDArray[np.float64]
 NAME, TEXT = "floor", "true load through the sensors' delay and errors"
 THRESHOLD = 0.0
 HOLD = Hold(margin=8.0, dwell_s=0.05)
-"""Of least cost on the tuning scenes, too: a foot that stands near F is not lost with every blow."""
+"""Of least cost on the tuning scenes, too: a foot near F is not lost anew with every blow."""
 SENSOR_STREAM = 0
 """Of a run's random numbers: its transducers' (world/assembly.py)."""
 SMOOTH_S = 0.05
