@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -108,19 +109,16 @@ def test_a_second_effect_in_other_balances_owes_nothing_to_the_form_of_the_first
     assert max(one, key=one.__getitem__) == (spring,)
 
 
+def only(whole: RawGroup, axis: int, change: Change) -> np.ndarray:
+    """A column of a group that shows one cylinder alone."""
+    return whole.rows_of(change) * float(axis in change.force)
+
+
 def test_pairs_that_no_balance_shows_together_stay_apart_in_what_is_written() -> None:
     pair = (LEFT, RIGHT)
     told = RobotSigns((((LEFT,), 1.0), (pair, 2.0)), frozenset([pair]))
     assert RobotSigns.from_json(told.as_json()) == told
     whole = group(np.zeros(30))
-    alone = {
-        index: replace(
-            whole,
-            rows_of=lambda c, i=index: whole.rows_of(
-                Change(force={i: c.force.get(i, 0.0 * np.ones(1))})
-            ),
-        )
-        for index in (2, 5)
-    }
+    alone = {index: replace(whole, rows_of=partial(only, whole, index)) for index in (2, 5)}
     assert not ledger_of({"forces": whole}, pair).hypothesis(pair).apart
     assert ledger_of({"one": alone[2], "other": alone[5]}, pair).hypothesis(pair).apart

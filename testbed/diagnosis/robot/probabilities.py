@@ -128,7 +128,7 @@ def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, f
     weighed = Weighed.of(signs, numbers)
     scores = weighed.scores(numbers)
     weights = np.exp(scores - max(0.0, scores.max(initial=0.0)))
-    out = {(): float(np.exp(-max(0.0, scores.max(initial=0.0))))}
+    out: dict[Names, float] = {(): float(np.exp(-max(0.0, scores.max(initial=0.0))))}
     for names, weight in zip(weighed.names, weights.tolist(), strict=True):
         out[names] = out.get(names, 0.0) + weight
     total = sum(out.values())
