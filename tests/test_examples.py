@@ -35,10 +35,7 @@ def test_each_example_is_known_and_short() -> None:
 
 @pytest.mark.parametrize(
     "example",
-    [
-        pytest.param(file, id=file.stem, marks=MARKS.get(file.stem, []))
-        for file in EXAMPLES
-    ],
+    [pytest.param(file, id=file.stem, marks=MARKS.get(file.stem, [])) for file in EXAMPLES],
 )
 def test_an_example_runs(
     example: Path,
