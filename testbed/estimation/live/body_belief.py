@@ -57,7 +57,7 @@ class OwnTuning:
     observer_rad_s: float = 60.0
     rest_m_s: float = 0.001
     slide_m_s: float = 0.003
-    friction_share: float = 0.07
+    friction_share: float = 0.12
     slow_share: float = 0.6
     slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
@@ -72,8 +72,8 @@ class OwnTuning:
     rope_share: float = 0.005
     drill_share: float = 0.05
     blow_share: float = 0.2
-    force_sd_n: float = 120.0
-    moment_sd_n_m: float = 180.0
+    force_sd_n: float = 300.0
+    moment_sd_n_m: float = 450.0
     set_margin: float = 0.2
     news_share: float = 0.8
     news_noise_n: float = 50.0
