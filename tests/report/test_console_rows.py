@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from testbed.report.console import run_status, summary_rows
+from testbed.report.console import summary_rows
 
 LEAST: dict[str, Any] = {"verdict": "stood", "wall_s": None, "simulated_s": 2.0}
 
@@ -50,16 +50,3 @@ def test_a_task_says_what_is_left_of_it() -> None:
     walk = {"done": False, "steps_made": 3, "steps_wanted": 8}
     assert told(task="crawl", progress=walk)["task"] == "crawl: unfinished, 3 of 8 steps"
     assert told(task="stand", progress={"done": True})["task"] == "stand: done"
-
-
-@pytest.mark.parametrize(
-    ("summary", "status"),
-    [
-        ({}, 0),
-        ({"expectations": {"met": True, "unmet": []}}, 0),
-        ({"expectations": {"met": False, "unmet": ["x"]}}, 3),
-        ({"expectations": {"met": False, "unmet": ["x"]}, "interrupted": True}, 130),
-    ],
-)
-def test_the_exit_status_says_how_it_ended(summary: dict[str, Any], status: int) -> None:
-    assert run_status(LEAST | summary) == status
