@@ -14,7 +14,7 @@ import typer
 from testbed.cli.benchmarks import benchmarks
 from testbed.cli.export import exports
 from testbed.cli.machines import machines
-from testbed.cli.options import Json
+from testbed.cli.options import Dask, Json
 from testbed.cli.states import states
 from testbed.errors import naming
 from testbed.formats.sockets import user_code
@@ -504,10 +504,7 @@ def sweep(
             help="Of a scenario: path=1,2,3 (grid) or path=low:high:samples (Latin hypercube)."
         ),
     ] = None,
-    dask: Annotated[
-        str | None,
-        typer.Option(help="Scheduler of a Dask cluster, tcp://HOST:PORT, to work there."),
-    ] = None,
+    dask: Dask = None,
     shard: Annotated[
         str | None, typer.Option(metavar="I/N", help="Make the i-th of n parts only.")
     ] = None,
@@ -557,7 +554,8 @@ def train(
         int | None,
         typer.Option(min=0, help="Seed of a new training; one that goes on keeps its own. [0]"),
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Processes, or environments.")] = 1,
+    dask: Dask = None,
 ) -> None:
     """Train a policy by reinforcement learning (needs the extra rl); Ctrl-C saves, the same command
     goes on.
@@ -566,7 +564,7 @@ def train(
     from testbed.report.progress import counting_progress
 
     with counting_progress(steps, task) as progress:
-        print(trained(task, out, steps, seed, workers, progress))
+        print(trained(task, out, steps, seed, workers, progress, dask))
 
 
 @app.command()
