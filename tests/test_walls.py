@@ -170,8 +170,8 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
     handed in.
 
     What stands above a run builds its own through the same function: the reader of recordings from
-    what they declare, the command line, what looks at the folder of a machine, benchmarks, and the
-    writer of the shipped URDF.
+    what they declare, the command line, what looks at the folder of a machine, benchmarks, the
+    writer of the shipped URDF, and what compiles the contacts on some machine before the first run.
     """
     builders = {name for name in _callers("build_machine") if not name.startswith("benchmarks/")}
     assert builders == {
@@ -180,10 +180,12 @@ def test_machine_wall_nobody_asks_for_the_machine() -> None:
         "robot/urdf/generate.py",
         "simulation/runs.py",
         "workflows/machines.py",
-        "cli/__init__.py",
+        "world/first_start.py",
+        "cli/models.py",
     }
     both = {name for name in _callers("machines_of") if not name.startswith("benchmarks/")}
     assert both == {
+        "scenario/possible.py",
         "scenario/scenario.py",
         "world/simulation.py",
         "simulation/replay.py",

@@ -1,8 +1,16 @@
-"""Intervals of shares and rates that benchmarks state beside their marks."""
+"""Figures that benchmarks state: root mean squares, intervals of shares and rates."""
 
 from __future__ import annotations
 
 import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def rms(values: ArrayLike) -> float:
+    """Root mean square, in their unit."""
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def wilson(hits: int, of: int, z: float = 1.959964) -> list[float] | None:

@@ -9,18 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from testbed.cli.options import Json
+from testbed.cli.options import Jobs, Json, Results
 
 if TYPE_CHECKING:
     from testbed.benchmarks.harness import Benchmark
 
-benchmarks = typer.Typer()
-lab = typer.Typer(help="Further benchmarks, and the tools that set the testbed's own numbers.")
-Out = Annotated[Path, typer.Option(help="Folder for results and finished cases; resumed.")]
-Draw = Annotated[
-    str | None,
-    typer.Option(help="Draw each run's machine from these tolerances: workshop. [as drawn up]"),
-]
 Drawn = Annotated[
     str,
     typer.Option(
@@ -28,23 +21,18 @@ Drawn = Annotated[
     ),
 ]
 WORKSHOP = "workshop"
-Jobs = Annotated[int, typer.Option(min=1, help="Processes.")]
 
 
 def show(benchmark: Benchmark[Any], out: Path, jobs: int, json: bool) -> None:
     """Run a benchmark and print its result: JSON, or tables and where the files are."""
     from testbed.benchmarks.harness import run
-    from testbed.report.console import print_json, print_table
+    from testbed.report.console import answer
     from testbed.simulation.workers import single_threaded
 
     single_threaded()
     result = run(benchmark, out, jobs)
-    if json:
-        print_json(benchmark.published(result))
-        return
-    for table in benchmark.tables(result):
-        print_table(*table)
-    print(out / f"{benchmark.name}.json")
+    shown = *benchmark.tables(result), out / f"{benchmark.name}.json"
+    answer(json, benchmark.published(result), *shown)
 
 
 def tolerances_named(draw: str) -> str | None:
@@ -56,7 +44,6 @@ def tolerances_named(draw: str) -> str | None:
     return None if draw == "none" else draw
 
 
-@benchmarks.command()
 def bench(
     json: Json = False,
     scenario: Annotated[
@@ -74,7 +61,7 @@ def bench(
     from testbed.benchmarks.speed import bench as whole
     from testbed.benchmarks.speed import command as commands
     from testbed.benchmarks.speed import scenarios
-    from testbed.report.console import print_json, print_table, waiting
+    from testbed.report.console import answer, waiting
 
     found: Any
     with waiting("measuring"):
@@ -87,13 +74,9 @@ def bench(
         else:
             found = whole.bench()
             shown = whole.table(found)
-    if json:
-        print_json(found)
-    else:
-        print_table(*shown)
+    answer(json, found, shown)
 
 
-@benchmarks.command("identify-measured")
 def identify_measured(
     folder: Annotated[
         Path,
@@ -110,19 +93,15 @@ def identify_measured(
     from dataclasses import asdict
 
     from testbed.benchmarks.diagnosis.measured_rigs import mark_all, table
-    from testbed.report.console import print_json, print_table, waiting
+    from testbed.report.console import answer, waiting
 
     with waiting("identifying"):
         found = mark_all(folder, diagnose)
-    if json:
-        print_json([asdict(m) for m in found])
-    else:
-        print_table(*table(found))
+    answer(json, [asdict(m) for m in found], table(found))
 
 
-@benchmarks.command()
 def filters(
-    out: Out,
+    out: Results,
     steps: Annotated[
         int, typer.Option(min=10, help="True steps in the trial of lock-out and delay.")
     ] = 10_000,
@@ -137,9 +116,8 @@ def filters(
     show(Filters(steps=steps), out, jobs, json)
 
 
-@benchmarks.command()
 def estimators(
-    out: Out,
+    out: Results,
     few: Annotated[bool, typer.Option("--few", help="One run of each kind only.")] = False,
     draw: Drawn = WORKSHOP,
     estimator: Annotated[
@@ -159,9 +137,8 @@ def estimators(
     show(Estimators(few, tolerances_named(draw), tuple(estimator or ())), out, jobs, json)
 
 
-@benchmarks.command()
 def machines(
-    out: Out,
+    out: Results,
     machines: Annotated[int, typer.Option(min=1, help="Drawn machines.")] = 8,
     first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first one.")] = 2000,
     commission: Annotated[
@@ -182,9 +159,8 @@ def machines(
     show(benchmark, out, jobs, json)
 
 
-@benchmarks.command()
 def distribution(
-    out: Out,
+    out: Results,
     jobs: Jobs = 1,
     cases: Annotated[int, typer.Option(help="How many of the held-out cases.")] = 1000,
     seeds: Annotated[int, typer.Option(help="From how many held-out sets, as many of each.")] = 1,
@@ -207,9 +183,8 @@ def distribution(
     show(ForceDistribution(cases, seeds, names, tolerances_named(draw)), out, jobs, json)
 
 
-@benchmarks.command("evaluate-diagnosis")
 def evaluate_diagnosis(
-    out: Out,
+    out: Results,
     rigs: Annotated[int, typer.Option(min=1, help="How many random rigs.")] = 200,
     jobs: Jobs = 1,
     first_seed: Annotated[
@@ -223,9 +198,8 @@ def evaluate_diagnosis(
     show(BlindTest(rigs, first_seed), out, jobs, json)
 
 
-@benchmarks.command()
 def hydraulics(
-    out: Out,
+    out: Results,
     manoeuvres: Annotated[int, typer.Option(min=1, max=1000, help="Random manoeuvres.")] = 30,
     seconds: Annotated[
         float, typer.Option(min=1.0, help="Simulated seconds for the balances.")
@@ -241,9 +215,8 @@ def hydraulics(
     show(Hydraulics(manoeuvres, seconds), out, jobs, json)
 
 
-@benchmarks.command("contact-loss")
 def contact_loss(
-    out: Out,
+    out: Results,
     hours: Annotated[
         float,
         typer.Option(
@@ -264,10 +237,7 @@ def contact_loss(
             "set its threshold."
         ),
     ] = None,
-    draw: Annotated[
-        str,
-        typer.Option(help="Draw each scene's machine from these tolerances; none: as drawn up."),
-    ] = "workshop",
+    draw: Drawn = WORKSHOP,
     commission: Annotated[
         bool,
         typer.Option(
@@ -282,14 +252,12 @@ def contact_loss(
     """
     from testbed.benchmarks.contact_loss.benchmark import ContactLoss
 
-    chosen = None if draw == "none" else draw
-    benchmark = ContactLoss(hours, tune, chosen, tuple(detector or ()), commission)
-    show(benchmark, out, jobs, json)
+    own = tuple(detector or ())
+    show(ContactLoss(hours, tune, tolerances_named(draw), own, commission), out, jobs, json)
 
 
-@benchmarks.command()
 def soak(
-    out: Out,
+    out: Results,
     trials: Annotated[
         int, typer.Option(min=1, help="Trials of each kind; of those that take long, fewer.")
     ] = 1000,
@@ -312,9 +280,8 @@ def soak(
     show(Soak(trials, seed, hours, tuple(only or ())), out, jobs, json)
 
 
-@benchmarks.command()
 def paper(
-    out: Out,
+    out: Results,
     figures: Annotated[
         list[str] | None,
         typer.Argument(metavar="[FIGURE]...", help="4 to 12, II to IV; all if none."),
@@ -330,210 +297,3 @@ def paper(
     from testbed.benchmarks.paper.benchmark import Paper
 
     show(Paper(tuple(figures or ()), machine), out, jobs, json)
-
-
-@lab.command()
-def climbs(
-    out: Out,
-    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 20,
-    first_seed: Annotated[int, typer.Option(help="First seed of each case.")] = 1,
-    way: Annotated[float, typer.Option(min=0.01, help="How far up the slope, m.")] = 10.0,
-    case: Annotated[
-        list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
-    ] = None,
-    gait: Annotated[
-        list[str] | None,
-        typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
-    ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
-) -> None:
-    """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed
-    on its own drawn machine.
-    """
-    from testbed.benchmarks.climbs.climbs import CASES, Climbs
-
-    cases, own = tuple(case or CASES), tuple(gait or ())
-    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
-
-
-@lab.command("control-tasks")
-def control_tasks(
-    out: Out,
-    task: Annotated[
-        list[str] | None, typer.Option(help="keep or drill-hole; may be repeated. [all]")
-    ] = None,
-    cases: Annotated[int, typer.Option(min=1, help="Held-out cases of each task.")] = 20,
-    first_seed: Annotated[
-        int, typer.Option(min=0, help="Seed of the first case; those below 100000 are for tuning.")
-    ] = 100_000,
-    oracle_episodes: Annotated[
-        int, typer.Option(min=1, help="Plans that the oracle tries on each case.")
-    ] = 32,
-    policy: Annotated[
-        list[str] | None,
-        typer.Option(help="A policy.npz of `testbed train`, of the one task; may be repeated."),
-    ] = None,
-    jobs: Jobs = 1,
-    json: Json = False,
-) -> None:
-    """Say how much there is to win in the tasks of control, and who wins it: rules, models,
-    policies, an oracle.
-    """
-    from testbed.benchmarks.control_tasks.benchmark import ControlTasks
-    from testbed.benchmarks.control_tasks.tasks import TASKS
-
-    chosen = tuple(task or TASKS)
-    made = ControlTasks(chosen, cases, first_seed, oracle_episodes, tuple(policy or ()))
-    show(made, out, jobs, json)
-
-
-@lab.command("expected-loads")
-def expected_loads(
-    out: Out,
-    cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400,
-    jobs: Jobs = 1,
-    json: Json = False,
-) -> None:
-    """Compare expected foot loads with the simulated truth in quiet stands."""
-    from testbed.benchmarks.climbs.expected_loads import ExpectedLoadStands
-
-    show(ExpectedLoadStands(cases), out, jobs, json)
-
-
-@lab.command("quiet-stand")
-def quiet_stand(
-    out: Out,
-    seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0,
-    jobs: Jobs = 1,
-    json: Json = False,
-) -> None:
-    """Say what a quiet stand's foot loads owe to the engine and what to the machine."""
-    from testbed.benchmarks.climbs.quiet_stand import QuietStand
-
-    show(QuietStand(seconds), out, jobs, json)
-
-
-@lab.command("paper-sensitivity")
-def paper_sensitivity(out: Out, jobs: Jobs = 1, json: Json = False) -> None:
-    """Say which number of the inferred circuit each of the paper's figures fixes, and which it
-    leaves open.
-    """
-    from testbed.benchmarks.paper.sensitivity import Sensitivity
-
-    show(Sensitivity(), out, jobs, json)
-
-
-@lab.command("robot-diagnosis")
-def robot_diagnosis(
-    out: Out,
-    runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
-    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
-    recordings: Annotated[
-        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
-    ] = None,
-    second: Annotated[bool, typer.Option(help="Let a second motion decide close cases.")] = True,
-    closed: Annotated[bool, typer.Option(help="Judge what was found on another motion.")] = True,
-    jobs: Jobs = 1,
-    json: Json = False,
-) -> None:
-    """Test the whole robot's diagnosis blind: drawn machines that hide one effect, two, one without
-    a name, or none.
-    """
-    from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
-    from testbed.benchmarks.diagnosis.robot_trials import Asked
-
-    show(RobotBlindTest(runs, first_seed, Asked(recordings, second, closed)), out, jobs, json)
-
-
-@lab.command()
-def quotes(
-    root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
-) -> None:
-    """Put the numbers of committed results into README and docs (docs/quotes.yaml lists them)."""
-    from testbed.benchmarks.quotes import refresh
-
-    for page in refresh(root):
-        print(page)
-
-
-@lab.command("warning-numbers")
-def warning_numbers(
-    folder: Annotated[Path, typer.Argument(help="Folder that `testbed contact-loss` has written.")],
-    split: Annotated[str, typer.Option(help="tuning or scoring.")] = "tuning",
-) -> None:
-    """Say what each number of the early warning is worth: it and its neighbours on scenes that are
-    kept.
-    """
-    from testbed.benchmarks.contact_loss.warning_numbers import report
-
-    for line in report(folder, split):
-        print(line, flush=True)
-
-
-@lab.command("train-detector")
-def train_detector(
-    folder: Annotated[
-        Path, typer.Argument(help="Folder that `testbed contact-loss --tune` has written.")
-    ],
-    out: Annotated[Path, typer.Option(help="Weights to write, .npz.")],
-    epochs: Annotated[int, typer.Option(min=1, help="Times through all cases.")] = 15,
-) -> None:
-    """Train the learned detector of contact loss on the tuning scenes alone."""
-    from testbed.benchmarks.contact_loss.training import train_on
-
-    for line in train_on(folder, out, epochs):
-        print(line, flush=True)
-
-
-Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
-File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
-
-
-@lab.command("fit-diagnosis")
-def fit_diagnosis(folders: Folders, out: File = None) -> None:
-    """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs
-    from then on.
-    """
-    from testbed.benchmarks.diagnosis.calibration import fit_file
-
-    print(fit_file(folders, out))
-
-
-@lab.command("bench-diagnosis")
-def bench_diagnosis(
-    out: Out,
-    rigs: Annotated[int, typer.Option(min=1, help="How many simulated benches and drives.")] = 60,
-    jobs: Jobs = 1,
-    first_seed: Annotated[
-        int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
-    ] = 500,
-    json: Json = False,
-) -> None:
-    """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers
-    among them.
-    """
-    from testbed.benchmarks.diagnosis.bench_trials import BenchTest
-
-    show(BenchTest(rigs, first_seed), out, jobs, json)
-
-
-@lab.command("fit-bench-diagnosis")
-def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
-    """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab
-    bench-diagnosis`.
-    """
-    from testbed.benchmarks.diagnosis.bench_trials import fit_file
-
-    print(fit_file(folders, out))
-
-
-@lab.command("fit-robot-diagnosis")
-def fit_robot_diagnosis(folders: Folders, out: File = None) -> None:
-    """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""
-    from testbed.benchmarks.diagnosis.robot_calibration import fit_file
-
-    print(fit_file(folders, out))
-
-
-benchmarks.add_typer(lab, name="lab")

@@ -21,18 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.errors import InputError
-from testbed.estimation.friction.evidence import (
-    ROW_S,
-    SMOOTHING_S,
-    check_alive,
-    smoothed_reference,
-    steadily_sliding,
-    unsaturated,
+from testbed.estimation.cylinder import friction_terms, piston_force_n
+from testbed.estimation.friction.evidence import ROW_S, check_alive, seen_in
+from testbed.estimation.friction.posterior import (
+    C_HIGH,
+    C_LOW,
+    correlation_inflation,
+    huber_weights,
+    scatter,
 )
-from testbed.estimation.friction.posterior import C_HIGH, C_LOW, correlation_inflation
-from testbed.estimation.leg.signals import signals_of
 from testbed.recording.axis import Recording, check_same_machine
-from testbed.recording.known import Known
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -49,7 +47,7 @@ way only.
 """
 COULOMB = 4
 """Place of F_c among friction's columns."""
-OUTLIER_SIGMAS, HUBER = 6.0, 2.5
+OUTLIER_SIGMAS = 6.0
 MINIMUM_ROWS = 60
 MINIMUM_SPAN = 0.02
 """A sensor that has seen less than this share of its range says next to nothing about a."""
@@ -184,7 +182,7 @@ def volts(recording: Recording, channel: str) -> Array:
             file=recording.folder,
             field=f"channels.{channel}",
         )
-    return (values / c.k_pa_per_v - c.b) / c.a
+    return c.volts(values)
 
 
 def _check_same(recordings: Sequence[Recording]) -> None:
@@ -223,33 +221,32 @@ def _gains(recording: Recording, names: Sequence[str]) -> tuple[Array, Array]:
         volts(recording, name)
         calibration = recording.header.channels[name].calibration
         assert calibration is not None
-        area = recording.known.area_a_m2 if name == "pressure_a" else -recording.known.area_b_m2
-        gains.append(area * calibration.k_pa_per_v)
-        factors.append(calibration.k_pa_per_v)
+        k, known = calibration.k_pa_per_v, recording.known
+        chambers = (k, 0.0) if name == "pressure_a" else (0.0, k)
+        gains.append(piston_force_n(*chambers, known.area_a_m2, known.area_b_m2))
+        factors.append(k)
     return np.array(gains), np.array(factors)
 
 
 def _rows(recording: Recording, names: Sequence[str], sliding: bool) -> _Rows:
     """Rows of one recording, ROW_S apart: while it slides, or all of them."""
-    signals = signals_of(recording, recording.known, SMOOTHING_S)
-    v = np.gradient(signals.position_m) * signals.rate_hz
-    a = np.gradient(v) * signals.rate_hz
-    known: Known = recording.known
-    load = smoothed_reference(recording, signals.time_s)
-    target = load - (known.moving_mass_kg or 0.0) * (known.gravity_along_axis_m_s2 - a)
-    good = unsaturated(recording, signals.time_s)
-    if sliding:
-        good &= steadily_sliding(v, signals.rate_hz)
-    pick = np.flatnonzero(good)
-    pick = pick[pick % max(1, round(ROW_S * signals.rate_hz)) == 0]
+    seen = seen_in(recording, recording.known)
+    signals, pick = seen.signals, seen.rows(recording, sliding)
     smooth = {"pressure_a": signals.pressure_a_pa, "pressure_b": signals.pressure_b_pa}
     columns, total = [], np.zeros(pick.size)
     for name in names:
-        c, p = recording.header.channels[name].calibration, smooth[name]
-        assert c is not None and p is not None
-        columns.append((p[pick] / c.k_pa_per_v - c.b) / c.a)
-        total += c.k_pa_per_v * columns[-1]
-    return _Rows(np.column_stack(columns), target[pick], v[pick], load[pick], total)
+        calibration, pressure = recording.header.channels[name].calibration, smooth[name]
+        assert calibration is not None and pressure is not None
+        columns.append(calibration.volts(pressure[pick]))
+        total += calibration.k_pa_per_v * columns[-1]
+    target = seen.reference_n - seen.inertia_n
+    return _Rows(
+        np.column_stack(columns),
+        target[pick],
+        seen.velocity_m_s[pick],
+        seen.reference_n[pick],
+        total,
+    )
 
 
 def _fit(
@@ -282,13 +279,14 @@ def _design(rows: _Rows, gains: Array, c: float, level: float) -> tuple[Array, A
     mean, sd = [1.0, 0.0] * len(gains), [A_SD, B_SD_V] * len(gains)
     if level > 0.0:
         v, sign = rows.velocity_m_s, np.sign(rows.velocity_m_s)
-        plus = v > 0.0
-        bump = np.exp(-np.abs(v) / c)
-        columns += [-v * plus, -v * ~plus, -bump * plus, bump * ~plus, -sign, -np.ones_like(v)]
-        columns += [-sign * np.maximum(rows.load_n, 0.0), -sign * rows.pressure_sum_pa]
+        terms, plus = -sign[:, None] * friction_terms(np.abs(v), c), v > 0.0
+        viscous_part, dry, bump = terms.T
+        columns += [viscous_part * plus, viscous_part * ~plus, bump * plus, bump * ~plus]
+        columns += [dry, -np.ones_like(v)]
+        columns += [dry * np.maximum(rows.load_n, 0.0), dry * rows.pressure_sum_pa]
         # the change of the Stribeck part with log c_s, so that its uncertainty reaches a and b
         slope = np.abs(v) / c * bump
-        columns += [-slope * plus, slope * ~plus]
+        columns += [slope * plus, slope * ~plus]
         wide, viscous = 3.0 * level, 3.0 * level / max(float(np.abs(v).max()), 1e-3)
         mean += [0.0] * 10
         sd += [
@@ -335,13 +333,9 @@ def _robust(x: Array, y: Array, mean: Array, sd: Array) -> tuple[float, Array, A
             np.linalg.solve(precision, x.T @ (weight * y) / (variance * inflation) + prior @ mean)
         )
         residual = y - x @ theta
-        spread = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), 1e-9)
-        size = np.abs(residual)
-        weight = np.where(
-            size > OUTLIER_SIGMAS * spread,
-            0.0,
-            np.minimum(1.0, HUBER * spread / np.maximum(size, 1e-12)),
-        )
+        spread = scatter(residual - np.median(residual))
+        far = np.abs(residual) > OUTLIER_SIGMAS * spread
+        weight = np.where(far, 0.0, huber_weights(residual, spread))
         used = weight > 0.0
         freedom = max(float(weight.sum()) - len(theta), 1.0)
         variance = float(np.sum(weight * residual**2)) / freedom

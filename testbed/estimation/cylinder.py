@@ -136,12 +136,26 @@ piston_force = njit(piston_force_n)
 
 
 @njit
+def fading(speed: float, side: Any) -> float:
+    """What is left of F_s0 at `speed` = |v|, 1."""
+    return math.exp(-speed / side.stribeck_speed)
+
+
+def friction_terms(speed: Array, stribeck_speed: Any) -> Array:
+    """What sigma, F_c0 and F_s0 of (5) are multiplied by at `speed` = |v|: shape (..., 3).
+
+    speed, m/s, and stribeck_speed, m/s, broadcast. For those who look for these numbers.
+    """
+    left = np.exp(-speed / stribeck_speed)
+    return np.asarray(np.stack(np.broadcast_arrays(speed, 1.0, left), axis=-1))
+
+
+@njit
 def friction_size(speed: float, side: Any, now: Conditions) -> float:
     """Size of friction in one sense (`side`: FrictionSide) at `speed` = |v| >= 0."""
     static = side.static + now.dwell * (side.coulomb * now.factor + now.extra)
-    fading = math.exp(-speed / side.stribeck_speed)
     dry = side.viscous * now.thinning * speed + side.coulomb * now.factor + now.extra
-    return float(dry + static * fading)
+    return float(dry + static * fading(speed, side))
 
 
 @njit

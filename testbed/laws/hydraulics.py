@@ -110,17 +110,21 @@ def open_valves(axes: Any, params: Any, given: Any, h: float, openings: Any) -> 
 
 
 @njit_law
-def highest_load(axes: Any, openings: Any) -> float:
-    """Highest pressure of a chamber that its valve opens to the supply, Pa absolute; 0 where there
-    is none.
+def sensed_load(axes: Any, openings: Any, supply: Any, unit: Any) -> float:
+    """Highest pressure of what the supply is opened to, Pa absolute: chambers and traction; 0 where
+    there is none, or no pump that senses it.
     """
     load = 0.0
+    if unit.kind != LOAD_SENSING:
+        return load
     for index in range(axes.shape[0]):
         o = openings[index, -1]
         if o > 0.0:
             load = max(load, axes[index].a.pressure)
         elif o < 0.0:
             load = max(load, axes[index].b.pressure)
+    if supply.traction_load > 0.0:
+        load = max(load, supply.traction_load + ATMOSPHERE_PA)
     return load
 
 
@@ -172,6 +176,25 @@ def rod_force(
 
 
 @njit_law
+def rod_forces(
+    axes: Any, params: Any, given: Any, work: Any, a: Any, b: Any, t: float, dt: float
+) -> float:
+    """Mean force of every axis over dt from its chambers' pressures a, b (n, substeps + 1); returns
+    what friction, ends and hoses made of the rods' work, J.
+    """
+    rubbed = 0.0
+    for index in range(axes.shape[0]):
+        axis, p, rod = axes[index], params[index], given[index]
+        before = axis.friction - axis.end_force
+        skipped = rod.extension - axis.reached
+        rod_force(axis, p, rod, mean_of_nodes(a[index]), mean_of_nodes(b[index]), skipped, t, dt)
+        braking = axis.friction - axis.end_force
+        spent = dt * rod.rate * braking + 0.5 * skipped * (before + braking)
+        rubbed += spent - kept_by_hoses(axis, p, work[index])
+    return rubbed
+
+
+@njit_law
 def thin_oil(axes: Any, params: Any, viscosity: float, warmth: float, beyond: float) -> None:
     """How much of the viscous friction is left at `warmth` K above its reference, into every axis's
     `thinning`, and how much more leaks `beyond` K above the leakages' own, into `leaking`.
@@ -214,12 +237,7 @@ def hydraulic_step(
     for index in range(n):
         begin(axes[index], params[index], given[index], h, work[index])
         a[index, 0], b[index, 0] = axes[index].a.pressure, axes[index].b.pressure
-    load = 0.0
-    if unit.kind == LOAD_SENSING:
-        load = highest_load(axes, openings)
-        if supply.traction_load > 0.0:
-            load = max(load, supply.traction_load + ATMOSPHERE_PA)
-    demand_step(supply, unit, load, dt)
+    demand_step(supply, unit, sensed_load(axes, openings, supply, unit), dt)
     begin_supply(supply, unit, unit_work)
     returned = heat = 0.0
     for k in range(substeps):
@@ -259,16 +277,6 @@ def hydraulic_step(
             warm_all += warm
         returned += back_all
         heat += warm_all
-    rubbed = 0.0
-    for index in range(n):
-        mean_a, mean_b = mean_of_nodes(a[index]), mean_of_nodes(b[index])
-        before = axes[index].friction - axes[index].end_force
-        skipped = given[index].extension - axes[index].reached
-        rod_force(
-            axes[index], params[index], given[index], mean_a, mean_b, skipped, supply.time, dt
-        )
-        braking = axes[index].friction - axes[index].end_force
-        spent = dt * given[index].rate * braking + 0.5 * skipped * (before + braking)
-        rubbed += spent - kept_by_hoses(axes[index], params[index], work[index])
+    heat += rod_forces(axes, params, given, work, a, b, supply.time, dt)
     sense(axes, params, a, b, h)
-    end_supply(supply, unit, unit_work, returned, heat + rubbed, loss, dt)
+    end_supply(supply, unit, unit_work, returned, heat, loss, dt)

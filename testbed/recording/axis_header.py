@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from testbed.errors import InputError
@@ -26,6 +28,14 @@ class Calibration(Checked):
     k_pa_per_v: float = Field(gt=0.0, description="nominal sensitivity, Pa/V")
     a: float = Field(description="gain, 1 for a sensor as built")
     b: float = Field(description="zero, V")
+
+    def pressure_pa(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The pressures that these voltages stand for."""
+        return self.k_pa_per_v * (self.a * volts + self.b)
+
+    def volts(self, pressure_pa: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The voltages that stood for these pressures."""
+        return (pressure_pa / self.k_pa_per_v - self.b) / self.a
 
 
 class Channel(Checked):

@@ -130,8 +130,4 @@ def pressure(
 def in_pa(channel: Channel, raw: Array) -> Array:
     """A pressure channel's column (n,) in Pa: as it is, or through the calibration from V."""
     calibration = channel.calibration
-    return (
-        raw
-        if calibration is None
-        else calibration.k_pa_per_v * (calibration.a * raw + calibration.b)
-    )
+    return raw if calibration is None else calibration.pressure_pa(raw)

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import BeforeValidator, Field, field_validator
 
 from testbed.errors import InputError
 from testbed.formats.checked import Checked, Pair, Sequence, checked
@@ -71,22 +71,25 @@ class Parameter(Checked):
     interval90: Pair | None = None
 
 
+def _plain_numbers(value: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    return {
+        key: number if isinstance(number, (Mapping, Parameter)) else {"value": number}
+        for key, number in value.items()
+    }
+
+
+Parameters = Annotated[dict[str, Parameter], BeforeValidator(_plain_numbers)]
+"""Parameters by name; a file may give a number alone."""
+
+
 class EffectEntry(Checked):
     """A named effect with its parameters, as files carry it."""
 
     name: Annotated[str, Field(min_length=1)]
-    parameters: dict[str, Parameter]
+    parameters: Parameters
     place: str | None = None
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _plain_numbers(cls, value: Any) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        return {
-            key: number if isinstance(number, (Mapping, Parameter)) else {"value": number}
-            for key, number in value.items()
-        }
 
     @field_validator("place")
     @classmethod

@@ -6,16 +6,15 @@ The YAML file: `format`, `rig: robot`, `machine` (path of `testbed parameters` -
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from testbed.formats.checked import Checked, Sequence, checked
 from testbed.formats.yaml_files import read_mapping, write_yaml
-from testbed.recording.leg_model import Parameter, model_tree
-from testbed.scenario.parts import Undeclared
+from testbed.recording.leg_model import Parameters, model_tree
+from testbed.scenario.world_parts import Undeclared
 
 
 class PlacedEffect(Checked):
@@ -23,12 +22,7 @@ class PlacedEffect(Checked):
 
     name: Annotated[str, Field(min_length=1)]
     place: str
-    parameters: dict[str, Parameter]
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _plain_numbers(cls, value: Any) -> Any:
-        return _parameters(value)
+    parameters: Parameters
 
     def hidden(self) -> Undeclared:
         """The same as a scenario's entry, which checks the place. Raises InputError."""
@@ -43,27 +37,13 @@ class RobotModelFile(Checked):
     format: Literal["roboclimber-model/1"] = "roboclimber-model/1"
     rig: Literal["robot"] = "robot"
     description: str = ""
-    machine: dict[str, Parameter] = Field(default_factory=dict)
+    machine: Parameters = Field(default_factory=dict)
     effects: Annotated[tuple[PlacedEffect, ...], Sequence] = ()
-
-    @field_validator("machine", mode="before")
-    @classmethod
-    def _plain_numbers(cls, value: Any) -> Any:
-        return _parameters(value)
 
     @property
     def numbers(self) -> dict[str, float]:
         """Path of the machine -> believed value."""
         return {path: parameter.value for path, parameter in self.machine.items()}
-
-
-def _parameters(value: Any) -> Any:
-    if not isinstance(value, Mapping):
-        return value
-    return {
-        name: number if isinstance(number, (Mapping, Parameter)) else {"value": number}
-        for name, number in value.items()
-    }
 
 
 def is_robot_model(path: str | Path) -> bool:

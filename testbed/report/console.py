@@ -42,7 +42,22 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
     Console(markup=False, highlight=False).print(table)
 
 
-def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
+def answer(as_json: bool, tree: object, *shown: Any) -> None:
+    """What a command found: `tree` as JSON, else all that is `shown`.
+
+    A tuple is a table (title, heads, rows), anything else a line.
+    """
+    if as_json:
+        print_json(tree)
+        return
+    for part in shown:
+        if isinstance(part, tuple):
+            print_table(*part)
+        else:
+            print(part)
+
+
+def parameters_shown(leaves: Iterable[tuple[str, Quantity]]) -> list[Any]:
     """Every number of the machine, and what its mark means."""
     from testbed.machine.provenance import MARKS
 
@@ -50,9 +65,10 @@ def print_parameters(leaves: Iterable[tuple[str, Quantity]]) -> None:
         [path, _number(quantity.value), quantity.unit, quantity.mark, quantity.source]
         for path, quantity in leaves
     ]
-    print_table("The machine's numbers", ["parameter", "value", "unit", "mark", "source"], rows)
-    if sys.stdout.isatty():
-        print("\nMarks: " + "; ".join(f"{mark} {meaning}" for mark, meaning in MARKS.items()))
+    table = ("The machine's numbers", ["parameter", "value", "unit", "mark", "source"], rows)
+    if not sys.stdout.isatty():
+        return [table]
+    return [table, "\nMarks: " + "; ".join(f"{mark} {what}" for mark, what in MARKS.items())]
 
 
 def _number(value: Any) -> str:
@@ -220,15 +236,13 @@ def print_checked(result: Checked, as_json: bool) -> None:
     """What is wrong with a recording as a table (or JSON), or one line that nothing is."""
     from testbed.recording.checker.finding import HEADS
 
-    if as_json:
-        print_json(result.tree())
-    elif result.findings:
-        print_table(f"{result.recording}: findings", HEADS, result.rows())
-    else:
-        print(f"{result.recording}: nothing is wrong with it")
+    shown: Any = f"{result.recording}: nothing is wrong with it"
+    if result.findings:
+        shown = f"{result.recording}: findings", HEADS, result.rows()
+    answer(as_json, result.tree(), shown)
 
 
-def print_calibration(result: Calibrated) -> None:
+def calibration_shown(result: Calibrated) -> list[Any]:
     """Every sensor's a and b with one standard deviation, and what the fit rests on."""
     rows = []
     for name, sensor in result.sensors.items():
@@ -246,18 +260,19 @@ def print_calibration(result: Calibrated) -> None:
             ]
         )
     heads = ["sensor", "a", "sd of a", "b, V", "sd of b, V", "seen, V", "note"]
-    print_table("Calibration p = k (a V + b)", heads, rows)
     how = (
         "friction fitted"
         if result.friction_fitted
         else "hardly any sliding: friction counts as an error"
     )
-    print(
-        f"residual {result.residual_n:.1f} N over {result.rows} rows, {result.outliers} outliers left out, {how}"
-    )
+    residual = f"residual {result.residual_n:.1f} N over {result.rows} rows"
+    return [
+        ("Calibration p = k (a V + b)", heads, rows),
+        f"{residual}, {result.outliers} outliers left out, {how}",
+    ]
 
 
-def print_identification(result: Identification, out: Path) -> None:
+def identification_shown(result: Identification) -> list[Any]:
     """The eight parameters with their intervals, and why some are not shown."""
     rows = [
         [
@@ -269,13 +284,14 @@ def print_identification(result: Identification, out: Path) -> None:
         ]
         for parameter in result.parameters
     ]
-    print_table(
-        "Friction (5)", ["parameter", "value", "90 % interval", "unit", "not shown because"], rows
-    )
-    for used in result.used:
-        print(used)
     plus, minus = result.residual_n
-    print(
-        f"residual {plus:.1f} N extending, {minus:.1f} N retracting, over {result.rows} rows of "
-        f"{', '.join(result.recordings)}; model in {out}"
-    )
+    residual = f"residual {plus:.1f} N extending, {minus:.1f} N retracting"
+    return [
+        (
+            "Friction (5)",
+            ["parameter", "value", "90 % interval", "unit", "not shown because"],
+            rows,
+        ),
+        *result.used,
+        f"{residual}, over {result.rows} rows of {', '.join(result.recordings)}",
+    ]

@@ -7,6 +7,7 @@ has a random stream of its own: another tolerance in the file leaves all other n
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -24,7 +25,7 @@ from testbed.formats.yaml_files import read_mapping
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.machine.scale import Scale, exponent
-from testbed.scenario.parts import Undeclared
+from testbed.scenario.world_parts import Undeclared
 
 OF_SIZE = ("m", "kg", "N", "Pa")
 """Units in which a machine of another size errs by more or less; a gyroscope's bias is its maker's.
@@ -79,6 +80,21 @@ class Tolerance(Checked):
         unit = "rad" if turns else self.unit.partition(" or ")[0]
         grows = self.by != "factor" and unit in OF_SIZE
         return float(scale.length ** exponent(unit)) if grows else 1.0
+
+    def moments(self) -> tuple[float, float]:
+        """Mean and standard deviation of a draw; where not every machine has it, of all."""
+        low, high = self.range
+        middle = 0.5 * (low + high)
+        variance = (high - low) ** 2 / (24.0 if self.spread == "triangular" else 12.0)
+        none = 1.0 if self.by == "factor" else 0.0
+        mean = none + self.chance * (middle - none)
+        second = self.chance * (variance + (middle - none) ** 2)
+        return mean, math.sqrt(second - (mean - none) ** 2)
+
+    def standard_deviation(self, name: str, drawing: float, scale: Scale) -> float:
+        """Of the number of that name on machines of this size, in its unit."""
+        times = drawing if self.by == "factor" else self.times(name, scale)
+        return abs(times) * self.moments()[1]
 
     def applied(self, drawing: float, drawn: float) -> float:
         """The true number."""

@@ -19,6 +19,7 @@ from testbed.simulation.pictures import Album
 from testbed.simulation.recorder import RunRecorder, size_bytes, write_summary
 from testbed.simulation.runs import Columns, read_series
 from testbed.simulation.truth_machine import TRUTH_MACHINE, truth_machine
+from testbed.world.summary import surveyed
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +49,7 @@ class RunFolder:
         if scenario.machine.draw is not None:
             write_yaml(folder / TRUTH_MACHINE, truth_machine(scenario, simulation))
         meta = recording_meta(
-            scenario, simulation.machines.belief, self._columns[0], simulation.surveyed()
+            scenario, simulation.machines.belief, self._columns[0], surveyed(simulation)
         )
         self._recorder = RunRecorder(folder, *self._columns, meta)
         self._album = Album(folder, scenario.duration_s)

@@ -14,6 +14,7 @@ from testbed.simulation.expectations import unmet
 from testbed.simulation.metrics import run_metrics
 from testbed.simulation.runs import Columns, same_rows
 from testbed.simulation.stability import stability_summary
+from testbed.world.summary import world_summary
 
 UNLOADED_S, UNLOADED_SHARE, UNLOADED_ANYHOW_S = 5.0, 0.5, 10.0
 """A machine has not stood where a foot that was meant to carry bore nothing for so long in a row
@@ -84,7 +85,7 @@ def summed_up(simulation: Any, data: Columns, truth: Columns, ending: Ending) ->
         "undeclared": [effect.model_dump() for effect in scenario.undeclared],
         "machine": scenario.machine.model_dump(),
     }
-    for part in (figures, simulation.summary(), {"events": list(simulation.events)}):
+    for part in (figures, world_summary(simulation), {"events": list(simulation.events)}):
         twice = summary.keys() & part.keys()
         assert not twice, f"{sorted(twice)} of a summary are worked out in two places"
         summary |= part

@@ -122,8 +122,10 @@ def _scale(feet: RecordedFeet, foot: str, given_n: float | None) -> FootScale:
         nominal, nominal_from = scales.nominal_load_n(force), "estimated from the force"
     if feet.breakaway_n is not None:
         return FootScale(nominal, nominal_from, feet.breakaway_n, "declared")
-    noise = scales.breakaway_n(force, feet.time_s)
-    return FootScale(nominal, nominal_from, noise, "estimated from the noise at rest")
+    assumed = scales.assumed_breakaway_n(force, feet.time_s, nominal)
+    noisy = assumed > scales.ASSUMED_SHARE * nominal
+    source = "the noise at rest" if noisy else f"assumed, {scales.ASSUMED_SHARE:g} of that"
+    return FootScale(nominal, nominal_from, assumed, source)
 
 
 def _judged(

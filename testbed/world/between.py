@@ -1,12 +1,15 @@
 """What happens between two engine steps, in one compiled call: sense, estimate, record, control,
 plant.
 
-The order is that of the whole testbed (see simulation.py); the parts that are due come as flags.
+The order is that of the whole testbed (see simulation.py); the parts that are due come as flags,
+which a run's Schedule has for every step.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from testbed.compiled import njit
 from testbed.control.valve_loop import valve_command
@@ -15,10 +18,15 @@ from testbed.formats.records import Record, part
 from testbed.recording.rows import DataRow, TruthRow
 from testbed.world import plant, sensing
 
+if TYPE_CHECKING:
+    from testbed.scenario.world_parts import Rates
+
 SENSE, ESTIMATE, RECORD, CONTROL, PLANT, SLOW, MOVE, PLACE, FEET = 1, 2, 4, 8, 16, 32, 64, 128, 256
 """SLOW marks a step at which tasks, expected loads or the judge are due: the parts are called one
 by one then. MOVE takes over the engine's pose and belongs to every step, FEET finds the foot forces
 with it; PLACE does so for a body at rest."""
+TICK_HZ = 100
+"""Rate of the slow tick."""
 
 
 class RecordedRow(Record):
@@ -70,3 +78,46 @@ def control(row: Any, board: Any) -> None:
         board.inputs[index].command = (
             0.0 if locked else valve_command(loop, row.position[index], dt)
         )
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Periods in physics steps."""
+
+    flags: tuple[int, ...]
+    """What is due after step k, as flags for between_steps: entry k modulo the length."""
+    tick: int
+    """The slow tick: events, drill, gait, judge, ground."""
+    expected: int
+    """Foot loads that the model expects."""
+    sensor: int
+    record: int
+    last: int
+    """Number of the last step, a tick."""
+
+
+def schedule_of(rates: Rates, duration_s: float, chain_is_all: bool) -> Schedule:
+    """The schedule of a run of duration_s (s); `chain_is_all`: the compiled chain steps every
+    estimate.
+    """
+    hz = rates.physics_hz
+    tick = max(1, hz // TICK_HZ)
+    every = {
+        SENSE: hz // rates.sensor_hz,
+        ESTIMATE: hz // rates.estimator_hz,
+        RECORD: hz // rates.record_hz,
+        CONTROL: hz // rates.control_hz,
+        PLANT: 1,
+        MOVE: 1,
+        FEET: 1,
+    }
+    slow = [tick, hz // rates.expected_loads_hz]
+    if not chain_is_all:
+        slow.append(every[ESTIMATE])
+    flags = tuple(
+        sum(flag for flag, steps in every.items() if k % steps == 0)
+        | (SLOW if any(k % steps == 0 for steps in slow) else 0)
+        for k in range(math.lcm(*every.values(), *slow))
+    )
+    last = math.ceil(duration_s * hz / tick - 1e-9) * tick
+    return Schedule(flags, tick, slow[1], every[SENSE], every[RECORD], last)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -20,6 +19,7 @@ from testbed.errors import InputError, SimulationFault
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS
 from testbed.machine.urdf_check import read_urdf
 from testbed.robot.urdf.merge import merged
+from testbed.world.foot_contacts import FootContacts
 from testbed.world.ground.shape import ground_shape
 from testbed.world.ground.terrain import Ground
 from testbed.world.quiet import quiet
@@ -75,7 +75,6 @@ class Engine:
         self._push = self.bullet.applyExternalForce
         self._turn = self.bullet.applyExternalTorque
         self._advance = self.bullet.stepSimulation
-        self._contacts = self.bullet.getContactPoints
         self._state: NDArray[Any] | None = None
         self._given: NDArray[Any] | None = None
         self._foot_grounds: list[int] = []
@@ -96,6 +95,8 @@ class Engine:
         if sinking:
             self._part_grounds()
         self._set_dynamics(ground)
+        grounds = self._foot_grounds or [self.ground] * len(LEGS)
+        self.feet = FootContacts(self.bullet, self.robot, self.foot_links, grounds)
         self.view = View(self.bullet, self.ground)
 
     # ---- loading ---------------------------------------------------------------------------------
@@ -303,64 +304,6 @@ class Engine:
     def step(self) -> None:
         """One step of the bodies and contacts."""
         self._advance()
-
-    def contacts(self, foot_force: Array, normal_force: Array) -> float:
-        """Sum contacts per foot: force of the ground on the foot (4, 3), world frame, and its
-        normal part (4), N.
-
-        Returns the normal force on everything else of the robot (belly), N.
-        """
-        foot_force[:] = 0.0
-        normal_force[:] = 0.0
-        elsewhere = 0.0
-        # Asked for one body's contacts the engine turns the normal round where that body is second,
-        # but not the friction. So all contacts are fetched as they are, and turned here as a whole.
-        for row in self._contacts():
-            n = row[9]
-            if n == 0.0:
-                continue
-            first = row[1] == self.robot
-            foot = self.foot_links.get(row[3] if first else row[4])
-            if foot is None:
-                elsewhere += n
-                continue
-            sign = 1.0 if first else -1.0
-            n, f1, f2 = sign * n, sign * row[10], sign * row[12]
-            (nx, ny, nz), (ax, ay, az), (bx, by, bz) = row[7], row[11], row[13]
-            total = foot_force[foot]
-            total[0] += n * nx + f1 * ax + f2 * bx
-            total[1] += n * ny + f1 * ay + f2 * by
-            total[2] += n * nz + f1 * az + f2 * bz
-            normal_force[foot] += abs(n)
-        return elsewhere
-
-    def contact_normals(self, normals: Array) -> None:
-        """Overwrite rows of (4, 3) by the ground's direction under the feet that touch it: the mean
-        over the force.
-        """
-        total = [[0.0, 0.0, 0.0] for _ in self.foot_links]
-        for row in self._contacts():
-            first, n = row[1] == self.robot, row[9]
-            foot = self.foot_links.get(row[3] if first else row[4])
-            if foot is not None and n > 0.0:
-                for index, part in enumerate(row[7]):
-                    total[foot][index] += part * n if first else -part * n
-        for foot, (x, y, z) in enumerate(total):
-            size = math.sqrt(x * x + y * y + z * z)
-            if size > 0.0:
-                normals[foot] = x / size, y / size, z / size
-
-    def foot_gap(self, leg: int, reach_m: float = 1.0) -> tuple[float, Array]:
-        """Distance of a foot from its ground, m (inf: none), negative inside it, and the ground's
-        normal there (3).
-        """
-        ground = self._foot_grounds[leg] if self._foot_grounds else self.ground
-        link = list(self.foot_links)[leg]
-        points = self.bullet.getClosestPoints(self.robot, ground, reach_m, linkIndexA=link)
-        if not points:
-            return math.inf, np.zeros(3)
-        nearest = min(points, key=lambda row: row[8])
-        return float(nearest[8]), np.array(nearest[7])
 
     def add_store_mass(self, mass_kg: float) -> None:
         """Change the rod store's mass by `mass_kg`; its radius of gyration stays. Raises InputError

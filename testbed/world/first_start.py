@@ -1,9 +1,8 @@
-"""On a cold cache: two processes compile side by side what happens between two engine steps.
+"""On a cold cache: child processes compile what a run needs, two side by side, and exit.
 
-The first process needs the contact solver to build its world; meanwhile the second compiles the
-plant and the heaviest part of the estimator into the shared cache, where the first finds them.
-Further processes that start meanwhile (a sweep's, a benchmark's) wait for them rather than compile
-the same again.
+What compiling takes of memory they give back; the run itself only loads what it finds in the
+shared cache. Further processes that start meanwhile (a sweep's, a benchmark's) wait for them rather
+than compile the same again.
 """
 
 from __future__ import annotations
@@ -12,8 +11,9 @@ import fcntl
 import os
 import subprocess
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numba
@@ -22,11 +22,13 @@ import numpy as np
 from testbed.compiled import caches, is_cached
 from testbed.estimation.live.chain_step import ChainBelief, ChainState, step_chain
 from testbed.estimation.live.whole_body import balance
+from testbed.formats.records import Record
 from testbed.machine.names import AXES
 from testbed.recording.rows import DataRow
-from testbed.world.between import between_steps
+from testbed.world.between import RecordedRow, between_steps
 from testbed.world.board import Board
 from testbed.world.plant import plant_step
+from testbed.world.sensing import Noise
 
 
 def compile_for(function: Any, *arguments: Any) -> None:
@@ -34,66 +36,84 @@ def compile_for(function: Any, *arguments: Any) -> None:
     function.compile(tuple(numba.typeof(value) for value in arguments))
 
 
-def share_of_second() -> None:
-    """Compile what the second process does, about half of all."""
-    row, belief, state = DataRow.zeros()[0], ChainBelief.zeros()[0], ChainState.zeros()[0]
+def _estimates() -> None:
+    row, belief, state = (kind.zeros()[0] for kind in (DataRow, ChainBelief, ChainState))
     compile_for(balance, row, np.zeros(len(AXES)), belief["body"], state["body"])
+    compile_for(step_chain, row, belief, state)
+
+
+def _plant() -> None:
     compile_for(plant_step, Board.zeros()[0])
 
 
-def beside() -> Callable[[], None]:
-    """Say that a first start compiles, and begin to in a second process where there is a second
-    core.
+def _contacts() -> None:
+    from testbed.machine.build import build_machine
+    from testbed.robot.loads.foot_loads import ExpectedLoads
+    from testbed.robot.model import RobotModel
 
-    Returns what to call before the first step: it compiles the first process's share and waits for
-    the second. A share that fails is compiled by the step that needs it.
+    machine = build_machine()
+    ExpectedLoads(RobotModel(machine.urdf), machine).solve(np.zeros(len(AXES)), np.zeros(3))
+
+
+def _step() -> None:
+    board, estimator = Board.zeros(), (ChainBelief.zeros(), ChainState.zeros())
+    compile_for(between_steps, 0, board, estimator, *map(_zeros, (Noise, DataRow, RecordedRow)))
+
+
+def _zeros(kind: type[Record]) -> Any:
+    return kind.zeros()
+
+
+FAMILIES: dict[str, Callable[[], None]] = {
+    "estimates": _estimates,
+    "plant": _plant,
+    "contacts": _contacts,
+    "step": _step,
+}
+"""What is compiled together, by name, each in a process of its own."""
+FIRST, LAST = ("estimates", "plant", "contacts"), "step"
+"""A step is put together from what the others made."""
+
+
+def compile_apart() -> None:
+    """Let child processes compile what a run needs, and say so; nothing to do on a warm cache.
+
+    What a child fails to compile, the step that needs it compiles.
     """
     if is_cached(between_steps):
-        return lambda: None
-    _take_turn()
-    if is_cached(step_chain):  # by the process that had its turn before
-        _end_turn()
-        return lambda: None
-    say = "testbed: the first start compiles the simulation, half a minute once ..."
-    print(say, file=sys.stderr, flush=True)
-    if len(os.sched_getaffinity(0)) < 2:
-        return _end_turn
-    quiet = subprocess.DEVNULL
-    command = [sys.executable, "-m", __name__]
-    process = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
-
-    def finish() -> None:
-        compile_for(step_chain, DataRow.zeros()[0], ChainBelief.zeros()[0], ChainState.zeros()[0])
-        process.wait()
-        _end_turn()
-
-    return finish
-
-
-_held: list[int] = []
-"""The lock file while this process has its turn; a world that could not be built may have left
-it.
-"""
-
-
-def _take_turn() -> None:
-    """Wait until no other process compiles. A process that dies ends its turn; without locks nobody
-    waits.
-    """
-    if _held:
         return
+    with _turn():
+        if is_cached(between_steps):  # by the process that had its turn before
+            return
+        say = "testbed: the first start compiles the simulation, half a minute once ..."
+        print(say, file=sys.stderr, flush=True)
+        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as side_by_side:
+            list(side_by_side.map(_in_child, FIRST))
+        _in_child(LAST)
+
+
+def _in_child(family: str) -> None:
+    quiet = subprocess.DEVNULL
+    command = [sys.executable, "-m", __name__, family]
+    subprocess.run(command, stdin=quiet, stdout=quiet, stderr=quiet, check=False)
+
+
+@contextmanager
+def _turn() -> Iterator[None]:
+    """Wait until no other process compiles, and keep others waiting. A process that dies ends its
+    turn; without locks nobody waits.
+    """
+    handle = None
     with suppress(OSError):
         caches().mkdir(parents=True, exist_ok=True)
         handle = os.open(caches() / "first_start.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC)
-        _held.append(handle)
         fcntl.flock(handle, fcntl.LOCK_EX)
-
-
-def _end_turn() -> None:
-    """Let the next process have its turn."""
-    while _held:
-        os.close(_held.pop())
+    try:
+        yield
+    finally:
+        if handle is not None:
+            os.close(handle)
 
 
 if __name__ == "__main__":
-    share_of_second()
+    FAMILIES[sys.argv[1]]()

@@ -25,20 +25,9 @@ from testbed.estimation.estimator import SHIPPED
 from testbed.estimation.live.chosen import ChosenEstimator
 from testbed.estimation.live.judged import Judge
 from testbed.formats.sockets import user_code
-from testbed.laws.oil import ATMOSPHERE_PA
-from testbed.machine.folder import is_shipped_urdf
-from testbed.machine.names import AXES, LEGS, SIDES, VERTICAL
-from testbed.recording.rows import DataRow, TruthRow
-from testbed.scenario.events import (
-    CutRope,
-    FailSensor,
-    LiftFoot,
-    Payload,
-    SetFriction,
-    SetRope,
-    SetSupply,
-    Shove,
-)
+from testbed.machine.names import VERTICAL
+from testbed.recording.rows import DataRow
+from testbed.scenario.events import LiftFoot, SetRope
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
 from testbed.world import first_start, sensing
@@ -55,28 +44,18 @@ from testbed.world.between import (
     SLOW,
     RecordedRow,
     between_steps,
+    schedule_of,
 )
 from testbed.world.drilling.drilling import drill_known
 from testbed.world.drilling.hold import DrillHold
-from testbed.world.progress import progress
+from testbed.world.happenings import Happenings
+from testbed.world.plausible import DATA_COLUMNS, TRUTH_COLUMNS, check_rows
 from testbed.world.saved import State, restore, save
 from testbed.world.verdict import LOOK_TICKS
 
 Array = NDArray[np.float64]
-TICK_HZ = 100
-DATA_COLUMNS: tuple[str, ...] = tuple(DataRow.column_names())
-TRUTH_COLUMNS: tuple[str, ...] = tuple(TruthRow.column_names())
 SAMPLES = 1000
 """Samples whose noise is drawn at once."""
-LOADS = [
-    k
-    for k, name in enumerate(TRUTH_COLUMNS)
-    if name.startswith(("foot_force_in_world_", "rope_force_in_world_", "drill_wrench_in_world_f"))
-]
-MOST_WEIGHTS = 1000.0
-"""A load of so many times the weight of the machine is a fault of the simulation, no physics
-(E).
-"""
 
 
 class Simulation:
@@ -92,32 +71,25 @@ class Simulation:
         own: OwnParts = NOTHING_OWN,
     ) -> None:
         self.scenario, self._model, self._own = scenario, model, own
-        compiled = first_start.beside()
         self.machines = machines_of(scenario)
+        first_start.compile_apart()
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)
         self.finished = False
         self._step = 0
         self._block = RecordedRow.zeros(0)
-        rates = scenario.rates
-        hz = rates.physics_hz
-        self.dt = 1.0 / hz
-        self._every_tick = max(1, hz // TICK_HZ)
-        self._last = (
-            math.ceil(scenario.duration_s * hz / self._every_tick - 1e-9) * self._every_tick
-        )
-        self._every_sensor = hz // rates.sensor_hz
-        self._flags = self._schedule()
-        self._every_expected = hz // rates.expected_loads_hz
-        self._pending = sorted(scenario.events, key=lambda e: e.at_s)
-        self._shoves: list[Shove] = []
+        self.dt = 1.0 / scenario.rates.physics_hz
+        detector, method = scenario.estimator.detector, scenario.estimator.method
+        chain_is_all = (detector, method) == (LIVE, SHIPPED)
+        self._schedule = schedule_of(scenario.rates, scenario.duration_s, chain_is_all)
+        self._last = self._schedule.last
         self._row = DataRow.zeros()
         self._noise = sensing.Noise.zeros(SAMPLES)
         self._hold = DrillHold()
         self._chain = chain_in(self.machine.gait)
-        m, b = self.machine, self.machine.board
-        self._rope_was_whole = [bool(whole) for whole in b.ropes["whole"]]
+        m = self.machine
+        self._happenings = Happenings(m, self._row, scenario.events)
         self._row["reference"] = m.start_joints
         self._row["carrying"] = 1.0
         self._ticks = -1
@@ -126,45 +98,16 @@ class Simulation:
         self._resting = True
         self._nowhere = RecordedRow.zeros()
         self._fixed = m.boards, (m.chain.belief, m.chain.state), self._noise, self._row
-        detector = scenario.estimator.detector
-        method = scenario.estimator.method
-        self._method = self._judge = None
-        if (detector, method) != (LIVE, SHIPPED):  # those two the chain steps itself
-            self._judge = Judge(detector, m.chain.belief)
+        self._judge = None if chain_is_all else Judge(detector, m.chain.belief)
+        self._method = None
         if method != SHIPPED:
             self._method = ChosenEstimator(method, float(m.chain.belief["dt"][0]))
-        compiled()
         m.engine.read(m.boards["engine"])
         self._do(PLACE | SENSE | ESTIMATE)
         self._expect()
         self._tick(0.0)
         m.chain.forget()  # the first sample is not recorded: what is recorded is all that the estimates come from
         self._do(CONTROL | PLANT)
-
-    def _schedule(self) -> list[int]:
-        """What is due after step k, as flags for between_steps, over the longest period; index k
-        modulo its length.
-        """
-        r, hz = self.scenario.rates, self.scenario.rates.physics_hz
-        every = {
-            SENSE: hz // r.sensor_hz,
-            ESTIMATE: hz // r.estimator_hz,
-            RECORD: hz // r.record_hz,
-            CONTROL: hz // r.control_hz,
-            PLANT: 1,
-            MOVE: 1,
-            FEET: 1,
-        }
-        slow: tuple[int, ...] = (self._every_tick, hz // r.expected_loads_hz)
-        chosen = self.scenario.estimator
-        if (chosen.detector, chosen.method) != (LIVE, SHIPPED):
-            slow = (*slow, every[ESTIMATE])  # what the chain does not step itself
-        length = math.lcm(*every.values(), *slow)
-        return [
-            sum(flag for flag, n in every.items() if k % n == 0)
-            | (SLOW if any(k % n == 0 for n in slow) else 0)
-            for k in range(length)
-        ]
 
     # ---- one step --------------------------------------------------------------------------------
 
@@ -198,8 +141,7 @@ class Simulation:
         """Make `steps` physics steps, fewer where the run ends; returns the rows recorded
         meanwhile, as run_block.
         """
-        every = self.scenario.rates.physics_hz // self.scenario.rates.record_hz
-        return self._advance(steps // every + 1, self._step + steps)
+        return self._advance(steps // self._schedule.record + 1, self._step + steps)
 
     def _advance(self, rows: int, last: int) -> tuple[Array, Array]:
         """Step until `rows` rows are there, step number `last` is done or the run ends."""
@@ -208,7 +150,8 @@ class Simulation:
         boards["clock"]["recorded"] = 0
         apply, advance, read, do = engine.apply, engine.step, engine.read, self._do
         given, state = boards["given"], boards["engine"]
-        flags, period, count, k = self._flags, len(self._flags), 0, self._step
+        flags, count, k = self._schedule.flags, 0, self._step
+        period = len(flags)
         while count < rows and k < last and not self.finished:
             apply(given)
             advance()
@@ -224,7 +167,7 @@ class Simulation:
             if due & RECORD:
                 count += 1
         data, truth = self._tables(count)
-        self._check_rows(data, truth)
+        check_rows(data, truth, self.machine.judge.weight_n)
         return data, truth
 
     def _tables(self, count: int) -> tuple[Array, Array]:
@@ -236,9 +179,9 @@ class Simulation:
         """A step at which expected loads, tasks or the judge are due: the same order, part by
         part.
         """
-        if k % self._every_expected == 0 or self._judge is not None:
+        if k % self._schedule.expected == 0 or self._judge is not None:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE))
-            if k % self._every_expected == 0:
+            if k % self._schedule.expected == 0:
                 self._expect()
             if self._judge is not None and due & ESTIMATE:
                 if self._method is not None:
@@ -249,13 +192,13 @@ class Simulation:
             self._do(due & (MOVE | FEET | SENSE | ESTIMATE | RECORD), recorded)
         if k >= self._last:
             self.finished = True
-        if k % self._every_tick == 0:
+        if k % self._schedule.tick == 0:
             self._tick(k * self.dt)
         self._do(due & (CONTROL | PLANT))
 
     def _do(self, due: int, recorded: NDArray[Any] | None = None) -> None:
         """Do what the flags `due` name; a record goes to the next row of `recorded`."""
-        if due & SENSE and (self._step // self._every_sensor) % SAMPLES == 0:
+        if due & SENSE and (self._step // self._schedule.sensor) % SAMPLES == 0:
             m = self.machine
             self._noise[:] = sensing.draw_noise(SAMPLES, m.noise_rng, m.added_noise_rng)
         between_steps(due, *self._fixed, self._nowhere if recorded is None else recorded)
@@ -275,8 +218,8 @@ class Simulation:
 
     def _tick(self, t: float) -> None:
         m = self.machine
-        while self._pending and self._pending[0].at_s <= t + 1e-9:
-            self._happen(self._pending.pop(0), t)
+        for event in self._happenings.due(t):
+            self._happen(event, t)
         m.drill.most_n = m.thrust.most_n
         m.drill.feed_n, m.drill.hammer = self._command.feed_n, self._command.hammer
         for news in self._drill(t):
@@ -286,25 +229,18 @@ class Simulation:
         if m.drill.store_change_kg:
             m.engine.add_store_mass(m.drill.store_change_kg)
             m.drill.store_change_kg = 0.0
-        if self._shoves:
-            m.board["shove"], m.board["foot_shove"] = 0.0, 0.0
-            for shove in self._shoves:
-                if shove.at_s <= t < shove.at_s + shove.duration_s:
-                    if shove.at == "body":
-                        m.board["shove"] += shove.force_in_world_n
-                    else:
-                        m.board["foot_shove"][LEGS.index(shove.at)] += shove.force_in_world_n
-        self._follow(m.gait.command(t, self._every_tick * self.dt, self._measured()), t)
+        self._happenings.push(t)
+        self._follow(m.gait.command(t, self._schedule.tick * self.dt, Measured(self._row)), t)
         self._watch(t)
         if m.footing is not None:
             b = m.board
             m.footing.update(
-                m.feet_in_world, b.normal_force, b.ground_normals, self._every_tick * self.dt
+                m.feet_in_world, b.normal_force, b.ground_normals, self._schedule.tick * self.dt
             )
 
     def _drill(self, t: float) -> list[dict[str, Any]]:
         """Let the drill work, in a chain of tasks from its turn on; returns what has happened."""
-        m, dt = self.machine, self._every_tick * self.dt
+        m, dt = self.machine, self._schedule.tick * self.dt
         chain = self._chain
         if chain is None:
             return self._hold.update(m.drill, t, dt, self._command.hold_drill)
@@ -325,7 +261,7 @@ class Simulation:
         dithers = self.scenario.control.dither_m > 0.0
         if command is self._command and self._resting and not dithers:
             return
-        b, dt = self.machine.board, self._every_tick * self.dt
+        b, dt = self.machine.board, self._schedule.tick * self.dt
         reference, rate = self._set_points.follow(command, dt)
         b.loops["reference"], b.loops["reference_rate"] = reference, rate
         b.ropes["wanted_rate"] = command.rope_rates_m_s
@@ -343,18 +279,11 @@ class Simulation:
         vertical["reference"] += depth * math.sin(turn * t)
         vertical["reference_rate"] += depth * turn * math.cos(turn * t)
 
-    def _measured(self) -> Measured:
-        """This tick's row of data as control sees it."""
-        return Measured(self._row)
-
     def _watch(self, t: float) -> None:
         m = self.machine
-        whole = m.boards["ropes"]["whole"][0].tolist()
-        for k, side in enumerate(SIDES):
-            if self._rope_was_whole[k] and whole[k] == 0.0:
-                self._rope_was_whole[k] = False
-                self.events.append({"t": t, "kind": "rope_broke", "rope": side})
-                m.judge.verdict, self.finished = "rope broke", True
+        for rope in self._happenings.broken_ropes():
+            self.events.append({"t": t, "kind": "rope_broke", "rope": rope})
+            m.judge.verdict, self.finished = "rope broke", True
         body, pressure = m.boards["body"], m.boards["axes"]["a"]["pressure"]
         watched = body["position"][0, 0] + body["quaternion"][0, 0] + pressure[0, VERTICAL[0]]
         if not math.isfinite(watched):
@@ -362,7 +291,7 @@ class Simulation:
         self._ticks += 1
         if self._ticks % LOOK_TICKS:
             return
-        belly_n = m.engine.contacts(np.empty((4, 3)), np.empty(4))
+        belly_n = m.engine.feet.forces(np.empty((4, 3)), np.empty(4))
         feet = m.feet_in_world()
         end = m.judge.look(
             t,
@@ -377,45 +306,8 @@ class Simulation:
             self.finished = True
 
     def _happen(self, event: Any, t: float) -> None:
-        m = self.machine
         self.events.append({"t": t, **event.model_dump(exclude={"at_s"})})
-        if isinstance(event, CutRope):
-            side = SIDES.index(event.rope)
-            m.board.ropes[side].whole = 0.0
-            self._rope_was_whole[side] = False
-        elif isinstance(event, SetSupply):
-            m.board.unit.set_pressure = event.pressure_pa + ATMOSPHERE_PA
-        elif isinstance(event, FailSensor):
-            axis, chamber = AXES.index(event.at), sensing.CHAMBERS.index(event.chamber)
-            reading = float(self._row[0][f"pressure_{event.chamber}"][axis])
-            sensing.fail(
-                m.board.transducers[chamber, axis], reading if event.how == "stuck" else 0.0
-            )
-        elif isinstance(event, Shove):
-            self._shoves.append(event)
-        elif isinstance(event, SetFriction):
-            m.set_friction(event.friction)
-        elif isinstance(event, Payload):
-            m.engine.add_store_mass(event.mass_kg)
-
-    def _check_rows(self, data: Array, truth: Array) -> None:
-        """Raise SimulationFault for rows that no machine can give: not finite, or loads beyond all
-        physics.
-        """
-        for name, block, columns in (("data", data, DATA_COLUMNS), ("truth", truth, TRUTH_COLUMNS)):
-            finite = np.isfinite(block)
-            if not finite.all():
-                row, column = np.argwhere(~finite)[0]
-                raise SimulationFault(
-                    f"{name} column {columns[column]} is not finite at t = {block[row, 0]:.3f} s"
-                )
-        beyond = np.abs(truth[:, LOADS]) > MOST_WEIGHTS * self.machine.judge.weight_n
-        if beyond.any():
-            row, column = np.argwhere(beyond)[0]
-            raise SimulationFault(
-                f"{TRUTH_COLUMNS[LOADS[column]]} is {truth[row, LOADS[column]]:.3g} N at t = {truth[row, 0]:.3f} s, "
-                f"more than {MOST_WEIGHTS:g} times the machine's weight"
-            )
+        self._happenings.happen(event)
 
     def last_rows(self) -> tuple[Array, Array]:
         """The rows of the last block as far as it came: after a SimulationFault, what led to it."""
@@ -495,36 +387,6 @@ class Simulation:
     def verdict(self) -> str:
         """stood, fell, slid or rope broke."""
         return self.machine.judge.verdict
-
-    def summary(self) -> dict[str, Any]:
-        """What only the world knows of the whole run."""
-        m = self.machine
-        return {
-            "foot_slip_m": m.judge.slip_m,
-            "rope_slip_m": float(m.board.devices["slipped"].max()),
-            "turn_max_deg": math.degrees(m.judge.turn_rad),
-            **m.drill.summary(),
-            **m.settlement(),
-            "progress": progress(m.gait, m.drill, self.t_s),
-            "pump_work_j": float(m.board.supply.pump_work),
-            "oil_temperature_degc": float(m.board.supply.temperature),
-            "total_mass_kg": float(m.engine.masses().sum()),
-            "thrust_reserve_n": m.thrust.reserve_n,
-            "body_travel_m": float(np.linalg.norm(m.origin_in_world() - m.start_base)),
-        }
-
-    def surveyed(self) -> dict[str, Any]:
-        """What people measured of the place and the load before the run, and what is believed of
-        the machine: its URDF, how far it may be from its drawing.
-        """
-        directions = self.machine.expectation.rope_directions_in_world
-        believed_urdf = self.machines.belief.urdf
-        return {
-            "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
-            "payload_kg": self.scenario.carried_kg,
-            "urdf": None if is_shipped_urdf(believed_urdf) else str(believed_urdf),
-            "tolerances": self.scenario.tolerances,
-        }
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:
         """The robot on its ground with ropes and drill rod, (height, width, 3)."""

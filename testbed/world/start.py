@@ -181,7 +181,7 @@ def _reach_down(ground: Ground, engine: Engine, position: Array, rotation: Array
         engine.reset(position, rotation, q)
         worst = 0.0
         for leg in range(len(LEGS)):
-            gap, towards_foot = engine.foot_gap(leg)
+            gap, towards_foot = engine.feet.gap(leg)
             if not math.isfinite(gap):
                 raise InputError(
                     "the start posture stands beside the ground", field=f"robot foot {LEGS[leg]}"

@@ -17,7 +17,7 @@ from testbed.estimation.detectors.combined import Combined
 from testbed.estimation.detectors.cusum import Cusum
 from testbed.estimation.detectors.glr import Glr
 from testbed.estimation.detectors.held import Held
-from testbed.estimation.detectors.learned import Learned, shipped_network, views_over
+from testbed.estimation.detectors.learned import SMOOTH_S, Learned, shipped_network, views_over
 from testbed.estimation.detectors.momentum import Momentum
 from testbed.estimation.detectors.sample import Sample, Watch
 from testbed.estimation.detectors.steady import Steady
@@ -204,7 +204,7 @@ def test_the_learned_score_is_its_network_on_the_views_smoothed() -> None:
     odds = np.tanh(np.tanh(views @ w0.T + b0) @ w1.T + b1) @ w2[0] + b2[0]
     expected = [odds[0]]
     for now in odds[1:]:
-        expected.append(expected[-1] + (now - expected[-1]) / 4.0)
+        expected.append(expected[-1] + (now - expected[-1]) * 1e-3 / (SMOOTH_S + 1e-3))
     np.testing.assert_allclose(Learned().scores(samples), expected, rtol=1e-9, atol=1e-9)
 
 
@@ -213,7 +213,30 @@ def test_a_view_begins_with_the_loads_in_units_of_the_loss_force() -> None:
     scale = ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(_samples(np.array([2943.0]))), scale, FootMemory.zeros(4), 1e-3, 1, views)
     assert views[0, 0, :12] == pytest.approx(np.arcsinh(10.0))
-    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 27
+    assert VIEW[0] == "own, mean over 2 ms" and len(VIEW) == 35
+
+
+def test_a_view_knows_side_forces_the_balance_and_a_sensor_that_drifts() -> None:
+    """A foot pushed aside by 300 and 400 N, all feet 200 N above the expected, `carried` 1 kN off
+    for long.
+    """
+    samples = _samples(np.full(30_000, 2000.0))
+    row = samples["row"]
+    row["own"]["x"][:, 0], row["own"]["y"][:, 0] = 300.0, 400.0
+    row["expected"] = row["estimate"]["own"] - 200.0
+    samples["derived"]["carried"] -= 1000.0
+    views = np.empty((1, 4, len(VIEW)))
+    scale = ViewNumbers.one(**Learned.scale)
+    every = len(samples)
+    views_over(np.asarray(samples), scale, FootMemory.zeros(4), 1e-3, every, views)
+    seen = dict(zip(VIEW, np.sinh(views[0, 0]) * Learned.scale["loss_force"], strict=True))
+    assert seen["side force, mean size over 300 ms"] == pytest.approx(500.0)
+    assert seen["side force, size of its mean over 50 ms"] == pytest.approx(500.0)
+    assert seen["side force of all feet, mean size over 50 ms"] == pytest.approx(500.0)
+    beyond = seen["what all feet bear beyond the expected, mean over 100 ms"]
+    assert beyond == pytest.approx(800.0)
+    assert seen["own less carried, mean over 10 s"] == pytest.approx(1000.0)
+    assert seen["own, least of the last 2 s"] == pytest.approx(2000.0)
 
 
 def _leak_free() -> np.ndarray:

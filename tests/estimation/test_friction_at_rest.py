@@ -9,14 +9,14 @@ from testbed.estimation.cylinder import Cylinder, oil_springs
 from testbed.estimation.live import friction_at_rest as at_rest
 
 LOW, HIGH = -700.0, 800.0
-NUMBERS = at_rest.numbers(1e-3)[0]
+DT_S = 1e-3
 
 
 def run(piston_n, slides=0.0, push=0.0, ratio=1.2, start=None):
     s = at_rest.RestMemory.zeros()[0]
     if start is not None:
-        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, NUMBERS)
-    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, NUMBERS) for p in piston_n])
+        at_rest.step(s, piston_n[0], start, start, 1.0, push, ratio, DT_S)
+    return np.array([at_rest.step(s, p, LOW, HIGH, slides, push, ratio, DT_S) for p in piston_n])
 
 
 def test_oil_of_both_chambers_is_as_stiff_as_computed_by_hand():
@@ -83,4 +83,4 @@ def test_friction_never_leaves_its_set(push):
 
 def test_sliding_piston_has_the_friction_of_its_set_of_one():
     s = at_rest.RestMemory.zeros()[0]
-    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, NUMBERS) == 650.0
+    assert at_rest.step(s, 5000.0, 650.0, 650.0, 1.0, 0.0, 1.2, DT_S) == 650.0

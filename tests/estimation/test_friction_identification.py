@@ -286,16 +286,16 @@ def test_a_right_bore_stays_within_its_tolerance_however_lopsided_friction_is(
     assert lopsided == pytest.approx(0.5 * (plus_n - minus_n), abs=40.0)
 
 
-def test_a_bore_that_is_off_moves_within_its_tolerance_and_says_so(capsys) -> None:
-    from testbed.report.console import print_identification
+def test_a_bore_that_is_off_moves_within_its_tolerance_and_says_so() -> None:
+    from testbed.report.console import identification_shown
 
     recordings, known = oil_cylinder(800.0, 600.0, bore=1.015)
     found = identify(recordings, known, "cylinder")
     bore = next(u for u in found.used if u.name == "bore_m")
     assert found.model.known.bore_m == bore.used == pytest.approx(1.015 * known.bore_m, rel=0.003)
     assert bore.tolerances_off == pytest.approx(0.75, abs=0.15) and not bore.at_bound
-    print_identification(found, Path("m.yaml"))
-    said = capsys.readouterr().out
+    table, *lines = identification_shown(found)
+    said = "\n".join(map(str, [table, *lines]))
     assert "bore_m: declared 0.07 m, used 0.0710" in said and "force_offset_n" in said
     assert "bore_m: declared 0.07 m" in str(found.model.description)
     assert found.tree()["declared"]["bore_m"]["declared"] == 0.07

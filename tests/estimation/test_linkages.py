@@ -24,6 +24,7 @@ from testbed.robot.loads.foot_loads import ExpectedLoads
 from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
+from testbed.world.summary import world_summary
 
 STANCE = np.array([0.1, 0.2, 0.25, 0.05, 0.15, 0.22, -0.1, 0.2, 0.3, 0.0, 0.25, 0.2])
 LEVEL = attitude_gravity(0.0, 0.0)
@@ -127,7 +128,7 @@ def _errors(folder: Path | None, task: str, seconds: float) -> tuple[str, np.nda
             own = DataRow.from_table(data)["estimate"]["own"]
             wrong.append(own - TruthRow.from_table(truth)["foot_load"])
         late = np.concatenate(wrong)[1000:]
-        return world.verdict, np.sqrt((late**2).mean(axis=0)), world.summary()["body_travel_m"]
+        return world.verdict, np.sqrt((late**2).mean(axis=0)), world_summary(world)["body_travel_m"]
     finally:
         world.close()
 

@@ -9,7 +9,7 @@ import pytest
 
 from testbed.laws.chamber_records import ChamberParameters, ChamberWork
 from testbed.laws.holding import COUNTERBALANCE, COUNTERBALANCE_BAND_PA, NO_HOLDING, PILOT_CHECK
-from testbed.laws.hydraulics import AxisInput, highest_load, hydraulic_step
+from testbed.laws.hydraulics import AxisInput, AxisState, hydraulic_step, sensed_load
 from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA
 from testbed.laws.port import PortFlow, held_port, port
@@ -120,5 +120,19 @@ def test_a_load_sensing_supply_follows_the_leg_that_draws_and_rests_at_standby()
     _, supply, _ = leg(sensing, 0.0)
     assert supply.pressure - ATMOSPHERE_PA == pytest.approx(2.0e6, abs=4e5)
     axes, supply, _ = leg(sensing, 0.1, 0.5)
-    assert highest_load(axes, np.array([[0.1]])) == axes[0].a.pressure
     assert supply.demand == pytest.approx(min(axes[0].a.pressure + 1.5e6, 9.1e6), rel=0.02)
+
+
+def test_what_a_pump_senses_is_the_highest_pressure_that_is_opened_to_it() -> None:
+    axes, supply, unit = AxisState.zeros(2), SupplyState.zeros()[0], PowerUnit.zeros()[0]
+    for axis, (pressure_a, pressure_b) in zip(axes, ((5e6, 2e6), (9e6, 3e6)), strict=True):
+        axis.a.pressure, axis.b.pressure = pressure_a, pressure_b
+    unit.kind = LOAD_SENSING
+    assert sensed_load(axes, np.array([[0.1], [0.0]]), supply, unit) == 5e6
+    assert sensed_load(axes, np.array([[0.1], [-0.1]]), supply, unit) == 5e6
+    assert sensed_load(axes, np.array([[-0.1], [-0.1]]), supply, unit) == 3e6
+    assert sensed_load(axes, np.zeros((2, 1)), supply, unit) == 0.0
+    supply.traction_load = 6e6
+    assert sensed_load(axes, np.array([[0.1], [0.0]]), supply, unit) == 6e6 + ATMOSPHERE_PA
+    unit.kind = 0
+    assert sensed_load(axes, np.array([[0.1], [0.0]]), supply, unit) == 0.0

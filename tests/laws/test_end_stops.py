@@ -21,7 +21,7 @@ def test_a_leg_driven_against_its_end_stop_pushes_on_the_stop_and_not_on_its_foo
         world.run_block(300)
         assert 0.4 < board.engine.joint[1] < 0.402
         contact = np.zeros((4, 3))
-        engine.contacts(contact, np.zeros(4))
+        engine.feet.forces(contact, np.zeros(4))
         assert np.abs(board.foot_force[0] - contact[0]).max() < 5.0
         assert np.linalg.norm(contact[0, :2]) < 0.7 * contact[0, 2]
     finally:

@@ -18,11 +18,11 @@ from shipped import MACHINE, shipped_model, slope_gravity
 
 from testbed.machine.build import build_machine
 from testbed.machine.names import LEGS
+from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.loads.foot_loads import (
     ExpectedLoads,
     Footing,
-    FootLoads,
     drill_wrench,
     external_wrench,
     point_wrench,
@@ -128,7 +128,7 @@ def test_whatever_is_balanced_is_in_equilibrium_within_friction_and_never_pulls(
         payload=payload,
         rope_forces_in_body=acting["ropes"],
         drill_wrench_in_body=acting["drill"],
-        height_m=heights,
+        footing=Footing(heights_m=heights),
     )
     assert np.all(found.normal_n >= 0.0)
     assert np.all(found.tangential_n <= 0.65 * found.normal_n * (1 + 1e-6) + 1e-6)
@@ -155,8 +155,7 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
         STANCE,
         slope_gravity(slope),
         rope_forces_in_body=ropes,
-        height_m=heights,
-        footing=Footing(compliance_m_n=gives),
+        footing=Footing(compliance_m_n=gives, heights_m=heights),
     )
     assert found.friction_use.max() < 1.0
     points = MODEL.foot_positions_m(STANCE)
@@ -183,7 +182,7 @@ def test_equals_a_quadratic_program_of_least_compliance_energy_where_no_foot_sli
 
 
 def test_a_foot_that_would_have_to_pull_is_released_and_three_feet_carry() -> None:
-    found = LOADS.solve(STANCE, LEVEL, height_m=[-0.02, 0.0, 0.0, 0.0])
+    found = LOADS.solve(STANCE, LEVEL, footing=Footing(heights_m=[-0.02, 0.0, 0.0, 0.0]))
     assert found.balanced
     assert not found.in_contact[0] and np.all(found.in_contact[1:])
     assert found.normal_n[0] == 0.0 and found.vertical_load_n[0] == 0.0
@@ -207,7 +206,7 @@ def test_a_swinging_foot_carries_nothing() -> None:
 
 def test_one_millimetre_under_one_foot_shifts_thousands_of_newtons_along_the_diagonals() -> None:
     nominal = LOADS.solve(STANCE, LEVEL)
-    raised = LOADS.solve(STANCE, LEVEL, height_m=[1e-4, 0.0, 0.0, 0.0])
+    raised = LOADS.solve(STANCE, LEVEL, footing=Footing(heights_m=[1e-4, 0.0, 0.0, 0.0]))
     shift = raised.vertical_load_n - nominal.vertical_load_n
     np.testing.assert_allclose(shift / shift[0], [1.0, -1.0, -1.0, 1.0], rtol=1e-3)
     # An encoder's count, 0.1 mm, shifts every foot by 250-500 N.
@@ -226,9 +225,8 @@ def test_sensitivities_are_the_slopes_of_the_loads() -> None:
             STANCE,
             slope_gravity(slope),
             rope_forces_in_body=ropes,
-            height_m=heights,
             drill_wrench_in_body=wrench,
-            footing=Footing(normals_in_body=normals),
+            footing=Footing(normals_in_body=normals, heights_m=heights),
         )
 
     found = solve()
@@ -249,7 +247,9 @@ def test_sensitivities_are_the_slopes_of_the_loads() -> None:
 def test_the_reserve_along_the_drill_axis_is_where_the_named_foot_leaves() -> None:
     slope, heights = 1.1, [4e-4, 0.0, 0.0, 0.0]
     ropes = rope_pull(1.0, slope)
-    found = LOADS.solve(STANCE, slope_gravity(slope), rope_forces_in_body=ropes, height_m=heights)
+    found = LOADS.solve(
+        STANCE, slope_gravity(slope), rope_forces_in_body=ropes, footing=Footing(heights_m=heights)
+    )
     leg = LEGS.index(str(found.unloads_first))
     assert LEGS[leg] in ("fr", "rl")  # the diagonal that does not stand on the raised foot
     for share, stands in ((0.99, True), (1.01, False)):
@@ -259,7 +259,7 @@ def test_the_reserve_along_the_drill_axis_is_where_the_named_foot_leaves() -> No
             slope_gravity(slope),
             rope_forces_in_body=ropes,
             drill_wrench_in_body=thrust,
-            height_m=heights,
+            footing=Footing(heights_m=heights),
         )
         assert bool(pushed.in_contact[leg]) is stands
         assert pushed.in_contact.sum() == (4 if stands else 3)
@@ -307,7 +307,9 @@ def test_payload_argument_equals_a_model_that_carries_it() -> None:
 def test_height_errors_give_the_standard_deviation_of_the_loads() -> None:
     found, rng = LOADS.solve(STANCE, LEVEL), np.random.default_rng(4)
     tried = [
-        LOADS.solve(STANCE, LEVEL, height_m=rng.normal(scale=2e-5, size=4)).vertical_load_n
+        LOADS.solve(
+            STANCE, LEVEL, footing=Footing(heights_m=rng.normal(scale=2e-5, size=4))
+        ).vertical_load_n
         for _ in range(600)
     ]
     np.testing.assert_allclose(

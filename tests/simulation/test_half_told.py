@@ -15,6 +15,7 @@ from testbed.machine.build import build_machine
 from testbed.recording.leg_model import EffectEntry, LegModel
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
+from testbed.world.summary import world_summary
 
 KNOWN = {"bore_m": 0.07, "rod_m": 0.056, "moving_mass_kg": 90.0, "stroke_m": 0.5}
 
@@ -68,7 +69,7 @@ def test_a_drill_that_may_push_less_drills_less_deep_and_orders_what_it_may() ->
         ]
         world = Simulation(load_scenario("drill_shallow", changes))
         data, _ = world.run_block(700)
-        depths.append(world.summary()["hole_depth_m"])
+        depths.append(world_summary(world)["hole_depth_m"])
         ordered, most = (
             data[:, world.data_columns.index("ordered_thrust")].max(),
             world.machine.thrust.most_n,

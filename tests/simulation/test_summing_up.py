@@ -157,12 +157,11 @@ def test_every_quantity_of_a_summary_is_worked_out_in_one_place(field: str) -> N
 
 
 def test_a_quantity_that_two_places_work_out_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    from testbed.world.simulation import Simulation
+    from testbed.simulation import summing_up
 
-    told = Simulation.summary
-    monkeypatch.setattr(
-        Simulation, "summary", lambda self: {**told(self), "tilt_max_deg": 0.0, "seed": 1}
-    )
+    told = summing_up.world_summary
+    more = {"tilt_max_deg": 0.0, "seed": 1}
+    monkeypatch.setattr(summing_up, "world_summary", lambda simulation: told(simulation) | more)
     run = testbed.simulate(testbed.load_scenario("stand_flat", duration=0.05))
     run.step(50)
     with pytest.raises(AssertionError, match="are worked out in two places"):

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 
 from testbed.cli import app
 from testbed.errors import InputError
+from testbed.estimation.losses import LossRule
 from testbed.formats.table import write_columns
 from testbed.formats.yaml_files import write_yaml
 
@@ -62,6 +63,64 @@ def _detect(*arguments: object) -> dict[str, Any]:
     assert done.exit_code == 0, done.output
     found: dict[str, Any] = json.loads(done.output)
     return found
+
+
+def _recorded(folder: Path, time: np.ndarray, true: np.ndarray, reading: np.ndarray) -> Path:
+    """A foot of which nothing is declared, with a contact channel."""
+    carries = LossRule(float(true.max())).carrying(true, time)
+    folder.mkdir()
+    write_columns(folder / "data.csv", {"t": time, "F": reading, "c": carries * 1.0})
+    header = {
+        "format": "roboclimber-recording/1",
+        "rig": "foot",
+        "data": "data.csv",
+        "sample_rate_hz": round(1.0 / (time[1] - time[0])),
+        "channels": {
+            "time": {"column": "t", "unit": "s"},
+            "force": {"column": "F", "unit": "N"},
+            "contact": {"column": "c", "unit": "1"},
+        },
+        "known": {},
+    }
+    write_yaml(folder / "recording.yaml", header)
+    return folder
+
+
+def _hopper() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A leg of 2 kg that hops 2.2 times a second: impacts that ring, an offset that drifts."""
+    time, rng = np.arange(0.0, 20.0, 1.0 / 500.0), np.random.default_rng(5)
+    phase = (2.2 * time) % 1.0
+    stance, since = phase < 0.45, phase / 2.2
+    push = 43.0 * np.sin(np.pi * np.minimum(phase / 0.45, 1.0))
+    ring = 5.0 * np.exp(-since / 0.012) * np.sin(2.0 * np.pi * 60.0 * since)
+    true = np.where(stance, np.maximum(push + ring, 0.0), 0.0)
+    return time, true, true + rng.normal(0.0, 0.4, len(time)) - 0.8 + 0.02 * time
+
+
+def _heavy_leg() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A hydraulic leg of 1 t: slow steps behind 700 N of friction, an offset that drifts."""
+    time, rng = np.arange(0.0, 80.0, 1.0 / 200.0), np.random.default_rng(6)
+    step = np.interp((0.15 * time) % 1.0, [0.0, 0.09, 0.6, 0.69, 1.0], [0.0, 1.0, 1.0, 0.0, 0.0])
+    true = 9810.0 * step * (1.0 + 0.1 * np.sin(5.7 * time))
+    held = np.zeros(len(time))
+    for k in range(1, len(time)):
+        held[k] = np.clip(held[k - 1] + 0.4 * (true[k] - true[k - 1]), -700.0, 700.0)
+    return time, true, true - held + rng.normal(0.0, 60.0, len(time)) + 150.0 + 3.0 * time
+
+
+@pytest.mark.parametrize(("leg", "most_false_share"), [(_hopper, 0.05), (_heavy_leg, 0.04)])
+def test_a_leg_of_2_kg_and_one_of_1_t_need_no_scale_of_their_own(
+    tmp_path: Path, leg: Any, most_false_share: float
+) -> None:
+    time, true, reading = leg()
+    done = _detect(
+        _recorded(tmp_path / "leg", time, true, reading), "--out", tmp_path / "contact.parquet"
+    )
+    found = done["feet"]["foot"]
+    assert found["losses"] >= 10 and found["missed"] == 0
+    assert found["called_lost"] <= found["losses"] + 1
+    assert found["missed_s"] < 0.2 and found["false_flight_s"] < most_false_share * time[-1]
+    assert "assumed" in done["scale"]["foot"]["breakaway_from"]
 
 
 def test_a_foot_is_scored_against_its_contact_channel_or_a_force(tmp_path: Path) -> None:

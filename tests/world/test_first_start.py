@@ -1,4 +1,4 @@
-"""A first start: it says what it does, two processes share the work, and the next start compiles
+"""A first start: it says what it does, other processes compile, and the next start compiles
 nothing.
 """
 
@@ -38,52 +38,70 @@ def _start(home: Path) -> tuple[dict[str, list[int]], str]:
 
 
 @pytest.mark.long
-def test_two_processes_share_a_first_start_and_the_next_compiles_nothing(tmp_path: Path) -> None:
+def test_children_compile_a_first_start_and_the_next_compiles_nothing(tmp_path: Path) -> None:
     first, said = _start(tmp_path)
     assert said.count("\n") == 1 and "first start" in said
     assert {count for count, _ in first.values()} == {1}  # as the step calls them, and no other
-    assert first["between_steps"][1] == first["step_chain"][1] == 1
-    if len(os.sched_getaffinity(0)) > 1:
-        assert first["plant_step"][1] == 0  # the second process compiled it
+    assert all(missed == 0 for _, missed in first.values())  # the children's, found in the cache
     second, said = _start(tmp_path)
     assert said == ""
     assert all(missed == 0 for _, missed in second.values())
 
 
-def test_a_warm_cache_starts_no_second_process_and_says_nothing(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.fixture
+def no_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """A cache of its own, and a child process would raise."""
+    monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
+    monkeypatch.setattr(first_start.subprocess, "run", None)
+    return tmp_path
+
+
+def test_a_warm_cache_starts_no_other_process_and_says_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], no_child: Path
 ) -> None:
     monkeypatch.setattr(first_start, "is_cached", lambda _: True)
-    monkeypatch.setattr(first_start.subprocess, "Popen", None)  # would raise
-    first_start.beside()()
+    first_start.compile_apart()
     assert capsys.readouterr().err == ""
 
 
 def test_a_process_that_starts_meanwhile_waits_and_compiles_nothing_again(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], no_child: Path
 ) -> None:
     """While another process has its turn the step is compiled: nothing is left to do, and nothing
     is said.
     """
-    monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
-    other = os.open(tmp_path / "first_start.lock", os.O_RDWR | os.O_CREAT)
+    other = os.open(no_child / "first_start.lock", os.O_RDWR | os.O_CREAT)
     fcntl.flock(other, fcntl.LOCK_EX)
     found = iter([False, True])  # before the wait, and after it
     monkeypatch.setattr(first_start, "is_cached", lambda _: next(found))
-    monkeypatch.setattr(first_start.subprocess, "Popen", None)  # would raise
     begin = time.monotonic()
     threading.Timer(0.2, os.close, [other]).start()
-    first_start.beside()()
+    first_start.compile_apart()
     assert time.monotonic() - begin >= 0.2
     assert capsys.readouterr().err == ""
-    assert not first_start._held
 
 
-def test_a_process_does_not_wait_for_itself(
+def test_every_family_is_compiled_in_one_round_and_the_step_after_the_others(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """A child that fails is no fault: the step that needs what it was to compile, compiles it."""
+    done: list[str] = []
+    monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
+    monkeypatch.setattr(first_start, "is_cached", lambda _: False)
+    monkeypatch.setattr(
+        first_start.subprocess, "run", lambda command, **options: done.append(command[-1])
+    )
+    first_start.compile_apart()
+    assert set(done[:-1]) == {"estimates", "plant", "contacts"} and done[-1] == "step"
+    assert set(done) == set(first_start.FAMILIES)
+    assert capsys.readouterr().err.count("first start") == 1
+
+
+def test_a_turn_ends_with_its_process_or_its_fault(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(first_start, "caches", lambda: tmp_path)
-    first_start._take_turn()
-    first_start._take_turn()  # after a world that could not be built
-    assert len(first_start._held) == 1
-    first_start._end_turn()
+    with pytest.raises(RuntimeError), first_start._turn():
+        raise RuntimeError
+    with first_start._turn():  # would wait for ever
+        assert (tmp_path / "first_start.lock").exists()

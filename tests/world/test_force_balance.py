@@ -163,7 +163,7 @@ def test_forces_from_the_legs_motion_are_the_engines_contact_forces(
     try:
         for _ in range(300):
             world.run_block(10)
-            world.machine.engine.contacts(force, normal)
+            world.machine.engine.feet.forces(force, normal)
             apart.append(float(np.abs(force - board.foot_force).max()))
             lifted += int((normal == 0.0).any())
     finally:

@@ -18,6 +18,7 @@ from testbed.robot.robot import Robot
 from testbed.robot.urdf.generate import urdf_text
 from testbed.scenario.scenario import load_scenario
 from testbed.world.simulation import Simulation
+from testbed.world.summary import surveyed, world_summary
 
 LONGER_M = 0.2
 
@@ -96,7 +97,11 @@ def _slip_m(*changes: str) -> tuple[str, float, float]:
     try:
         while not world.finished:
             world.run_block(1000)
-        return world.verdict, world.summary()["foot_slip_m"], world.summary()["body_travel_m"]
+        return (
+            world.verdict,
+            world_summary(world)["foot_slip_m"],
+            world_summary(world)["body_travel_m"],
+        )
     finally:
         world.close()
 
@@ -115,7 +120,7 @@ def test_control_believes_a_urdf_of_its_own(long_arms: Path) -> None:
         truth, belief = world.machines.truth, world.machine.belief
         assert truth.legs.radial_offset_m == 0.5 and belief.machine.legs.radial_offset_m == 0.7
         np.testing.assert_allclose(belief.legs.offsets_m, 0.7)
-        assert world.surveyed()["urdf"] == str(long_arms)
+        assert surveyed(world)["urdf"] == str(long_arms)
     finally:
         world.close()
 

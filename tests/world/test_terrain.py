@@ -19,6 +19,7 @@ from testbed.scenario.terrain import Terrain
 from testbed.world.ground.footing import Footing
 from testbed.world.ground.terrain import make_ground
 from testbed.world.simulation import Simulation
+from testbed.world.summary import world_summary
 
 CELL = 0.25
 
@@ -307,7 +308,7 @@ def test_a_foot_on_loose_ground_hands_its_load_to_the_other_diagonal() -> None:
     world = Simulation(load_scenario("stand_slope_45", [patch], duration=3.0))
     try:
         _, truth = world.run_block(2500)
-        settlement = world.summary()["settlement_m"]
+        settlement = world_summary(world)["settlement_m"]
     finally:
         world.close()
     fl, fr, rl, rr = truth[-500:, 24:28].mean(axis=0)

@@ -15,10 +15,10 @@ from testbed.laws.drill import DrillLoads
 from testbed.machine.build import build_machine
 from testbed.robot.kinematics import LegKinematics, length
 from testbed.robot.urdf.merge import merged
-from testbed.scenario.parts import Sensors
 from testbed.scenario.scenario import load_scenario
 from testbed.scenario.tasks import Drill, Hammer, PullOut, Push, RodChange
 from testbed.scenario.terrain import Terrain
+from testbed.scenario.world_parts import Sensors
 from testbed.world import plant, sensing
 from testbed.world.board import Board, BodyState, EngineState
 from testbed.world.drilling.drilling import DrillProgram

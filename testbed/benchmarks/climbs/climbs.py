@@ -194,6 +194,7 @@ class Climbs(Benchmark[Climb]):
 def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
     """Simulate one climb."""
     from testbed.world.simulation import Simulation
+    from testbed.world.summary import world_summary
 
     scenario = climb.scenario()
     own = None if climb.gait == SHIPPED else climb.gait
@@ -215,7 +216,7 @@ def climb_up(climb: Climb, way_m: float = WAY_M) -> Outcome:
             tension = max(tension, *map(float, pulls))
     except (SimulationFault, InputError) as fault:
         verdict = f"fault: {fault}"
-    summary = world.summary()
+    summary = world_summary(world)
     outcome = Outcome(
         climb.case,
         climb.seed,

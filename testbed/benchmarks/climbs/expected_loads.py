@@ -30,13 +30,14 @@ from testbed.machine.build import build_machine
 from testbed.machine.names import GRAVITY_M_S2, LEGS
 from testbed.report.tables import Table
 from testbed.robot.attitude import rotation_from_attitude
+from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_load_sets import (
     fixed_combinations,
     heights_under_load,
     load_interval_n,
     loads_of_measured_posture,
 )
-from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, FootLoads, drill_wrench
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing, drill_wrench
 from testbed.robot.model import RobotModel, attitude_gravity
 from testbed.scenario.scenario import load_scenario
 
@@ -206,12 +207,12 @@ def _informed(world: Any, thrust: float, torque: float) -> FootLoads:
         ground_compliance_m_n=1.0 / terrain.stiffness_n_m,
     )
     normals = np.tile(machine.ground.normal_in_world @ rotation, (len(LEGS), 1))
+    heights = heights_under_load(informed, board.engine.joint, normals)
     return loads_of_measured_posture(
         informed,
         board.engine.joint,
         rotation.T @ np.array([0.0, 0.0, -GRAVITY_M_S2]),
-        heights_under_load(informed, board.engine.joint, normals),
-        footing=Footing(normals_in_body=normals),
+        Footing(normals_in_body=normals, heights_m=heights),
         rope_forces_in_body=board.ropes["force"] @ rotation,
         drill_wrench_in_body=drill_wrench(world.machine.belief.model, thrust, -torque),
     )

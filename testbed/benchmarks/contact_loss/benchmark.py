@@ -214,7 +214,7 @@ class ContactLoss(Benchmark[Scene]):
         late, found = tape.time_s >= SETTLE_S, {}
         with user_code():
             for name, thresholds in self.grids if case.kind != "supervised" else ():
-                score, hold = scores_of(name, tape, case.seed)
+                score, hold = scores_of(name, tape, case)
                 found[name] = scored(score[late], np.array(thresholds), reference, hold)
         own = tape.samples["row"]["estimate"]["own"][late]
         square = squares(own - tape.load_n[late], reference)

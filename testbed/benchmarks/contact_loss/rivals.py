@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.benchmarks.contact_loss import floor
-from testbed.benchmarks.contact_loss.scenes import SETTLE_S
+from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
 from testbed.benchmarks.contact_loss.tapes import Tape
 from testbed.estimation.detectors.base import Hold, scores_over, start
 from testbed.estimation.detectors.scale import believed_breakaway_n
@@ -44,14 +44,18 @@ def shipped_thresholds() -> dict[str, float]:
     return {floor.NAME: floor.THRESHOLD} | shipped | {SingleForce.name: SingleForce.threshold}
 
 
-def scores_of(name: str, tape: Tape, seed: int) -> tuple[Array, Hold]:
-    """A rival's scores (n, 4) over a scene, and when a foot that it calls lost counts as loaded
-    again.
+def scores_of(name: str, tape: Tape, scene: Scene) -> tuple[Array, Hold]:
+    """A rival's scores (n, 4) over a scene's tape, and when a foot that it calls lost counts as
+    loaded again.
     """
     if name == floor.NAME:
-        machine = build_machine()
-        scores = floor.floor_scores(tape.normal_n, machine, tape.rule, tape.dt_s, seed)
-        return scores, floor.HOLD
+        path = floor.SensorPath.of(scene, tape)
+        return floor.floor_scores(tape.normal_n, path, tape.rule, tape.dt_s), floor.HOLD
+    return detector_scores(name, tape)
+
+
+def detector_scores(name: str, tape: Tape) -> tuple[Array, Hold]:
+    """The same of a detector, which needs no scene."""
     if name == SingleForce.name:
         return single_force_scores(tape), Hold(dwell_s=0.0)
     detector = detector_of(name, "--detector")
@@ -90,7 +94,7 @@ def _quantiles(name: str, tapes: Sequence[Tape]) -> list[float]:
     lost, carried = [], []
     for tape in tapes:
         late = tape.time_s >= SETTLE_S
-        score, off = scores_of(name, tape, 0)[0][late], tape.carries[late]
+        score, off = detector_scores(name, tape)[0][late], tape.carries[late]
         lost.append(score[~off])
         carried.append(score[off])
     found = [

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.benchmarks.contact_loss import floor
-from testbed.benchmarks.contact_loss.scenes import MACHINES
+from testbed.benchmarks.contact_loss.scenes import Scene
 from testbed.benchmarks.contact_loss.score import CLASSES, LIGHT_SHARE, NEAR_SHARE
 from testbed.benchmarks.contact_loss.warning import DEFINITIONS as WARNING_DEFINITIONS
 from testbed.benchmarks.contact_loss.warning import marks as warning_marks
@@ -58,8 +58,9 @@ DEFINITIONS = {
     "light": f"likewise, {NEAR_SHARE:g} to {LIGHT_SHARE:g}: friction may hide as much as is there",
     "loaded": f"likewise, {LIGHT_SHARE:g} and more",
     "floor": (
-        "the true load through the transducers' lag and noise, its likelihood ratio added up over a window as long as a "
-        "loss must last; threshold for the least cost on the tuning scenes"
+        "the true load through the foot's own pressure transducers as drawn (lag, ripple, noise, converter, bow, hysteresis, "
+        "zero and gain by the oil's warmth), its likelihood ratio added up over a window as long as a loss must last; "
+        "threshold for the least cost on the tuning scenes. It has no friction, no drifting sensor and no undeclared effect"
     ),
     **WARNING_DEFINITIONS,
 }
@@ -212,7 +213,7 @@ def summarise(
         "scenes_drifting": sum(s["drifting"] >= DRIFTING for s in scenes),
         "faults": [f"{s['scene']['number']}: {s['fault']}" for s in scenes if s["fault"]],
         "verdicts": _counted([s["verdict"] for s in scenes]),
-        "machines": len({s["scene"]["number"] % MACHINES for s in scenes}),
+        "machines": len({Scene(**s["scene"]).machine_seed for s in scenes}),
         **marks(scenes),
         COMMISSIONED: marks(commissioned) if commissioned else None,
         "supervisor": supervisor_marks(every),

@@ -75,6 +75,7 @@ def record(scene: Scene, folder: Path) -> Tree:
     """
     from testbed.simulation.description import recording_meta
     from testbed.simulation.recorder import RunRecorder
+    from testbed.world.summary import surveyed
 
     drawn, simulation = _within_reach(scene)
     try:
@@ -83,7 +84,7 @@ def record(scene: Scene, folder: Path) -> Tree:
         simulation.machine.gait = Layered(simulation.machine.gait, (Moves(drawn),))
         data = [name for name in simulation.data_columns if name not in ESTIMATED]
         belief = simulation.machines.belief
-        meta = recording_meta(drawn.scenario, belief, data, simulation.surveyed())
+        meta = recording_meta(drawn.scenario, belief, data, surveyed(simulation))
         recorder = RunRecorder(folder, data, ("t", *TRUE), meta)
         rows, fault = _rows(simulation, recorder, data)
         recorder.finish()

@@ -3,6 +3,8 @@ recorded.
 
     testbed lab train-detector OUT --out learned.npz
 
+Each scene is seen with the drawing board's belief and, where its machine was commissioned there
+(`--commission`), once more with what that found.
 Every tenth view of every foot is a case; its answer is whether the foot is in contact
 (estimation/losses.py). What is easy or long counts less: cases of well-loaded feet SAFE_WEIGHT, and
 a loss, however short, at least as much as LOSS_WEIGHT_S of its own cases. Noise on the views keeps
@@ -12,7 +14,7 @@ the logistic loss, in NumPy; the same scenes, the same weights.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -20,8 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.benchmarks.contact_loss.scenes import SETTLE_S
-from testbed.benchmarks.contact_loss.tapes import Tape, read_tape
+from testbed.benchmarks.contact_loss.benchmark import model_file
+from testbed.benchmarks.contact_loss.scenes import SETTLE_S, Scene
+from testbed.benchmarks.contact_loss.tapes import Tape, facts_of, read_tape
 from testbed.errors import InputError
 from testbed.estimation.detectors.learned import NARROW, WIDE, Learned, views_over
 from testbed.estimation.detectors.views import VIEW, FootMemory, ViewNumbers
@@ -37,7 +40,7 @@ LITTLE = 1.0e-6
 SAFE_SHARE, SAFE_WEIGHT = 0.25, 0.15
 """Cases of feet that bear more than this share of the nominal load, and what they count."""
 LOSS_WEIGHT_S = 0.2
-NOISE = 0.5
+NOISE = 0.4
 """Standard deviation of the noise on the views, in their own standard deviations."""
 
 
@@ -53,12 +56,24 @@ def tuning_tapes(folder: Path) -> list[Path]:
     return chosen
 
 
-def cases_of(tape: Tape) -> tuple[Array, Array, Array]:
+def _beliefs(place: Path, folder: Path) -> Iterator[Tape]:
+    """A scene as the drawing board has it and, where there is one, as its machine's model file has
+    it; none of one that ended before it is scored.
+    """
+    facts = facts_of(place)
+    if facts["simulated_s"] <= SETTLE_S:
+        return
+    model = model_file(folder / "machines", Scene(**facts["scene"]).machine_seed)
+    for belief in (None, model) if model.is_file() else (None,):
+        yield read_tape(place, belief)
+
+
+def cases_of(tape: Tape) -> tuple[NDArray[Any], Array, Array]:
     """Views (m, len(VIEW)) of all feet of a scene, 1 where the foot is lost (m,), and what each
     case counts (m,).
     """
     count = len(tape.samples) // EVERY
-    views = np.empty((count, len(LEGS), len(VIEW)))
+    views = np.empty((count, len(LEGS), len(VIEW)), dtype=np.float32)
     memories, scale = FootMemory.zeros(len(LEGS)), ViewNumbers.one(**Learned.scale)
     views_over(np.asarray(tape.samples), scale, memories, tape.dt_s, EVERY, views)
     at = slice(EVERY - 1, count * EVERY, EVERY)
@@ -139,9 +154,9 @@ def train_on(folder: Path, out: Path, epochs: int) -> Iterable[str]:
     Raises InputError where there are no scenes, or `out` cannot be written.
     """
     places = tuning_tapes(folder)
-    made = [cases_of(read_tape(place)) for place in places]
+    made = [cases_of(tape) for place in places for tape in _beliefs(place, folder)]
     views, lost, weight = (np.concatenate(part) for part in zip(*made, strict=True))
-    yield f"{len(places)} scenes, {len(lost)} cases, {lost.mean():.3f} of them lost"
+    yield f"{len(places)} scenes, {len(made)} tapes, {len(lost)} cases, {lost.mean():.3f} of them lost"
     told: list[str] = []
     layers = train(views, lost, weight, epochs, told.append)
     yield from told

@@ -36,7 +36,7 @@ from testbed.formats.records import SET
 Array = NDArray[np.float64]
 Tree = dict[str, Any]
 WITHIN_S, LEAD_S, CARRIED_S = 2.0, 0.1, 0.5
-CURVE_N = (250, 350, 450, 560, 700, 900, 1200)
+CURVE_N = (100, 200, 310, 450, 600, 800, 1200)
 """Predicted loads to warn at, for the trade-off of precision against time, N."""
 LOADED = CLASSES.index("loaded")
 DEFINITIONS = {
@@ -53,12 +53,16 @@ def means(values: Array, dt_s: float) -> Array:
     return np.asarray(values[: whole * each].reshape(whole, each, -1).mean(axis=1))
 
 
-def looked_at(loads_n: Array, plan: Array | None = None) -> NDArray[Any]:
-    """What the warning looks at, `Seen` (m,): loads (m, 4) and the thrust's plan (m, 2); None:
-    unknown.
+def looked_at(
+    loads_n: Array, plan: Array | None = None, carrying: Array | None = None
+) -> NDArray[Any]:
+    """What the warning looks at, `Seen` (m,): loads (m, 4), the thrust's plan (m, 2), and whether
+    the control wishes a foot to carry (m, 4); None: unknown.
     """
     seen = rule.Seen.zeros(len(loads_n))
     seen["load"] = loads_n
+    if carrying is not None:
+        seen["lifted"] = carrying < SET
     if plan is not None:
         seen["thrust"], seen["rising"] = plan.T
     return seen
@@ -123,23 +127,25 @@ def outcomes(scene: Scene, tape: Tape, off: Reference) -> Tree:
     with less known.
     """
     true = means(tape.normal_n, tape.dt_s)
-    own = means(np.asarray(tape.samples["row"]["estimate"]["own"]), tape.dt_s)
+    row = tape.samples["row"]
+    own = means(np.asarray(row["estimate"]["own"]), tape.dt_s)
+    carrying = means(np.asarray(row["carrying"]), tape.dt_s)
     plan = planned_thrust(draw(scene).scenario.task, len(true), STEP_S)
-    near_n, planned = NEAR_SHARE * tape.rule.nominal_load_n, looked_at(own, plan)
+    near_n, planned = NEAR_SHARE * tape.rule.nominal_load_n, looked_at(own, plan, carrying)
     curve = {
         str(n): outcome(off, planned, true, near_n, {**NUMBERS, "warn_at": n}) for n in CURVE_N
     }
     return {
         "own": outcome(off, planned, true, near_n, NUMBERS),
         "unplanned": outcome(off, looked_at(own), true, near_n, NUMBERS),
-        "true": outcome(off, looked_at(true, plan), true, near_n, NUMBERS_ON_TRUTH),
+        "true": outcome(off, looked_at(true, plan, carrying), true, near_n, NUMBERS_ON_TRUTH),
         "curve": curve,
     }
 
 
 def marks(scenes: Sequence[Tree]) -> Tree:
-    """The early warning, on the true load, without the thrust's plan, and the trade-off over the
-    load to warn at.
+    """The early warning, on the true load, without the thrust's plan and the orders, and the
+    trade-off over the load to warn at.
     """
     kept = [scene["warning"] for scene in scenes]
     curve = [{"warn_at_n": n} | added_up([w["curve"][str(n)] for w in kept]) for n in CURVE_N]

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from testbed.benchmarks.diagnosis.bench_rigs import make_bench
+from testbed.benchmarks.diagnosis.calibration import rounded
 from testbed.benchmarks.diagnosis.scores import rate
 from testbed.benchmarks.harness import Answers, Benchmark, stored
 from testbed.diagnosis.leg.bench_probabilities import (
@@ -193,13 +194,9 @@ def fit_file(folders: Sequence[Path], out: Path | None = None) -> str:
             round(float(np.mean([right(trial) for trial in judged])), 3),
             round(stated, 3),
         ],
-        "unnamed": _rounded(numbers.unnamed),
+        "unnamed": rounded(numbers.unnamed),
         "stray": round(numbers.stray, 4),
     }
     text = yaml_text(row)
     write_text(out, text)
     return text
-
-
-def _rounded(weights: Mapping[str, float]) -> dict[str, float]:
-    return {name: float(f"{value:.4g}") for name, value in weights.items()}

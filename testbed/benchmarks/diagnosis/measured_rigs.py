@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.benchmarks.statistics import rms
 from testbed.errors import InputError
 from testbed.estimation.friction.identification import identify_rig
 from testbed.estimation.leg.force import MOVING_M_S, estimate
@@ -111,7 +112,7 @@ def estimate_error(recording: Recording, model: LegModel) -> float:
         )
     error = (estimate(recording, model).force_n - reference)[moving]
     force = recording.actuator_force_n if recording.actuator_force_n is not None else reference
-    return _rms(error) / _rms(force[moving])
+    return rms(error) / rms(force[moving])
 
 
 def drive_error(recording: Recording, model: LegModel) -> float:
@@ -135,7 +136,7 @@ def drive_error(recording: Recording, model: LegModel) -> float:
     def few(values: Array) -> Array:
         return np.asarray(decimate(filtfilt(b, a, values), DECIMATED)[FIRST:-LAST])
 
-    return _rms(few(force) - few(predicted)) / _rms(few(force))
+    return rms(few(force) - few(predicted)) / rms(few(force))
 
 
 def friction(friction: Friction, v_m_s: Array) -> Array:
@@ -180,7 +181,3 @@ def table(found: list[Marked]) -> Table:
                 error = f"{100 * median_error(found, kind, diagnosed=True):.2f}"
                 rows[-1] += [error, f"wanted: at most {100 * after:.1f}"]
     return Table("Relative force error on what was not identified on", heads, rows)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

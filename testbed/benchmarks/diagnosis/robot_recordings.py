@@ -53,6 +53,7 @@ def run_of(scenario: Scenario, folder: Path | None = None) -> Run:
 def simulated(scenario: Scenario) -> Run:
     """Simulate it from its beginning to its end."""
     from testbed.world.simulation import Simulation
+    from testbed.world.summary import surveyed
 
     world = Simulation(scenario)
     try:
@@ -63,7 +64,7 @@ def simulated(scenario: Scenario) -> Run:
             truth.append(true)
         kept = _columns(world.data_columns, data, lambda name: not name.startswith(UNUSED))
         loads = _columns(world.truth_columns, truth, lambda name: name.startswith(TRUTH))
-        return Run(kept, loads, world.surveyed())
+        return Run(kept, loads, surveyed(world))
     finally:
         world.close()
 

@@ -54,7 +54,6 @@ OWN: dict[str, OwnTuning] = {
     "own without balance of the body": without(OwnTuning(), "balance"),
     "own without friction learnt": without(OwnTuning(), "friction"),
     "own without weight and ropes learnt": without(OwnTuning(), "weighs"),
-    "own with friction's history at rest": replace(OwnTuning(), history=True),
 }
 """Built up idea by idea, then each idea taken away from the whole."""
 NAMES = {

@@ -23,7 +23,7 @@ from testbed.laws.initial import start_axes, start_supply
 from testbed.laws.oil import ATMOSPHERE_PA, enthalpy, specific_volume
 from testbed.machine.build import build_machine
 from testbed.machine.sets import SetName
-from testbed.scenario.parts import Rates
+from testbed.scenario.world_parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 
 Array = NDArray[np.float64]

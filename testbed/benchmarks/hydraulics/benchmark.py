@@ -26,7 +26,7 @@ from testbed.benchmarks.hydraulics.reference import solve
 from testbed.formats.files import write_text
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.report.tables import Table
-from testbed.scenario.parts import Rates
+from testbed.scenario.world_parts import Rates
 
 Array = NDArray[np.float64]
 Piece = tuple[str, float | str]

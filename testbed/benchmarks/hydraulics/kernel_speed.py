@@ -21,10 +21,11 @@ from testbed.benchmarks.hydraulics.reference import (
     machine_of_both,
     pack,
 )
+from testbed.benchmarks.statistics import rms
 from testbed.compiled import njit
 from testbed.laws.hydraulics import AxisInput, hydraulic_step
 from testbed.laws.initial import start_axes, start_supply
-from testbed.scenario.parts import Rates
+from testbed.scenario.world_parts import Rates
 from testbed.world.plumbing import axis_parameters, unit_parameters
 from testbed.world.switches import switch_off
 
@@ -155,7 +156,7 @@ def equal_error(run: Walk, truth: Array, error_n: float, bare: bool) -> tuple[fl
     time_s = error = rtol = 0.0
     for rtol in LADDER:
         forces, time_s = lsoda_run(run, rtol, bare)
-        error = _rms(forces - truth)
+        error = rms(forces - truth)
         if error <= error_n:
             break
     return time_s / len(run.v) * 1e6, error, rtol
@@ -173,7 +174,7 @@ def compare_speed(steps: int = 150) -> dict[str, float]:
     for _ in range(5):
         forces, once = kernel_run(run, substeps)
         spent.append(once / steps * 1e6)
-    error = _rms(forces - truth)
+    error = rms(forces - truth)
     kernel = float(np.median(spent))
     out = {"kernel_us": kernel, "kernel_error_n": error}
     for name, bare in (("lsoda", False), ("odeint", True)):
@@ -185,10 +186,6 @@ def compare_speed(steps: int = 150) -> dict[str, float]:
             f"{name}_ratio": time_us / kernel,
         }
     return out
-
-
-def _rms(e: Array) -> float:
-    return float(np.sqrt(np.mean(e**2)))
 
 
 def kernel_vs_lsoda() -> float:

@@ -29,6 +29,7 @@ from testbed.benchmarks.machines.runs import (
     recorder,
     scores,
 )
+from testbed.benchmarks.statistics import rms
 from testbed.errors import InputError
 from testbed.report.tables import Table
 
@@ -196,15 +197,11 @@ def _held(machines: Iterable[Mapping[str, Mapping[str, float]]]) -> dict[str, An
             "held": sum(number["low"] <= number["truth"] <= number["high"] for number in numbers)
             / len(numbers),
             "held_interval95": Z95 * float(np.std(shares)) / math.sqrt(max(len(shares) - 1, 1)),
-            "rms_error": _rms([number["value"] - number["truth"] for number in numbers]),
-            "rms_half_width": _rms([0.5 * (number["high"] - number["low"]) for number in numbers]),
+            "rms_error": rms([number["value"] - number["truth"] for number in numbers]),
+            "rms_half_width": rms([0.5 * (number["high"] - number["low"]) for number in numbers]),
             "rms_truth_about_mean": float(np.std([number["truth"] for number in numbers])),
         }
     return out
-
-
-def _rms(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _beliefs(result: Mapping[str, Any]) -> Table:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from testbed.benchmarks.paper.experiment import Array, Line, Result
+from testbed.benchmarks.paper.experiment import Line, Result
 from testbed.benchmarks.paper.figure_06 import in_the_air
 from testbed.benchmarks.paper.figure_08 import velocity
 from testbed.benchmarks.paper.figure_11 import SLOW_M_S, external_force
 from testbed.benchmarks.paper.leg import RATE_HZ
+from testbed.benchmarks.statistics import rms
 from testbed.estimation.filters import persistent
 from testbed.estimation.filters.reference import kbf, modified_kbf
 from testbed.estimation.live.believed import Tuning
@@ -40,7 +41,7 @@ def experiment() -> Result:
     trace = trace.after(float(trace.time_s[0]) + 2.5)
     force, speed = external_force(trace), velocity(trace)
     q, r = tuning.kbf_q_n2, tuning.kbf_r_n2
-    rested = _rms(modified_kbf(at_rest, q, r, E_MAX_N)) / _rms(kbf(at_rest, q, r))
+    rested = rms(modified_kbf(at_rest, q, r, E_MAX_N)) / rms(kbf(at_rest, q, r))
     plain, modified = kbf(force, q, r), modified_kbf(force, q, r, E_MAX_N)
     robust = {
         "process_variance": q,
@@ -54,9 +55,9 @@ def experiment() -> Result:
     slow = np.convolve(np.abs(speed) < SLOW_M_S, np.ones(301), "same") > 0.5
     peaks = [float(np.abs(filtered[slow]).max()) for filtered in (plain, modified)]
     tried = {limit: modified_kbf(force, q, r, limit) for limit in TRIED_N}
-    best = min(tried, key=lambda e: _rms(tried[e]))
+    best = min(tried, key=lambda e: rms(tried[e]))
     best_peak = float(np.abs(tried[best][slow]).max())
-    rms = [_rms(filtered) for filtered in (force, plain, modified, own)]
+    errors_n = [rms(filtered) for filtered in (force, plain, modified, own)]
     steps = np.random.default_rng(12).uniform(LOCKING_N, 8000.0, TRIALS)
     locked = sum(locked_out(float(step), index) for index, step in enumerate(steps))
     time_s, shown = trace.time_s - trace.time_s[0], slice(None, None, 5)
@@ -74,10 +75,10 @@ def experiment() -> Result:
     return Result(
         {
             "peaks": peaks[1] / peaks[0],
-            "trend": rms[2] / rms[1],
+            "trend": errors_n[2] / errors_n[1],
             "at_rest": rested,
             "peaks_at_best": best_peak / peaks[0],
-            "trend_at_best": _rms(tried[best]) / rms[1],
+            "trend_at_best": rms(tried[best]) / errors_n[1],
             "locks_out": locked,
         },
         {
@@ -96,16 +97,12 @@ def experiment() -> Result:
             "constants": rows,
             "errors": [
                 [name, f"{error:.1f}"]
-                for name, error in zip(("none", "Kalman", "modified", "own"), rms, strict=True)
+                for name, error in zip(("none", "Kalman", "modified", "own"), errors_n, strict=True)
             ],
             "tried": [
-                [f"{limit:g}", f"{_rms(filtered):.1f}", f"{np.abs(filtered[slow]).max():.0f}"]
+                [f"{limit:g}", f"{rms(filtered):.1f}", f"{np.abs(filtered[slow]).max():.0f}"]
                 for limit, filtered in tried.items()
             ],
         },
         {"e_max_n": E_MAX_N, "best_n": best, "plain_n": peaks[0], "modified_n": peaks[1]},
     )
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -119,7 +119,7 @@ def bare_engine(overrides: tuple[str, ...]) -> Any:
     force, normal = np.zeros((4, 3)), np.zeros(4)
     for _ in range(SETTLE):
         engine.step()
-    if engine.contacts(force, normal) > 0.0 or (normal <= 0.0).any():
+    if engine.feet.forces(force, normal) > 0.0 or (normal <= 0.0).any():
         raise RuntimeError("the bare robot does not stand on its four feet")
     return engine
 
@@ -162,7 +162,7 @@ def _parts(world: Any, steps: int) -> dict[str, float]:
         "noise_us": lambda: sensing.draw_noise(SAMPLES, *noise),
         "estimators_us": lambda: between.between_steps(between.ESTIMATE, *world._fixed, nowhere),
         "read_us": lambda: machine.engine.read(machine.boards["engine"]),
-        "contacts_us": lambda: machine.engine.contacts(force, normal),
+        "contacts_us": lambda: machine.engine.feet.forces(force, normal),
         "expected_us": world._expect,
         "engine_us": engine,
     }

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from testbed.diagnosis.leg.entries import memory_of
+from testbed.diagnosis.leg.probabilities import answer
 from testbed.diagnosis.leg.proof import Proof
 from testbed.diagnosis.leg.runs import overall
 from testbed.diagnosis.leg.search import Search
@@ -118,12 +119,6 @@ def signs(state: Search, proof: Proof, found: Unexplained, companion: float) -> 
         companion=companion,
         shares=tuple(shares.items()),
     )
-
-
-def answer(signs_of_question: Mapping[str, float], weights: Mapping[str, float]) -> float:
-    """A logistic regression's probability of a yes."""
-    total = sum(weights[name] * value for name, value in signs_of_question.items())
-    return float(1.0 / (1.0 + np.exp(-np.clip(total, -30.0, 30.0))))
 
 
 def distribution(

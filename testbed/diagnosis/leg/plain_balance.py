@@ -16,6 +16,7 @@ from testbed.estimation.cylinder import (
     EXTENDING,
     RETRACTING,
     Conditions,
+    fading,
     friction_value,
     stribeck_of,
 )
@@ -115,10 +116,9 @@ def binned_columns(rows: PlainRows, width: int) -> Array:
             now = Conditions(scale, rows.coulomb_add_n[sample], thin, 0.0)
             force = rows.total_n[sample] - friction_value(speed, rows.friction[0], now)
             side = rows.friction[0].sides[EXTENDING if speed >= 0.0 else RETRACTING]
-            fade = np.exp(-abs(speed) / side.stribeck_speed)
             share = -1.0 / (1.0 + way * rows.load_coefficient) if force > 0.0 else -1.0
             out[index, column] += share * thin * speed
             out[index, column + 1] += share * way * scale
-            out[index, column + 2] += share * way * fade
+            out[index, column + 2] += share * way * fading(abs(speed), side)
         out[index] /= max(count, 1)
     return out

@@ -172,7 +172,8 @@ def flow_terms_signs(signs: Signs) -> dict[str, float]:
     }
 
 
-def _answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
+def answer(signs: Mapping[str, float], weights: Mapping[str, float]) -> float:
+    """A logistic regression's probability of a yes; signs without a weight do not count."""
     total = sum(weights[name] * sign for name, sign in signs.items() if name in weights)
     return float(1.0 / (1.0 + np.exp(-np.clip(total, -30.0, 30.0))))
 
@@ -181,21 +182,21 @@ def distribution(signs: Signs, calibration: Calibration) -> dict[Names, float]:
     """Set of names -> probability, adding up to 1; the empty set is `none`, ("unnamed",) what no
     name covers.
     """
-    covered = (1.0 - _answer(left_signs(signs), calibration.left)) * (
-        1.0 - _answer(generic_signs(signs), calibration.generic)
+    covered = (1.0 - answer(left_signs(signs), calibration.left)) * (
+        1.0 - answer(generic_signs(signs), calibration.generic)
     )
     missing = calibration.lapsed(
-        "unnamed", 1.0 - covered * (1.0 - _answer(flow_terms_signs(signs), calibration.flow_terms))
+        "unnamed", 1.0 - covered * (1.0 - answer(flow_terms_signs(signs), calibration.flow_terms))
     )
     singles = [(n, gain) for n, gain in signs.gains if len(n) == 1]
     larger = [(n, gain) for n, gain in signs.gains if len(n) > 1]
     some = (
-        calibration.lapsed("presence", _answer(presence_signs(signs), calibration.presence))
+        calibration.lapsed("presence", answer(presence_signs(signs), calibration.presence))
         if singles
         else 0.0
     )
     two = (
-        calibration.lapsed("second", _answer(second_signs(signs), calibration.second))
+        calibration.lapsed("second", answer(second_signs(signs), calibration.second))
         if larger
         else 0.0
     )

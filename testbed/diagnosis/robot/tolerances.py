@@ -14,17 +14,16 @@ FILE = "workshop"
 
 
 def standard_deviation(number: str, drawing: float = 0.0, scale: Scale = ROBOCLIMBER) -> float:
-    """How far the number of that name (`*` for each) lies from `middle`, root mean square over
-    drawn machines of this size; 0 where no tolerance names it.
+    """How far the number of that name (`*` for each) lies from `middle`, over drawn machines of
+    this size; 0 where no tolerance names it.
     """
     found = _table().get(number)
     if found is None:
         return 0.0
-    low, high = (found.applied(drawing, end) for end in found.range)
-    variance = (high - low) ** 2 / (24.0 if found.spread == "triangular" else 12.0)
-    if found.chance < 1.0:
-        variance = (variance + (0.5 * (low + high)) ** 2) * found.chance
-    return found.times(number, scale) * math.sqrt(variance)
+    spread = found.standard_deviation(number, drawing, scale)
+    if found.chance == 1.0:
+        return spread
+    return math.hypot(spread, found.times(number, scale) * found.moments()[0])
 
 
 def middle(number: str, drawing: float) -> float:

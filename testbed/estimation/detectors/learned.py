@@ -28,9 +28,9 @@ from testbed.formats.records import Record, part, quantity
 from testbed.machine.names import LEGS
 
 Array = NDArray[np.float64]
-WIDE, NARROW = 16, 8
+WIDE, NARROW = 24, 12
 """Sizes of the two inner layers."""
-SMOOTH_S = 0.003
+SMOOTH_S = 0.0005
 """Time constant of the score."""
 WEIGHTS = Path(__file__).with_name("learned.npz")
 
@@ -118,8 +118,8 @@ class Learned:
     """
 
     name, text = "learned", "small network on memories of all feet, three levels"
-    threshold = 1.75
-    hold = Hold(margin=2.7, dwell_s=0.45, sure_margin=3.7, sure_s=0.007)
+    threshold = 1.55
+    hold = Hold(margin=2.1, dwell_s=0.45, sure_margin=4.9, sure_s=0.0055)
 
     scale: ClassVar[dict[str, float]] = {"loss_force": 294.3}
 

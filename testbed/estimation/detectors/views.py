@@ -1,11 +1,13 @@
-"""What the learned detector looks at: 27 numbers a foot, made of this sample and of short memories
-of the last ones.
+"""What the learned detector looks at: 35 numbers a foot, made of this sample and of memories of the
+last ones.
 
 Loads are seen through arsinh(load / loss force): fine around nothing, coarse where a foot is safe,
 alike on machines of any weight. What moves on a short time scale tells a foot in the air from one
-that bears little: on the ground it feels the drill and the other feet, in the air it does not. What
-tells one scene from the next (pressures, slope, thrust, longer memories) is left out: with some
-hundred scenes to learn from, a network learns those by heart.
+that bears little: on the ground it feels the drill and the other feet, in the air it does not; nor
+does it hold back the slope's pull. What the three loads differ by over ten seconds shows a sensor
+that drifts, and what all loads together bear beyond the expected how far the balance can be
+trusted. What tells one scene from the next (pressures, slope, thrust, longer memories) is left out:
+with some hundred scenes to learn from, a network learns those by heart.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ MEANS_S = (0.002, 0.01, 0.05, 0.3)
 """Time constants of the running means of a load, s."""
 MEANS = ("2 ms", "10 ms", "50 ms", "300 ms")
 STIRRED = ("carried, 10 ms", "own, 10 ms", "carried, 50 ms", "own, 50 ms")
+SIDEWAYS = ("10 ms", "300 ms")
+BEHIND = ("carried", "balance")
 EXTREMES = ("own, most", "own, least", "carried, most", "carried, least")
 VIEW = (
     *(f"{load}, mean over {span}" for load in LOADS for span in MEANS),
@@ -34,10 +38,20 @@ VIEW = (
     "own of the foot across the body's middle",
     "own of the foot on the same side",
     "own of the foot at the same end",
+    *(f"side force, mean size over {span}" for span in SIDEWAYS),
+    "side force, size of its mean over 50 ms",
+    "side force of all feet, mean size over 50 ms",
+    "what all feet bear beyond the expected, mean over 100 ms",
+    "own, least of the last 2 s",
+    *(f"own less {load}, mean over 10 s" for load in BEHIND),
 )
 LATE_S, EXPECTED_S, STIR_S = 0.3, 0.01, (0.02, 0.1)
 """Time constants: of what a foot bore of late; of what is expected; of how much a load is stirred
 within 10 and 50 ms, s (E).
+"""
+ASIDE_S, SHORT_S, WHOLE_S, LEAST_S, DRIFT_S = (0.01, 0.3), 0.05, 0.1, 2.0, 10.0
+"""Likewise: of side forces; of their direction; of the whole machine's load; of the least that a
+foot bore; of what a sensor's drift adds, s (E).
 """
 
 
@@ -49,6 +63,12 @@ class FootMemory(Record):
     expected = quantity("N", "running mean of the expected load")
     stirred = quantity("N", "mean distance of a load from its mean", per=STIRRED)
     extremes = quantity("N", "what the foot bore of late", per=EXTREMES)
+    sideways = quantity("N", "mean size of the side force", per=SIDEWAYS)
+    aside = quantity("N", "its mean size over 50 ms")
+    pushed = quantity("N", "mean side force over 50 ms", per=("x", "y"))
+    beyond = quantity("N", "running mean of what the foot bears beyond the expected")
+    least = quantity("N", "the least that it bore of late")
+    behind = quantity("N", "running mean of `own` less a load", per=BEHIND)
     odds = quantity("1", "the detector's answer so far")
     judged = quantity("1", "1 once there was one")
 
@@ -88,7 +108,32 @@ def remember(row: Any, derived: Any, foot: int, memory: Any, dt: float) -> None:
         memory.extremes[least] += fade * (now - memory.extremes[least])
         memory.extremes[most] = max(memory.extremes[most], now)
         memory.extremes[least] = min(memory.extremes[least], now)
+    remember_slowly(row, loads, foot, memory, dt)
     memory.started = 1.0
+
+
+@njit
+def remember_slowly(row: Any, loads: Any, foot: int, memory: Any, dt: float) -> None:
+    """The same of side forces, of the balance and of what takes seconds; loads: own, carried,
+    balance, N.
+    """
+    started = memory.started != 0.0
+    side = (row.own.x[foot], row.own.y[foot])
+    size = math.hypot(side[0], side[1])
+    short = _share(dt, SHORT_S) if started else 1.0
+    for k in range(2):
+        share = _share(dt, ASIDE_S[k]) if started else 1.0
+        memory.sideways[k] += share * (size - memory.sideways[k])
+        memory.pushed[k] += short * (side[k] - memory.pushed[k])
+        share = _share(dt, DRIFT_S) if started else 1.0
+        memory.behind[k] += share * (loads[0] - loads[k + 1] - memory.behind[k])
+    memory.aside += short * (size - memory.aside)
+    share = _share(dt, WHOLE_S) if started else 1.0
+    memory.beyond += share * (loads[0] - row.expected[foot] - memory.beyond)
+    share = _share(dt, LEAST_S) if started else 1.0
+    memory.least = min(
+        memory.least + share * (memory.means[0, 1] - memory.least), memory.means[0, 1]
+    )
 
 
 @njit
@@ -97,6 +142,10 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
     unit = numbers.loss_force
     for foot in range(len(LEGS)):
         remember(row, derived, foot, memories[foot], dt)
+    aside = beyond = 0.0
+    for foot in range(len(LEGS)):
+        aside += memories[foot].aside
+        beyond += memories[foot].beyond
     for foot in range(len(LEGS)):
         m, view = memories[foot], views[foot]
         for load in range(3):
@@ -112,3 +161,9 @@ def look(row: Any, derived: Any, numbers: Any, memories: Any, dt: float, views: 
         view[24] = math.asinh(memories[3 - foot].means[0, 2] / unit)
         view[25] = math.asinh(memories[(foot + 2) % 4].means[0, 2] / unit)
         view[26] = math.asinh(memories[foot + 1 - 2 * (foot % 2)].means[0, 2] / unit)
+        for k in range(2):
+            view[27 + k] = math.asinh(m.sideways[k] / unit)
+            view[33 + k] = math.asinh(m.behind[k] / unit)
+        view[29] = math.asinh(math.hypot(m.pushed[0], m.pushed[1]) / unit)
+        view[30], view[31] = math.asinh(aside / unit), math.asinh(beyond / unit)
+        view[32] = math.asinh(m.least / unit)

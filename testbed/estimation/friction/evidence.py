@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.effects.terms import Signals
 from testbed.errors import InputError
 from testbed.estimation.leg.balance import piston_force_n
 from testbed.estimation.leg.signals import signals_of
@@ -87,29 +88,49 @@ def _rows(recording: Recording, known: Known, number: int) -> Evidence:
         )
     check_chambers(recording)
     check_alive(recording)
+    seen = seen_in(recording, known)
+    signals, pick = seen.signals, seen.rows(recording)
+    force = piston_force_n(signals) + seen.inertia_n - seen.reference_n
+    chambers = [
+        np.zeros_like(force) if pressure is None else pressure
+        for pressure in (signals.pressure_a_pa, signals.pressure_b_pa)
+    ]
+    in_a, in_b = (chamber[pick] for chamber in chambers)
+    speed, acceleration = seen.velocity_m_s[pick], seen.acceleration_m_s2[pick]
+    return Evidence(speed, force[pick], acceleration, in_a, in_b, np.full(pick.size, number))
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A recording smoothed and on an even grid: m/s, m/s2, N, each (n,)."""
+
+    signals: Signals
+    velocity_m_s: Array
+    acceleration_m_s2: Array
+    reference_n: Array
+    inertia_n: Array
+    """m (g cos(inclination) - a) of what is declared to move."""
+
+    def rows(self, recording: Recording, sliding: bool = True) -> NDArray[np.intp]:
+        """Places of the rows, ROW_S apart: while the piston slides, or all along."""
+        good, rate_hz = unsaturated(recording, self.signals.time_s), self.signals.rate_hz
+        if sliding:
+            good &= steadily_sliding(self.velocity_m_s, rate_hz)
+        every = max(1, round(ROW_S * rate_hz))
+        return np.flatnonzero(good & (np.arange(len(good)) % every == 0))
+
+
+def seen_in(recording: Recording, known: Known) -> Seen:
+    """What a recording with a reference force shows of motion and forces."""
     signals = signals_of(recording, known, SMOOTHING_S)
     # not the truncated Gaussian's derivative: its gain is 0.1 % low, ten times what hundreds of
     # rows can see
     velocity = np.gradient(signals.position_m) * signals.rate_hz
     acceleration = np.gradient(velocity) * signals.rate_hz
-    mass = known.moving_mass_kg or 0.0
     reference = smoothed_reference(recording, signals.time_s)
-    force = (
-        piston_force_n(signals) + mass * (known.gravity_along_axis_m_s2 - acceleration) - reference
-    )
-    step = max(1, round(ROW_S * signals.rate_hz))
-    pick = np.flatnonzero(
-        steadily_sliding(velocity, signals.rate_hz) & unsaturated(recording, signals.time_s)
-    )
-    pick = pick[pick % step == 0]
-    chambers = [
-        np.zeros_like(velocity) if pressure is None else pressure
-        for pressure in (signals.pressure_a_pa, signals.pressure_b_pa)
-    ]
-    in_a, in_b = (chamber[pick] for chamber in chambers)
-    return Evidence(
-        velocity[pick], force[pick], acceleration[pick], in_a, in_b, np.full(pick.size, number)
-    )
+    mass = known.moving_mass_kg or 0.0
+    inertia = mass * (known.gravity_along_axis_m_s2 - acceleration)
+    return Seen(signals, velocity, acceleration, reference, inertia)
 
 
 CLOSES = 0.3

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.estimation.cylinder import friction_terms
+
 Array = NDArray[np.float64]
 C_LOW, C_HIGH, C_COUNT = 1e-3, 5e-2, 50
 DRAWS, FEWEST = 3000, 400
@@ -58,12 +60,10 @@ def fit_side(
         float(np.mean(np.abs(force_n))), 1.0
     )
     weight = np.ones_like(force_n)
-    noise = 1.0
     for stride in (3, 3, 1):  # a coarse grid will do to find the weights
         value = _least_squares(speed_m_s, force_n, weight, grid[::stride], parts)
         residual = force_n - curve(value, speed_m_s)
-        noise = max(1.4826 * float(np.median(np.abs(residual - np.median(residual)))), 1e-9)
-        weight = np.minimum(1.0, HUBER * noise / np.maximum(np.abs(residual), 1e-12))
+        weight = huber_weights(residual, scatter(residual - np.median(residual)))
     spread = float(np.sqrt(np.sum(weight * residual**2) / max(np.sum(weight) - 4.0, 1.0)))
     inflation = correlation_inflation(residual * weight)
     draws = _draw(speed_m_s, force_n, weight, scale, spread**2 * inflation, seed)
@@ -71,14 +71,8 @@ def fit_side(
 
 
 def curve(parameters: Array, speed_m_s: Array) -> Array:
-    """Friction N at speeds (m,) for parameters (4,), or (k, m) for parameters (k, 4)."""
-    p = np.atleast_2d(parameters)[:, :, None]
-    out = p[:, 0] * speed_m_s + p[:, 1] + p[:, 2] * np.exp(-speed_m_s / p[:, 3])
-    return np.asarray(out[0] if np.ndim(parameters) == 1 else out)
-
-
-def _design(speed: Array, stribeck_speed: float) -> Array:
-    return np.stack([speed, np.ones_like(speed), np.exp(-speed / stribeck_speed)], axis=1)
+    """Friction N at speeds (m,) for parameters (4,)."""
+    return np.asarray(friction_terms(speed_m_s, parameters[3]) @ parameters[:3])
 
 
 def _least_squares(
@@ -88,7 +82,7 @@ def _least_squares(
     log c_s.
     """
     fits = [
-        _constrained(_design(speed, stribeck_speed) * parts, force, weight)
+        _constrained(friction_terms(speed, stribeck_speed) * parts, force, weight)
         for stribeck_speed in grid
     ]
     cost = np.array([fit[1] for fit in fits])
@@ -99,7 +93,7 @@ def _least_squares(
         bend = left - 2.0 * mid + right
         shift = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
         c = float(np.exp(np.log(c) + shift * np.log(grid[1] / grid[0])))
-    theta, _ = _constrained(_design(speed, c) * parts, force, weight)
+    theta, _ = _constrained(friction_terms(speed, c) * parts, force, weight)
     return np.append(theta, c)
 
 
@@ -175,14 +169,13 @@ class _Linear:
 
     def _solve(self, grid: Array) -> tuple[Array, Array, Array]:
         """Means (k, 3), precisions (k, 3, 3) and costs (k,) for all c_s of the grid at once."""
-        ramp = np.broadcast_to(_design(self.speed, 1.0)[:, :2], (len(grid), len(self.speed), 2))
-        x = np.concatenate([ramp, np.exp(-self.speed / grid[:, None])[:, :, None]], axis=2)
+        x = friction_terms(self.speed, grid[:, None])
         weighted = x.transpose(0, 2, 1) * (self.weight / self.variance)
         precision = weighted @ x + np.diag(self.prior)
         right = weighted @ self.force
         mean = np.linalg.solve(precision, right[:, :, None])[:, :, 0]
         misfit = (self.force - (x @ mean[:, :, None])[:, :, 0]) ** 2 @ self.weight / self.variance
-        return mean, precision, np.asarray(misfit + mean**2 @ self.prior)
+        return np.asarray(mean), precision, np.asarray(misfit + mean**2 @ self.prior)
 
     def log_evidence(self, grid: Array) -> Array:
         """Log p(rows | c_s) up to a constant, (len(grid),)."""
@@ -198,6 +191,18 @@ class _Linear:
         return mean, np.asarray(
             unit[:, None] * vectors / np.sqrt(np.maximum(values, 1.0))[:, None, :]
         )
+
+
+def scatter(residual: Array) -> float:
+    """Standard deviation of residuals (m,) about 0 by their median size; never quite 0."""
+    return max(1.4826 * float(np.median(np.abs(residual))), 1e-9)
+
+
+def huber_weights(residual: Array, spread: float) -> Array:
+    """Weights (m,) under which residuals beyond HUBER standard deviations pull no more than one
+    there.
+    """
+    return np.minimum(1.0, HUBER * spread / np.maximum(np.abs(residual), 1e-12))
 
 
 def correlation_inflation(residual: Array) -> float:

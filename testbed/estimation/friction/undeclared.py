@@ -22,8 +22,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.estimation.cylinder import friction_terms
 from testbed.estimation.friction.evidence import Evidence
-from testbed.estimation.friction.posterior import C_HIGH, C_LOW, HUBER, correlation_inflation
+from testbed.estimation.friction.posterior import (
+    C_HIGH,
+    C_LOW,
+    correlation_inflation,
+    huber_weights,
+    scatter,
+)
 from testbed.recording.known import Known
 
 Array = NDArray[np.float64]
@@ -234,10 +241,10 @@ def fit(evidence: Evidence, unknown: Sequence[Unknown], form: str, use: Mask) ->
     scale = np.maximum(np.abs(extra).max(axis=0), 1e-300)
     best: tuple[float, Joint] | None = None
     for stribeck_speed in np.geomspace(C_LOW, C_HIGH, 12) if stribeck else (C_LOW,):
-        bump = np.sign(velocity) * np.exp(-np.abs(velocity) / stribeck_speed)
-        columns = [np.sign(velocity)]
-        columns += [velocity * plus, velocity * ~plus] if viscous else []
-        columns += [bump * plus, bump * ~plus] if stribeck else []
+        terms = np.sign(velocity)[:, None] * friction_terms(np.abs(velocity), stribeck_speed)
+        columns = [terms[:, 1]]
+        for kept, term in ((viscous, terms[:, 0]), (stribeck, terms[:, 2])):
+            columns += [term * plus, term * ~plus] if kept else []
         friction = np.column_stack(columns)
         friction = friction / np.maximum(np.linalg.norm(friction[use], axis=0), 1e-300)
         first = friction.shape[1]
@@ -265,7 +272,7 @@ def _robust(x: Array, y: Array, widths: Array, bounds: tuple[Array, Array]) -> t
     # How far the rows scatter is read off a fit that no declaration holds back.
     theta, weight = _reweighted(x, y, free, nowhere, 0.0)
     residual = y - x @ theta
-    variance = _scatter(residual) ** 2 * correlation_inflation(residual * weight)
+    variance = scatter(residual) ** 2 * correlation_inflation(residual * weight)
     theta, weight = _reweighted(x, y, widths, bounds, variance)
     residual = y - x @ theta
     penalty = variance * float(np.sum((theta / widths) ** 2))
@@ -289,10 +296,5 @@ def _reweighted(
         small: Array = np.asarray(np.linalg.qr(np.column_stack([rows, right]), mode="r"))
         theta = lsq_linear(small[:, :-1], small[:, -1], bounds, method="bvls").x
         residual = y - x @ theta
-        weight = np.minimum(1.0, HUBER * _scatter(residual) / np.maximum(np.abs(residual), 1e-12))
+        weight = huber_weights(residual, scatter(residual))
     return theta, weight
-
-
-def _scatter(residual: Array) -> float:
-    """Standard deviation by the median, N, of residuals (m,)."""
-    return max(1.4826 * float(np.median(np.abs(residual))), 1e-9)

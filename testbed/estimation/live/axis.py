@@ -4,7 +4,7 @@ and friction as a set.
 The piston's force less friction drives the joint: F = pA A_A - pB A_B + F_end - F_f. Friction is
 (5), thinned by the oil's warmth, with what the machine's file declares beside it: more of it out on
 the stroke, under pressure, under side load and after a rest. Where the piston may be at rest it is
-a set; friction_at_rest.py names the likeliest value in it.
+a set, in whose middle its likeliest value lies.
 """
 
 from __future__ import annotations
@@ -24,12 +24,10 @@ from testbed.estimation.cylinder import (
     overhang_factor,
     piston_force,
     place_factor,
-    push_of,
-    seal_ratio,
     thinning_by_warmth,
     true_pressure,
 )
-from testbed.estimation.live import encoder, friction_at_rest
+from testbed.estimation.live import encoder
 from testbed.formats.records import Record, part, quantity
 
 END_ZONE_M = 1.0e-3
@@ -58,7 +56,6 @@ class AxisState(Record):
     """What is known of one axis."""
 
     encoder = part(encoder.EncoderState, "motion")
-    rest = part(friction_at_rest.RestMemory, "memory of friction at rest")
     dwell = quantity("1", "how long it has rested, as a share of dwell_gain")
     time = quantity("s", "since the start")
     force = quantity("N", "of the piston, without friction, along extension")
@@ -91,20 +88,15 @@ class Decisions(Record):
     fresh_more = quantity("1", "by how much more it is unsure right after a stop, of that")
     fresh = quantity("s", "over which that fades: creep leads friction towards the middle")
     knows_dependence = quantity("1", "0/1: friction beyond (5)")
-    remembers = quantity("1", "0/1: the memory of friction at rest")
     end_zone = quantity("m", "nearer to a stop than this the stop may carry any load")
     end_force = quantity("N", "what a stop may carry")
-    rest = part(friction_at_rest.RestNumbers, "of that memory")
 
 
 class Loads(NamedTuple):
-    """What acts on a rod: along and across it, N; and whether its friction at rest is followed by
-    its history.
-    """
+    """What acts on a rod, N."""
 
     along: float
     across: float
-    followed: bool
 
 
 @njit
@@ -153,17 +145,15 @@ def conditions_of(
 
 @njit
 def step_axis(
-    readings: tuple[float, float, float, float],
+    readings: tuple[float, float, float],
     loads: Loads,
     oil_degc: float,
     decisions: Any,
     belief: Any,
     state: Any,
 ) -> None:
-    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m, valve
-    command 1.
-    """
-    reading_a, reading_b, reading_m, command = readings
+    """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m."""
+    reading_a, reading_b, reading_m = readings
     dt, c, seen = decisions.dt, belief.cylinder, state.encoder
     pa = true_pressure(reading_a, c.sensor_a, state.time)
     pb = true_pressure(reading_b, c.sensor_b, state.time)
@@ -179,13 +169,7 @@ def step_axis(
     state.force = piston + cushion_n(x, v, belief) + end_forces_n(c, x)
     now = conditions_of(state, belief, decisions, pa + pb, loads, oil_degc)
     low, high = friction_set(v, seen.sense, slides, c.friction, now)
-    ratio = seal_ratio(pa, pb, x, c)
-    push = push_of(command, c.deadband)
-    likely = friction_at_rest.step(
-        state.rest, piston, low, high, slides, push, ratio, decisions.rest
-    )
-    if decisions.remembers == 0.0 or not loads.followed:
-        likely = 0.5 * (low + high)
+    likely = 0.5 * (low + high)
     state.rested = state.rested + dt if slides <= 0.0 else 0.0
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     spread = spread_n(v, fresh * (high - low), c.friction, now, decisions)

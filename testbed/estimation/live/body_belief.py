@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.axis import END_FORCE_N, END_ZONE_M, Decisions
 from testbed.estimation.live.believed import Leg, friction_of
 from testbed.estimation.live.body_records import BodyBelief
@@ -42,8 +41,6 @@ class OwnTuning:
 
     rich: bool = True
     """Friction beyond (5): warmth of the oil, place on the stroke, pressure, side load, rest."""
-    history: bool = False
-    """Friction at rest remembers (friction_at_rest.py)."""
     swing: bool = True
     """A foot in the air carries nothing: zeros are learnt there."""
     balance: bool = True
@@ -69,9 +66,6 @@ class OwnTuning:
     fresh_s: float = 1.0
     sliding_keep_s: float = 0.5
     rest_keep_s: float = 0.3
-    drift_s: float = friction_at_rest.DRIFT_S
-    bent_s: float = friction_at_rest.BENT_S
-    open_share: float = friction_at_rest.OPEN_SHARE
     body_keep_s: float = 0.3
     weight_share: float = 0.005
     centre_sd_m: float = 0.01
@@ -157,7 +151,7 @@ def body_of(
     body["rope_direction"] = rope_directions_in_world
     body["pin_gain"] = 1.0
     body["drill_point"], body["store_point"] = model.drill_mount_m, model.rod_store_m
-    body["decisions"]["dt"] = body["decisions"]["rest"]["dt"] = dt_s
+    body["decisions"]["dt"] = dt_s
     numbers = model.leg_numbers()
     numbers["links"]["mass"][:, JOINTS.index("vertical")] = [leg.moving_mass_kg for leg in legs]
     body["legs"] = numbers
@@ -219,10 +213,8 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
         fresh_more=tuning.fresh_more,
         fresh=tuning.fresh_s,
         knows_dependence=tuning.rich,
-        remembers=tuning.history,
         end_zone=0.0,
         end_force=0.0,
-        rest=friction_at_rest.numbers(1.0, tuning.drift_s, tuning.bent_s, tuning.open_share)[0],
     )[0]
 
 
@@ -272,6 +264,6 @@ def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntr
 
 
 def without(tuning: OwnTuning, *ideas: str) -> OwnTuning:
-    """The tuning with some ideas switched off (`rich`, `history`, `swing`, `balance`, `robust`)."""
+    """The tuning with some ideas switched off (`rich`, `swing`, `balance`, `robust`)."""
     values = {field.name: getattr(tuning, field.name) for field in fields(tuning)}
     return OwnTuning(**(values | dict.fromkeys(ideas, False)))

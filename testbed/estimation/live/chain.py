@@ -27,7 +27,6 @@ from testbed.errors import InputError
 from testbed.estimation.detectors.combined import CombinedNumbers
 from testbed.estimation.detectors.held import Held
 from testbed.estimation.filters import persistent
-from testbed.estimation.live import friction_at_rest
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.chain_step import ChainBelief, ChainState, replay_chain
 from testbed.estimation.live.contact import limits_at
@@ -80,7 +79,6 @@ def belief_of(believed: Believed) -> NDArray[Any]:
     belief["rest_speed"], belief["slide_speed"] = t.rest_m_s, t.slide_m_s
     belief["pressure_sd"], belief["friction_share"] = t.pressure_sd_pa, t.friction_sd_share
     belief["speed_sd"], belief["acceleration_sd"] = t.speed_sd_m_s, t.acceleration_sd_m_s2
-    belief["rest"] = friction_at_rest.numbers(believed.dt_s)[0]
     belief["filter"] = persistent.Numbers.one(
         process_variance=t.kbf_q_n2,
         measurement_variance=t.kbf_r_n2,

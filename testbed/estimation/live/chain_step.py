@@ -63,7 +63,6 @@ class ChainBelief(Record):
     friction_share = quantity("1", "sliding friction is known to this share")
     speed_sd = quantity("m/s", "standard deviation of the speed")
     acceleration_sd = quantity("m/s2", "standard deviation of the acceleration")
-    rest = part(friction_at_rest.RestNumbers, "of friction at rest")
     filter = part(persistent.Numbers, "of the filters")
     contact = part(contact.ContactLimits, "of the contact state")
     combined = part(CombinedNumbers, "of the detector")
@@ -132,9 +131,7 @@ def step_leg(row: Any, leg: int, belief: Any, state: Any) -> None:
     state.slid = slides
     ratio = seal_ratio(pa, pb, x, c)
     push = push_of(row.valve[axis], c.deadband)
-    friction = friction_at_rest.step(
-        state.rest, piston, low, high, slides, push, ratio, belief.rest
-    )
+    friction = friction_at_rest.step(state.rest, piston, low, high, slides, push, ratio, belief.dt)
     estimate.one_chamber[leg], estimate.two_chamber[leg] = arm * pa * c.area_a, arm * piston
     estimate.friction[leg] = simple
     estimate.kbf[leg] = kbf.step(state.kbf, simple, belief.filter)

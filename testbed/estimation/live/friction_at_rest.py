@@ -20,7 +20,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from testbed.compiled import njit
 from testbed.formats.records import Record, quantity
@@ -36,19 +35,12 @@ class RestMemory(Record):
     started = quantity("1", "1 once there was a sample")
 
 
-class RestNumbers(Record):
-    """The rule's constants."""
-
-    dt = quantity("s", "step")
-    drift = quantity("s", "within this time friction drifts to the middle of its set")
-    bent = quantity("s", "within this time a bent seal relaxes")
-    open_share = quantity(
-        "1", "what friction takes of a change of the piston force while the valve is open"
-    )
-
-
-DRIFT_S, BENT_S, OPEN_SHARE = 0.4, 0.05, 0.8
-"""RestNumbers that suit the simulated seals (E)."""
+DRIFT_S = 0.4
+"""Within this time friction drifts to the middle of its set (E)."""
+BENT_S = 0.05
+"""Within this time a bent seal relaxes (E)."""
+OPEN_SHARE = 0.8
+"""What friction takes of a change of the piston force while the valve is open (E)."""
 SMOOTH_S = 0.004
 """Smoothing of the piston force."""
 SHUT_S = 0.03
@@ -57,13 +49,6 @@ SPREAD = 0.4
 """One standard deviation at rest as a share of the set's half width: what drift and vibration leave
 of it.
 """
-
-
-def numbers(
-    dt: float, drift: float = DRIFT_S, bent: float = BENT_S, open_share: float = OPEN_SHARE
-) -> NDArray[Any]:
-    """RestNumbers, shape (1,)."""
-    return RestNumbers.one(dt=dt, drift=drift, bent=bent, open_share=open_share)
 
 
 @njit
@@ -75,17 +60,16 @@ def step(
     slides: float,
     push: float,
     ratio: float,
-    numbers: Any,
+    dt: float,
 ) -> float:
     """The likeliest friction in [low, high], N. `piston` = pA A_A - pB A_B, N; `ratio` = k_seal /
     k_oil;
-    `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut; `numbers`:
-    RestNumbers.
+    `push`: the way the open valve drives the piston, -1 or 1, 0 while it is shut; `dt`: step, s.
 
     While the piston slides (slides > 0) the set is narrow and only remembered; at rest the three
     rules apply.
     """
-    middle, dt = 0.5 * (low + high), numbers.dt
+    middle = 0.5 * (low + high)
     if not np.isfinite(piston):  # a sample is missing: nothing is learnt from it
         return float(memory.slow + memory.bent) if memory.started != 0.0 else middle
     if memory.started == 0.0:
@@ -99,10 +83,10 @@ def step(
         memory.bent = 0.0
         return float(memory.slow)
     taken = push * max(push * change, 0.0) if push != 0.0 else change
-    drift = (middle - memory.slow) * min(dt / numbers.drift, 1.0)
-    memory.slow += (1.0 - memory.shut) * numbers.open_share * taken + drift
+    drift = (middle - memory.slow) * min(dt / DRIFT_S, 1.0)
+    memory.slow += (1.0 - memory.shut) * OPEN_SHARE * taken + drift
     memory.slow = min(max(memory.slow, low), high)
     bend = -ratio * change
     room = max(0.0, 1.0 - memory.bent / high) if bend > 0.0 else max(0.0, 1.0 - memory.bent / low)
-    memory.bent += memory.shut * bend * room - memory.bent * min(dt / numbers.bent, 1.0)
+    memory.bent += memory.shut * bend * room - memory.bent * min(dt / BENT_S, 1.0)
     return float(min(max(memory.slow + memory.bent, low), high))

@@ -36,19 +36,6 @@ HOLDS = 1.0 / 3.290
 """Standard deviation of a normal over the width of its 90 % interval."""
 
 
-def spread_of(tolerance: Tolerance) -> tuple[float, float]:
-    """Mean and standard deviation of a tolerance's draw; where not every machine has it, of all
-    machines.
-    """
-    low, high = tolerance.range
-    middle = 0.5 * (low + high)
-    variance = (high - low) ** 2 / (24.0 if tolerance.spread == "triangular" else 12.0)
-    none = 1.0 if tolerance.by == "factor" else 0.0
-    mean = none + tolerance.chance * (middle - none)
-    second = tolerance.chance * (variance + (middle - none) ** 2)
-    return mean, math.sqrt(second - (mean - none) ** 2)
-
-
 @dataclass(frozen=True)
 class Uncertainty:
     """Standard deviations of a machine's numbers: by `draw`, the name of a tolerance file, but for
@@ -71,9 +58,8 @@ class Uncertainty:
         tolerance = self._tolerances.get(number)
         if tolerance is None:
             return 0.0
-        share = tolerance.by == "factor"
-        times = machine.quantity(number).value if share else tolerance.times(number, machine.scale)
-        return float(abs(times) * spread_of(tolerance)[1])
+        drawn = machine.quantity(number).value if tolerance.by == "factor" else 0.0
+        return tolerance.standard_deviation(number, drawn, machine.scale)
 
     def expected(self, machine: Machine) -> dict[str, float]:
         """Numbers of cylinders and seals whose tolerances do not lie evenly about the drawing ->
@@ -86,7 +72,7 @@ class Uncertainty:
             if number.startswith("axes.") and number.split(".")[2] in ("cylinder", "seal"):
                 drawn = machine.quantity(number).value
                 times = tolerance.times(number, machine.scale)
-                mean = tolerance.applied(drawn, times * spread_of(tolerance)[0])
+                mean = tolerance.applied(drawn, times * tolerance.moments()[0])
                 if mean != drawn:
                     out[number] = mean
         return out

@@ -281,7 +281,7 @@ def step_body(row: Any, body: Any, state: Any) -> None:
     joints, lift = state.joints, state.motion.lift
     for index in range(12):
         axis = state.axes[index]
-        readings = row.pressure_a[index], row.pressure_b[index], extension[index], row.valve[index]
+        readings = row.pressure_a[index], row.pressure_b[index], extension[index]
         loads = loads_of(index, state.last_force[index // 3], arms[index])
         step_axis(readings, loads, row.oil_temperature, body.decisions, body.axes[index], axis)
         joints.position[index] = row.position[index]
@@ -309,8 +309,8 @@ def loads_of(axis: int, foot_force: Any, arm: float) -> Loads:
     """What acts on an axis' rod, by its arm, from the last step's force (3) on its foot."""
     if axis % 3 == 2:
         across = math.sqrt(foot_force[0] ** 2 + foot_force[1] ** 2)
-        return Loads(foot_force[2] / arm, across, True)
-    return Loads(0.0, abs(foot_force[2]) if axis % 3 == 1 else 0.0, False)
+        return Loads(foot_force[2] / arm, across)
+    return Loads(0.0, abs(foot_force[2]) if axis % 3 == 1 else 0.0)
 
 
 @njit

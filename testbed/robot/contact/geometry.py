@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from testbed.compiled import njit
+from testbed.machine.names import LEGS
 from testbed.robot.contact.solver import Feet, solve_contacts
 
 ALONG_X = 1e-9
 """Size of a tangent below which the normal lies along body x."""
 UNLOADS_N_N = -1e-9
 """A push takes load from a foot where its load's slope is below this."""
+BALANCED = 1e-6
+"""Equilibrium counts as reached when the missing wrench is below this share of the load."""
 
 Array = NDArray[np.float64]
 
@@ -171,17 +174,56 @@ class Ground(NamedTuple):
     """(n,)."""
 
 
+class FootLoads(NamedTuple):
+    """Expected loads of the four feet (LEGS order), ground on foot, N; body frame."""
+
+    force_in_body_n: Array
+    """(4, 3)."""
+    normal_n: Array
+    """(4,) along the ground's normal."""
+    tangential_n: Array
+    """(4,) size of the friction force."""
+    vertical_load_n: Array
+    """(4,) along the vertical joint's axis: what its cylinder feels of the ground."""
+    friction_use: Array
+    """(4,) tangential / (friction * normal); 1 slides; 0 for a foot in the air."""
+    in_contact: NDArray[np.bool_]
+    """(4,) feet that carry."""
+    load_per_height_n_m: Array
+    """(4, 4): change of vertical load i by raising the ground under foot j, N/m."""
+    load_per_wrench: Array
+    """(4, 6): change of vertical load i by a wrench on the body, N/N and N/(N m)."""
+    reserve_n: Array
+    """(4,) further push away from the slope, along the drill axis, at which a foot leaves, if
+    friction holds until then and no other foot leaves before; infinite if it never does."""
+    missing_wrench: Array
+    """(6,) wrench that the feet cannot balance; about zero when `balanced`."""
+    balanced: bool
+    """Whether feet that never pull, within friction, hold the machine."""
+
+    @property
+    def unloads_first(self) -> str | None:
+        """The leg whose foot leaves first under a push along the drill axis (None: no foot
+        would).
+        """
+        first = int(np.argmin(self.reserve_n))
+        return LEGS[first] if np.isfinite(self.reserve_n[first]) else None
+
+    @property
+    def unload_reserve_n(self) -> float:
+        """Further push along the drill axis at which the first foot leaves, N."""
+        return float(self.reserve_n.min())
+
+
 @njit
 def feet_under_load(
     load: Array, centre: Array, legs: Legs, ground: Ground, push: Array
-) -> tuple[Array, ...]:
-    """Everything `FootLoads` reports, from legs and load; `push` (6,) is the wrench along which
-    reserves are counted.
+) -> FootLoads:
+    """Expected loads, from legs and load; `push` (6,) is the wrench along which reserves are
+    counted.
 
     Solved about the centre of mass `centre` (3,), so that a load the feet cannot balance pushes it
-    away, not over. Returns forces in the body frame, normal, tangential, vertical loads, friction
-    use, touching (0 or 1), vertical loads per height and per wrench, reserves, missing wrench,
-    Newton steps (1,).
+    away, not over.
     """
     n, friction = ground.friction.shape[0], ground.friction
     axes = np.empty((n, 3))
@@ -195,10 +237,8 @@ def feet_under_load(
         ground.heights,
         ground.reached,
     )
-    found, missing, per_height, per_load, steps = solve_contacts(
-        _moved(load, centre), feet, friction
-    )
-    forces, touches = found.forces, found.touches
+    found, missing, per_height, per_load = solve_contacts(_moved(load, centre), feet, friction)
+    forces = found.forces
     back = np.empty(3)
     for k in range(3):
         back[k] = -centre[k]
@@ -207,15 +247,13 @@ def feet_under_load(
         for k in range(3):
             _move_gradient(per_load[index, k], centre)
     in_body, vertical, by_height, by_wrench = _in_body(axes, frames, forces, per_height, per_load)
-    normal, counted = np.empty(n), np.empty(1)
-    tangential, use, reserve, carries = np.zeros(n), np.zeros(n), np.empty(n), np.zeros(n)
-    counted[0] = steps
+    normal, reserve = np.empty(n), np.empty(n)
+    tangential, use = np.zeros(n), np.zeros(n)
     for index in range(n):
         normal[index], reserve[index] = forces[index, 0], np.inf
         tangential[index] = np.sqrt(forces[index, 1] ** 2 + forces[index, 2] ** 2)
-        if not touches[index]:
+        if not found.touches[index]:
             continue
-        carries[index] = 1.0
         if friction[index] > 0.0:
             use[index] = tangential[index] / (friction[index] * forces[index, 0])
         slope = 0.0
@@ -223,16 +261,20 @@ def feet_under_load(
             slope += per_load[index, 0, k] * push[k]
         if slope < UNLOADS_N_N:
             reserve[index] = -forces[index, 0] / slope
-    return (
+    lacks = carries = 0.0
+    for k in range(6):
+        lacks += missing[k] ** 2
+        carries += load[k] ** 2
+    return FootLoads(
         in_body,
         normal,
         tangential,
         vertical,
         use,
-        carries,
+        found.touches,
         by_height,
         by_wrench,
         reserve,
         missing,
-        counted,
+        lacks <= BALANCED**2 * carries,
     )

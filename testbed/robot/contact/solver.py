@@ -150,15 +150,13 @@ def _newton_step(stiffness: Array, residual: Array, step: Array) -> None:
 @njit
 def _newton(
     move: Array, scale: float, load: Array, feet: Feet, bounds: Array, balance: Balance
-) -> int:
-    """Move the body to equilibrium for given friction bounds (fills `move`, `balance`); returns
-    Newton steps.
-    """
+) -> None:
+    """Move the body to equilibrium for given friction bounds (fills `move`, `balance`)."""
     frozen, step, start = np.zeros(bounds.shape[0]), np.empty(6), np.empty(6)
     potential = _evaluate(move, load, feet, bounds, frozen, balance)
-    for taken in range(MOST_STEPS):
+    for _ in range(MOST_STEPS):
         if _size(balance.residual) <= 1e-10 * scale + 1e-12:
-            return taken
+            return
         _newton_step(balance.stiffness, balance.residual, step)
         gain, before, length = 0.0, potential, 1.0
         for index in range(6):
@@ -172,8 +170,7 @@ def _newton(
                 break
             length *= 0.5
         if gain <= 1e-15 * abs(potential):
-            return taken + 1
-    return MOST_STEPS
+            return
 
 
 @njit
@@ -246,14 +243,12 @@ def _sensitivities(
 
 
 @njit
-def solve_contacts(
-    load: Array, feet: Feet, friction: Array
-) -> tuple[Balance, Array, Array, Array, int]:
+def solve_contacts(load: Array, feet: Feet, friction: Array) -> tuple[Balance, Array, Array, Array]:
     """Feet in equilibrium with `load` (6,), force and moment about the point that `feet.maps` have,
     N and N m.
 
     friction (n,). Returns the balance found, the missing wrench (6,), forces per height (n, 3, n)
-    N/m and per load wrench (n, 3, 6), Newton steps.
+    N/m and per load wrench (n, 3, 6).
     """
     n = friction.shape[0]
     move = np.zeros(6)
@@ -265,19 +260,19 @@ def solve_contacts(
         np.empty(6),
         np.empty((6, 6)),
     )
-    scale, steps = _size(load), 0
+    scale = _size(load)
     bounds, missing = np.empty(n), np.empty(6)
     for index in range(n):
         bounds[index] = friction[index] * scale / n
     for _ in range(100):
-        steps += _newton(move, scale, load, feet, bounds, balance)
+        _newton(move, scale, load, feet, bounds, balance)
         if _settle(bounds, friction, feet.active, balance, scale):
             break
     _evaluate(move, load, feet, bounds, friction, balance)
     per_height, per_load = _sensitivities(feet.maps, balance.slopes, feet.active, balance.stiffness)
     for k in range(6):
         missing[k] = SUPPORT * move[k]
-    return balance, missing, per_height, per_load, steps
+    return balance, missing, per_height, per_load
 
 
 @njit

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from testbed.machine.names import AXES, LEGS, VERTICAL
-from testbed.robot.loads.foot_loads import ExpectedLoads, FootLoads
+from testbed.robot.contact.geometry import FootLoads
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
 
 LEAST_SLOPE = 1e-9
 """Loss of load by push below which a foot never leaves, N/N."""
@@ -52,31 +53,27 @@ def loads_of_measured_posture(
     expected: ExpectedLoads,
     positions: ArrayLike,
     gravity_in_body: ArrayLike,
-    heights_m: ArrayLike,
+    footing: Footing,
     **acts: Any,
 ) -> FootLoads:
-    """Loads of a posture measured under load, ground heights given (see heights_under_load).
+    """Loads of a posture measured under load, heights of the footing given (heights_under_load).
 
     The joints' give is in their positions already, so only the ground gives. A further load changes
     the joints too: sensitivities and reserves are those of joints, oil and ground together, at
     these loads.
     """
-    heights = np.asarray(heights_m, dtype=float)
-    now = expected.solve(
-        positions, gravity_in_body, height_m=heights, joint_compliance=np.zeros(len(AXES)), **acts
-    )
+    held = np.zeros(len(AXES))
+    now = expected.solve(positions, gravity_in_body, footing=footing, joint_compliance=held, **acts)
     given = expected.oil.joint_compliance(positions)
     jacobians = expected.model.feet(positions)[1]
     give = np.array([jacobians[index, 2] ** 2 @ given for index in range(len(LEGS))])
-    free = expected.solve(
-        positions, gravity_in_body, height_m=heights + give * now.normal_n, **acts
-    )
+    unloaded = replace(footing, heights_m=np.asarray(footing.heights_m) + give * now.normal_n)
+    free = expected.solve(positions, gravity_in_body, footing=unloaded, **acts)
     slopes = np.where(free.reserve_n > 0.0, free.normal_n / free.reserve_n, 0.0)
     reserve = np.divide(
         now.normal_n, slopes, out=np.full(len(LEGS), np.inf), where=slopes > LEAST_SLOPE
     )
-    return replace(
-        now,
+    return now._replace(
         load_per_height_n_m=free.load_per_height_n_m,
         load_per_wrench=free.load_per_wrench,
         reserve_n=reserve,
@@ -102,7 +99,9 @@ def load_interval_n(
     held_m = FRICTION_HOLD_N * (joints[list(VERTICAL)].mean() + expected.ground_compliance_m_n)
     reach = NORMAL_QUANTILE_90 * float(np.hypot(footing_deviation_m, held_m)) * internal
     ends = [
-        expected.solve(positions, gravity_in_body, height_m=way * reach, **acts).vertical_load_n
+        expected.solve(
+            positions, gravity_in_body, footing=Footing(heights_m=way * reach), **acts
+        ).vertical_load_n
         for way in (-1.0, 1.0)
     ]
     return np.minimum(*ends), np.maximum(*ends)

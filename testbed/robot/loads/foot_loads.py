@@ -16,59 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from testbed.formats.records import SET
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS, VERTICAL
-from testbed.robot.contact.geometry import Ground, Legs, feet_under_load
+from testbed.robot.contact.geometry import FootLoads, Ground, Legs, feet_under_load
 from testbed.robot.loads.compliance import OilColumns
 from testbed.robot.model import Payload, RobotModel
 
 Array = NDArray[np.float64]
-BALANCED = 1e-6
-"""Equilibrium counts as reached when the missing wrench is below this share of the load."""
-
-
-@dataclass(frozen=True)
-class FootLoads:
-    """Expected loads of the four feet (LEGS order), ground on foot, N; body frame."""
-
-    force_in_body_n: Array
-    """(4, 3)."""
-    normal_n: Array
-    """(4,) along the ground's normal."""
-    tangential_n: Array
-    """(4,) size of the friction force."""
-    vertical_load_n: Array
-    """(4,) along the vertical joint's axis: what its cylinder feels of the ground."""
-    friction_use: Array
-    """(4,) tangential / (friction * normal); 1 slides; 0 for a foot in the air."""
-    in_contact: NDArray[np.bool_]
-    """(4,) feet that carry."""
-    load_per_height_n_m: Array
-    """(4, 4): change of vertical load i by raising the ground under foot j, N/m."""
-    load_per_wrench: Array
-    """(4, 6): change of vertical load i by a wrench on the body, N/N and N/(N m)."""
-    reserve_n: Array
-    """(4,) further push away from the slope, along the drill axis, at which a foot leaves, if
-    friction holds until then and no other foot leaves before; infinite if it never does."""
-    missing_wrench: Array
-    """(6,) wrench that the feet cannot balance; about zero when `balanced`."""
-    balanced: bool
-    """Whether feet that never pull, within friction, hold the machine."""
-    newton_steps: int
-
-    @property
-    def unloads_first(self) -> str | None:
-        """The leg whose foot leaves first under a push along the drill axis (None: no foot
-        would).
-        """
-        first = int(np.argmin(self.reserve_n))
-        return LEGS[first] if np.isfinite(self.reserve_n[first]) else None
-
-    @property
-    def unload_reserve_n(self) -> float:
-        """Further push along the drill axis at which the first foot leaves, N."""
-        return float(self.reserve_n.min())
 
 
 @dataclass(frozen=True)
@@ -83,6 +37,10 @@ class Footing:
     """(4, 3)."""
     compliance_m_n: ArrayLike | None = None
     """(4, 3, 3), instead of that of joints and ground."""
+    heights_m: ArrayLike | None = None
+    """(4,): how far the ground under a foot stands proud of the plane through the unloaded feet,
+    along the normal.
+    """
 
 
 PLANE = Footing()
@@ -166,56 +124,28 @@ class ExpectedLoads:
         payload: Payload | None = None,
         rope_forces_in_body: ArrayLike | None = None,
         drill_wrench_in_body: ArrayLike | None = None,
-        height_m: ArrayLike | None = None,
         joint_compliance: ArrayLike | None = None,
         footing: Footing = PLANE,
     ) -> FootLoads:
         """Foot loads at joint positions (12,) under gravity (3,) m/s2 in the body frame.
 
-        rope_forces_in_body (2, 3) N at the attachment points; drill_wrench_in_body (6,); height_m
-        (4,): how far the ground under a foot stands proud of the plane through the unloaded feet,
-        along the normal; joint_compliance (12,), default the locked oil columns (zeros: joints held
-        rigidly, or positions measured under load). If no equilibrium exists, `balanced` is false
-        and `missing_wrench` says what the feet cannot balance.
+        rope_forces_in_body (2, 3) N at the attachment points; drill_wrench_in_body (6,);
+        joint_compliance (12,), default the locked oil columns (zeros: joints held rigidly, or
+        positions measured under load). If no equilibrium exists, `balanced` is false and
+        `missing_wrench` says what the feet cannot balance.
         """
         model = self.model
         load = external_wrench(
             model, positions, gravity_in_body, payload, rope_forces_in_body, drill_wrench_in_body
         )
-        out = feet_under_load(
+        found: FootLoads = feet_under_load(
             load,
             self._centre(positions, payload),
             self._legs(positions, joint_compliance, footing),
-            self._ground_under(footing, height_m),
+            self._ground_under(footing),
             self._push,
         )
-        (
-            force,
-            normal,
-            tangential,
-            vertical,
-            use,
-            carries,
-            by_height,
-            by_wrench,
-            reserve,
-            missing,
-            steps,
-        ) = out
-        return FootLoads(
-            force,
-            normal,
-            tangential,
-            vertical,
-            use,
-            carries > SET,
-            by_height,
-            by_wrench,
-            reserve,
-            missing,
-            bool(missing @ missing <= BALANCED**2 * (load @ load)),
-            int(steps[0]),
-        )
+        return found
 
     def _legs(
         self, positions: ArrayLike, joint_compliance: ArrayLike | None, footing: Footing
@@ -229,11 +159,11 @@ class ExpectedLoads:
             compliance = np.asarray(joint_compliance)
         return Legs(undersides, jacobians, _VERTICAL, self.model.foot_radius_m, compliance)
 
-    def _ground_under(self, footing: Footing, height_m: ArrayLike | None) -> Ground:
+    def _ground_under(self, footing: Footing) -> Ground:
         return Ground(
             _floats(footing.normals_in_body, _NORMALS),
             _floats(footing.compliance_m_n, self._ground),
-            _floats(height_m, _NOUGHT),
+            _floats(footing.heights_m, _NOUGHT),
             _ALL if footing.in_contact is None else np.asarray(footing.in_contact, dtype=bool),
             self._frictions,
         )

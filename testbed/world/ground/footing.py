@@ -148,11 +148,11 @@ class Footing:
             if local is not None and (in_air or self._loose):
                 heights, normals[:] = self._ground.surface(local[:, :2])
             if self._ticks == 1:  # no contacts yet
-                normals[:] = [self._engine.foot_gap(leg)[1] for leg in range(4)]
+                normals[:] = [self._engine.feet.gap(leg)[1] for leg in range(4)]
             if (
                 due or self._ground.heights_m is not None
             ):  # on straight pieces a standing foot keeps its normal
-                self._engine.contact_normals(normals)
+                self._engine.feet.normals(normals)
         if local is None and not self._loose:
             return
         if local is None:  # no foot changes its place, and under load only loose ground changes

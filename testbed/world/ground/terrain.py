@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from testbed.scenario.parts import Ropes
 from testbed.scenario.terrain import Terrain
+from testbed.scenario.world_parts import Ropes
 
 Array = NDArray[np.float64]
 FIELD_LENGTH_M = 24.0

@@ -16,10 +16,14 @@ from testbed.robot.loads.foot_load_sets import (
     load_interval_n,
     loads_of_measured_posture,
 )
-from testbed.robot.loads.foot_loads import ExpectedLoads
+from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
 
 STANCE = np.tile([0.0, 0.2, 0.25], 4)
 LEVEL = slope_gravity(0.0)
+
+
+def _ground(expected: ExpectedLoads, posture: np.ndarray) -> Footing:
+    return Footing(heights_m=heights_under_load(expected, posture))
 
 
 @pytest.mark.slow
@@ -46,10 +50,10 @@ def test_a_foot_that_reaches_lower_under_load_carries_what_the_ground_gives_for_
     internal of a quarter.
     """
     expected = ExpectedLoads(shipped_model(), MACHINE)
-    even = loads_of_measured_posture(expected, STANCE, LEVEL, heights_under_load(expected, STANCE))
+    even = loads_of_measured_posture(expected, STANCE, LEVEL, _ground(expected, STANCE))
     lower = STANCE.copy()
     lower[2] += 4.0e-5
-    found = loads_of_measured_posture(expected, lower, LEVEL, heights_under_load(expected, lower))
+    found = loads_of_measured_posture(expected, lower, LEVEL, _ground(expected, lower))
     np.testing.assert_allclose(
         found.normal_n - even.normal_n, 1e8 * 1e-5 * np.array([1, -1, -1, 1]), rtol=1e-3
     )
@@ -58,7 +62,7 @@ def test_a_foot_that_reaches_lower_under_load_carries_what_the_ground_gives_for_
 
 def test_reserves_of_a_measured_posture_count_the_joints_give() -> None:
     expected = ExpectedLoads(shipped_model(), MACHINE)
-    found = loads_of_measured_posture(expected, STANCE, LEVEL, heights_under_load(expected, STANCE))
+    found = loads_of_measured_posture(expected, STANCE, LEVEL, _ground(expected, STANCE))
     plain = expected.solve(STANCE, LEVEL)
     np.testing.assert_allclose(found.reserve_n, plain.reserve_n, rtol=0.02)
     assert found.unloads_first == plain.unloads_first

@@ -5,6 +5,7 @@ JSON is complete.
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,14 @@ from testbed.benchmarks.contact_loss import floor
 from testbed.benchmarks.contact_loss.benchmark import Commissioned, ContactLoss
 from testbed.benchmarks.contact_loss.page import page
 from testbed.benchmarks.contact_loss.rivals import rivals, shipped_thresholds
-from testbed.benchmarks.contact_loss.scenes import MACHINES, Scene, _undeclared, draw, scenes
+from testbed.benchmarks.contact_loss.scenes import (
+    GROUP,
+    MACHINES,
+    Scene,
+    _undeclared,
+    draw,
+    scenes,
+)
 from testbed.benchmarks.contact_loss.score import CLASSES, Reference, scored
 from testbed.benchmarks.contact_loss.summary import (
     COMMISSIONED,
@@ -32,7 +40,9 @@ from testbed.estimation.detectors.base import DROP
 from testbed.estimation.detectors.table import BEST
 from testbed.estimation.losses import LossRule
 from testbed.machine.build import build_machine
-from testbed.machine.names import AXES
+from testbed.machine.names import AXES, VERTICAL
+from testbed.scenario.scenario import load_scenario
+from testbed.world.simulation import Simulation
 
 DT, RULE = 1e-3, LossRule(10_000.0)
 
@@ -87,14 +97,59 @@ def test_one_pass_counts_at_every_threshold() -> None:
     assert sum(middle["false_flight_s"]) == pytest.approx(0.069)
 
 
-def test_the_floor_waits_as_long_as_a_loss_must_last_and_no_longer() -> None:
-    machine = build_machine()
-    normal = _normal((1, 5000, 5000), (0.012, 0, 0), (1, 5000, 5000), (0.5, 0, 0), (1, 5000, 5000))
-    scores = floor.floor_scores(normal, machine, RULE, DT, 1)
+def _path(oil_degc: float, samples: int, *changes: str) -> floor.SensorPath:
+    """The sensors of the drawing-board machine in a run of drill_slope_45."""
+    scenario = load_scenario("drill_slope_45", changes, 3)
+    chamber_b = np.full((samples, 4), 3.0e6)
+    return floor.SensorPath.built(build_machine(), scenario, chamber_b, np.full(samples, oil_degc))
+
+
+CALIBRATED_DEGC = build_machine().sensor.calibration_temperature_degc
+
+
+def test_the_floor_finds_a_loss_at_once_and_is_not_taken_in_by_a_short_gap() -> None:
+    normal = _normal((1, 5000, 5000), (0.008, 0, 0), (1, 5000, 5000), (0.5, 0, 0), (1, 5000, 5000))
+    scores = floor.floor_scores(normal, _path(CALIBRATED_DEGC, len(normal)), RULE, DT)
     (found,) = scored(scores, np.array([floor.THRESHOLD]), _reference(normal), floor.HOLD)
     assert found["false_alarms"] == [0, 0, 0]
-    assert found["delays_s"] == pytest.approx([0.02], abs=0.004)
-    assert floor.noise_n(machine) == pytest.approx(9.3, rel=0.05)
+    assert found["delays_s"] == pytest.approx([0.012], abs=0.004)
+
+
+def test_the_floor_s_sensors_err_by_warmth_as_their_data_sheet_allows() -> None:
+    force = np.full((4000, 4), 5000.0)
+    warm = ("sensors.thermal_drift=true",)
+    exact = _path(CALIBRATED_DEGC, len(force), "sensors.characteristic=false")
+    cold = _path(CALIBRATED_DEGC - 20.0, len(force), *warm, "sensors.characteristic=false")
+    bent = _path(CALIBRATED_DEGC, len(force))
+    off = [
+        np.abs((path.measured_n(force, DT) - force).mean(axis=0)) for path in (exact, cold, bent)
+    ]
+    assert np.all(off[0] < 3.0)
+    largest = 0.0125 * 1.0e7 / 40.0 * 20.0 * cold.areas_m2.sum(axis=0)
+    assert np.all(off[1] < largest) and off[1].max() > 0.05 * largest.max()
+    assert 5.0 < off[2].max() < 1.5e4 * bent.areas_m2.sum(axis=0).max() + 100.0
+    assert np.all(cold.error_n > bent.error_n)
+
+
+def test_the_floor_gives_back_what_its_sensors_show_below_nothing() -> None:
+    """A foot of 500 N whose sensors read 600 N too little is no lost one once it has hung."""
+    normal = _normal((1, 5000, 5000), (1, 0, 0), (2, 500, 500))
+    path = _path(CALIBRATED_DEGC, len(normal))
+    path.transducers["zero"][0, 0] = -600.0 / path.areas_m2[0, 0]
+    scores = floor.floor_scores(normal, path, RULE, DT)
+    assert np.all(scores[1100:2000, 0] > 0.0) and np.all(scores[2100:, 0] < 0.0)
+
+
+@pytest.mark.slow
+def test_the_floor_looks_through_the_run_s_own_transducers() -> None:
+    scenario = draw(Scene("drill", "scoring", 2)).scenario
+    simulation = Simulation(scenario)
+    truth = simulation.machines.truth
+    simulation.close()
+    path = floor.SensorPath.built(truth, scenario, np.zeros((1, 4)), np.zeros(1))
+    there = simulation.machine.board["transducers"][:, list(VERTICAL)]
+    for name in ("thermal", "thermal_gain", "bow", "hysteresis", "ripple", "ripple_phase"):
+        assert np.array_equal(path.transducers[name], there[name]), name
 
 
 def _answer(name: str, alarms: int, missed_s: float) -> dict[str, object]:
@@ -126,15 +181,20 @@ def test_the_supervised_scene_is_its_twin_and_splits_never_meet() -> None:
     assert b.scenario.control.supervisor and not a.scenario.control.supervisor
     assert a.scenario.task == b.scenario.task and np.array_equal(a.moves_m, b.moves_m)
     assert a.scenario.machine == b.scenario.machine and a.scenario.machine.draw == "workshop"
-    assert max(s.seed for s in scenes("tuning", 15.0)) < 1000
-    assert min(s.seed for s in scenes("scoring", 1.0)) >= 2000
-    machines = {
-        split: {s.machine_seed for s in scenes(split, 15.0)} for split in ("tuning", "scoring")
-    }
-    assert len(machines["tuning"]) == len(machines["scoring"]) == MACHINES
-    assert not machines["tuning"] & machines["scoring"]
-    walked = {s.machine_seed for s in scenes("scoring", 1.0) if s.kind == "crawl"}
-    assert walked == machines["scoring"]
+    tuning, scoring = (scenes(split, 40.0) for split in ("tuning", "scoring"))
+    assert not {s.seed for s in tuning} & {s.seed for s in scoring}
+    assert not {s.machine_seed for s in tuning} & {s.machine_seed for s in scoring}
+
+
+def test_a_group_of_scenes_shares_its_machines_and_each_of_them_drills_and_walks() -> None:
+    every = scenes("scoring", 6.0)
+    first = [s for s in every if s.number < GROUP]
+    machines = {s.machine_seed for s in first}
+    assert len(machines) == MACHINES
+    assert machines == {s.machine_seed for s in first if s.kind == "crawl"}
+    assert machines == {s.machine_seed for s in first if s.kind == "drill"}
+    later = {s.machine_seed for s in every if GROUP <= s.number < 2 * GROUP}
+    assert len(later) == MACHINES and not later & machines
 
 
 def test_hours_are_those_of_single_feet() -> None:
@@ -204,7 +264,7 @@ def test_a_scene_is_judged_with_both_beliefs_and_each_has_its_marks() -> None:
     words = {"touchdowns_s": [], "false_alarms": [0, 0, 0]}
     words |= {"missed_s": [0.0, 0.0, 0.1], "false_flight_s": [0.0, 0.0, 0.0]}
     blind, seeing = words | {"delays_s": [None]}, words | {"delays_s": [0.01]}
-    scene = {"scene": {"kind": "drill", "number": 0, "machine": "workshop"}, "slope_deg": 45.0}
+    scene = {"scene": asdict(Scene("drill", "scoring", 0)), "slope_deg": 45.0}
     scene |= {"drifting": 0, "losses": [loss], "fault": "", "verdict": "stood"}
     scene |= {"carried_s": [0.0, 0.0, 3500.0], "lost_s": [0.0, 0.0, 100.0]}
     scene |= {"square": [[0.0, 0.0, 8e6], [0.0, 0.0, 50.0]]}

@@ -21,6 +21,7 @@ from testbed.benchmarks.contact_loss.warning import (
 from testbed.benchmarks.contact_loss.warning_numbers import neighbours, report
 from testbed.errors import InputError
 from testbed.estimation.detectors.warning import NUMBERS, STEP_S
+from testbed.estimation.detectors.warning import raised as _rule_raised
 from testbed.estimation.losses import LossRule
 
 DT = 1e-3
@@ -122,6 +123,19 @@ def test_a_planned_thrust_that_goes_on_is_warned_of_and_once_only() -> None:
     plan = _thrust((5, 0, 0), (1.7, 0, 20400), (4, 20400, 20400), rising_until_s=6.7)
     ((foot, t),) = raised(looked_at(normal, plan), NUMBERS)
     assert foot == 0 and 6.0 < t < 6.5  # 300 N at 6.6 s
+
+
+def test_a_lift_that_is_ordered_is_warned_of_before_the_foot_unloads() -> None:
+    """The order comes at 5 s, the foot is off from 5.5 s to 7 s and down again."""
+    normal = _loads((5.5, 5000, 5000), (1.5, 0, 0), (5, 5000, 5000))
+    kept, time_s = _kept(normal), (np.arange(len(normal) // 5) + 1) * STEP_S
+    carrying = np.ones(kept.shape)
+    carrying[:, 0] = (time_s < 5.0) | (time_s > 7.0)
+    seen = looked_at(kept, None, carrying)
+    assert raised(seen, NUMBERS) == [(0, 5.0)]
+    found = outcome(_off(normal), seen, kept, NEAR_N, NUMBERS)
+    assert (found["early"], found["false"], found["late"]) == (1, 0, 0)
+    assert _rule_raised(seen, NUMBERS)[time_s > 9.5, 0].max() == 0.0
 
 
 def test_each_number_is_tried_lower_and_higher() -> None:

@@ -1,28 +1,17 @@
-"""The parts of a scenario: rates, ground, posture, ropes, hydraulics, sensors, belief,
-expectation.
+"""The parts of a scenario that say what the world is: rates, machine, posture, ropes, hydraulics,
+sensors, undeclared effects.
 """
 
 from __future__ import annotations
 
-import json
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from testbed.formats.checked import (
-    Checked,
-    Four,
-    NameOrClass,
-    Names,
-    Numbers,
-    Pair,
-    Sequence,
-    impossible,
-)
+from testbed.formats.checked import Checked, Four, Numbers, Pair, Sequence, impossible
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.sets import DEFAULT, SetName
 from testbed.scenario.hydraulic_parts import HydraulicPart
-from testbed.scenario.terrain import Terrain
 
 SensorPart = Literal[
     "encoder", "pressure", "supply_pressure", "rope_tension", "inertial", "oil_temperature"
@@ -71,6 +60,38 @@ class Rates(Checked):
                     f"{name} = {value} does not divide physics_hz = {self.physics_hz}",
                     "a whole fraction of physics_hz",
                 )
+        return self
+
+
+class OwnMachine(Checked):
+    """Which machine world and model have, and by what the world's differs from its drawing."""
+
+    folder: str | None = Field(
+        default=None,
+        description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
+        "(climber_8t, quarter_model); null: ROBOCLIMBER",
+    )
+    set: SetName = Field(
+        default=DEFAULT,
+        description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
+        "original (constant supply, edges that leak alike, no holding valves) or overlapped (inferred, with valves "
+        "without spool feedback and an amplifier that jumps their overlap)",
+    )
+    draw: Literal["workshop"] | None = Field(
+        default=None,
+        description="tolerances from which the world's machine is drawn; the model keeps the drawing-board machine; "
+        "null: the world has that one too",
+    )
+    seed: int = Field(
+        default=0, ge=0, le=2**32 - 1, description="which of the machines that could be drawn"
+    )
+
+    @model_validator(mode="after")
+    def _seed_of_a_draw(self) -> OwnMachine:
+        if self.folder is not None and self.set != DEFAULT:
+            raise impossible("has a set, which machine.yaml of its folder chooses", "set there")
+        if self.draw is None and self.seed != 0:
+            raise impossible("has a seed, but nothing is drawn", "draw: workshop beside it")
         return self
 
 
@@ -223,146 +244,6 @@ class Sensors(Checked):
     )
 
 
-class Model(Checked):
-    """What the robot believes about itself, where it differs from the drawing board."""
-
-    urdf: str | None = Field(
-        default=None,
-        description="the URDF that estimators and control believe; null: robot.urdf, or the shipped one; relative to "
-        "the scenario file",
-    )
-
-    parameters: Numbers = Field(
-        default_factory=dict,
-        description="dotted path of roboclimber.yaml -> the believed value (SI)",
-    )
-    tolerances: Literal["workshop", "exact"] | None = Field(
-        default=None,
-        description="how far the machine may be from what is believed, so far as no model file says better: the "
-        "whole-body estimate learns within these, and its intervals are as wide as they leave them; exact: not at "
-        "all; null: as machine.draw",
-    )
-
-
-class OwnMachine(Checked):
-    """Which machine world and model have, and by what the world's differs from its drawing."""
-
-    folder: str | None = Field(
-        default=None,
-        description="folder of a machine of your own, relative to the scenario file, or a shipped one by name "
-        "(climber_8t, quarter_model); null: ROBOCLIMBER",
-    )
-    set: SetName = Field(
-        default=DEFAULT,
-        description="numbers of the drawing board: inferred (the circuit under which the paper's figures hold together), "
-        "original (constant supply, edges that leak alike, no holding valves) or overlapped (inferred, with valves "
-        "without spool feedback and an amplifier that jumps their overlap)",
-    )
-    draw: Literal["workshop"] | None = Field(
-        default=None,
-        description="tolerances from which the world's machine is drawn; the model keeps the drawing-board machine; "
-        "null: the world has that one too",
-    )
-    seed: int = Field(
-        default=0, ge=0, le=2**32 - 1, description="which of the machines that could be drawn"
-    )
-
-    @model_validator(mode="after")
-    def _seed_of_a_draw(self) -> OwnMachine:
-        if self.folder is not None and self.set != DEFAULT:
-            raise impossible("has a set, which machine.yaml of its folder chooses", "set there")
-        if self.draw is None and self.seed != 0:
-            raise impossible("has a seed, but nothing is drawn", "draw: workshop beside it")
-        return self
-
-
-CONTROLLERS = ("position_hold", "pseudo_inverse", "qp", "drill", "learned")
-"""The shipped ways to share the load out; control/distribution/controllers.py has the class of
-each.
-"""
-
-
-class Control(Checked):
-    """How the load is shared out between feet and ropes."""
-
-    distribution: Annotated[str, NameOrClass(CONTROLLERS)] = Field(
-        default="position_hold",
-        description="controller of the foot loads; position_hold leaves them alone",
-    )
-    dither_m: float = Field(
-        default=0.0,
-        ge=0,
-        le=2e-3,
-        description="vertical set points wander up and down by this, all alike: friction at rest shows itself [m]",
-    )
-    dither_hz: float = Field(default=2.0, gt=0, le=10, description="how often a second [Hz]")
-    supervisor: bool = Field(
-        default=False,
-        description="true: when a foot loses its load the drill stops and the foot is lowered",
-    )
-    thrust_reserve: float | None = Field(
-        default=None,
-        ge=0,
-        lt=1,
-        description="share of the foot loads that the drill's feed must leave on the foot that it unloads first; the "
-        "feed is held to what that allows on this slope; null: no bound, an event says when a foot would leave",
-    )
-
-
-class Estimator(Checked):
-    """Estimator, detector of the contact state, constants of the paper's filters (null: the
-    parameter file's).
-    """
-
-    method: str = Field(
-        default="own",
-        min_length=1,
-        description="estimator of the foot loads that control, supervisor and detectors go by: a shipped one by name "
-        "(one_chamber, two_chamber, friction, kbf, modified_kbf, own), or FILE.py:Class; its loads are recorded as "
-        "estimate_own_<leg>",
-    )
-    detector: str = Field(
-        default="held",
-        min_length=1,
-        description="detector of the contact state: a shipped one by name, or FILE.py:Class",
-    )
-    process_variance_n2: float | None = Field(
-        default=None, gt=0, description="Q of the random walk, per step [N2]"
-    )
-    measurement_variance_n2: float | None = Field(
-        default=None, gt=0, description="R of the measured force [N2]"
-    )
-    innovation_limit_n: float | None = Field(
-        default=None, gt=0, description="e_max of the modified filter [N]"
-    )
-    contact_threshold_n: float | None = Field(
-        default=None, gt=0, description="estimated load below which a foot is called lost [N]"
-    )
-    loss_share: float = Field(
-        default=0.03,
-        gt=0,
-        lt=1,
-        description="share of the nominal load (a quarter of the weight) below which a foot has truly lost its contact: "
-        "what the summary counts as a loss, and what detectors are judged by",
-    )
-    loss_s: float = Field(
-        default=0.02,
-        ge=0,
-        le=10,
-        description="for so long at least; shorter gaps are no losses, shorter touches no touchdowns [s]",
-    )
-
-    @model_validator(mode="after")
-    def _threshold_has_its_detector(self) -> Estimator:
-        shipped = (self.detector, self.method) == ("held", "own")
-        if not shipped and self.contact_threshold_n is not None:
-            raise impossible(
-                "contact_threshold_n is that of the detector held on the estimate own",
-                "it with estimator.detector: held and estimator.method: own; else the detector holds its own",
-            )
-        return self
-
-
 class Undeclared(Checked):
     """An effect that the world has and the model does not."""
 
@@ -382,63 +263,3 @@ class Undeclared(Checked):
         if value not in PLACES:
             raise impossible("no such place on the robot", ", ".join(PLACES))
         return value
-
-
-class Bound(Checked):
-    """What a number of the summary must be."""
-
-    min: float | None = Field(default=None, description="at least")
-    max: float | None = Field(default=None, description="at most")
-    equals: float | str | bool | None = Field(default=None, description="exactly")
-
-    @model_validator(mode="after")
-    def _says_something(self) -> Bound:
-        if self.min is None and self.max is None and self.equals is None:
-            raise impossible("bounds nothing", "min, max or equals")
-        return self
-
-
-class Expect(Checked):
-    """What must come out of the run; the tests check it."""
-
-    verdict: Literal["stood", "lost footing", "fell", "slid", "rope broke"] | None = Field(
-        default=None, description="how the run must end"
-    )
-    summary: dict[str, Bound] = Field(
-        default_factory=dict, description="dotted path in summary.json -> bound"
-    )
-
-
-class Mutation(Checked):
-    """Changes of the scenario under which its `expect` must fail: proof that it says something. A
-    run ignores it.
-    """
-
-    set: dict[str, Any] = Field(
-        min_length=1, description="dotted path of a value of this scenario -> its changed value"
-    )
-    because: str = Field(min_length=1, description="why the expectation must then fail")
-
-    def overrides(self) -> list[str]:
-        """The changes as `load_scenario` and `--set` take them: `a.b=c`."""
-        return [f"{path}={json.dumps(value)}" for path, value in self.set.items()]
-
-
-__all__ = [
-    "PLACES",
-    "Bound",
-    "Control",
-    "Estimator",
-    "Expect",
-    "Hydraulics",
-    "Model",
-    "Mutation",
-    "Names",
-    "OwnMachine",
-    "Rates",
-    "Robot",
-    "Ropes",
-    "Sensors",
-    "Terrain",
-    "Undeclared",
-]

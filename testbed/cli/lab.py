@@ -1,0 +1,202 @@
+"""Further benchmarks, and the tools that set the testbed's own numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from testbed.cli.benchmarks import show
+from testbed.cli.options import Jobs, Json, Results
+
+Folders = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of trials.")]
+File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one]")]
+
+
+def climbs(
+    out: Results,
+    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 20,
+    first_seed: Annotated[int, typer.Option(help="First seed of each case.")] = 1,
+    way: Annotated[float, typer.Option(min=0.01, help="How far up the slope, m.")] = 10.0,
+    case: Annotated[
+        list[str] | None, typer.Option(help="A case, as 'plane 45'; may be repeated. [all]")
+    ] = None,
+    gait: Annotated[
+        list[str] | None,
+        typer.Option(help="FILE.py:Class that climbs beside the shipped gait; may be repeated."),
+    ] = None,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Climb ten metres up every slope, on planes and on rough rock, several seeds each, every seed
+    on its own drawn machine.
+    """
+    from testbed.benchmarks.climbs.climbs import CASES, Climbs
+
+    cases, own = tuple(case or CASES), tuple(gait or ())
+    show(Climbs(seeds, first_seed, way, cases, own), out, jobs, json)
+
+
+def control_tasks(
+    out: Results,
+    task: Annotated[
+        list[str] | None,
+        typer.Option(help="keep, keep-undeclared or drill-hole; may be repeated. [all]"),
+    ] = None,
+    cases: Annotated[int, typer.Option(min=1, help="Held-out cases of each task.")] = 20,
+    first_seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first case; those below 100000 are for tuning.")
+    ] = 100_000,
+    oracle_episodes: Annotated[
+        int, typer.Option(min=1, help="Plans that the oracle tries on each case.")
+    ] = 32,
+    policy: Annotated[
+        list[str] | None,
+        typer.Option(help="A policy.npz of `testbed train`, of the one task; may be repeated."),
+    ] = None,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Say how much there is to win in the tasks of control, and who wins it: rules, models,
+    policies, an oracle.
+    """
+    from testbed.benchmarks.control_tasks.benchmark import ControlTasks
+    from testbed.benchmarks.control_tasks.tasks import TASKS
+
+    chosen = tuple(task or TASKS)
+    made = ControlTasks(chosen, cases, first_seed, oracle_episodes, tuple(policy or ()))
+    show(made, out, jobs, json)
+
+
+def expected_loads(
+    out: Results,
+    cases: Annotated[int, typer.Option(min=1, help="How many random stands.")] = 400,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Compare expected foot loads with the simulated truth in quiet stands."""
+    from testbed.benchmarks.climbs.expected_loads import ExpectedLoadStands
+
+    show(ExpectedLoadStands(cases), out, jobs, json)
+
+
+def quiet_stand(
+    out: Results,
+    seconds: Annotated[float, typer.Option(min=3.0, help="Simulated seconds.")] = 60.0,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Say what a quiet stand's foot loads owe to the engine and what to the machine."""
+    from testbed.benchmarks.climbs.quiet_stand import QuietStand
+
+    show(QuietStand(seconds), out, jobs, json)
+
+
+def paper_sensitivity(out: Results, jobs: Jobs = 1, json: Json = False) -> None:
+    """Say which number of the inferred circuit each of the paper's figures fixes, and which it
+    leaves open.
+    """
+    from testbed.benchmarks.paper.sensitivity import Sensitivity
+
+    show(Sensitivity(), out, jobs, json)
+
+
+def robot_diagnosis(
+    out: Results,
+    runs: Annotated[int, typer.Option(min=1, help="How many random runs.")] = 60,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run.")] = 2000,
+    recordings: Annotated[
+        Path | None, typer.Option(help="Folder where simulated runs are kept and taken from.")
+    ] = None,
+    second: Annotated[bool, typer.Option(help="Let a second motion decide close cases.")] = True,
+    closed: Annotated[bool, typer.Option(help="Judge what was found on another motion.")] = True,
+    jobs: Jobs = 1,
+    json: Json = False,
+) -> None:
+    """Test the whole robot's diagnosis blind: drawn machines that hide one effect, two, one without
+    a name, or none.
+    """
+    from testbed.benchmarks.diagnosis.robot_benchmark import RobotBlindTest
+    from testbed.benchmarks.diagnosis.robot_trials import Asked
+
+    show(RobotBlindTest(runs, first_seed, Asked(recordings, second, closed)), out, jobs, json)
+
+
+def quotes(
+    root: Annotated[Path, typer.Argument(help="The project's folder.")] = Path(),
+) -> None:
+    """Put the numbers of committed results into README and docs (docs/quotes.yaml lists them)."""
+    from testbed.benchmarks.quotes import refresh
+
+    for page in refresh(root):
+        print(page)
+
+
+def warning_numbers(
+    folder: Annotated[Path, typer.Argument(help="Folder that `testbed contact-loss` has written.")],
+    split: Annotated[str, typer.Option(help="tuning or scoring.")] = "tuning",
+) -> None:
+    """Say what each number of the early warning is worth: it and its neighbours on scenes that are
+    kept.
+    """
+    from testbed.benchmarks.contact_loss.warning_numbers import report
+
+    for line in report(folder, split):
+        print(line, flush=True)
+
+
+def train_detector(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder that `testbed contact-loss --tune` has written.")
+    ],
+    out: Annotated[Path, typer.Option(help="Weights to write, .npz.")],
+    epochs: Annotated[int, typer.Option(min=1, help="Times through all cases.")] = 15,
+) -> None:
+    """Train the learned detector of contact loss on the tuning scenes alone."""
+    from testbed.benchmarks.contact_loss.training import train_on
+
+    for line in train_on(folder, out, epochs):
+        print(line, flush=True)
+
+
+def fit_diagnosis(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the diagnosis to rigs of `testbed evaluate-diagnosis`, development rigs
+    from then on.
+    """
+    from testbed.benchmarks.diagnosis.calibration import fit_file
+
+    print(fit_file(folders, out))
+
+
+def bench_diagnosis(
+    out: Results,
+    rigs: Annotated[int, typer.Option(min=1, help="How many simulated benches and drives.")] = 60,
+    jobs: Jobs = 1,
+    first_seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the first rig; the others follow it.")
+    ] = 500,
+    json: Json = False,
+) -> None:
+    """Test the diagnosis of benches and drives on simulated ones, with laws that no name covers
+    among them.
+    """
+    from testbed.benchmarks.diagnosis.bench_trials import BenchTest
+
+    show(BenchTest(rigs, first_seed), out, jobs, json)
+
+
+def fit_bench_diagnosis(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the diagnosis of benches and drives to rigs of `testbed lab
+    bench-diagnosis`.
+    """
+    from testbed.benchmarks.diagnosis.bench_trials import fit_file
+
+    print(fit_file(folders, out))
+
+
+def fit_robot_diagnosis(folders: Folders, out: File = None) -> None:
+    """Fit the numbers of the robot's diagnosis to runs of `testbed lab robot-diagnosis`."""
+    from testbed.benchmarks.diagnosis.robot_calibration import fit_file
+
+    print(fit_file(folders, out))

@@ -1,0 +1,128 @@
+"""Whether the machine of a scenario can do what the scenario asks: what it has, how far it moves,
+what it carries.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from testbed.errors import InputError
+from testbed.formats.checked import Numbers
+from testbed.machine.model import Machine
+from testbed.machine.names import LEGS
+from testbed.machine.ruled import check_effective, check_kind
+from testbed.machine.urdf_check import lacking
+from testbed.scenario.machines import machines_of
+from testbed.scenario.tasks import Chain, Raise
+from testbed.scenario.world_parts import Hydraulics, Robot
+
+if TYPE_CHECKING:
+    from testbed.scenario.scenario import Scenario
+
+
+def check_possible(scenario: Scenario, file: Path) -> None:
+    """Refuse what the scenario's machine cannot do, and numbers of it that would change nothing."""
+    hydraulics, believed = scenario.hydraulics, scenario.model.parameters
+    _check_effect(hydraulics.parameters, file, "hydraulics.parameters")
+    _check_one_supply(hydraulics, file)
+    _check_effect(believed, file, "model.parameters")
+    truth = machines_of(scenario, file).truth
+    for number, value in hydraulics.parameters.items():
+        check_kind(number, value, truth, file, "hydraulics.parameters")
+    _check_has(scenario, truth, file)
+    _check_store(scenario, truth, file)
+    _check_posture(scenario.robot, truth, file)
+    _check_raise(scenario, truth, file)
+
+
+def _check_effect(changes: Numbers, file: Path, section: str) -> None:
+    """Refuse a change of a number that does nothing."""
+    for name, value in changes.items():
+        check_effective(name, value, section.startswith("model."), file, section)
+
+
+def _check_one_supply(hydraulics: Hydraulics, file: Path) -> None:
+    """Refuse two set pressures of the pump."""
+    path = "power_unit.supply_pressure_pa"
+    if hydraulics.supply_pressure_pa is not None and path in hydraulics.parameters:
+        raise InputError(
+            "would have no effect: hydraulics.supply_pressure_pa rules it",
+            file=file,
+            field=f"hydraulics.parameters.{path}",
+            value=hydraulics.parameters[path],
+            allowed="one of both",
+        )
+
+
+def _check_has(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse ropes, a drill or a load where the machine has nothing to hold them."""
+    lacks = lacking(machine.urdf)
+    wanted = (
+        (
+            "traction_left",
+            scenario.ropes.enabled,
+            "ropes.enabled",
+            "false: the machine has no ropes",
+        ),
+        ("drill_mast", scenario.drilling is not None, "task", "one that does not drill"),
+        ("rod_store", scenario.carried_kg > 0.0, "robot.payload_kg", "0: it has no rod store"),
+    )
+    for link, asked, field, allowed in wanted:
+        if asked and link in lacks:
+            raise InputError(f"the machine has no {link}", file=file, field=field, allowed=allowed)
+
+
+def _check_store(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse to take more off the rod store than it weighs."""
+    taken, held = scenario.taken_kg, scenario.carried_kg + machine.rod_store_body.mass_kg
+    if taken >= held:
+        raise InputError(
+            f"{taken:g} kg are taken off a rod store of {held:g} kg",
+            file=file,
+            allowed="less of it, or a larger robot.payload_kg",
+        )
+
+
+def _check_posture(robot: Robot, machine: Machine, file: Path) -> None:
+    """Refuse a start posture beyond the machine's strokes and ranges."""
+    for leg, radial_m, vertical_m, angle_deg in zip(
+        LEGS, robot.radial_m, robot.vertical_m, robot.rotation_deg, strict=True
+    ):
+        for joint, extension_m in (("radial", radial_m), ("vertical", vertical_m)):
+            travel_m = machine.axes[f"{leg}_{joint}"].travel_m
+            if not 0.0 <= extension_m <= travel_m:
+                raise InputError(
+                    f"is outside the cylinder's stroke at {leg}",
+                    file=file,
+                    field=f"robot.{joint}_m",
+                    value=extension_m,
+                    allowed=f"0 to {travel_m:g} m",
+                )
+        ends = machine.axes[f"{leg}_rotation"].limits.ends
+        lower_deg, upper_deg = (math.degrees(end) for end in ends)
+        if not lower_deg - 1e-9 <= angle_deg <= upper_deg + 1e-9:
+            raise InputError(
+                f"is outside the joint's range at {leg}",
+                file=file,
+                field="robot.rotation_deg",
+                value=angle_deg,
+                allowed=f"{lower_deg:g} to {upper_deg:g} deg",
+            )
+
+
+def _check_raise(scenario: Scenario, machine: Machine, file: Path) -> None:
+    """Refuse to raise the body further than the vertical cylinders go."""
+    task = scenario.task
+    tasks = task.tasks if isinstance(task, Chain) else (task,)
+    stroke_m = min(machine.axes[f"{leg}_vertical"].travel_m for leg in LEGS)
+    for part in tasks:
+        if isinstance(part, Raise) and part.to_m > stroke_m:
+            raise InputError(
+                "is beyond the vertical cylinders' stroke",
+                file=file,
+                field="task.to_m",
+                value=part.to_m,
+                allowed=f"at most {stroke_m:g} m",
+            )

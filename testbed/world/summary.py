@@ -1,0 +1,67 @@
+"""What only the world knows of a whole run, how far its task has come, and what was known before
+it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from testbed.control.gait import Gait, Layered
+from testbed.machine.folder import is_shipped_urdf
+from testbed.machine.names import SIDES
+from testbed.world.drilling.drilling import Drilling
+
+if TYPE_CHECKING:
+    from testbed.world.simulation import Simulation
+
+
+def world_summary(simulation: Simulation) -> dict[str, Any]:
+    """What only the world knows of the whole run."""
+    m = simulation.machine
+    return {
+        "foot_slip_m": m.judge.slip_m,
+        "rope_slip_m": float(m.board.devices["slipped"].max()),
+        "turn_max_deg": math.degrees(m.judge.turn_rad),
+        **m.drill.summary(),
+        **m.settlement(),
+        "progress": progress(m.gait, m.drill, simulation.t_s),
+        "pump_work_j": float(m.board.supply.pump_work),
+        "oil_temperature_degc": float(m.board.supply.temperature),
+        "total_mass_kg": float(m.engine.masses().sum()),
+        "thrust_reserve_n": m.thrust.reserve_n,
+        "body_travel_m": float(np.linalg.norm(m.origin_in_world() - m.start_base)),
+    }
+
+
+def surveyed(simulation: Simulation) -> dict[str, Any]:
+    """What people measured of the place and the load before the run, and what is believed of the
+    machine: its URDF, how far it may be from its drawing.
+    """
+    scenario, urdf = simulation.scenario, simulation.machines.belief.urdf
+    directions = simulation.machine.expectation.rope_directions_in_world
+    return {
+        "rope_directions_in_world": {s: directions[k].tolist() for k, s in enumerate(SIDES)},
+        "payload_kg": scenario.carried_kg,
+        "urdf": None if is_shipped_urdf(urdf) else str(urdf),
+        "tolerances": scenario.tolerances,
+    }
+
+
+def progress(gait: Gait, drill: Drilling, t: float) -> dict[str, Any]:
+    """`done` (True where a task has no end of its own), and how much of what was wanted is made.
+
+    A gait tells by a method `progress(t)`, one of a user's own too: a mapping with `done`.
+    """
+    while isinstance(gait, Layered):
+        gait = gait.gait
+    told = getattr(gait, "progress", None)
+    parts = [drill.progress(), *([] if told is None else [told(t)])]
+    found: dict[str, Any] = {}
+    for part in parts:
+        found |= part
+    return {"done": all(bool(part.get("done", True)) for part in parts)} | {
+        name: value for name, value in found.items() if name != "done"
+    }
