@@ -212,7 +212,11 @@ class RoboclimberEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """The episode at this instant. Raises InputError where none has begun."""
         if self._sim is None:
             raise InputError("no episode has begun", field="save", allowed="reset first")
-        own = {name: value for name, value in vars(self).items() if isinstance(value, KEPT)}
+        own = {
+            name: value
+            for name, value in vars(self).items()
+            if isinstance(value, KEPT) and name != "_start"
+        }
         return Saved(self._sim, self._sim.save(), copy.deepcopy(own))
 
     def restore(self, saved: Saved) -> tuple[Observation, dict[str, Any]]:
