@@ -4,6 +4,7 @@ drawn machine.
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -126,7 +127,9 @@ def _environment(name: str, randomisation: str | None, overrides: tuple[str, ...
     own = envs.ENVIRONMENTS[name][1]
     drawn = own["randomisation"] if randomisation is None else randomisation
     changes = [*own.get("overrides", []), *overrides]
-    return envs.make(name, randomisation=drawn, overrides=changes)
+    made = envs.make(name, randomisation=drawn, overrides=changes)
+    atexit.register(made.close)
+    return made
 
 
 def episode(task: Task, entrant: Entrant, seed: int) -> dict[str, Any]:
