@@ -24,6 +24,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numpy as np
@@ -219,7 +220,7 @@ def _worker(session: Session, number: int) -> Any:
     import gymnasium
     from stable_baselines3.common.monitor import Monitor
 
-    if parent_process() is not None:
+    if parent_process() is not None and current_thread() is main_thread():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
     file = session.episodes(number)
     file.parent.mkdir(parents=True, exist_ok=True)

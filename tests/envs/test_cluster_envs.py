@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -19,6 +20,8 @@ from distributed import LocalCluster
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 from testbed.envs.cluster import ClusterEnvs
+from testbed.envs.settings import MANY_STEPS
+from testbed.envs.training import train
 
 pytestmark = [pytest.mark.rl, pytest.mark.slow]
 
@@ -72,6 +75,20 @@ def test_two_environments_on_a_cluster_tell_what_they_tell_in_one_process(addres
         told.append(rows)
     assert told[0] == told[1]
     assert told[0][5][2] == [True, True]
+
+
+def test_a_training_on_a_cluster_ends_with_the_weights_of_one_in_processes(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two environments, a round of 16 steps each."""
+    monkeypatch.setitem(MANY_STEPS, "n_steps", 16)
+    monkeypatch.setitem(MANY_STEPS, "batch_size", 16)
+    found = []
+    for out, cluster in ((tmp_path / "here", None), (tmp_path / "there", address)):
+        policy = train("stand", out, 32, workers=2, cluster=cluster, duration_s=0.2)
+        found.append(policy.read_bytes())
+        assert len(list((out / "episodes").glob("*.monitor.csv"))) == 2
+    assert found[0] == found[1]
 
 
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,7 +86,8 @@ class Hauling:
         speeds = lacking / ROPE_N_M / self.reaction_s / HAUL_M_S
         raised = np.asarray(self._raised_m_s(seen, holds)) / RAISE_M_S
         shifted = self._shifted_m_s(seen, np.where(holds, latest, 0.0)) / SHIFT_SPEED_M_S
-        return np.clip([*speeds, *raised, shifted], -1.0, 1.0).astype(np.float32)
+        action = np.clip([*speeds, *raised, shifted], -1.0, 1.0)
+        return np.asarray(action, dtype=np.float32)
 
     def _left(self) -> float:
         """Pull that is wanted of a rope that is left alone, N: all of the slope's."""
