@@ -126,6 +126,32 @@ def true_pressure(reading: Any, sensor: Any, time_s: Any) -> Any:
     )
 
 
+VOID_PA, VOID_SD_PA = -0.5e5, 0.29e5
+"""A gauge reads nothing below the atmosphere: a chamber whose reading has ended at 0 holds anything
+down to a void, 1 bar below: its middle, and its standard deviation."""
+
+
+def unclipped(readings_pa: Array) -> Array:
+    """Readings (samples,), what has ended at 0 replaced by the middle of what it may stand for."""
+    return np.where(readings_pa <= 0.0, VOID_PA, readings_pa)
+
+
+@njit
+def chamber_pressure(reading: float, sensor: Any, time_s: float) -> float:
+    """The pressure (Pa) in a chamber behind a reading, which may have ended at 0."""
+    return VOID_PA if reading <= 0.0 else float(true_pressure(reading, sensor, time_s))
+
+
+@njit
+def unread_n(reading_a: float, reading_b: float, c: Any) -> float:
+    """Standard deviation (N) of what readings that have ended at 0 leave open of a piston's force;
+    c: Cylinder.
+    """
+    in_a = c.area_a if reading_a <= 0.0 else 0.0
+    in_b = c.area_b if reading_b <= 0.0 else 0.0
+    return VOID_SD_PA * math.hypot(in_a, in_b)
+
+
 def piston_force_n(pressure_a: Any, pressure_b: Any, area_a: Any, area_b: Any) -> Any:
     """PA A_A - pB A_B, N; numbers or arrays."""
     return pressure_a * area_a - pressure_b * area_b

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from testbed.estimation.cylinder import unclipped
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.recording.rows import XYZ
 from testbed.robot.model import attitude_gravity
@@ -129,6 +130,10 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
     def rates(stem: str) -> Array:
         return np.column_stack([np.diff(at_edges(f"{stem}_{axis}")) for axis in AXES]) / step
 
+    def pressures(stem: str) -> Array:
+        columns = [np.asarray(data[f"{stem}_{axis}"], dtype=float) for axis in AXES]
+        return np.column_stack([frame.mean(unclipped(column)) for column in columns])
+
     joint = per_axis("position")
     rate = rates("position")
     extension, arm = robot.linkages.rods(joint)
@@ -146,8 +151,8 @@ def bins_of(data: Mapping[str, Array], robot: Robot) -> Bins:
         arm_m=arm,
         direction=np.sign(speed)
         * np.clip((np.abs(speed) - REST_M_S) / (SLIDE_M_S - REST_M_S), 0.0, 1.0),
-        pressure_a_pa=per_axis("pressure_a"),
-        pressure_b_pa=per_axis("pressure_b"),
+        pressure_a_pa=pressures("pressure_a"),
+        pressure_b_pa=pressures("pressure_b"),
         pressure_a_rate=rates("pressure_a"),
         pressure_b_rate=rates("pressure_b"),
         command=per_axis("valve"),

@@ -18,6 +18,7 @@ from testbed.estimation.cylinder import (
     RETRACTING,
     Conditions,
     Cylinder,
+    chamber_pressure,
     extra_friction,
     friction_set,
     friction_size,
@@ -25,7 +26,7 @@ from testbed.estimation.cylinder import (
     piston_force,
     place_factor,
     thinning_by_warmth,
-    true_pressure,
+    unread_n,
 )
 from testbed.estimation.live import encoder
 from testbed.formats.records import Record, part, quantity
@@ -155,8 +156,8 @@ def step_axis(
     """One cylinder, one step into its AxisState: readings are both pressures Pa, extension m."""
     reading_a, reading_b, reading_m = readings
     dt, c, seen = decisions.dt, belief.cylinder, state.encoder
-    pa = true_pressure(reading_a, c.sensor_a, state.time)
-    pb = true_pressure(reading_b, c.sensor_b, state.time)
+    pa = chamber_pressure(reading_a, c.sensor_a, state.time)
+    pb = chamber_pressure(reading_b, c.sensor_b, state.time)
     state.time += dt
     resolution, slid_before = belief.encoder_resolution, state.slides
     encoder.observe(seen, reading_m, resolution, dt, decisions.observer)
@@ -173,6 +174,7 @@ def step_axis(
     state.rested = state.rested + dt if slides <= 0.0 else 0.0
     fresh = 1.0 + decisions.fresh_more * math.exp(-state.rested / decisions.fresh)
     spread = spread_n(v, fresh * (high - low), c.friction, now, decisions)
+    spread = math.hypot(spread, unread_n(reading_a, reading_b, c))
     most = high if likely > 0.0 else -low
     state.use = min(max(likely / most, -1.0), 1.0) if most > 0.0 else 0.0
     state.across = loads.across

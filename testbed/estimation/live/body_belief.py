@@ -57,7 +57,7 @@ class OwnTuning:
     observer_rad_s: float = 60.0
     rest_m_s: float = 0.001
     slide_m_s: float = 0.003
-    friction_share: float = 0.07
+    friction_share: float = 0.12
     slow_share: float = 0.6
     slow_m_s: float = 0.008
     speed_sd_m_s: float = 0.003
@@ -72,8 +72,8 @@ class OwnTuning:
     rope_share: float = 0.005
     drill_share: float = 0.05
     blow_share: float = 0.2
-    force_sd_n: float = 120.0
-    moment_sd_n_m: float = 180.0
+    force_sd_n: float = 300.0
+    moment_sd_n_m: float = 450.0
     set_margin: float = 0.2
     news_share: float = 0.8
     news_noise_n: float = 50.0
@@ -158,7 +158,7 @@ def body_of(
     for index, axis in enumerate(machine.axes.values()):
         own = [effect for effect in effects if effect.place == axis.name]
         _declare(body["axes"][index], axis, float(linkages.stroke_m[index]), own)
-        body["axes"][index]["encoder_resolution"] = arms[index] * _count(axis)
+        body["axes"][index]["encoder_resolution"] = arms[index] * axis.encoder_count
         if axis.joint == "vertical":
             legs[index // len(JOINTS)].write(body["axes"][index].cylinder)
     return out
@@ -216,13 +216,6 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
         end_zone=0.0,
         end_force=0.0,
     )[0]
-
-
-def _count(axis: Axis) -> float:
-    """One count of an axis' encoder, rad or m."""
-    sensor = axis.sensor
-    turns = axis.joint == "rotation"
-    return 2.0 * math.pi / sensor.encoder_counts_per_turn if turns else sensor.encoder_linear_m
 
 
 def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntry]) -> None:
