@@ -9,8 +9,8 @@ import pytest
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 MOST_LINES = 40
-LONG = {"diagnose"}
-"""These take more than a minute."""
+MARKS = {"diagnose": [pytest.mark.long], "what_if": [pytest.mark.slow]}
+"""What takes more than a minute, and more than a few seconds."""
 SAYS = {
     "diagnose": "sensor.gain_a at fl_vertical",
     "environment": "stood after 2.00 s",
@@ -35,10 +35,7 @@ def test_each_example_is_known_and_short() -> None:
 
 @pytest.mark.parametrize(
     "example",
-    [
-        pytest.param(file, id=file.stem, marks=[pytest.mark.long] * (file.stem in LONG))
-        for file in EXAMPLES
-    ],
+    [pytest.param(file, id=file.stem, marks=MARKS.get(file.stem, [])) for file in EXAMPLES],
 )
 def test_an_example_runs(
     example: Path,

@@ -114,14 +114,16 @@ class Cushion(Effect):
         return 3.0e4
 
 
-TRIED = (0.35, 0.65, 1.0)
-"""Shares of the travel at which a cushion of the robot is tried to begin."""
+TRIED, BEYOND_M = (0.35, 0.65, 1.0), 0.15
+"""Shares of the travel at which a cushion of the robot is tried to begin; and how far beyond it: a
+piston may be inside its cushion all along.
+"""
 
 
 def _tried(extension_m: Array) -> Array:
     """Extensions at which it is tried to begin, m; (n,) extensions that were visited."""
     low, high = float(extension_m.min()), float(extension_m.max())
-    return low + np.array(TRIED) * (high - low)
+    return np.append(low + np.array(TRIED) * (high - low), high + BEYOND_M)
 
 
 EFFECTS = (Cushion(),)

@@ -20,6 +20,13 @@ def compliance_1_pa(pressure_pa: Any, fraction: float, exponent: float = 1.0 / 1
     return fraction * exponent / absolute * (ATMOSPHERE_PA / absolute) ** exponent
 
 
+def free_share(pressure_pa: Any, exponent: float = 1.0 / 1.4) -> Any:
+    """Volume of free air at a gauge pressure >= 0, by its volume at none: compliance_1_pa is its
+    fall with pressure.
+    """
+    return (ATMOSPHERE_PA / (pressure_pa + ATMOSPHERE_PA)) ** exponent
+
+
 class Air(Effect):
     """Oil softened by entrained air."""
 

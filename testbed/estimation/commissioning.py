@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from testbed.formats.intervals import interval90
+
 Array = NDArray[np.float64]
-Z90 = 1.645
 SHOWN = 0.9
 """A number counts as shown where its interval is narrower than this share of what was known
 before.
@@ -39,7 +40,7 @@ class Number:
     @property
     def interval90(self) -> tuple[float, float]:
         """It holds the truth in 90 of 100 cases."""
-        return self.value - Z90 * self.sd, self.value + Z90 * self.sd
+        return interval90(self.value, self.sd)
 
     def tree(self) -> dict[str, Any]:
         """As JSON carries it."""
@@ -49,8 +50,7 @@ class Number:
         """The interval by drawing and tolerances."""
         if self.before is None:
             return None
-        value, sd = self.before
-        return value - Z90 * sd, value + Z90 * sd
+        return interval90(*self.before)
 
 
 @dataclass(frozen=True)

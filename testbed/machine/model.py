@@ -17,6 +17,7 @@ ones where the machine says so by a path of its own:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,6 +68,13 @@ class Axis:
     def rated_flow_m3_s(self) -> float:
         """Rated flow of the axis' valve."""
         return self.valve.rated_flow_m3_s(self.joint)
+
+    @property
+    def encoder_count(self) -> float:
+        """One count of the axis' encoder, rad or m."""
+        turns = self.joint == "rotation"
+        sensor = self.sensor
+        return 2.0 * math.pi / sensor.encoder_counts_per_turn if turns else sensor.encoder_linear_m
 
 
 class Machine(number_types.Group):

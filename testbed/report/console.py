@@ -112,79 +112,56 @@ def waiting(word: str) -> Iterator[None]:
         yield
 
 
-def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+def summary_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """The numbers of a summary that a person wants first: (name, value with unit)."""
-    rows = [
-        (
-            "verdict",
-            str(summary["verdict"]) + (" (interrupted)" if summary.get("interrupted") else ""),
-        )
-    ]
+    ended = " (interrupted)" if summary.get("interrupted") else ""
+    yield "verdict", f"{summary['verdict']}{ended}"
     wall_s = summary["wall_s"]
-    rows.append(
-        (
-            "simulated",
-            f"{summary['simulated_s']:.1f} s" + ("" if wall_s is None else f" in {wall_s:.1f} s"),
-        )
-    )
+    taken = "" if wall_s is None else f" in {wall_s:.1f} s"
+    yield "simulated", f"{summary['simulated_s']:.1f} s{taken}"
     if "progress" in summary:
-        rows.append(("task", _task(summary)))
+        yield "task", _task(summary)
     for method, value in summary.get("force_rms_n", {}).items():
-        rows.append((f"force error, {method_name(method)}", _newton(value)))
-    expected = [
-        number for number in summary.get("expected_rms_n", {}).values() if number is not None
-    ]
+        yield f"force error, {method_name(method)}", _newton(value)
+    expected = [error for error in summary.get("expected_rms_n", {}).values() if error is not None]
     if expected:
-        rows.append(("expected load error, worst leg", _newton(max(expected))))
+        yield "expected load error, worst leg", _newton(max(expected))
     named = (summary.get("residuals") or {}).get("stands_out")
     if named:
         way = "short of" if named["error_n"] > 0 else "above"
-        rows.append(
-            (
-                "stands out",
-                f"{named['leg']}, {_newton(abs(named['error_n']))} {way} the expected load",
-            )
-        )
-    detector = summary.get("detector")
-    if detector:
-        delay = detector["delay_median_s"]
-        rows.append(
-            (
-                "contact losses",
-                f"{detector['losses']} ({summary['contact_losses_not_meant']} not meant)",
-            )
-        )
-        rows.append(
-            (
-                "detector",
-                f"{detector['missed']} missed, {_count(detector['false_alarms'], 'false alarm')}, wrong for "
-                f"{detector.get('missed_s', 0.0) + detector.get('false_flight_s', 0.0):.2f} leg-seconds",
-            )
-        )
-        if delay is not None:
-            rows.append(("detector's delay, median", f"{1000 * delay:.0f} ms"))
+        error = _newton(abs(named["error_n"]))
+        yield "stands out", f"{named['leg']}, {error} {way} the expected load"
+    if summary.get("detector"):
+        yield from _detector_rows(summary["detector"], summary["contact_losses_not_meant"])
     if "lowest_stability_margin" in summary:
-        rows.append(("lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"))
-        if "lowest_wrench_margin_n" in summary:
-            rows.append(
-                ("smallest push that is too much", _newton(summary["lowest_wrench_margin_n"]))
-            )
-            rows.append(("least work that tips it", f"{summary['lowest_energy_margin_j']:.0f} J"))
-        rows.append(("largest tilt", f"{summary['tilt_max_deg']:.2f} deg"))
-        rows.append(("way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"))
-        ropes = summary["rope_tension_max_n"]
-        rows.append(
-            (
-                "rope tension, highest",
-                ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes.items()),
-            )
-        )
+        yield from _motion_rows(summary)
     expectations = summary.get("expectations")
     if expectations is not None:
-        rows.append(
-            ("expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"]))
-        )
-    return rows
+        yield "expectations", "met" if expectations["met"] else "; ".join(expectations["unmet"])
+
+
+def _detector_rows(detector: Mapping[str, Any], not_meant: int) -> Iterator[tuple[str, str]]:
+    yield "contact losses", f"{detector['losses']} ({not_meant} not meant)"
+    wrong_s = detector.get("missed_s", 0.0) + detector.get("false_flight_s", 0.0)
+    alarms = _count(detector["false_alarms"], "false alarm")
+    yield (
+        "detector",
+        f"{detector['missed']} missed, {alarms}, wrong for {wrong_s:.2f} leg-seconds",
+    )
+    delay = detector["delay_median_s"]
+    if delay is not None:
+        yield "detector's delay, median", f"{1000 * delay:.0f} ms"
+
+
+def _motion_rows(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "lowest stability margin", f"{summary['lowest_stability_margin']:.3f}"
+    if "lowest_wrench_margin_n" in summary:
+        yield "smallest push that is too much", _newton(summary["lowest_wrench_margin_n"])
+        yield "least work that tips it", f"{summary['lowest_energy_margin_j']:.0f} J"
+    yield "largest tilt", f"{summary['tilt_max_deg']:.2f} deg"
+    yield "way up the slope", f"{round(1000 * summary['climbed_m']) + 0:d} mm"
+    ropes = summary["rope_tension_max_n"].items()
+    yield "rope tension, highest", ", ".join(f"{side} {_newton(rope)}" for side, rope in ropes)
 
 
 def _count(number: int, noun: str) -> str:
@@ -222,7 +199,7 @@ def print_run(summary: Mapping[str, Any], folder: Path, report: Path, as_json: b
     if as_json:
         print_json(summary)
         return
-    rows = summary_rows(summary)
+    rows = list(summary_rows(summary))
     width = max(len(name) for name, _ in rows)
     print(f"{summary['scenario']}, seed {summary['seed']}")
     for name, value in rows:

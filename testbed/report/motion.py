@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from testbed.estimation.losses import loss_force_n
 from testbed.machine.names import AXES, LEGS, SIDES
+from testbed.robot.attitude import rotations_of
 from testbed.robot.robot import Robot
-from testbed.simulation.stability import rotation
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.int64]
@@ -75,7 +75,7 @@ def motion_at(data: Columns, truth: Columns, slope_deg: float, robot: Robot, row
 
     origin = vectors("body_pose_in_world_")
     quaternions = np.stack([truth[f"body_pose_in_world_q{axis}"][rows] for axis in "xyzw"], axis=1)
-    turn = np.array([to_slope @ rotation(*map(float, quaternion)) for quaternion in quaternions])
+    turn = to_slope @ rotations_of(quaternions)
     joints = np.stack([data[f"position_{axis}"][rows] for axis in AXES], axis=1)
     feet_in_body = np.array([robot.legs.feet(row) for row in joints])
     nothing = np.zeros(len(rows))

@@ -21,6 +21,7 @@ from testbed.formats.files import whole
 from testbed.machine.names import AXES, LEGS, SIDES
 from testbed.report.style import LEG_COLOUR
 from testbed.report.words import LEG_NAME, method_name
+from testbed.robot.attitude import quaternions_of, rotations_of
 from testbed.robot.robot import Robot
 from testbed.robot.urdf.drawn import Hanging, drawn
 from testbed.robot.urdf.shapes import COLOURS, Shape
@@ -30,7 +31,6 @@ from testbed.scenario.terrain import Patch
 from testbed.simulation.metrics import methods
 from testbed.simulation.residuals import best_method
 from testbed.simulation.runs import RecordedRun, read_run
-from testbed.simulation.stability import rotation
 from testbed.world.ground.terrain import Ground, anchors_in_world, make_ground
 
 Array = npt.NDArray[np.float64]
@@ -136,13 +136,6 @@ def link_paths(joints: list[Hanging]) -> dict[str, str]:
     return paths
 
 
-def _quaternions(rotations: Array) -> Array:
-    """Quaternions (n, 4) xyzw of rotations (n, 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(rotations).as_quat())
-
-
 def _still(rr: Any, recording: Any, scenario: Scenario, robot: Robot, truth: Columns) -> None:
     recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     shapes, joints = drawn(robot.machine.urdf)
@@ -154,7 +147,7 @@ def _still(rr: Any, recording: Any, scenario: Scenario, robot: Robot, truth: Col
             place, turned = joint.pose(np.zeros(1))
             recording.log(
                 paths[joint.child],
-                rr.Transform3D(translation=place[0], quaternion=_quaternions(turned)[0]),
+                rr.Transform3D(translation=place[0], quaternion=quaternions_of(turned)[0]),
                 static=True,
             )
     ground = make_ground(scenario.terrain)
@@ -255,9 +248,11 @@ def _moving(rr: Any, recording: Any, scenario: Scenario, robot: Robot, run: Reco
     for joint in joints:
         if joint.name in AXES:
             place, turned_by = joint.pose(data[f"position_{joint.name}"][at])
-            columns = rr.Transform3D.columns(translation=place, quaternion=_quaternions(turned_by))
+            columns = rr.Transform3D.columns(
+                translation=place, quaternion=quaternions_of(turned_by)
+            )
             recording.send_columns(paths[joint.child], when, columns)
-    turns = np.array([rotation(*quaternion) for quaternion in turned])
+    turns = rotations_of(turned)
     positions = np.column_stack([data[f"position_{axis}"][at] for axis in AXES])
     feet = body[:, None] + np.array(
         [

@@ -1,4 +1,6 @@
-"""Roll, pitch and yaw as a rotation, and how far a body has turned from another attitude."""
+"""Roll, pitch, yaw and quaternions as rotations, and how far a body has turned from another
+attitude.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ from math import cos, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from testbed.compiled import njit
 
@@ -18,6 +20,24 @@ def rotation_from_attitude(rpy: Array) -> Array:
     out = np.empty((3, 3))
     write_rotation(rpy, out)
     return out
+
+
+def rotations_of(quaternions: ArrayLike) -> Array:
+    """Rotations (..., 3, 3) of unit quaternions xyzw (..., 4), whatever else they hold."""
+    x, y, z, w = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternions_of(rotations: Array) -> Array:
+    """Quaternions xyzw (n, 4) of rotations (n, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotations).as_quat())
 
 
 @njit

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, GRAVITY_M_S2, LEGS, SIDES
+from testbed.robot.attitude import rotations_of
 from testbed.robot.loads.foot_loads import external_wrench, point_wrench
 from testbed.robot.model import RobotModel
 from testbed.robot.robot import Robot
@@ -73,7 +74,7 @@ def _margins(
     body frame.
     """
     joints = np.array([data[f"position_{axis}"][row] for axis in AXES])
-    to_body = rotation(*(float(truth[f"body_pose_in_world_q{axis}"][row]) for axis in "xyzw")).T
+    to_body = rotations_of([truth[f"body_pose_in_world_q{axis}"][row] for axis in "xyzw"]).T
     gravity = to_body @ np.array([0.0, 0.0, -GRAVITY_M_S2])
     feet = model.foot_positions_m(joints)
     pulls = (
@@ -96,14 +97,3 @@ def _margins(
     up = np.tile([0.0, 0.0, 1.0], (len(standing), 1))
     wrench = wrench_margin_n(feet[standing], up, friction, load, centre) if len(standing) else 0.0
     return wrench, tipping_work_j(feet[standing], forces, points)
-
-
-def rotation(x: float, y: float, z: float, w: float) -> Array:
-    """Body-to-world rotation (3, 3) of a quaternion."""
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )

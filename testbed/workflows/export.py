@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from testbed.errors import InputError
 from testbed.formats.files import check_file, whole
+from testbed.robot.attitude import quaternions_of
 from testbed.simulation.runs import RecordedRun, read_run, run_machines
 
 Array = npt.NDArray[np.float64]
@@ -129,7 +130,7 @@ def _frames(run: RecordedRun, rows: npt.NDArray[np.int64]) -> Iterator[list[dict
         positions = run.data.get(f"position_{joint.name}", np.zeros(len(run.time_s)))[rows]
         places, turns = joint.pose(positions)
         places = np.broadcast_to(places, (len(rows), 3))
-        hanging.append((joint.parent, joint.child, places, _quaternions(turns)))
+        hanging.append((joint.parent, joint.child, places, quaternions_of(turns)))
     pose = [run.truth[f"body_pose_in_world_{k}"][rows] for k in ("x", "y", "z")]
     turn = [run.truth[f"body_pose_in_world_q{axis}"][rows] for axis in "xyzw"]
     hanging.insert(0, ("world", "body", np.column_stack(pose), np.column_stack(turn)))
@@ -145,10 +146,3 @@ def _frames(run: RecordedRun, rows: npt.NDArray[np.int64]) -> Iterator[list[dict
             }
             for parent, child, places, turns in hanging
         ]
-
-
-def _quaternions(rotations: Array) -> Array:
-    """Quaternions xyzw (n, 4) of rotations (n, 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(rotations).as_quat())

@@ -26,6 +26,7 @@ from testbed.scenario.scenario import Scenario
 from testbed.world.believed import OwnBelief, own_belief
 from testbed.world.drilling.drilling import Drilling, drill_known, drilling_of
 from testbed.world.engine import Engine
+from testbed.world.first_start import compile_apart
 from testbed.world.furnish import Truth, furnish
 from testbed.world.ground.footing import Footing, sinking
 from testbed.world.ground.terrain import Ground, make_ground
@@ -146,6 +147,7 @@ def assemble(
     ground = make_ground(site.terrain)
     hidden = hidden_of((*machines.drawn.undeclared, *scenario.undeclared))
     drill = drilling_of(scenario.drilling, DrillLoads.zeros()[0], scenario.seed, machines.truth)
+    compile_apart()  # a scenario that cannot be is refused before that
     with bodies_of(hidden, machines.truth.urdf) as urdf:
         robot = Robot.of(machines.truth, carried, height, urdf)
         engine = Engine(

@@ -29,7 +29,8 @@ from testbed.effects.rope_tension_gain import TensionGain
 from testbed.errors import InputError, naming
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, body_of
-from testbed.estimation.live.uncertainty import HOLDS, WORKSHOP, Uncertainty
+from testbed.estimation.live.uncertainty import WORKSHOP, Uncertainty
+from testbed.formats.intervals import sd_of
 from testbed.machine.model import Machine
 from testbed.machine.names import AXES, LEGS
 from testbed.machine.ruled import check_effective
@@ -222,7 +223,7 @@ def spreads_of(file: RobotModelFile) -> dict[str, float]:
         for name, parameter in entry.parameters.items():
             numbers[f"{entry.name}@{entry.place}.{name}"] = parameter
     return {
-        name: HOLDS * (number.interval90[1] - number.interval90[0])
+        name: sd_of(number.interval90)
         for name, number in numbers.items()
         if number.interval90 is not None
     }

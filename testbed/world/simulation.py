@@ -30,7 +30,7 @@ from testbed.recording.rows import DataRow
 from testbed.scenario.events import LiftFoot, SetRope
 from testbed.scenario.machines import machines_of
 from testbed.scenario.scenario import Scenario
-from testbed.world import first_start, sensing
+from testbed.world import sensing
 from testbed.world.assembly import Assembled, assemble
 from testbed.world.between import (
     CONTROL,
@@ -72,7 +72,6 @@ class Simulation:
     ) -> None:
         self.scenario, self._model, self._own = scenario, model, own
         self.machines = machines_of(scenario)
-        first_start.compile_apart()
         self.machine: Assembled = assemble(scenario, self.machines, model, gui, own)
         self.data_columns, self.truth_columns = list(DATA_COLUMNS), list(TRUTH_COLUMNS)
         self.events: list[dict[str, Any]] = list(self.machine.start_events)

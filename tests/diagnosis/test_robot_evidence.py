@@ -5,6 +5,8 @@ costs.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -95,3 +97,28 @@ def test_a_tolerance_far_beyond_its_size_is_no_name() -> None:
     far = RobotSigns(((("sensor.zero_a@fl_vertical",), 200.0), ((LEFT,), 5.0)))
     found = distribution(far, calibration())
     assert found[NO_NAME] > 0.9
+
+
+def test_a_second_effect_in_other_balances_owes_nothing_to_the_form_of_the_first() -> None:
+    spring, air = "force.spring@fr_vertical", "hydraulics.air@fl_vertical"
+    sets = (((spring,), 500.0), ((air,), 40.0), ((air, spring), 540.0))
+    numbers = {**calibration(), "form": 0.2, "sound": {}}
+    both = distribution(RobotSigns(sets, frozenset([(air, spring)])), numbers)
+    one = distribution(RobotSigns(sets), numbers)
+    assert max(both, key=both.__getitem__) == (air, spring)
+    assert max(one, key=one.__getitem__) == (spring,)
+
+
+def only(whole: RawGroup, axis: int, change: Change) -> np.ndarray:
+    """A column of a group that shows one cylinder alone."""
+    return whole.rows_of(change) * float(axis in change.force)
+
+
+def test_pairs_that_no_balance_shows_together_stay_apart_in_what_is_written() -> None:
+    pair = (LEFT, RIGHT)
+    told = RobotSigns((((LEFT,), 1.0), (pair, 2.0)), frozenset([pair]))
+    assert RobotSigns.from_json(told.as_json()) == told
+    whole = group(np.zeros(30))
+    alone = {index: replace(whole, rows_of=partial(only, whole, index)) for index in (2, 5)}
+    assert not ledger_of({"forces": whole}, pair).hypothesis(pair).apart
+    assert ledger_of({"one": alone[2], "other": alone[5]}, pair).hypothesis(pair).apart

@@ -112,8 +112,8 @@ def test_every_number_changes_a_run_or_is_refused(
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_a_sample_of_numbers_changes_a_run_or_is_refused(section: str) -> None:
-    """Every sixty-first number, so that a new one without effect is likely seen early."""
-    paths = [*_shared(), *_own()][::61]
+    """A few numbers, so that a new one without effect may be seen early."""
+    paths = [*_shared(), *_own()][::127]
     fates = _fates(section, paths)
     assert not [p for p in fates["idle"] if p not in _allowed_idle(section, paths)]
     assert fates["changed"]

@@ -17,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.benchmarks.diagnosis.calibration import (
-    given,
     halves,
     least_loss,
     ranges,
@@ -27,7 +26,7 @@ from testbed.benchmarks.diagnosis.calibration import (
 )
 from testbed.benchmarks.diagnosis.robot_scores import calibration, distances, target
 from testbed.benchmarks.diagnosis.scores import Trial
-from testbed.diagnosis.robot.probabilities import FILE, RobotSigns, distribution
+from testbed.diagnosis.robot.probabilities import FILE, RobotSigns, Weighed, distribution
 from testbed.diagnosis.robot.probabilities import calibration as calibration_numbers
 from testbed.effects import kind_of
 from testbed.formats.files import check_file, write_text
@@ -47,6 +46,7 @@ START: dict[str, float] = {
 """Where the fit starts and what the ridge holds it to, in logarithms (E)."""
 SOUND_SHARE = 0.85
 """Evidence counts from what its kind of effect reaches in so many runs of sound machines (E)."""
+SOUND = "clean"
 COMMAND = "testbed lab fit-robot-diagnosis"
 
 
@@ -58,19 +58,30 @@ def unpacked(moved: Array) -> Numbers:
 def fit(trials: Sequence[Trial]) -> Numbers:
     """The numbers with the least loss on these runs."""
     runs = [(RobotSigns.from_json(t["signs"]), target(t)) for t in trials]
-    sound = sound_reach([signs for signs, truth in runs if not truth])
+    sound = sound_reach([s for (s, _), t in zip(runs, trials, strict=True) if t["kind"] == SOUND])
+    weighed = [(Weighed.of(signs, {"sound": sound}), truth) for signs, truth in runs]
+    asked = [(w, _rows(w, truth), not truth) for w, truth in weighed]
 
     def chances(moved: Array) -> Iterator[float]:
-        numbers = unpacked(moved) | {"sound": sound}
-        return (given(distribution(signs, numbers), truth) for signs, truth in runs)
+        numbers = unpacked(moved)
+        for one, rows, none in asked:
+            scores = one.scores(numbers)
+            top = max(0.0, scores.max(initial=0.0))
+            weights, nothing = np.exp(scores - top), float(np.exp(-top))
+            yield float((weights[rows].sum() + nothing * none) / (weights.sum() + nothing))
 
     found = unpacked(least_loss(chances, [True] * len(START)))
     return found | {"sound": sound, "width": fitted_width(trials)}
 
 
+def _rows(weighed: Weighed, truth: frozenset[str]) -> npt.NDArray[np.bool_]:
+    """(k,) which of the sets is the truth."""
+    return np.array([frozenset(names) == truth for names in weighed.names], dtype=bool)
+
+
 def sound_reach(runs: Sequence[RobotSigns]) -> dict[str, float]:
-    """Kind of effect -> ln of the Bayes factor that its best place reaches in SOUND_SHARE of runs
-    in which nothing is to be seen, where that is above nothing.
+    """Kind of effect -> ln of the Bayes factor that its best place reaches in SOUND_SHARE of the
+    runs of sound machines, where that is above nothing.
     """
     best: dict[str, list[float]] = {}
     for signs in runs:

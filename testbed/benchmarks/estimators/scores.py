@@ -25,6 +25,7 @@ from testbed.estimation.leg.motion import motion, through_steps
 from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.chain import replay, replay_rows
+from testbed.formats.intervals import Z90
 from testbed.formats.sockets import user_code
 from testbed.machine.names import LEGS
 from testbed.robot.model import RobotModel
@@ -36,7 +37,6 @@ MOVING_M_S, SLOW_M_S = 3e-3, 5e-3
 LEFT_OUT_S = 1.0
 FULL_SCALE_N = 15_000.0
 BIN_N, BINS = 5.0, 1200
-Z90 = 1.645
 
 PAPER = ("one_chamber", "two_chamber", "friction", "kbf", "modified_kbf")
 IDEAS = ("rich", "swing", "balance", "friction", "weighs", "robust")

@@ -18,6 +18,7 @@ from testbed.estimation.live.believed import Believed
 from testbed.estimation.live.body_belief import OwnTuning, without
 from testbed.estimation.live.chain import replay_rows
 from testbed.estimation.live.uncertainty import Uncertainty
+from testbed.formats.intervals import Z90
 from testbed.machine.names import LEGS
 from testbed.recording.leg_model import EffectEntry
 from testbed.robot.robot import Robot
@@ -49,7 +50,7 @@ PUBLISHED = ("friction", "modified_kbf")
 """The paper's (7), and its filter on it, beside every belief's own estimate on the drawing
 board.
 """
-LEFT_OUT_S, Z90, MOVING_M_S, AROUND = 1.0, 1.645, 3.0e-3, 25
+LEFT_OUT_S, MOVING_M_S, AROUND = 1.0, 3.0e-3, 25
 """The first second, in which everything starts from nothing, is not scored. A piston moves where it
 does so over as many samples to both sides."""
 

@@ -11,6 +11,7 @@ from testbed.diagnosis.leg.problem import Problem
 from testbed.estimation.leg.balance import corrected, force_terms, without_friction_n
 from testbed.estimation.leg.force import narrow_band
 from testbed.estimation.leg.friction import friction_n
+from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import EffectEntry
 
 FORM = 0.035
@@ -18,8 +19,6 @@ FORM = 0.035
 as reckoned.
 """
 FEWEST_SAMPLES = 200
-NORMAL_90 = 1.645
-"""Half of the interval that holds 90 % of a normal distribution, in standard deviations."""
 
 
 def with_amplitudes(
@@ -65,4 +64,4 @@ def _amplitude_n(problem: Problem, at: Point) -> tuple[float, float]:
             weight.append(float(series.trusted.sum()))
     mean = float(np.average(found, weights=weight))
     variance = np.average((np.array(found) - mean) ** 2, weights=weight)
-    return mean, max(NORMAL_90 * float(np.sqrt(variance / len(found))), FORM * mean)
+    return mean, max(Z90 * float(np.sqrt(variance / len(found))), FORM * mean)

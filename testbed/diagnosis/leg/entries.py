@@ -12,6 +12,7 @@ import numpy.typing as npt
 from testbed.diagnosis.leg.evidence import Evidence
 from testbed.diagnosis.leg.fit import Fit
 from testbed.effects import kind_of, place_of
+from testbed.formats.intervals import Z90
 from testbed.recording.leg_model import EffectEntry, Parameter
 
 CAUTION, OTHER_FORM = 2.0, {"force": 0.12, "flow": 0.05}
@@ -71,7 +72,7 @@ def _interval(
         return None
     coordinate, t, deviation = spread[(owner, name)]
     form = OTHER_FORM["force" if "force" in coordinate.moves else "flow"]
-    half = np.hypot(1.645 * deviation, form * (1.0 if coordinate.log else abs(t)))
+    half = np.hypot(Z90 * deviation, form * (1.0 if coordinate.log else abs(t)))
     low, high = t - half, t + half
     if coordinate.log:
         low, high = float(np.exp(low)), float(np.exp(high))

@@ -132,7 +132,7 @@ def balance_of(bins: Bins, other: OtherSigns, robot: Robot, ropes_in_world: Arra
         missing_by_joint=_by_joint(robot, measured),
         friction_use=_use(foot_force, frames),
         oil_by_leak=np.stack([one.by_leak for one in other.oils], axis=1),
-        oil_by_deadband=np.stack([one.by_deadband for one in other.oils], axis=1),
+        oil_by_deadband=np.stack([one.by_wide_deadband for one in other.oils], axis=1),
         oil_by_air=np.stack([one.by_air for one in other.oils], axis=1),
         oil_by_hose=np.stack([one.by_hose for one in other.oils], axis=1),
         oil_by_reading=np.stack([one.by_reading for one in other.oils], axis=1),

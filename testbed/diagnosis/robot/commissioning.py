@@ -24,7 +24,7 @@ from scipy.linalg import solve_triangular
 
 from testbed.diagnosis.robot.balance import BodyBalance, OtherSigns, balance_of, hanging
 from testbed.diagnosis.robot.bins import Bins, Frame, bins_of
-from testbed.diagnosis.robot.forces import Tolerated, noise_of, rows_of, tolerated
+from testbed.diagnosis.robot.forces import ForceNoise, Tolerated, noise_of, rows_of, tolerated
 from testbed.diagnosis.robot.oil import oil_of, supply_of
 from testbed.diagnosis.robot.tolerances import chance, standard_deviation
 from testbed.effects import by_name
@@ -46,9 +46,24 @@ from testbed.robot.robot import Robot
 Array = npt.NDArray[np.float64]
 BLOCK_S, EVERY = 60.0, 2
 """Noise is taken as independent from block to block; one bin of so many is looked at."""
-REST_SHARE, REST_MEMORY_S = 4.0, 1000.0
+NOISE = ForceNoise(
+    white_n=60.0,
+    white_n_m=60.0,
+    white_foot_n=60.0,
+    sliding_share=0.08,
+    memory_s=1.0,
+    rest_share=4.0,
+    rest_memory_s=1000.0,
+    news_share=0.3,
+    alike_share=0.0,
+    alike_s=1000.0,
+    quick_share=0.02,
+    turning_share=0.5,
+    switched_share=0.0,
+)
 """At rest friction is anything, for as long as the rest lasts: it is not without preference, as
-noise is, but has the sign of the last motion."""
+noise is, but has the sign of the last motion (E).
+"""
 WIDER = 1.15
 """Intervals are wider than the linear model has them (E): laws that it lacks, its linearity."""
 LEVEL_SD_RAD = 5.0e-4
@@ -102,7 +117,7 @@ def evidence_of(data: Mapping[str, Array], robot: Robot, ropes_in_world: Array) 
     at, _ = np.nonzero(balance.counted)
     precision, gradient = np.zeros((len(numbers),) * 2), np.zeros(len(numbers))
     for block in _blocks(bins):
-        noise = noise_of(balance.part(block), REST_SHARE, REST_MEMORY_S)
+        noise = noise_of(balance.part(block), NOISE)
         rows = np.isin(at, block)
         both = np.column_stack([missing[rows], columns[rows]])
         white = solve_triangular(np.linalg.cholesky(noise), both, lower=True)

@@ -24,21 +24,7 @@ from testbed.machine.names import AXES
 
 Array = npt.NDArray[np.float64]
 BODY = "body"
-WHITE_N, WHITE_N_M, WHITE_FOOT_N = 60.0, 60.0, 60.0
-"""What a bin's balances miss by noise of its own: sensors' noise, accelerations, the bins' edges;
-and as much that lasts as long as MEMORY_S (E)."""
-SLIDING_SHARE, REST_SHARE, QUICK_SHARE = 0.08, 0.5, 0.02
-"""Friction while sliding is known to this share beyond its tolerances, at rest to this share of its
-set; and anew in each bin."""
-MEMORY_S, REST_MEMORY_S = 1.0, 20.0
-"""For how long friction deviates while sliding, and at rest under the same load."""
 ACCELEROMETER = "sensor.specific_force_bias_m_s2"
-NEWS_SHARE, NEWS_N = 0.3, 20.0
-"""At rest another load, by this share of dry friction, is a new deviation; below NEWS_N it is
-noise.
-"""
-TURNING_SHARE, TURNING_BINS = 0.5, 2
-"""A piston that turns round: the seal is somewhere on its way from one sense to the other."""
 SHAKEN_SHARE = 0.3
 """A line of more than this share of dry friction turns the piston to and fro."""
 LATE_S = 5.0e-3
@@ -55,6 +41,60 @@ HELD_ALIKE, HELD_EACH = 2.0, 0.5
 (B).
 """
 HAMMER_SHARE = 0.04
+NEWS_N = 20.0
+"""At rest a change of the load below this is noise."""
+TURNING_BINS = 2
+"""A piston turns round within so many bins to either side."""
+
+
+@dataclass(frozen=True)
+class ForceNoise:
+    """What the forces of a sound machine miss beside its tolerances; shares are of dry friction."""
+
+    white_n: float
+    """A bin's noise of its own: sensors, accelerations, the bins' edges; and as much that lasts as
+    long as `memory_s`.
+    """
+    white_n_m: float
+    white_foot_n: float
+    sliding_share: float
+    """Friction while sliding beyond its tolerances, for `memory_s`."""
+    memory_s: float
+    rest_share: float
+    """Friction at rest, for `rest_memory_s` or until the load has changed by `news_share`."""
+    rest_memory_s: float
+    news_share: float
+    alike_share: float
+    """Friction at rest as the body's last motions along and about each axis left it, alike at all
+    feet, for `alike_s`.
+    """
+    alike_s: float
+    quick_share: float
+    """Friction anew in each bin."""
+    turning_share: float
+    """A piston that turns round: the seal is somewhere on its way from one sense to the other."""
+    switched_share: float
+    """Share of the change where a load changes from one bin to the next."""
+
+
+OF_A_SOUND_MACHINE = ForceNoise(
+    white_n=50.0,
+    white_n_m=50.0,
+    white_foot_n=60.0,
+    sliding_share=0.08,
+    memory_s=1.0,
+    rest_share=0.5,
+    rest_memory_s=120.0,
+    news_share=3.0,
+    alike_share=0.1,
+    alike_s=100.0,
+    quick_share=0.02,
+    turning_share=0.5,
+    switched_share=0.03,
+)
+"""At rest the numbers under which the balances of 21 drawn sound machines are about likeliest;
+while sliding wider than that: some machines slide far less evenly than most.
+"""
 
 
 def rows_of(balance: BodyBalance, change: Change) -> Array:
@@ -124,7 +164,7 @@ def _held_back(seen: RobotSeen) -> Iterator[Tolerated]:
     """What stuck seals take up of changing loads before they break away: as springs beside the
     oil's, of all alike and of each.
     """
-    piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+    piston = _piston(seen)
     stuck = (1.0 - np.abs(seen.direction)) * (piston - piston.mean(axis=0))
     yield Tolerated(Change(force={i: stuck[:, i] for i in range(len(AXES))}), HELD_ALIKE)
     for i in range(len(AXES)):
@@ -193,54 +233,82 @@ def group_of(balance: BodyBalance, machine: Machine) -> RawGroup:
     )
 
 
-def noise_of(
-    balance: BodyBalance, rest_share: float = REST_SHARE, rest_memory_s: float = REST_MEMORY_S
-) -> Array:
-    """Covariance of the group's rows (rows, rows) beside what tolerances make.
-
-    At rest friction is known to `rest_share` of its set and stays so for `rest_memory_s`.
-    """
+def noise_of(balance: BodyBalance, known: ForceNoise = OF_A_SOUND_MACHINE) -> Array:
+    """Covariance of the group's rows (rows, rows) beside what tolerances make."""
     seen, counted = balance.seen, balance.counted
     bins, rows = np.nonzero(counted)
     apart = np.abs(seen.time_s[bins][:, None] - seen.time_s[bins][None, :])
-    white = np.where(rows < 3, WHITE_N, np.where(rows < 6, WHITE_N_M, WHITE_FOOT_N))
+    white = np.where(
+        rows < 3, known.white_n, np.where(rows < 6, known.white_n_m, known.white_foot_n)
+    )
     same_row = rows[:, None] == rows[None, :]
     out = np.diag(white**2)
-    out += np.where(same_row, np.exp(-apart / MEMORY_S), 0.0) * np.outer(white, white)
+    out += np.where(same_row, np.exp(-apart / known.memory_s), 0.0) * np.outer(white, white)
     blows = HAMMER_SHARE * np.abs(seen.thrust_n)[bins] * (rows == 2)
     out += np.diag(blows**2)
     share = np.abs(seen.direction)
     dry = seen.coulomb_n + SIDE * seen.side_load_n
-    spread = (SLIDING_SHARE * share + rest_share * (1.0 - share)) * dry
+    spread = (known.sliding_share * share + known.rest_share * (1.0 - share)) * dry
     shaken = seen.line_n > SHAKEN_SHARE * dry  # a piston that is shaken has friction of both senses
     spread = np.hypot(spread, seen.line_n + dry * shaken)
-    turning = np.hypot(TURNING_SHARE * turns(seen.direction), QUICK_SHARE) * dry
-    age = friction_age(seen, share, dry, rest_memory_s)
+    anew = np.hypot(known.turning_share * turns(seen.direction), known.quick_share) * dry
+    anew = np.hypot(anew, known.switched_share * _switched(seen))
+    age = friction_age(seen, share, dry, known)
+    by_axis = balance.by_force[bins, rows]
     for axis in range(len(AXES)):
-        by = balance.by_force[bins, rows, axis]
-        known, turned = by * spread[bins, axis], by * turning[bins, axis]
+        by = by_axis[:, axis]
+        lasting, fresh = by * spread[bins, axis], by * anew[bins, axis]
         since = age[bins, axis]
-        out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(known, known)
-        out += (apart == 0.0) * np.outer(turned, turned)
+        out += np.exp(-np.abs(since[:, None] - since[None, :])) * np.outer(lasting, lasting)
+        out += (apart == 0.0) * np.outer(fresh, fresh)
+    if known.alike_share > 0.0:
+        held = by_axis * (known.alike_share * (1.0 - share) * dry)[bins]
+        left = np.einsum("ri,rim->rm", held, left_by_motions(seen)[bins])
+        out += np.exp(-apart / known.alike_s) * (left @ left.T)
     return np.asarray(out)
 
 
-def friction_age(
-    seen: RobotSeen, share: Array, dry: Array, rest_memory_s: float = REST_MEMORY_S
-) -> Array:
+def friction_age(seen: RobotSeen, share: Array, dry: Array, known: ForceNoise) -> Array:
     """(n, 12) how much friction's deviation has been renewed, in memories: by time, and at rest by
     changing loads, of which a stuck seal takes up its part.
     """
-    piston = seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+    piston = _piston(seen)
     step = float(seen.time_s[1] - seen.time_s[0])
     changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
     outside = np.column_stack([seen.thrust_n, seen.tension_n])
     changed = changed + 0.25 * np.abs(np.diff(outside, axis=0, prepend=outside[:1])).sum(
         axis=1, keepdims=True
     )
-    news = np.maximum(changed - NEWS_N, 0.0) / (NEWS_SHARE * dry)
-    rate = share * step / MEMORY_S + (1.0 - share) * (step / rest_memory_s + news)
-    return np.asarray(np.cumsum(rate, axis=0))
+    news = np.maximum(changed - NEWS_N, 0.0) / (known.news_share * dry)
+    resting = (1.0 - share) * (step / known.rest_memory_s + news)
+    return np.asarray(np.cumsum(share * step / known.memory_s + resting, axis=0))
+
+
+def _piston(seen: RobotSeen) -> Array:
+    """(n, 12) force of the pistons, N."""
+    return seen.pressure_a_pa * seen.area_a_m2 - seen.pressure_b_pa * seen.area_b_m2
+
+
+def _switched(seen: RobotSeen) -> Array:
+    """(n, 12) by how much the force of a piston changes from bin to bin about each bin, N."""
+    piston = _piston(seen)
+    changed = np.abs(np.diff(piston, axis=0, prepend=piston[:1]))
+    later = np.vstack([changed[1:], changed[-1:]])
+    return np.asarray(np.maximum(changed, later))
+
+
+def left_by_motions(seen: RobotSeen) -> Array:
+    """(n, 12, 6) how the pistons slide when the body moves along and turns about its axes on its
+    feet, by their root mean square: what friction of stuck seals is left by such a motion.
+    """
+    legs = seen.foot_m.shape[1]
+    turned = -np.cross(seen.foot_m[:, :, None, :], np.eye(3))  # of a foot, by unit turns (3)
+    moved = np.broadcast_to(np.eye(3), turned.shape)
+    ways = np.concatenate([moved, turned], axis=2)  # (n, 4, 6, 3) of the body under each foot
+    joints = -np.linalg.solve(seen.foot_by_joint, np.swapaxes(ways, 2, 3))
+    pistons = joints.reshape(seen.bins, legs * 3, 6) * seen.arm_m[:, :, None]
+    size = np.sqrt(np.mean(pistons**2, axis=1, keepdims=True))
+    return np.asarray(np.clip(pistons / size, -1.0, 1.0))
 
 
 def turns(direction: Array) -> Array:

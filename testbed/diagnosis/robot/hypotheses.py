@@ -37,6 +37,8 @@ class Hypothesis:
     """Ln of the Bayes factor against a sound machine."""
     mean: Array
     covariance: Array
+    apart: bool = False
+    """Two effects of which no balance shows both."""
 
 
 class Ledger:
@@ -82,7 +84,12 @@ class Ledger:
         sure = mean / np.sqrt(np.diag(inverse))
         factor += sum(log_twice_above(sure[k]) for k in np.flatnonzero(self._positive[index]))
         factor -= sum(self._price[n] for n in names)
-        return Hypothesis(names, factor, width * mean, inverse * np.outer(width, width))
+        whole = inverse * np.outer(width, width)
+        return Hypothesis(names, factor, width * mean, whole, self._apart(names))
+
+    def _apart(self, names: tuple[str, ...]) -> bool:
+        groups = self.balances.groups.values()
+        return len(names) == 2 and not any(all(n in g.columns for n in names) for g in groups)
 
     def were(self, names: tuple[str, ...], numbers: Array) -> Ledger:
         """The ledger of a recording that misses nothing but what these effects make, one's numbers

@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from testbed.compiled import njit
-from testbed.diagnosis.robot.bins import Bins, Frame
+from testbed.diagnosis.robot.bins import EDGE_S, Bins, Frame
 from testbed.diagnosis.robot.evidence import RawGroup
 from testbed.diagnosis.robot.rig import through_amplifier
 from testbed.diagnosis.robot.tolerances import standard_deviation
-from testbed.effects.hydraulics_air import compliance_1_pa
+from testbed.effects.hydraulics_air import free_share
 from testbed.effects.hydraulics_hose import HOSE_TIMES_S, hose_flow_m3_s
 from testbed.estimation.leg.flow import spool
 from testbed.laws.holding import NO_HOLDING
@@ -32,7 +32,11 @@ from testbed.robot.robot import Robot
 
 Array = npt.NDArray[np.float64]
 WHITE_M3_S = 2.0e-6
-"""Noise of a bin: the encoder's rounding over a tenth of a second (E)."""
+"""Noise of a bin beside the encoder's rounding (E)."""
+PLAY_S = 0.5
+"""For how long a joint stays where it is within its play while it turns round (E)."""
+STILL_SHARE = 0.15
+"""Share of an encoder's rounding that is left between two edges at which it reads the same (E)."""
 VALVE_SHARE, MEMORY_S = 0.03, 0.5
 """A valve's flow is known to this share, and its deviation lasts so long (E)."""
 VOID_PA, FULL_PA, VOID_M3_S = 0.7e5, 1.5e5, 8.0e-5
@@ -48,6 +52,8 @@ PRESSURE_OFF_PA = 1.5e5
 HOSE_M3_PA = 3.0e-13
 """What hoses of any machine may take up, by each time in which they fill (E)."""
 STEP, READING_STEP_PA = 1e-3, 2.0e4
+WIDE = 0.05
+"""A wide overlap, beside the declared one: of the size that is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +85,10 @@ class Oil:
     compressed: Array
     """Size of what goes into compressed oil."""
     by_deadband: Array
+    """For a tolerance; `by_wide_deadband` by a travel's worth of an overlap that is WIDE: what the
+    valve still lets through is cut off, not turned round.
+    """
+    by_wide_deadband: Array
     by_leak: Array
     """Flow by 1 m3/(s Pa) of leakage across the piston."""
     by_air: Array
@@ -87,6 +97,13 @@ class Oil:
     """By 1 / bulk modulus, 1/Pa."""
     by_hose: Array
     """(n, hoses, 2) by 1 m3/Pa of each hose of hydraulics.hose at A."""
+    swept_m2: Array
+    """(2,) by a metre of the piston, into chambers A and B."""
+    rounding_m: Array
+    """(n + 1,) standard deviation of the encoder's rounding at the bins' edges; `play_m` likewise
+    of where the joint is within its play.
+    """
+    play_m: Array
     by_edge_leak: Array
     """(n, 2, 2) by 1 m3/(s Pa) of the edge from the supply and of that to the tank."""
 
@@ -113,7 +130,7 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         return tuple(np.column_stack([frame.mean(one[side]) for one in found]) for side in range(2))  # type: ignore[return-value]
 
     supplied, drained = through(0.0, 0.0)
-    shifted, wider = through(STEP, 0.0), through(0.0, STEP)
+    shifted, wider, wide = through(STEP, 0.0), through(0.0, STEP), through(0.0, WIDE)
     over = through(0.0, 0.0, READING_STEP_PA)
     low, high = (through(0.0, 0.0, way * PRESSURE_OFF_PA) for way in (-1.0, 1.0))
     c, oil = axis.cylinder, axis.oil
@@ -129,9 +146,11 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
     )
     rise = np.column_stack([bins.pressure_a_rate[:, i], bins.pressure_b_rate[:, i]])
     squeezed = volume * rise
-    air = np.column_stack([compliance_1_pa(np.maximum(p[:, k], 0.0), 1.0) for k in range(2)])
+    free = np.column_stack([free_share(frame.at_edges(one).clip(0.0)) for one in samples])
+    by_air = -volume * np.diff(free, axis=0) / (frame.width * frame.period_s)
     swept = bins.speed_m_s[:, i, None] * np.array([areas[0], -areas[1]])
-    across = (p[:, 0] - p[:, 1])[:, None] * np.array([-1.0, 1.0])
+    leaking = np.exp(axis.seal.viscosity_rate_1_k * (bins.oil_degc - oil.declared_at_degc))
+    across = (leaking * (p[:, 0] - p[:, 1]))[:, None] * np.array([-1.0, 1.0])
     valve = axis.valve
     leaks = np.array(
         [
@@ -139,18 +158,18 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
             [valve.edge_pb_leakage_m3_s_pa, valve.edge_bt_leakage_m3_s_pa],
         ]
     )
-    edge = np.stack([bins.supply_pa[:, None] - p, tank - p], axis=2)
+    edge = leaking[:, None, None] * np.stack([bins.supply_pa[:, None] - p, tank - p], axis=2)
     hoses = [
         frame.mean(hose_flow_m3_s(samples[0], 1.0, time, frame.period_s)) for time in HOSE_TIMES_S
     ]
-    softness = 1.0 / oil.bulk_modulus_pa + oil.entrained_air * air
+    compressed = squeezed / oil.bulk_modulus_pa + oil.entrained_air * by_air
     for k, held in enumerate((valve.holding_a, valve.holding_b)):
         if held != NO_HOLDING:  # shut, it lets nothing out of its chamber
             edge[:, k] *= ((edge[:, k] @ leaks[k] > 0.0) | (drained[:, k] < 0.0))[:, None]
     seeps = np.einsum("nce,ce->nc", edge, leaks)
     missing = supplied + drained + seeps + oil.internal_leakage_m3_s_pa * across
     widened = rise * (oil.hose_elasticity_m3_pa, oil.hose_elasticity_b_m3_pa)
-    missing = missing - swept - softness * squeezed - widened
+    missing = missing - swept - compressed - widened
     return Oil(
         pressure_pa=p,
         missing=missing,
@@ -159,15 +178,53 @@ def _of_axis(i: int, data: Mapping[str, Array], bins: Bins, frame: Frame, robot:
         by_spool=-(shifted[0] + shifted[1] - supplied - drained) / STEP,
         by_pressure=0.5 * np.abs(low[0] + low[1] - high[0] - high[1]),
         by_reading=(over[0] + over[1] - supplied - drained) / READING_STEP_PA,
-        compressed=np.abs(softness * squeezed),
+        compressed=np.abs(compressed),
         void=np.clip(1.0 - (p - VOID_PA) / FULL_PA, 0.0, 1.0),
         by_deadband=-(wider[0] + wider[1] - supplied - drained) / STEP,
+        by_wide_deadband=-(wide[0] + wide[1] - supplied - drained) / WIDE,
         by_leak=-across,
-        by_air=air * squeezed,
+        by_air=by_air,
+        swept_m2=np.array([areas[0], -areas[1]]),
+        rounding_m=_rounding(bins, i, axis),
+        play_m=_play(bins, i, axis),
         by_softness=squeezed,
         by_hose=np.stack([np.column_stack([flow, np.zeros(bins.count)]) for flow in hoses], axis=1),
         by_edge_leak=-edge,
     )
+
+
+def _rounding(bins: Bins, i: int, axis: Axis) -> Array:
+    """(n + 1,) m, standard deviation of the encoder's rounding at the edges of the bins.
+
+    A piston that hardly moves is anywhere within a count; one that passes several counts while its
+    place is taken averages them; one that stands still errs alike at both edges.
+    """
+    count_m = axis.encoder_count * np.abs(_at_edges(bins.arm_m[:, i]))
+    speed = np.abs(bins.speed_m_s[:, i])
+    passed = np.maximum(_at_edges(speed) * EDGE_S / count_m, 1.0)
+    still = _at_edges(speed) == 0.0
+    return np.asarray(count_m / np.sqrt(12.0) / passed * np.where(still, STILL_SHARE, 1.0))
+
+
+def _play(bins: Bins, i: int, axis: Axis) -> Array:
+    """(n + 1,) m, standard deviation of where a joint is within its play at the edges of the bins:
+    known while it slides, unknown between sliding one way and the other.
+    """
+    sd = standard_deviation("joint.play@*.half_width")
+    if axis.joint != "rotation":
+        return np.zeros(bins.count + 1)
+    way = np.sign(bins.direction[:, i])
+    index = np.arange(bins.count)
+    last = np.maximum.accumulate(np.where(way != 0.0, index, 0))
+    following = np.minimum.accumulate(np.where(way != 0.0, index, bins.count - 1)[::-1])[::-1]
+    before, after = np.append(way[:1], way[last]), np.append(way[following], way[-1:])
+    return np.asarray(sd * np.abs(_at_edges(bins.arm_m[:, i])) * (before * after < 0.0))
+
+
+def _at_edges(values: Array) -> Array:
+    """Values (n,) of bins as means (n + 1,) over the two bins beside each edge."""
+    padded = np.concatenate([values[:1], values, values[-1:]])
+    return np.asarray(0.5 * (padded[:-1] + padded[1:]))
 
 
 def _valve(
@@ -265,7 +322,19 @@ def noise_of(oil: Oil, time_s: Array) -> Array:
         out[own, own] += lasts * np.outer(size[:, k], size[:, k])
     both = off.T.ravel()
     out += np.tile(lasts, (2, 2)) * np.outer(both, both)
+    out += np.kron(np.outer(oil.swept_m2, oil.swept_m2), displaced(oil, time_s))
     return np.asarray(out)
+
+
+def displaced(oil: Oil, time_s: Array) -> Array:
+    """Covariance (n, n) of the piston's mean speed over a bin, m2/s2: of the places at its two
+    edges.
+    """
+    step = float(np.median(np.diff(time_s)))
+    apart = step * np.abs(np.subtract.outer(range(len(time_s) + 1), range(len(time_s) + 1)))
+    place = np.diag(oil.rounding_m**2)
+    place += np.exp(-apart / PLAY_S) * np.outer(oil.play_m, oil.play_m)
+    return np.asarray(np.diff(np.diff(place, axis=0), axis=1) / step**2)
 
 
 SUPPLY_WHITE_PA, SUPPLY_SLOW_PA, SUPPLY_S = 5.0e4, 1.0e5, 1.0

@@ -63,6 +63,8 @@ def _found(balances: Balances, candidate: Candidate, mean: Array, covariance: Ar
     for key, value in best.items():
         spec = candidate.effect.spec(key)
         low, high = np.quantile([d[key] for d in drawn], [0.05, 0.95])
+        if np.isclose(low, high, rtol=1e-9, atol=0.0):  # the balances say nothing of it
+            low, high = min(spec.prior[0], value), max(spec.prior[1], value)
         ends = (float(np.clip(low, spec.low, spec.high)), float(np.clip(high, spec.low, spec.high)))
         inside = float(np.clip(value, spec.low, spec.high))
         out[key] = Parameter(value=inside, unit=spec.unit, interval90=ends)

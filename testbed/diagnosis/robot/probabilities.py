@@ -10,74 +10,129 @@ itself, and a price stands against every step away from a sound machine:
 
 and probabilities go as exp(score). `sound` is what sound machines reach, for each kind of effect of
 the set: some signatures look like what the model itself is wrong about, others like nothing. An
-effect's law is another than its signature to the letter: a second effect must explain more than a
-share `form` of what the first explains, and what errors of any course at its places explain beyond
-a set counts against it (`rest`). Errors of any course in time fit what is wrong with the
-model itself, too: their evidence counts by less (share'). Sets that hold what no name covers, or a
-tolerance of any workshop far beyond its size, count as `unnamed`. The numbers are in
-`calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
+effect's law is another than its signature to the letter: a second effect in the same balances must
+explain more than a share `form` of what the first explains, and what errors of any course at its
+places explain beyond a set counts against it (`rest`). Errors of any course in time fit what is
+wrong with the model itself, too: their evidence counts by less (share'). Sets that hold what no
+name covers, or a tolerance of any workshop far beyond its size, count as `unnamed`. The numbers are
+in `calibration.yaml`; `testbed lab fit-robot-diagnosis` fits them.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from testbed.diagnosis.robot.hypotheses import Hypothesis
 from testbed.diagnosis.robot.unexplained import UNNAMED, is_unexplained
 from testbed.effects import by_name, kind_of, place_of
 
 FILE = Path(__file__).with_name("calibration.yaml")
+Array = npt.NDArray[np.float64]
 Names = tuple[str, ...]
 NO_NAME: Names = (UNNAMED,)
 
 
 @dataclass(frozen=True)
 class RobotSigns:
-    """What was tried on one recording: (names, ln of the Bayes factor against a sound machine)."""
+    """What was tried on one recording: (names, ln of the Bayes factor against a sound machine);
+    `apart`: the pairs of which no balance shows both.
+    """
 
     sets: tuple[tuple[Names, float], ...]
+    apart: frozenset[Names] = frozenset()
 
     @classmethod
     def of(cls, hypotheses: list[Hypothesis]) -> RobotSigns:
         """The signs of a finished search."""
-        return cls(tuple((h.names, round(h.log_factor, 3)) for h in hypotheses))
+        return cls(
+            tuple((h.names, round(h.log_factor, 3)) for h in hypotheses),
+            frozenset(h.names for h in hypotheses if h.apart),
+        )
 
     def as_json(self) -> list[Any]:
         """Plain lists."""
-        return [[list(names), factor] for names, factor in self.sets]
+        return [[list(names), factor, names in self.apart] for names, factor in self.sets]
 
     @classmethod
     def from_json(cls, rows: list[Any]) -> RobotSigns:
         """The signs that `as_json` wrote."""
-        return cls(tuple((tuple(names), float(factor)) for names, factor in rows))
+        return cls(
+            tuple((tuple(names), float(factor)) for names, factor, _ in rows),
+            frozenset(tuple(names) for names, _, apart in rows if apart),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """The sets of names of one recording, and what their scores are made of, (k,) each."""
+
+    names: tuple[Names, ...]
+    """NO_NAME for all that have none."""
+    above: Array
+    """Evidence beyond what sound machines reach."""
+    bent: Array
+    """Evidence for the likelier of two effects, of whose form the other may be made."""
+    left: Array
+    """What errors of any course at its places explain beyond a set."""
+    two: Array
+    """1 for two effects, else 0; `unnamed` for sets without a name, `bends` for errors of any
+    course likewise.
+    """
+    unnamed: Array
+    bends: Array
+
+    @classmethod
+    def of(cls, signs: RobotSigns, numbers: Mapping[str, Any]) -> Weighed:
+        """Beyond what the number `sound` has for each kind."""
+        alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
+        rows = [_weighed(names, factor, alone, numbers) for names, factor in signs.sets]
+        told = tuple(NO_NAME if not has_names(names) else names for names, _ in signs.sets)
+        apart = [names in signs.apart for names, _ in signs.sets]
+        above, bent, left, two, unnamed, bends = np.array(rows, dtype=np.float64).reshape(-1, 6).T
+        return cls(told, above, np.where(apart, 0.0, bent), left, two, unnamed, bends)
+
+    def scores(self, numbers: Mapping[str, Any]) -> Array:
+        """(k,)"""
+        one, two, without = (numbers[key] for key in ("one", "two", "unnamed"))
+        price = np.where(self.two, two, one) + self.unnamed * (without - one)
+        price = price + (1.0 - self.unnamed) * numbers["rest"] * self.left
+        share = np.where(self.bends, numbers["share_unnamed"], numbers["share"])
+        return np.asarray(share * (self.above - numbers["form"] * self.bent) - price)
+
+
+def _weighed(
+    names: Names, factor: float, alone: Mapping[str, float], numbers: Mapping[str, Any]
+) -> tuple[float, ...]:
+    """A row of Weighed."""
+    sound = sum(numbers["sound"].get(kind_of(name), 0.0) for name in names)
+    two = len(names) == 2
+    return (
+        factor - sound,
+        max(0.0, *(alone.get(name, 0.0) for name in names)) if two else 0.0,
+        _left_at_its_places(names, factor, alone),
+        two,
+        not has_names(names),
+        any(is_unexplained(name) for name in names),
+    )
 
 
 def distribution(signs: RobotSigns, numbers: Mapping[str, Any]) -> dict[Names, float]:
     """Probability of every set of names, () for a sound machine and NO_NAME; they add up to 1."""
-    scores: dict[Names, list[float]] = {(): [0.0]}
-    alone = {names[0]: factor for names, factor in signs.sets if len(names) == 1}
-    for names, factor in signs.sets:
-        unnamed = not has_names(names)
-        price = numbers["two" if len(names) == 2 else "unnamed" if unnamed else "one"]
-        if unnamed:
-            price += numbers["unnamed"] - numbers["one"] if len(names) == 2 else 0.0
-        else:
-            price += numbers["rest"] * _left_at_its_places(names, factor, alone)
-        bends = any(is_unexplained(name) for name in names)
-        share = numbers["share_unnamed" if bends else "share"]
-        above = factor - sum(numbers["sound"].get(kind_of(name), 0.0) for name in names)
-        if len(names) == 2:
-            above -= numbers["form"] * max(0.0, *(alone.get(name, 0.0) for name in names))
-        scores.setdefault(NO_NAME if unnamed else names, []).append(share * above - price)
-    top = max(max(row) for row in scores.values())
-    weights = {names: sum(math.exp(score - top) for score in row) for names, row in scores.items()}
-    total = sum(weights.values())
-    return {names: weight / total for names, weight in weights.items()}
+    weighed = Weighed.of(signs, numbers)
+    scores = weighed.scores(numbers)
+    weights = np.exp(scores - max(0.0, scores.max(initial=0.0)))
+    out: dict[Names, float] = {(): float(np.exp(-max(0.0, scores.max(initial=0.0))))}
+    for names, weight in zip(weighed.names, weights.tolist(), strict=True):
+        out[names] = out.get(names, 0.0) + weight
+    total = sum(out.values())
+    return {names: weight / total for names, weight in out.items()}
 
 
 def _left_at_its_places(names: Names, factor: float, alone: Mapping[str, float]) -> float:

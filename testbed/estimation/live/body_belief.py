@@ -158,7 +158,7 @@ def body_of(
     for index, axis in enumerate(machine.axes.values()):
         own = [effect for effect in effects if effect.place == axis.name]
         _declare(body["axes"][index], axis, float(linkages.stroke_m[index]), own)
-        body["axes"][index]["encoder_resolution"] = arms[index] * _count(axis)
+        body["axes"][index]["encoder_resolution"] = arms[index] * axis.encoder_count
         if axis.joint == "vertical":
             legs[index // len(JOINTS)].write(body["axes"][index].cylinder)
     return out
@@ -216,13 +216,6 @@ def _trust(body: Any, tuning: OwnTuning, weight_n: float) -> None:
         end_zone=0.0,
         end_force=0.0,
     )[0]
-
-
-def _count(axis: Axis) -> float:
-    """One count of an axis' encoder, rad or m."""
-    sensor = axis.sensor
-    turns = axis.joint == "rotation"
-    return 2.0 * math.pi / sensor.encoder_counts_per_turn if turns else sensor.encoder_linear_m
 
 
 def _declare(out: Any, axis: Axis, stroke_m: float, effects: Sequence[EffectEntry]) -> None:

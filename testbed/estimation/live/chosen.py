@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 from testbed.errors import InputError
 from testbed.estimation.detectors.base import start
 from testbed.estimation.estimator import estimator_of, interval_of
-
-Z90 = 1.645
-"""Half the width of a normal distribution's 90 % interval, standard deviations."""
+from testbed.formats.intervals import sd_of
 
 
 class ChosenEstimator:
@@ -46,4 +44,4 @@ class ChosenEstimator:
             )
         rows["estimate"]["own"], interval = loads, rows["estimate_own"]
         interval["low"], interval["high"] = low, high
-        interval["sd"] = (high - low) / (2.0 * Z90)
+        interval["sd"] = sd_of((low, high))

@@ -32,8 +32,6 @@ LOAD_N = 8.0e3
 """About what a vertical cylinder of ROBOCLIMBER carries (E)."""
 OFF_MIDDLE = 0.25
 """About how far a piston is from the middle of its stroke, share of the stroke (E)."""
-HOLDS = 1.0 / 3.290
-"""Standard deviation of a normal over the width of its 90 % interval."""
 
 
 @dataclass(frozen=True)

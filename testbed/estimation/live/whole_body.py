@@ -29,14 +29,13 @@ from testbed.estimation.live.wrench import (
     rope_direction,
     view_of,
 )
+from testbed.formats.intervals import Z90
 from testbed.formats.records import SET
 from testbed.robot.linkage import joint_to_cylinder
 from testbed.robot.loads import foot_forces as ff
 
 LEVEL_SHARE = 0.15
 """What a sample weighs in the filtered forces along x and y."""
-Z90 = 1.645
-"""Half width of a normal's 90 % interval, standard deviations."""
 SMALL_RAD = 1.0e-4
 """Turn by which it is tried out what a turned inertial unit does."""
 

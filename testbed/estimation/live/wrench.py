@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from testbed.compiled import njit
+from testbed.robot.attitude import write_rotation
 from testbed.robot.loads import foot_forces as ff
 
 
@@ -95,7 +96,9 @@ def view_of(attitude: Any, specific_force: Any, roll: float, pitch: float, gravi
     turned[1] -= pitch
     turn_out_of_unit(seen, roll, pitch)
     gravity_in_body(turned, gravity, down)
-    return View(rotation_of(turned), down, seen)
+    rotation = np.empty((3, 3))
+    write_rotation(turned, rotation)
+    return View(rotation, down, seen)
 
 
 @njit
@@ -167,15 +170,3 @@ def add_drill(wrench: Any, row: Any, gravity: Any, body: Any) -> None:
     for index in range(3):
         force[index] = row.rods_stored * gravity[index]
     add_force(wrench, force, body.store_point)
-
-
-@njit
-def rotation_of(rpy: Any) -> Any:
-    """Body to world (3, 3): Rz(yaw) Ry(pitch) Rx(roll)."""
-    cr, cp, cy = math.cos(rpy[0]), math.cos(rpy[1]), math.cos(rpy[2])
-    sr, sp, sy = math.sin(rpy[0]), math.sin(rpy[1]), math.sin(rpy[2])
-    out = np.empty((3, 3))
-    out[0, 0], out[0, 1], out[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
-    out[1, 0], out[1, 1], out[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
-    out[2, 0], out[2, 1], out[2, 2] = -sp, cp * sr, cp * cr
-    return out

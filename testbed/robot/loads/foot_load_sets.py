@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from testbed.formats.intervals import Z90
 from testbed.machine.names import AXES, LEGS, VERTICAL
 from testbed.robot.contact.geometry import FootLoads
 from testbed.robot.loads.foot_loads import ExpectedLoads, Footing
@@ -24,7 +25,6 @@ LEAST_SLOPE = 1e-9
 """Loss of load by push below which a foot never leaves, N/N."""
 
 Array = NDArray[np.float64]
-NORMAL_QUANTILE_90 = 1.645
 FRICTION_HOLD_N = 150.0
 """Standard deviation of what the cylinders' friction holds of the internal force (E; seen in thirty
 simulated stands).
@@ -97,7 +97,7 @@ def load_interval_n(
     given = acts.get("joint_compliance")
     joints = expected.oil.joint_compliance(positions) if given is None else np.asarray(given)
     held_m = FRICTION_HOLD_N * (joints[list(VERTICAL)].mean() + expected.ground_compliance_m_n)
-    reach = NORMAL_QUANTILE_90 * float(np.hypot(footing_deviation_m, held_m)) * internal
+    reach = Z90 * float(np.hypot(footing_deviation_m, held_m)) * internal
     ends = [
         expected.solve(
             positions, gravity_in_body, footing=Footing(heights_m=way * reach), **acts

@@ -1,0 +1,69 @@
+"""What a sound robot's balances miss: seals that the body's last motion left, encoders that round,
+joints that play.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from testbed.diagnosis.robot.forces import left_by_motions
+from testbed.diagnosis.robot.oil import Oil, displaced
+from testbed.effects.force_cushion import BEYOND_M, Cushion
+from testbed.effects.hydraulics_air import compliance_1_pa, free_share
+
+STEP_S = 0.1
+
+
+def oil(rounding_m: list[float], play_m: list[float]) -> Oil:
+    """Of an axis that has nothing but its encoder."""
+    return cast(Oil, SimpleNamespace(rounding_m=np.array(rounding_m), play_m=np.array(play_m)))
+
+
+def test_what_the_encoder_takes_from_one_bin_it_gives_to_the_next() -> None:
+    found = displaced(oil([0.0, 1e-4, 0.0, 0.0], [0.0] * 4), STEP_S * np.arange(3.0))
+    speed = (1e-4 / STEP_S) ** 2
+    assert found == pytest.approx(speed * np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0]]))
+
+
+def test_play_is_passed_once_on_the_way_from_one_sense_to_the_other() -> None:
+    sd = 1e-3
+    found = displaced(oil([0.0] * 5, [0.0, sd, sd, sd, 0.0]), STEP_S * np.arange(4.0))
+    assert np.ones(4) @ found @ np.ones(4) == pytest.approx(0.0, abs=1e-12)
+    into, inside = found[0, 0], found[1, 1]
+    assert into == pytest.approx((sd / STEP_S) ** 2) and inside < 0.5 * into
+
+
+def test_seals_at_rest_are_left_as_the_body_moved_on_its_feet() -> None:
+    feet = np.array([[[1.0, 0.5, -1.0], [1.0, -0.5, -1.0], [-1.0, 0.5, -1.0], [-1.0, -0.5, -1.0]]])
+    straight = np.broadcast_to(np.eye(3), (1, 4, 3, 3))  # joints that move the foot along x, y, z
+    seen = SimpleNamespace(foot_m=feet, foot_by_joint=straight, arm_m=np.ones((1, 12)), bins=1)
+    left = left_by_motions(cast(Any, seen))[0].reshape(4, 3, 6)
+    along_x, about_z = left[:, :, 0], left[:, :, 5]
+    assert along_x == pytest.approx(np.outer(np.ones(4), [-1.0, 0.0, 0.0]))
+    back = np.column_stack([feet[0, :, 1], -feet[0, :, 0], np.zeros(4)])
+    assert np.sign(about_z) == pytest.approx(np.sign(back)) and np.abs(left).max() <= 1.0
+    assert np.abs(about_z[:, 0]).max() < 1.0  # the nearer way is the shorter
+
+
+def test_a_piston_inside_its_cushion_all_along_shows_it() -> None:
+    extension = np.linspace(0.05, 0.15, 20)
+    seen = cast(Any, SimpleNamespace(extension_m=extension[:, None], axis=lambda _: 0, bins=20))
+    stiffness, start = 5.0e4, 0.22
+    columns = [c.force[0] for c in Cushion().signature(seen, "fl_vertical").values()]
+    numbers = np.linalg.lstsq(
+        np.column_stack(columns[2:]), -stiffness * (start - extension), rcond=None
+    )[0]
+    assert (numbers > 0.0).all() and start < extension.max() + BEYOND_M
+    linear = dict(zip(Cushion().signature(seen, "fl_vertical"), [0.0, 0.0, *numbers], strict=True))
+    found = Cushion().from_linear(linear, seen, "fl_vertical")
+    assert found == pytest.approx({"stiffness": stiffness, "start": start})
+
+
+def test_free_air_falls_with_pressure_as_the_compliance_says() -> None:
+    low, high = 4.0e5, 4.001e5
+    fall = (free_share(low) - free_share(high)) / (high - low)
+    assert fall == pytest.approx(compliance_1_pa(0.5 * (low + high), 1.0), rel=1e-4)
