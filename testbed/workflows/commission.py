@@ -111,13 +111,14 @@ def page(numbers: Mapping[str, Number], result: Mapping[str, Any]) -> str:
 
 def _robot(run: RobotRecording) -> Robot:
     """The drawing-board robot with what was loaded."""
-    return Robot.of(run.machine, survey_of(run.header.surveyed, run.file)[1])
+    return survey_of(run.header.surveyed, run.file).robot(run.machine)
 
 
 def _evidence(runs: Sequence[RobotRecording]) -> Iterator[Evidence]:
     """What the recordings say, the first of level ground, others of the ropes."""
     for run in runs:
-        robot, (ropes, _) = _robot(run), survey_of(run.header.surveyed, run.file)
+        robot = _robot(run)
+        ropes = survey_of(run.header.surveyed, run.file).ropes_in_world
         if run is runs[0]:
             if not lifts_every_foot(run.data, robot):
                 raise InputError(

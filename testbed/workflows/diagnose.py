@@ -169,10 +169,9 @@ def balances_of_run(
 ) -> Balances:
     """A recording held against the machine as it believes itself to be; see diagnose_recordings."""
     from testbed.diagnosis.robot.groups import balances_of
-    from testbed.robot.robot import Robot
     from testbed.workflows.estimate import survey_of
     from testbed.world.believed import own_belief
 
-    ropes, carried_kg = survey_of(run.header.surveyed, run.file)
-    believed = own_belief(run.machine, model)
-    return balances_of(run.data, Robot.of(believed.machine, carried_kg), ropes, granted)
+    survey = survey_of(run.header.surveyed, run.file)
+    robot = survey.robot(own_belief(run.machine, model).machine)
+    return balances_of(run.data, robot, survey.ropes_in_world, granted)

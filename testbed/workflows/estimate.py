@@ -5,6 +5,7 @@ as a table.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,11 @@ from testbed.machine.names import LEGS, SIDES
 
 if TYPE_CHECKING:
     from testbed.estimation.live.believed import Believed
+    from testbed.machine.model import Machine
     from testbed.recording.axis import Recording
     from testbed.recording.leg_model import LegModel
     from testbed.recording.robot import RobotRecording
+    from testbed.robot.robot import Robot
     from testbed.world.believed import OwnBelief
 
 Array = npt.NDArray[np.float64]
@@ -225,16 +228,34 @@ def with_body(belief: Believed, believed: OwnBelief, surveyed: object, file: Pat
 
     if surveyed is None:
         return belief
-    ropes, mass_kg = survey_of(surveyed, file)
-    store = believed.machine.rod_store_body
+    survey = survey_of(surveyed, file)
+    store, mass_kg = believed.machine.rod_store_body, survey.payload_kg
     payload = Payload(mass_kg, store.position_m) if mass_kg > 0.0 else None
     with believed.bodies() as urdf:
-        return believed.with_body(belief, RobotModel(urdf, payload), ropes)
+        model = RobotModel(urdf, payload, survey.rope_height_m)
+        return believed.with_body(belief, model, survey.ropes_in_world)
 
 
-def survey_of(surveyed: object, file: Path) -> tuple[Array, float]:
-    """Unit vectors (2, 3) towards the ropes' anchors in the world, and the carried mass, kg, as
-    surveyed before a run.
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """What people measured of the place and the load before a run."""
+
+    ropes_in_world: Array
+    """Unit vectors (2, 3) towards the ropes' anchors."""
+    payload_kg: float
+    rope_height_m: float | None
+    """Where the ropes are attached, body frame, m; None: where the URDF has them."""
+
+    def robot(self, machine: Machine) -> Robot:
+        """This machine as it was loaded and roped."""
+        from testbed.robot.robot import Robot
+
+        return Robot.of(machine, self.payload_kg, self.rope_height_m)
+
+
+def survey_of(surveyed: object, file: Path) -> Survey:
+    """What a recording's header says of the survey; one without `rope_attachment_height_m` has the
+    URDF's.
 
     Raises InputError where the survey cannot be understood.
     """
@@ -243,11 +264,12 @@ def survey_of(surveyed: object, file: Path) -> tuple[Array, float]:
         ropes = np.array(
             [survey["rope_directions_in_world"][side] for side in SIDES], dtype=float
         ).reshape(2, 3)
-        return ropes, float(survey["payload_kg"])
-    except (KeyError, TypeError, ValueError) as error:
+        height = survey.get("rope_attachment_height_m")
+        return Survey(ropes, float(survey["payload_kg"]), None if height is None else float(height))
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(
             "cannot be understood",
             file=file,
             field="surveyed",
-            allowed="rope_directions_in_world {left, right}, payload_kg",
+            allowed="rope_directions_in_world {left, right}, payload_kg, rope_attachment_height_m",
         ) from error

@@ -14,7 +14,8 @@ S adds up the likelihood ratio of `less than F` against `more`, at most one a sa
 of 2 H samples: as long as a loss must last. b is the only thing that can be learnt of a slow error:
 no load is less than nothing, so what z shows below that is the sensors', and is given back. (To
 learn the level of flights too finds more losses and calls more loaded feet lost, at the same cost.)
-A foot counts as lost from a threshold of S on, set on the tuning scenes for the least cost.
+A foot counts as lost from a threshold of S on, and is held as a detector's word is; both are set on
+the tuning scenes for the least cost.
 
 It leaves out what a decision from a foot's own sensors could not help either, and so stays a floor:
 zeros and gains at the calibration's temperature, which a commissioning finds, undeclared effects
@@ -48,8 +49,8 @@ from testbed.world.sensing import sensor_records, transduce
 Array = NDArray[np.float64]
 NAME, TEXT = "floor", "true load through the sensors' delay and errors"
 THRESHOLD = 0.0
-HOLD = Hold(dwell_s=0.0)
-"""Its window does for both ways."""
+HOLD = Hold(margin=8.0, dwell_s=0.05)
+"""Of least cost on the tuning scenes, too: a foot near F is not lost anew with every blow."""
 SENSOR_STREAM = 0
 """Of a run's random numbers: its transducers' (world/assembly.py)."""
 SMOOTH_S = 0.05

@@ -22,7 +22,8 @@ from testbed.machine.build import build_machine
 
 Array = NDArray[np.float64]
 FORMAT = "roboclimber-thresholds/2"
-FLOOR_THRESHOLDS = tuple(np.arange(-9.0, 10.0).tolist())
+FLOOR_THRESHOLDS = tuple(np.arange(-1.0, 10.0).tolist())
+"""Further down its hold would never let go of a foot."""
 SHARES = np.linspace(0.0, 1.0, 12)
 RARE = 1.0 - np.logspace(-5.0, -0.3, 16)
 """Quantiles of the scores of lost feet, and of feet that carry, at which thresholds are looked

@@ -88,11 +88,10 @@ def names_in(said: dict[str, Any]) -> list[str]:
 def balances_in(run: Run) -> Balances:
     """A run's balances with the shipped machine as what the robot believes."""
     from testbed.diagnosis.robot.groups import balances_of
-    from testbed.robot.robot import Robot
     from testbed.workflows.estimate import survey_of
 
-    ropes, carried_kg = survey_of(run.surveyed, Path("run"))
-    return balances_of(run.data, Robot.of(build_machine(), carried_kg), ropes, {})
+    survey = survey_of(run.surveyed, Path("run"))
+    return balances_of(run.data, survey.robot(build_machine()), survey.ropes_in_world, {})
 
 
 def visible(ledger: Ledger, case: Drawn) -> list[str]:
