@@ -41,7 +41,8 @@ def climbs(
 def control_tasks(
     out: Results,
     task: Annotated[
-        list[str] | None, typer.Option(help="keep or drill-hole; may be repeated. [all]")
+        list[str] | None,
+        typer.Option(help="keep, keep-undeclared or drill-hole; may be repeated. [all]"),
     ] = None,
     cases: Annotated[int, typer.Option(min=1, help="Held-out cases of each task.")] = 20,
     first_seed: Annotated[
