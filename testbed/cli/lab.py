@@ -16,7 +16,7 @@ File = Annotated[Path | None, typer.Option(help="File to write. [the shipped one
 
 def climbs(
     out: Results,
-    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 20,
+    seeds: Annotated[int, typer.Option(help="Last seed of each case.")] = 14,
     first_seed: Annotated[int, typer.Option(help="First seed of each case.")] = 1,
     way: Annotated[float, typer.Option(min=0.01, help="How far up the slope, m.")] = 10.0,
     case: Annotated[
